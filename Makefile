@@ -1,0 +1,64 @@
+# plumbob: each target does its own set-up in .venv on a machine with python3 (3.11 or newer) and make.
+
+PYTHON ?= python3
+BIN := .venv/bin
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+ROOMS := analytic engines models reports
+ARGS ?=
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+.PHONY: help validate test check benchmark peers clean
+
+help:  ## list the targets
+	@echo "make TARGET [ARGS='...'] [PYTHON=python3.12]"
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+validate: .venv/.run  ## run the validation and write its page (ARGS go to `plumbob validate`)
+	$(BIN)/plumbob validate $(ARGS)
+
+test: .venv/.develop  ## run the tests (ARGS go to pytest)
+	$(BIN)/python -m pytest $(ARGS)
+
+check: .venv/.develop  ## lint, check the types, hold the tree to its folder contracts
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy --strict
+	$(BIN)/python -m pytest -q tests/test_house.py
+
+benchmark: .venv/.peers  ## time the references and adapters (ARGS go to pytest)
+	$(BIN)/python -m pytest tests/benchmarks --benchmark-columns=min,median,iqr,rounds $(ARGS)
+
+peers: .venv/.peers  ## add the optional peer integrators to .venv
+
+clean:  ## remove .venv and everything that a build or a run leaves
+	rm -rf .venv build dist *.egg-info plumbob-out MUJOCO_LOG.TXT
+	rm -rf .benchmarks .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	find $(ROOMS) tests -type d -name __pycache__ -prune -exec rm -rf {} +
+
+.venv/.python: pyproject.toml constraints.txt
+	@$(PYTHON) -c '' 2>/dev/null || { echo >&2 \
+	  "plumbob: $(PYTHON) is missing: install Python 3.11 or newer (Debian, Ubuntu: apt-get install python3 python3-venv)"; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo >&2 \
+	  "plumbob: $$($(PYTHON) --version) is too old: install Python 3.11 or newer and say make PYTHON=python3.11"; exit 1; }
+	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || { echo >&2 \
+	  "plumbob: $(PYTHON) has no venv module: install it (Debian, Ubuntu: apt-get install python3-venv)"; exit 1; }
+	@if ! $(BIN)/python -m pip --version >/dev/null 2>&1; then \
+	  echo "plumbob: making .venv with $$($(PYTHON) --version)"; $(PYTHON) -m venv --clear .venv; fi
+	@touch $@
+
+.venv/.run: .venv/.python
+	@echo "plumbob: installing plumbob and what it needs into .venv (once; a minute or two)"
+	@$(PIP) --editable .
+	@touch $@
+
+.venv/.develop: .venv/.python
+	@echo "plumbob: installing plumbob, its tests' and its checks' tools into .venv (once; a minute or two)"
+	@$(PIP) --editable '.[test,check]'
+	@touch $@ .venv/.run
+
+.venv/.peers: .venv/.develop
+	@echo "plumbob: installing the peer integrators into .venv (once; heyoka takes some 250 MB)"
+	@$(PIP) --editable '.[peers]'
+	@touch $@
