@@ -1,0 +1,199 @@
+"""The exact motion of an undamped pendulum: its regime, period, action and phase, and its state.
+
+The reference for every potential V = -a sin^2 - b sin - c cos (Sudakov 2015; the simple pendulum
+is a = b = 0).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+
+from analytic.driven_rotor import DrivenRotor
+from analytic.elliptic_motion import EllipticMotion
+from analytic.elliptic_reduction import solve
+from analytic.orbit_table import OrbitTable, orbit_table
+from analytic.parameters import ParameterError
+from analytic.quad import Quad, double, quad
+from analytic.reference import Array
+from analytic.scheme_error import leading_error
+from analytic.trigonometric_potential import TrigonometricPotential, critical_points
+
+Regime = Literal["rest", "libration", "rotation", "separatrix"]
+_ULP = 2.0**-52
+_FEW = 64  # times fewer than this are not worth a table
+
+
+@dataclass(frozen=True)
+class PendulumMotion:
+    """The motion from theta [rad] and theta_dot [rad/s] of a pendulum with a moment of inertia
+    [kg m^2] in a potential [J]; `excess` [J], where given, is the energy above the highest barrier
+    in place of the magnitude of theta_dot. Raises ParameterError."""
+
+    potential: TrigonometricPotential  # floats, or 34 digits
+    inertia: float
+    theta: float
+    theta_dot: float
+    excess: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.excess is not None and not self.energy >= self.exact_potential.value(
+            quad(self.theta)
+        ):
+            raise ParameterError("excess", self.excess, "enough to reach theta")
+
+    @property
+    def exact_potential(self) -> TrigonometricPotential:
+        """The potential in 34 digits."""
+        return TrigonometricPotential(
+            quad(self.potential.a), quad(self.potential.b), quad(self.potential.c)
+        )
+
+    @cached_property
+    def barriers(self) -> Quad:
+        """Maxima of V [J], highest first, in 34 digits."""
+        points = critical_points(self.exact_potential)
+        points = points[np.isfinite(double(points))]
+        crests = points[double(self.exact_potential.curvature(points)) < 0.0]
+        values = self.exact_potential.value(crests)
+        return values[np.argsort(-double(values))]
+
+    @cached_property
+    def energy(self) -> Quad:
+        """The Jacobi integral H [J] (the energy, where nothing turns), in 34 digits."""
+        if self.excess is not None:
+            return self.barriers[0] + self.excess
+        speed = quad(self.theta_dot)
+        return quad(self.inertia) * speed * speed / 2 + self.exact_potential.value(quad(self.theta))
+
+    @cached_property
+    def closed_form(self) -> EllipticMotion:
+        """The constants of the closed form."""
+        return self._solve(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+
+    def _solve(self, *factors: Any) -> EllipticMotion:
+        """The closed form with a, b, c, inertia, theta and the speed (or excess) times factors."""
+        a, b, c, inertia, theta, last = (quad(f) for f in factors)
+        v = self.exact_potential
+        stretched = TrigonometricPotential(v.a * a, v.b * b, v.c * c)
+        excess = None if self.excess is None else last * quad(self.excess)
+        speed = quad(self.theta_dot) * (last if self.excess is None else 1.0)
+        start = quad(self.theta) * theta
+        return solve(stretched, inertia * quad(self.inertia), start, speed, excess)
+
+    @cached_property
+    def _neighbours(self) -> EllipticMotion:
+        """The motion itself, then one with each input off by a unit in the last place."""
+        factors = quad(np.ones((6, 7)))
+        for i in range(6):
+            factors[i, i + 1] = factors[i, i + 1] + quad(_ULP)
+        return self._solve(*(factor[:, None] for factor in factors))
+
+    @property
+    def regime(self) -> Regime:
+        """What the motion does."""
+        if bool(self.closed_form.rest):
+            return "rest"
+        if not np.isfinite(self.period):
+            return "separatrix"
+        return "rotation" if bool(self.closed_form.rotation) else "libration"
+
+    @property
+    def well(self) -> str:
+        """Where a libration goes."""
+        if self.regime != "libration":
+            return ""
+        if bool(self.closed_form.two_pairs):
+            return "one of two wells"
+        if self.barriers.size < 2:
+            return "the only well"
+        return "both wells" if bool(self.energy > self.barriers[1]) else "the deeper well"
+
+    @property
+    def period(self) -> float:
+        """Time [s] of a whole turn or swing, Sudakov 2015, eq. 16; infinite on a separatrix."""
+        return float(double(self.closed_form.period))
+
+    @property
+    def mean_rate(self) -> float:
+        """Omega = dH/dI = 2 pi / period [rad/s], Sudakov 2015, eq. 12."""
+        return 2 * np.pi / self.period
+
+    @cached_property
+    def action(self) -> float:
+        """I = (1/2 pi) closed integral of p dtheta [J s], Sudakov 2015, eq. 10: over a turn when
+        rotating, over the closed orbit when librating, by the trapezoid rule in time, which
+        converges geometrically; NaN on a separatrix."""
+        if self.regime == "rest":
+            return 0.0
+        if self.regime == "separatrix":
+            return float("nan")
+        count, last, mean = 32, np.inf, 0.0
+        while abs(mean - last) > 4e-16 * abs(mean) and count < 2**20:
+            times = self.period * np.arange(count) / count
+            last, mean = mean, float(np.mean(self.closed_form.state(times, reduced=True)[1] ** 2))
+            count *= 2
+        return self.inertia * mean * self.period / (2 * np.pi)
+
+    @property
+    def period_condition(self) -> float:
+        """Relative change of the period over a relative change of the inputs: the sum over a, b,
+        c, inertia, theta and speed (or excess), each alone."""
+        periods = self._neighbours.period[:, 0]
+        return float(double(np.abs(periods[1:] / periods[0] - 1)).sum() / _ULP)
+
+    @cached_property
+    def table(self) -> OrbitTable:
+        """One period as polynomials, for many times."""
+        return orbit_table(self.closed_form)
+
+    def state(self, times: Array) -> tuple[Array, Array]:
+        """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
+        times = np.asarray(times, dtype=float)
+        if times.size < _FEW or self.regime in ("rest", "separatrix"):
+            return self.closed_form.state(times)
+        return self.table.state(times)
+
+    def phase(self, times: Array) -> Array:
+        """Phase Phi = Omega t [rad], Sudakov 2015, eqs. 11 and 13, of `times` [s]."""
+        return self.mean_rate * np.asarray(times)
+
+    def momentum(self, theta: Array) -> Array:
+        """p(H, theta) = sqrt(2 I (H - V)) [kg m^2 rad/s], Sudakov 2015, eq. 15, with the sign of
+        the start; NaN where the motion does not reach."""
+        with np.errstate(invalid="ignore"):
+            kinetic = double(self.energy - self.exact_potential.value(quad(np.asarray(theta))))
+            return np.copysign(np.sqrt(2 * self.inertia * kinetic), self.theta_dot)
+
+    def time_at(self, theta: Array) -> Array:
+        """t(H, theta) [s], Sudakov 2015, eq. 16: when the motion first reaches `theta` [rad] after
+        the start; NaN where it never does."""
+        return self.closed_form.time_at(np.asarray(theta, dtype=float))
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
+        theta, theta_dot = self.state(times)
+        return {"theta": theta, "theta_dot": theta_dot}
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """What one unit in the last place of every input does, and round-off of the result."""
+        times = np.asarray(times, dtype=float)
+        errors = []
+        for values in self._neighbours.state(times[None, :]):
+            moved = np.abs(values[1:] - values[:1]).sum(axis=0)
+            errors.append(moved + _ULP * np.abs(values[0]) + _ULP)
+        return {"theta": errors[0], "theta_dot": errors[1]}
+
+    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
+        """Coefficients of a scheme's global error, see `analytic.scheme_error`."""
+        return leading_error(self.rotor, self.theta, self.theta_dot, times, scheme)
+
+    @property
+    def rotor(self) -> DrivenRotor:
+        """The same equation of motion as an angular acceleration."""
+        a, b, c = (float(double(v)) for v in (self.potential.a, self.potential.b, self.potential.c))
+        return DrivenRotor(a / self.inertia, b / self.inertia, c / self.inertia)
