@@ -1,0 +1,34 @@
+"""What an exact answer must be able to say of itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+
+class Reference(Protocol):
+    """The exact motion of one problem, as functions of time."""
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """Exact observables at `times` [s], shape (n,), each of shape (n,), in SI units."""
+        ...
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """What double precision allows: for each observable the absolute error that inputs
+        rounded to double, and the reference's own arithmetic, may have caused, shape (n,)."""
+        ...
+
+    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
+        """Coefficients C_p(t) of a scheme's global error sum_p C_p(t) step^p, as
+        {p: {observable: shape (n,)}}; empty where theory has none."""
+        ...
+
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """How far errors of this size, shape (n,) each, carry the motion to where its response to
+        them is no longer linear: 0 while it is, about 1 where a linear expansion says nothing."""
+        ...

@@ -1,0 +1,155 @@
+"""One run held against the exact answer: errors, what theory foretold, invariants, cost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from analytic.reference import Array, Reference
+from engines.method import Method, Unsupported
+from engines.registry import engine_of, installed
+from engines.trajectory import Trajectory
+from models.scene import Scene, System
+
+Status = Literal["done", "diverged", "unsupported", "missing"]
+
+
+@dataclass(frozen=True)
+class Foretold:
+    """What theory says the error of one observable is: sum_p C_p step^p, and how far to trust it."""
+
+    largest: float  # largest magnitude over the samples
+    end: float  # at the end, with its sign
+    terms: Mapping[int, float]  # {p: largest |C_p| step^p over the samples}
+    nonlinearity: float  # see `Reference.nonlinearity`
+
+
+@dataclass(frozen=True)
+class ObservedError:
+    """Error of one observable against the exact answer, in its SI unit."""
+
+    largest: float  # largest magnitude over the samples
+    end: float  # at the end of the run, with its sign
+    uncertainty: float  # what double precision allows the exact answer, largest over the samples
+    scale: float  # largest magnitude of the exact observable
+    model: Mapping[str, float] = field(default_factory=dict)  # {reason: bound}, not from the step
+    foretold: Foretold | None = None
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What a run of a scene with a method and a step gave; small, so that a worker can return it."""
+
+    scene: str
+    method: str
+    step: float  # [s], or the relative tolerance of an adaptive method
+    status: Status
+    reason: str = ""
+    errors: Mapping[str, ObservedError] = field(default_factory=dict)
+    invariants: Mapping[str, float] = field(default_factory=dict)  # largest relative drift
+    channels: Mapping[str, float] = field(default_factory=dict)  # {engine's extra: spread}
+    duration: float = 0.0  # simulated [s]
+    steps: int = 0
+    seconds: float = 0.0  # wall time of the stepping in this one run: see cost for a measured one
+    compile_seconds: float = 0.0
+    diverged_at: float | None = None
+    warnings: tuple[str, ...] = ()
+
+
+def measure(
+    system: System, scene: Scene, method: Method, step: float, reference: Reference | None = None
+) -> tuple[Measurement, Trajectory | None]:
+    """Run once and measure; the trajectory too, for those who plot it. Raises ParameterError."""
+    problem = system.problem(scene.parameters)
+    exact = reference or system.reference(problem)
+    blank = Measurement(scene.name, method.name, step, "unsupported")
+    if not installed(engine_of(method)):
+        return _with(blank, status="missing", reason=f"{engine_of(method).package} is missing"), None
+    engine = engine_of(method)
+    try:
+        simulation = engine.prepare(system, scene, method, step)
+        model = engine.regularisation(system, scene, method, step)
+    except Unsupported as why:
+        return _with(blank, reason=str(why)), None
+    run = simulation.run()
+    if run.diverged_at is not None or len(run.times) < 2:
+        return _with(
+            blank,
+            status="diverged",
+            reason="; ".join(run.warnings) or "beyond every reach of the motion",
+            diverged_at=run.diverged_at,
+            steps=run.steps,
+            seconds=run.seconds,
+            warnings=run.warnings,
+        ), run
+    drifts = system.invariants(problem, run.observables)
+    return _with(
+        blank,
+        status="done",
+        errors=_errors(system, exact, method, step, run, model),
+        invariants={name: float(np.abs(drift).max()) for name, drift in drifts.items()},
+        channels={name: float(np.ptp(values)) for name, values in run.channels.items()},
+        duration=float(run.times[-1]),
+        steps=run.steps,
+        seconds=run.seconds,
+        compile_seconds=simulation.compile_seconds,
+        warnings=run.warnings,
+    ), run
+
+
+def _errors(
+    system: System,
+    exact: Reference,
+    method: Method,
+    step: float,
+    run: Trajectory,
+    model: Mapping[str, Mapping[str, float]],
+) -> Mapping[str, ObservedError]:
+    truth, doubt = exact.observe(run.times), exact.uncertainty(run.times)
+    series = exact.leading_error(method.scheme, run.times)
+    powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
+    total = {
+        o.name: sum((terms[o.name] for terms in powers.values()), np.zeros(len(run.times)))
+        for o in system.observables
+        if powers and all(o.name in terms for terms in powers.values())
+    }
+    bent = exact.nonlinearity(run.times, total) if total else 0.0
+    errors = {}
+    for name in (o.name for o in system.observables if o.name in run.observables):
+        error = run.observables[name] - truth[name]
+        errors[name] = ObservedError(
+            largest=float(np.abs(error).max()),
+            end=float(error[-1]),
+            uncertainty=float(doubt[name].max()),
+            scale=float(np.abs(truth[name]).max()),
+            model=dict(model.get(name, {})),
+            foretold=_foretold(name, total, powers, bent),
+        )
+    return errors
+
+
+def _foretold(
+    name: str, total: Mapping[str, Array], powers: Mapping[int, Mapping[str, Array]], bent: float
+) -> Foretold | None:
+    if name not in total:
+        return None
+    return Foretold(
+        largest=float(np.abs(total[name]).max()),
+        end=float(total[name][-1]),
+        terms={p: float(np.abs(terms[name]).max()) for p, terms in powers.items()},
+        nonlinearity=bent,
+    )
+
+
+def _with(blank: Measurement, **values: Any) -> Measurement:
+    return replace(blank, **values)
+
+
+def floor(error: ObservedError, steps: int) -> float:
+    """What no smaller step can take from an error: the model's own share, what double precision
+    allows the exact answer, and the rounding of every step, which adds up as a random walk (four
+    standard deviations; a unit in the last place at every step does what one of the start does)."""
+    return sum(error.model.values()) + error.uncertainty * (1.0 + 4.0 * float(np.sqrt(steps)))

@@ -1,0 +1,53 @@
+"""What a method and an engine are: names, declared order, and the functions that run them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, Protocol
+
+from engines.trajectory import Trajectory
+from models.scene import Scene, System
+
+
+class Unsupported(Exception):
+    """A method that cannot run a scene; its text is the reason, one line."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """An engine with its integrator and, where it matters, model variant and contact profile."""
+
+    name: str  # "mujoco/rk4", "mujoco/euler+coulomb"
+    scheme: str  # the key of `Reference.leading_error`: "semi-implicit-euler", "rk4", "adaptive" ...
+    order: int | None  # of the global error in the step; None for adaptive methods
+    control: Literal["step", "tolerance"] = "step"  # what its `step` argument means: [s], or rtol
+    settings: Mapping[str, Any] = field(default_factory=dict)  # the engine's own option names
+    ladder: tuple[float, ...] = ()  # of tolerances, loose to tight; steps are the scene's own
+
+    @property
+    def engine(self) -> str:
+        """Name of the engine, the part before the slash."""
+        return self.name.partition("/")[0]
+
+
+class Simulation(Protocol):
+    """A scene compiled for one method and step, ready to be run any number of times."""
+
+    compile_seconds: float
+
+    def run(self) -> Trajectory:
+        """Run from the start to the end; the trajectory's `seconds` count the stepping alone."""
+        ...
+
+
+@dataclass(frozen=True)
+class Engine:
+    """A translation of scenes into one engine's terms; the package is imported when it runs."""
+
+    name: str
+    package: str  # the import name that must be there
+    methods: tuple[Method, ...]
+    prepare: Callable[[System, Scene, Method, float], Simulation]  # raises Unsupported
+    regularisation: Callable[[System, Scene, Method, float], Mapping[str, Mapping[str, float]]]
+    """{observable: {reason: absolute bound}}: what the model itself adds, apart from the step."""

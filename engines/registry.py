@@ -1,0 +1,58 @@
+"""Which engines there are: every module of this folder that says ENGINE is one."""
+
+from __future__ import annotations
+
+import fnmatch
+import importlib.util
+import pkgutil
+from collections.abc import Mapping
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+
+from analytic.parameters import ParameterError
+from engines.method import Engine, Method
+from models.registry import unknown
+
+
+@cache
+def engines() -> Mapping[str, Engine]:
+    """All engines by name, in the order of their names, installed or not."""
+    found = [
+        getattr(import_module(f"engines.{module.name}"), "ENGINE", None)
+        for module in pkgutil.iter_modules([str(Path(__file__).parent)])
+    ]
+    return {e.name: e for e in sorted(filter(None, found), key=lambda engine: engine.name)}
+
+
+def installed(engine: Engine) -> bool:
+    """Whether the engine's package is there."""
+    return importlib.util.find_spec(engine.package) is not None
+
+
+def methods(pattern: str = "*") -> tuple[Method, ...]:
+    """Methods whose name, or engine, matches the shell pattern (several with commas), installed or
+    not; raises ParameterError when one part of the pattern matches none."""
+    every = [method for engine in engines().values() for method in engine.methods]
+    wanted = pattern.split(",")
+    for part in wanted:
+        if not any(_matches(method, part) for method in every):
+            raise ParameterError("methods", part, unknown(part, [m.name for m in every]))
+    return tuple(m for m in every if any(_matches(m, part) for part in wanted))
+
+
+def method(name: str) -> Method:
+    """The method `engine/name`; raises ParameterError when there is none."""
+    every = {method.name: method for engine in engines().values() for method in engine.methods}
+    if name not in every:
+        raise ParameterError("method", name, unknown(name, list(every)))
+    return every[name]
+
+
+def engine_of(method: Method) -> Engine:
+    """The engine that a method belongs to."""
+    return engines()[method.engine]
+
+
+def _matches(method: Method, pattern: str) -> bool:
+    return fnmatch.fnmatchcase(method.name, pattern) or method.engine == pattern

@@ -1,0 +1,107 @@
+"""A study: many scenes with many methods, errors in parallel, costs alone."""
+
+from __future__ import annotations
+
+import multiprocessing
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+
+from engines.climb import Climb, climb
+from engines.cost import Cost, Key, costs
+from engines.method import Method
+from models.registry import system_of
+from models.scene import Scene
+
+Profile = str  # "quick" or "full"
+_MOST_STEPS = {"quick": 20_000, "full": 1_000_000}
+_REPEATS = {"quick": 5, "full": 9}
+_BUDGET = {"quick": 0.004, "full": 0.05}  # [s] of wall time for one timing
+
+
+@dataclass(frozen=True)
+class Study:
+    """Everything that was measured: errors of each method on each scene, and costs."""
+
+    profile: Profile
+    scenes: tuple[Scene, ...]
+    methods: tuple[Method, ...]
+    climbs: tuple[Climb, ...]
+    costs: Mapping[Key, Cost]
+    yardstick: float  # [ns] of a bare step of an empty model, in this study
+    seconds: Mapping[str, float]  # wall time of the two halves, "errors" and "costs"
+
+
+def run_study(
+    scenes: Sequence[Scene],
+    methods: Sequence[Method],
+    profile: Profile = "quick",
+    jobs: int = 1,
+    executor: Executor | None = None,
+    told: Callable[[str, int, int], None] = lambda what, done, total: None,
+    timed: bool = True,
+) -> Study:
+    """Measure every method on every scene; `executor`, where given, runs the error half in place
+    of a pool of `jobs` processes (a Dask client's will do); `told` hears what is being done."""
+    begin = time.perf_counter()
+    pairs = [(scene, method) for scene in scenes for method in methods]
+    with _pool(executor, min(jobs, len(pairs))) as pool:
+        most = _MOST_STEPS[profile]
+        if pool is None:
+            climbs = []
+            for scene, method in pairs:
+                told(f"{scene.name} {method.name}", len(climbs), len(pairs))
+                climbs.append(climb(scene, method, most))
+        else:
+            # The long ones first, so that no worker is left with one at the end.
+            order = sorted(range(len(pairs)), key=lambda i: -_work(*pairs[i], most))
+            waiting = {i: pool.submit(climb, *pairs[i], most) for i in order}
+            found = {}
+            for i in order:
+                told(f"{pairs[i][0].name} {pairs[i][1].name}", len(found), len(pairs))
+                found[i] = waiting[i].result()
+            climbs = [found[i] for i in range(len(pairs))]
+    between = time.perf_counter()
+    measured: Mapping[Key, Cost] = {}
+    unit = float("nan")
+    if timed:
+        by_scene = {scene.name: scene for scene in scenes}
+        by_method = {method.name: method for method in methods}
+        tasks = [
+            (system_of(by_scene[c.scene]), by_scene[c.scene], by_method[c.method], step)
+            for c in climbs
+            if (step := _typical(c)) is not None
+        ]
+        measured, unit = costs(
+            tasks, _REPEATS[profile], _BUDGET[profile], lambda what: told(what, 0, 0)
+        )
+    return Study(
+        profile, tuple(scenes), tuple(methods), tuple(climbs), measured, unit,
+        {"errors": between - begin, "costs": time.perf_counter() - between},
+    )  # fmt: skip
+
+
+def _pool(
+    executor: Executor | None, jobs: int
+) -> AbstractContextManager[Executor | None]:
+    if executor is not None:
+        return nullcontext(executor)
+    if jobs <= 1:
+        return nullcontext(None)
+    return ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn"))
+
+
+def _work(scene: Scene, method: Method, most: int) -> float:
+    """Roughly how long a climb takes: the steps of its ladder, dearer in Python than in C."""
+    if method.control == "tolerance":
+        return 1e5
+    steps = sum(n for h in scene.steps if (n := scene.duration / h) <= most)
+    return steps * (1.0 if method.engine == "mujoco" else 2.0)
+
+
+def _typical(found: Climb) -> float | None:
+    """The step that a method's cost is measured at: the middle one of those that worked."""
+    done = [m.step for m in found.measurements if m.status == "done"]
+    return done[len(done) // 2] if done else None

@@ -1,0 +1,167 @@
+"""The cone pendulum on a rotating platform: its scenes as data, and what they are held against."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from analytic.cone_pendulum import Body, ConePendulum, cone
+from analytic.parameters import known
+from analytic.pendulum_motion import PendulumMotion
+from analytic.quad import double
+from analytic.reference import Array
+from models.ladder import ladder
+from models.scene import Observable, Parameters, Scene, System, replaced
+
+SOURCE = (
+    "V. F. Sudakov, Angular velocity of physical pendulum suspended on movable base, "
+    "Herald of the Bauman MSTU, Instrum. Eng., 2015, no. 5, pp. 124-135"
+)
+_CONE = ("density", "height", "apex_angle")
+_BODY = ("mass", "com_distance", "inertia_x", "inertia_y", "inertia_z")
+_REST = ("pivot_x", "pivot_y", "platform_rate", "gravity", "theta", "theta_dot")
+_STEEL: Parameters = {
+    "density": 8000.0, "height": 0.3, "apex_angle": math.radians(30.0), "pivot_x": 0.0,
+    "pivot_y": 0.09, "platform_rate": 26.0, "gravity": 9.8, "theta": 0.0, "theta_dot": 37.0,
+}  # fmt: skip
+_LEVEL = {"pivot_y": 0.0}
+_PITCHFORK = 6.4482287920129893  # [rad/s], omega^2 = c / (I_x - I_z), physics of the steel cone
+
+
+def problem(parameters: Parameters) -> ConePendulum:
+    """The cone pendulum that parameters describe; raises ParameterError."""
+    general = "mass" in parameters
+    known(parameters, (*(_BODY if general else _CONE), *_REST, "excess"))
+    given = dict(parameters)
+    shape = [given.pop(name) for name in (_BODY if general else _CONE)]
+    body = Body(*shape) if general else cone(*shape)
+    return ConePendulum(body=body, **given)
+
+
+def change(parameters: Parameters, changes: Parameters) -> Parameters:
+    """Parameters with some values changed; the five of a general body replace the cone's three."""
+    if "mass" not in parameters and not set(_BODY).isdisjoint(changes):
+        body = asdict(problem(parameters).body)
+        kept = {name: parameters[name] for name in parameters if name not in _CONE}
+        return {**body, **kept, **changes}
+    if "theta_dot" in changes and "excess" in parameters and "excess" not in changes:
+        parameters = {name: parameters[name] for name in parameters if name != "excess"}
+    return replaced(parameters, changes)
+
+
+def invariants(problem: ConePendulum, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+    """Drift of the Jacobi integral [J] over the spread of the potential."""
+    v = problem.motion.potential
+    a, b, c = (float(double(x)) for x in (v.a, v.b, v.c))
+    sine, cosine = np.sin(observed["theta"]), np.cos(observed["theta"])
+    kinetic = problem.body.inertia_x * observed["theta_dot"] ** 2 / 2
+    energy = kinetic - (a * sine + b) * sine - c * cosine
+    return {"jacobi_integral": (energy - energy[0]) / max(abs(a) + abs(b) + abs(c), kinetic[0])}
+
+
+def facts(problem: ConePendulum) -> Mapping[str, Any]:
+    """Mass properties, barrier, equilibria, period and action; the printed Hamiltonian's apart."""
+    motion = problem.motion
+    barrier, at = problem.printed_barrier
+    return {
+        **_about(motion),
+        "jacobi_integral": float(double(motion.energy)),
+        "barrier": float(double(motion.barriers[0])) if motion.barriers.size else None,
+        "body": asdict(problem.body),
+        "equilibria": [asdict(e) for e in problem.equilibria],
+        "pitchfork_rate": problem.pitchfork_rate,
+        "printed_hamiltonian": {
+            **_about(problem.printed_motion()),
+            "energy": float(double(problem.printed_motion().energy)),
+            "barrier": barrier,
+            "barrier_theta": at,
+            "note": "eq. 9 as printed, T + U: not conserved; kept for the paper's figures alone",
+        },
+    }
+
+
+def _about(motion: PendulumMotion) -> Mapping[str, Any]:
+    return {
+        "kind": motion.regime,
+        "well": motion.well,
+        "period": motion.period,
+        "period_condition": motion.period_condition,
+        "action": motion.action,
+        "mean_rate": motion.mean_rate,
+    }
+
+
+def _scene(case: str, summary: str, duration: float, hard: str = "", **values: Any) -> Scene:
+    profile = values.pop("profile", "full")
+    steps = values.pop("steps", ladder(5e-3, 2.5e-6))
+    return Scene(
+        f"cone-pendulum/{case}", summary, change(_STEEL, values), duration, steps, SOURCE,
+        profile, hard,
+    )  # fmt: skip
+
+
+def _near(side: str, sign: float, k: int) -> Scene:
+    """Energy a relative 10^-k off the barrier, over two passages of the saddle."""
+    at_rest = problem(change(_STEEL, {"theta_dot": 1.0})).motion
+    barrier = float(double(at_rest.barriers[0]))
+    start = problem({**_STEEL, "theta_dot": 1.0, "excess": sign * barrier * 10.0**-k}).started
+    return _scene(
+        f"{side}-barrier-1e-{k}",
+        f"energy {side} the barrier by 10^-{k} of it",
+        1.5,
+        hard=f"errors grow as e^(24.7 t) at the saddle; period grows as ln(10^{k})",
+        theta_dot=start.theta_dot,
+        profile="quick" if (side, k) == ("above", 6) else "full",
+        steps=ladder(1e-3, 1e-5),
+    )
+
+
+SCENES = (
+    _scene("rotating-base", "the source's Fig. 3: rotation on a platform at 26 rad/s", 0.5,
+           profile="quick"),
+    _scene("resting-base", "the source's Fig. 2: rotation on a platform at rest", 1.0,
+           profile="quick", platform_rate=0.0, theta_dot=13.0),
+    _scene("deep-well", "libration in the deeper of two wells", 0.5, theta=1.5, theta_dot=5.0),
+    _scene("shallow-well", "libration in the shallower well", 0.7, theta=-1.47, theta_dot=2.0),
+    _scene("both-wells", "libration over both wells", 1.0, theta=-0.5, theta_dot=12.0),
+    _scene("unequal-inertia", "a body with I_y = I_x + 0.03: the printed I_x for I_y matters", 0.5,
+           inertia_y=cone(8000.0, 0.3, math.radians(30.0)).inertia_y + 0.03, profile="quick"),
+    *(_near(side, sign, k) for k in range(3, 13) for side, sign in (("above", 1), ("below", -1))),
+    _scene("pitchfork", "hanging at the rate where it stops being stable", 20.0, **_LEVEL,
+           hard="quartic well: the period grows as 1/amplitude", platform_rate=_PITCHFORK,
+           theta=0.1, theta_dot=0.0, steps=ladder(2e-2, 2e-4)),
+    _scene("pitchfork-small", "the same at half the amplitude: twice the period", 40.0, **_LEVEL,
+           hard="quartic well: the period grows as 1/amplitude", platform_rate=_PITCHFORK,
+           theta=0.05, theta_dot=0.0, steps=ladder(2e-2, 2e-4)),
+    _scene("equal-wells", "beyond the pitchfork: from next to the saddle over both wells", 8.0,
+           hard="homoclinic to theta = 0: errors grow as e^(7.4 t)", **_LEVEL, platform_rate=10.0,
+           theta=1e-3, theta_dot=0.0, steps=ladder(5e-3, 5e-5)),
+    _scene("flat-cone", "a cone so flat that I_x < I_z", 1.0, hard="the centrifugal term changes "
+           "sign", apex_angle=2 * math.atan(2.5), theta_dot=30.0),
+    _scene("fast-platform", "a platform at 1000 rad/s", 0.05, hard="accelerations of 10^6 rad/s^2",
+           platform_rate=1000.0, theta_dot=1500.0, steps=ladder(1e-4, 1e-7)),
+    _scene("million-steps", "the source's Fig. 3, for 625 turns", 100.0, hard="10^6 steps of 1e-4 "
+           "s: energy bounded, or drifting at a rate", steps=(8e-4, 4e-4, 2e-4, 1e-4)),
+)  # fmt: skip
+
+SYSTEMS = (
+    System(
+        name="cone-pendulum",
+        title="Cone pendulum on a rotating platform",
+        observables=(Observable("theta", "rad"), Observable("theta_dot", "rad/s")),
+        parameters=(*_CONE, *_BODY, *_REST, "excess"),
+        scenes=SCENES,
+        default="rotating-base",
+        problem=problem,
+        reference=lambda problem: problem.motion,
+        invariants=invariants,
+        facts=facts,
+        mjcf=Path(__file__).parent / "cone_pendulum.xml",
+        change=change,
+    ),
+)

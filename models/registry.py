@@ -1,0 +1,73 @@
+"""Which systems there are: every folder of models that says SYSTEM is one."""
+
+from __future__ import annotations
+
+import difflib
+import fnmatch
+import pkgutil
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from analytic.parameters import ParameterError, known
+from models.scene import Scene, System
+
+
+@cache
+def systems() -> Mapping[str, System]:
+    """All systems by name, in the order of their names."""
+    folders = pkgutil.iter_modules([str(Path(__file__).parent)])
+    modules = [import_module(f"models.{f.name}") for f in folders if f.ispkg]
+    found = [system for module in modules for system in getattr(module, "SYSTEMS", ())]
+    return {system.name: system for system in sorted(found, key=lambda system: system.name)}
+
+
+def scenes(pattern: str = "*", profile: str = "full") -> tuple[Scene, ...]:
+    """Scenes whose name, or system, matches the shell pattern (several with commas), of the
+    profile; raises ParameterError when there is none."""
+    every = [scene for system in systems().values() for scene in system.scenes]
+    wanted = pattern.split(",")
+    chosen = tuple(
+        scene
+        for scene in every
+        if any(fnmatch.fnmatchcase(scene.name, w) or scene.system == w for w in wanted)
+        and (profile == "full" or scene.profile == "quick" or scene.name in wanted)
+    )
+    for part in wanted:
+        if not any(fnmatch.fnmatchcase(s.name, part) or s.system == part for s in every):
+            raise ParameterError("scenes", part, unknown(part, [s.name for s in every]))
+    return chosen
+
+
+def scene(name: str, changes: Mapping[str, Any] | None = None) -> Scene:
+    """The scene `system/case`, or a system's default case, with some parameters changed; raises
+    ParameterError for an unknown name or a parameter that the equations do not allow."""
+    system = systems().get(name.partition("/")[0])
+    if system is None:
+        raise ParameterError("scene", name, unknown(name, list(systems())))
+    cases = {scene.name: scene for scene in system.scenes}
+    full = name if "/" in name else f"{name}/{system.default}"
+    if full not in cases:
+        raise ParameterError("scene", name, unknown(full, list(cases)))
+    chosen = cases[full]
+    if not changes:
+        return chosen
+    known(changes, system.parameters)
+    changed = replace(chosen, parameters=system.change(chosen.parameters, changes))
+    system.problem(changed.parameters)
+    return changed
+
+
+def system_of(scene: Scene) -> System:
+    """The system that a scene belongs to."""
+    return systems()[scene.system]
+
+
+def unknown(name: str, names: list[str]) -> str:
+    """What a name must be, with the nearest ones that exist."""
+    near = difflib.get_close_matches(name, names, n=3, cutoff=0.4) or names[:8]
+    more = "" if len(near) == len(names) else ", ... (see `plumbob list`)"
+    return f"one of {', '.join(near)}{more}"

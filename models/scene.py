@@ -1,0 +1,62 @@
+"""What a scene and a system are: data, and the functions that give the data its meaning."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from analytic.reference import Array, Reference
+
+Parameters = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Observable:
+    """A quantity that is compared: its name and its SI unit."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A system with its parameters, its start, how long it runs and where it comes from."""
+
+    name: str  # "system/case"
+    summary: str
+    parameters: Parameters  # SI units, radians; the start included; the names of `--set`
+    duration: float  # [s]
+    steps: tuple[float, ...]  # ladder of fixed steps [s], coarse to fine
+    source: str
+    profile: Literal["quick", "full"] = "full"  # the smallest profile that runs it
+    hard: str = ""  # what makes it hard, where it is there for that
+
+    @property
+    def system(self) -> str:
+        """Name of the system, the part before the slash."""
+        return self.name.partition("/")[0]
+
+
+def replaced(parameters: Parameters, changes: Parameters) -> Parameters:
+    """Parameters with some values changed."""
+    return {**parameters, **changes}
+
+
+@dataclass(frozen=True)
+class System:
+    """A mechanical system: what it observes, its scenes, and its exact answer."""
+
+    name: str
+    title: str
+    observables: tuple[Observable, ...]  # the first is the one that orders and verdicts lead with
+    parameters: tuple[str, ...]  # every name that `--set` takes
+    scenes: tuple[Scene, ...]
+    default: str  # the case meant by the system's name alone
+    problem: Callable[[Parameters], Any]  # parameters -> analytic object; ParameterError
+    reference: Callable[[Any], Reference]  # problem -> its exact motion
+    invariants: Callable[[Any, Mapping[str, Array]], Mapping[str, Array]]  # relative drifts
+    facts: Callable[[Any], Mapping[str, Any]]  # what `solve` says beside the observables
+    mjcf: Path  # the model on its own
+    change: Callable[[Parameters, Parameters], Parameters] = replaced

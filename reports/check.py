@@ -1,0 +1,36 @@
+"""One run as an assertion, for a test of one's own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from engines.measurement import measure
+from engines.registry import method as find_method
+from models.registry import scene as find_scene
+from models.registry import system_of
+from reports.expectations import expected
+from reports.verdict import Judgement, judge
+
+
+def check(
+    scene: str, method: str, step: float, changes: Mapping[str, Any] | None = None
+) -> Judgement:
+    """Run `scene` with `method` at `step` [s] (or relative tolerance) and return its judgement;
+    raises AssertionError with the table when the verdict is not as expected, and ParameterError
+    for a name or number that does not fit."""
+    chosen, how = find_scene(scene, changes), find_method(method)
+    system = system_of(chosen)
+    found, _ = measure(system, chosen, how, step)
+    judgement = judge(found, system, how)
+    wanted = expected(chosen.name, how.name)
+    if judgement.verdict != wanted.verdict:
+        lines = [f"{chosen.name} with {how.name} at {step:g}: {judgement.verdict}, expected "
+                 f"{wanted.verdict} ({judgement.reason or wanted.reason or 'within tolerance'})"]
+        for name, error in found.errors.items():
+            lines.append(f"  {name}: error {error.largest:.3e}")
+            bound = judgement.tolerances.get(name)
+            for term in bound.terms if bound else ():
+                lines.append(f"    {term.value:.3e} {bound.unit if bound else ''}  {term.name}: {term.reason}")
+        raise AssertionError("\n".join(lines))
+    return judgement

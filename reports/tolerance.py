@@ -1,0 +1,105 @@
+"""How far off a run may be: a budget of named terms, each with its reason; never a number that
+merely passes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from engines.measurement import Measurement, ObservedError
+from engines.method import Method
+
+_ULP = 2.0**-52
+TRUST = 0.1  # an expansion whose next term, or nonlinear part, is larger than this is not used
+
+
+@dataclass(frozen=True)
+class Term:
+    """One part of a tolerance."""
+
+    name: str
+    value: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """A bound on the error of one observable, in its unit, as a sum of terms."""
+
+    unit: str
+    terms: tuple[Term, ...]
+
+    @property
+    def bound(self) -> float:
+        """The sum of the terms."""
+        return sum(term.value for term in self.terms)
+
+
+def tolerance(found: Measurement, method: Method, observable: str, unit: str) -> Tolerance | None:
+    """The tolerance of one observable in one run; None where theory does not reach the step (the
+    expansion's next term, or what is nonlinear in it, is more than a tenth of it)."""
+    error = found.errors[observable]
+    if method.control == "tolerance":
+        step_terms: tuple[Term, ...] | None = _adaptive(error, found)
+    else:
+        step_terms = _expansion(error, found.step)
+    if step_terms is None:
+        return None
+    shares = tuple(
+        Term(f"regularisation: {name}", value, "the model differs from the equations by this")
+        for name, value in error.model.items()
+    )
+    return Tolerance(unit, (*step_terms, *shares, *_double_precision(error, found.steps)))
+
+
+def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
+    told = error.foretold
+    if told is None:
+        return None
+    ranked = [told.terms[p] for p in sorted(told.terms)]
+    ratio = ranked[-1] / ranked[0] if len(ranked) > 1 and ranked[0] > 0.0 else 0.0
+    # Where the next order is as large as the first (RK4 on an orbit), both are in the sum, and
+    # the one after them is smaller by the step times the motion's own rate, the ratio's root.
+    if told.nonlinearity > TRUST:
+        return None
+    beyond = min(ratio, 1.0) * ranked[-1] if ratio <= TRUST else _after(ranked, told.largest)
+    if beyond > TRUST * told.largest:
+        return None
+    powers = " + ".join(f"C{p} h^{p}" for p in sorted(told.terms))
+    return (
+        Term("discretisation", told.largest, f"{powers} of the scheme on this motion, h = {step:g} s"),
+        Term(
+            "discretisation: remainder",
+            beyond + told.nonlinearity * told.largest,
+            "the expansion's next term by the ratio of the last two, and what is nonlinear in it",
+        ),
+    )
+
+
+def _after(ranked: list[float], largest: float) -> float:
+    return TRUST * min(ranked[-1], largest)
+
+
+def _adaptive(error: ObservedError, found: Measurement) -> tuple[Term, ...]:
+    growth = error.uncertainty / _ULP
+    return (
+        Term(
+            "local error control",
+            found.step * found.steps * growth,
+            "every step may err by rtol times the state, and carries it to the end",
+        ),
+    )
+
+
+def _double_precision(error: ObservedError, steps: int) -> tuple[Term, ...]:
+    return (
+        Term(
+            "conditioning",
+            error.uncertainty,
+            "one unit in the last place of every input moves the exact answer by this",
+        ),
+        Term(
+            "round-off",
+            4.0 * steps**0.5 * error.uncertainty,
+            "as much at every step, adding up as a random walk: four standard deviations",
+        ),
+    )

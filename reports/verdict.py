@@ -1,0 +1,72 @@
+"""Is a run within its tolerance, and what does a whole climb of steps say of its method?"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from engines.climb import Climb
+from engines.measurement import Measurement, floor
+from engines.method import Method
+from models.scene import System
+from reports.tolerance import Tolerance, tolerance
+
+Verdict = Literal["pass", "fail", "not-converging", "diverged", "unsupported", "missing", "coarse"]
+FLAT = 0.7  # a halved step that leaves this much of a first-order error has not helped
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A run's verdict, the tolerance of each observable it was held to, and the reason."""
+
+    verdict: Verdict
+    tolerances: Mapping[str, Tolerance]
+    reason: str
+
+
+def judge(found: Measurement, system: System, method: Method) -> Judgement:
+    """Hold one run to its tolerances; `coarse` where theory does not reach its step."""
+    if found.status != "done":
+        return Judgement(found.status, {}, found.reason)
+    units = {o.name: o.unit for o in system.observables}
+    held = {name: tolerance(found, method, name, units[name]) for name in found.errors}
+    known = {name: bound for name, bound in held.items() if bound is not None}
+    for name, bound in known.items():
+        error = found.errors[name].largest
+        if not error <= bound.bound:
+            reason = f"{name} is off by {error:.3g} {bound.unit}, allowed {bound.bound:.3g}"
+            return Judgement("fail", known, reason)
+    if not known:
+        return Judgement("coarse", {}, "the step is too coarse for the theory of its error")
+    return Judgement("pass", known, "")
+
+
+def judge_climb(found: Climb, system: System, method: Method) -> Judgement:
+    """The verdict on a method on a scene: the worst of its runs, but for steps too coarse for it,
+    if a finer one is within tolerance."""
+    runs = [judge(m, system, method) for m in found.measurements]
+    for verdict in ("unsupported", "missing", "fail"):
+        for run in runs:
+            if run.verdict == verdict:
+                return run
+    if (reason := _flat(found.measurements, system.observables[0].name)) is not None:
+        return Judgement("not-converging", {}, reason)
+    passed = [run for run in runs if run.verdict == "pass"]
+    if passed:
+        return passed[-1]
+    return runs[-1] if runs else Judgement("unsupported", {}, "no step of the ladder fits")
+
+
+def _flat(found: Sequence[Measurement], leading: str) -> str | None:
+    """Why the error has stopped far above round-off, or None while smaller steps still help."""
+    done = [m for m in found if m.status == "done"]
+    if len(done) < 4:
+        return None
+    last = [m.errors[leading] for m in done[-4:]]
+    if any(later.largest < FLAT * sooner.largest for sooner, later in zip(last, last[1:], strict=False)):
+        return None
+    least = floor(last[-1], done[-1].steps)
+    if last[-1].largest < 100.0 * least:
+        return None
+    return f"{leading} stays off by {last[-1].largest:.3g}, {last[-1].largest / least:.0f} floors"
