@@ -67,7 +67,9 @@ def measure(
     exact = reference or system.reference(problem)
     blank = Measurement(scene.name, method.name, step, "unsupported")
     if not installed(engine_of(method)):
-        return _with(blank, status="missing", reason=f"{engine_of(method).package} is missing"), None
+        return _with(
+            blank, status="missing", reason=f"{engine_of(method).package} is missing"
+        ), None
     engine = engine_of(method)
     try:
         simulation = engine.prepare(system, scene, method, step)

@@ -83,9 +83,7 @@ def run_study(
     )  # fmt: skip
 
 
-def _pool(
-    executor: Executor | None, jobs: int
-) -> AbstractContextManager[Executor | None]:
+def _pool(executor: Executor | None, jobs: int) -> AbstractContextManager[Executor | None]:
     if executor is not None:
         return nullcontext(executor)
     if jobs <= 1:

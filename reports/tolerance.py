@@ -9,7 +9,7 @@ from engines.measurement import Measurement, ObservedError
 from engines.method import Method
 
 _ULP = 2.0**-52
-TRUST = 0.1  # an expansion whose next term, or nonlinear part, is larger than this is not used
+TRUST = 0.1  # an expansion whose last term, or nonlinear part, is larger than this is not used
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Tolerance:
 
 def tolerance(found: Measurement, method: Method, observable: str, unit: str) -> Tolerance | None:
     """The tolerance of one observable in one run; None where theory does not reach the step (the
-    expansion's next term, or what is nonlinear in it, is more than a tenth of it)."""
+    expansion's last term, or what is nonlinear in it, is more than a tenth of it)."""
     error = found.errors[observable]
     if method.control == "tolerance":
         step_terms: tuple[Term, ...] | None = _adaptive(error, found)
@@ -55,28 +55,20 @@ def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
     told = error.foretold
     if told is None:
         return None
-    ranked = [told.terms[p] for p in sorted(told.terms)]
-    ratio = ranked[-1] / ranked[0] if len(ranked) > 1 and ranked[0] > 0.0 else 0.0
-    # Where the next order is as large as the first (RK4 on an orbit), both are in the sum, and
-    # the one after them is smaller by the step times the motion's own rate, the ratio's root.
-    if told.nonlinearity > TRUST:
-        return None
-    beyond = min(ratio, 1.0) * ranked[-1] if ratio <= TRUST else _after(ranked, told.largest)
-    if beyond > TRUST * told.largest:
+    last = told.terms[max(told.terms)]
+    if told.nonlinearity > TRUST or last > TRUST * told.largest:
         return None
     powers = " + ".join(f"C{p} h^{p}" for p in sorted(told.terms))
     return (
-        Term("discretisation", told.largest, f"{powers} of the scheme on this motion, h = {step:g} s"),
+        Term(
+            "discretisation", told.largest, f"{powers} of the scheme on this motion, h = {step:g} s"
+        ),
         Term(
             "discretisation: remainder",
-            beyond + told.nonlinearity * told.largest,
-            "the expansion's next term by the ratio of the last two, and what is nonlinear in it",
+            last + told.nonlinearity * told.largest,
+            "what follows in the series is less than its last term; and what is nonlinear in it",
         ),
     )
-
-
-def _after(ranked: list[float], largest: float) -> float:
-    return TRUST * min(ranked[-1], largest)
 
 
 def _adaptive(error: ObservedError, found: Measurement) -> tuple[Term, ...]:

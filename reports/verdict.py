@@ -64,7 +64,9 @@ def _flat(found: Sequence[Measurement], leading: str) -> str | None:
     if len(done) < 4:
         return None
     last = [m.errors[leading] for m in done[-4:]]
-    if any(later.largest < FLAT * sooner.largest for sooner, later in zip(last, last[1:], strict=False)):
+    if any(
+        later.largest < FLAT * sooner.largest for sooner, later in zip(last, last[1:], strict=False)
+    ):
         return None
     least = floor(last[-1], done[-1].steps)
     if last[-1].largest < 100.0 * least:

@@ -1,0 +1,80 @@
+"""The command `plumbob`: which words it takes, and what becomes of its errors."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+USAGE = 2
+COMMANDS = ("list", "validate", "solve", "run", "models", "cite")
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose complaint is one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(USAGE, f"{self.prog}: {message} (see `{self.prog} --help`)\n")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line `argv`; returns 0 for all as expected, 1 for a verdict that is not, 2
+    for wrong use or bad input, 3 for a missing engine or an incomplete study."""
+    if (stranger := in_the_way()) is not None:
+        print(f"plumbob: {stranger}", file=sys.stderr)
+        return USAGE
+    from analytic.parameters import ParameterError
+
+    try:
+        chosen = parser().parse_args(argv)
+        return int(chosen.command(chosen))
+    except ParameterError as error:
+        print(f"plumbob: {error}", file=sys.stderr)
+        return USAGE
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        if isinstance(error, BrokenPipeError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 0
+        print(f"plumbob: {where}{error.strerror or error}", file=sys.stderr)
+        return USAGE
+    except KeyboardInterrupt:
+        print("plumbob: interrupted; nothing was written", file=sys.stderr)
+        return 130
+
+
+def in_the_way() -> str | None:
+    """What stands in the way of our packages, whose names are everybody's, or None."""
+    ours = Path(__file__).resolve().parent.parent
+    for name in ("analytic", "models", "engines"):
+        spec = importlib.util.find_spec(name)
+        found = spec and (spec.origin or next(iter(spec.submodule_search_locations or ()), None))
+        if not found or Path(found).resolve().parent.parent != ours:
+            return (
+                f"another `{name}` stands in the way of plumbob's own, {found or 'nowhere'}: "
+                "use an environment of its own, or another working folder or PYTHONPATH"
+            )
+    return None
+
+
+def parser() -> argparse.ArgumentParser:
+    """The parser of the whole command line."""
+    from reports.commands import cite, list_, models, run, solve, validate
+
+    top = _Parser(prog="plumbob", description="Holds physics engines against exact answers.")
+    commands = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
+    for module in (list_, validate, solve, run, models, cite):
+        name = module.__name__.rpartition(".")[2].rstrip("_")
+        described = (module.__doc__ or "").partition(": ")[2].strip().rstrip(".")
+        command = commands.add_parser(name, help=described, description=f"{described}.")
+        module.arguments(command)
+        command.set_defaults(command=module.command)
+    return top
+
+
+if __name__ == "__main__":
+    sys.exit(main())

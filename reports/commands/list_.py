@@ -1,0 +1,43 @@
+"""plumbob list: what there is: systems, scenes, methods, models."""
+
+from __future__ import annotations
+
+import argparse
+
+from engines.registry import engines, installed
+from models.registry import systems
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    kinds = ("systems", "scenes", "methods", "models")
+    parser.add_argument("kind", nargs="?", choices=kinds, help="only these")
+
+
+def command(chosen: argparse.Namespace) -> int:
+    """Print names, one a line, with a word on each."""
+    kinds = [chosen.kind] if chosen.kind else ["systems", "scenes", "methods", "models"]
+    for kind in kinds:
+        if len(kinds) > 1:
+            print(f"{kind}:")
+        rows = _rows(kind)
+        width = max((len(name) for name, _ in rows), default=0)
+        for name, word in rows:
+            print(f"{'  ' if len(kinds) > 1 else ''}{name:<{width}}  {word}".rstrip())
+    return 0
+
+
+def _rows(kind: str) -> list[tuple[str, str]]:
+    if kind == "systems":
+        return [(name, system.title) for name, system in systems().items()]
+    if kind == "scenes":
+        return [(s.name, s.summary) for system in systems().values() for s in system.scenes]
+    if kind == "models":
+        return [(path.stem, str(path)) for path in sorted({s.mjcf for s in systems().values()})]
+    rows = []
+    for engine in engines().values():
+        missing = "" if installed(engine) else f" ({engine.package} is not installed)"
+        for method in engine.methods:
+            order = f"order {method.order}" if method.order else "adaptive, step is rtol"
+            rows.append((method.name, f"{method.scheme}, {order}{missing}"))
+    return rows

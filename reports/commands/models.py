@@ -1,0 +1,41 @@
+"""plumbob models: the MJCF models, and a copy of them for your own use."""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+from pathlib import Path
+
+from analytic.parameters import ParameterError
+from models.registry import systems
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    actions = parser.add_subparsers(metavar="ACTION", dest="action")
+    export = actions.add_parser("export", help="copy the models' folders into DIR")
+    export.add_argument("dir", metavar="DIR")
+
+
+def command(chosen: argparse.Namespace) -> int:
+    """Print where the models are, or copy them; what is there already is not written over."""
+    folders = sorted({system.mjcf.parent for system in systems().values()})
+    if chosen.action != "export":
+        for folder in folders:
+            print(f"{folder.name}  {folder}")
+        return 0
+    target = Path(chosen.dir)
+    files = [
+        (path, target / folder.name / path.name)
+        for folder in folders
+        for path in sorted(folder.iterdir())
+        if path.suffix in (".xml", ".md", ".png")
+    ]
+    for source, copy in files:
+        if copy.exists() and copy.read_bytes() != source.read_bytes():
+            raise ParameterError("DIR", str(target), f"a folder without another {copy.name}")
+    for source, copy in files:
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(source, copy)
+        print(copy)
+    return 0

@@ -1,0 +1,151 @@
+"""plumbob validate: the main job: measure scenes with methods, judge, and write the page."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shlex
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from analytic.parameters import ParameterError
+from engines.registry import methods as find_methods
+from engines.study import Study, run_study
+from models.registry import scenes as find_scenes
+from models.registry import system_of
+from reports.commands import values
+from reports.expectations import expected
+from reports.junit import write_junit
+from reports.progress import progress
+from reports.records import record
+from reports.verdict import Judgement, judge_climb
+
+INCOMPLETE = 3
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument(
+        "--profile",
+        choices=("quick", "full"),
+        default="quick",
+        help="quick (default): the main scenes; full: everything",
+    )
+    parser.add_argument("--scenes", metavar="GLOB", default="*", help="only these; commas allowed")
+    parser.add_argument("--methods", metavar="GLOB", default="*", help="only these; commas allowed")
+    parser.add_argument("--jobs", metavar="N", help="processes for errors (default: all cores)")
+    parser.add_argument("--out", metavar="DIR", default="plumbob-out", help="where the page goes")
+    parser.add_argument("--json", action="store_true", help="print one JSON object a run")
+    parser.add_argument("--junitxml", metavar="FILE", help="write verdicts as JUnit XML")
+
+
+def command(chosen: argparse.Namespace) -> int:
+    """Run the study, print the verdicts, write the page."""
+    scenes = find_scenes(chosen.scenes, chosen.profile)
+    methods = find_methods(chosen.methods)
+    jobs = _jobs(chosen.jobs)
+    out = _writable(Path(chosen.out))
+    if chosen.junitxml:
+        _writable(Path(chosen.junitxml).parent)
+    with progress() as told:
+        study = run_study(scenes, methods, chosen.profile, jobs, told=told)
+    from reports.page import write_page
+
+    page = write_page(study, out, shlex.join(["plumbob", *sys.argv[1:]]))
+    judged = verdicts(study)
+    if chosen.junitxml:
+        write_junit(Path(chosen.junitxml), study, judged)
+    if chosen.json:
+        json.dump(values.plain(records(study)), sys.stdout, indent=1)
+        print()
+    else:
+        _print(study, judged)
+        print(f"\n{page}")
+    return exit_code(judged)
+
+
+def verdicts(study: Study) -> dict[tuple[str, str], Judgement]:
+    """The verdict on every pair of scene and method."""
+    by_scene = {scene.name: scene for scene in study.scenes}
+    by_method = {method.name: method for method in study.methods}
+    return {
+        (c.scene, c.method): judge_climb(c, system_of(by_scene[c.scene]), by_method[c.method])
+        for c in study.climbs
+    }
+
+
+def records(study: Study) -> list[dict[str, Any]]:
+    """One record a run."""
+    by_scene = {scene.name: scene for scene in study.scenes}
+    by_method = {method.name: method for method in study.methods}
+    return [
+        record(
+            by_scene[c.scene], by_method[c.method], m, c.order, study.costs.get((c.scene, c.method))
+        )
+        for c in study.climbs
+        for m in c.measurements
+    ]
+
+
+def exit_code(judged: dict[tuple[str, str], Judgement]) -> int:
+    """1 when a verdict is not as expected, else 3 when an engine is missing, else 0."""
+    if any(not as_expected(pair, found) for pair, found in judged.items()):
+        return 1
+    return INCOMPLETE if any(found.verdict == "missing" for found in judged.values()) else 0
+
+
+def as_expected(pair: tuple[str, str], found: Judgement) -> bool:
+    """Whether a verdict is the expected one; what cannot be run at all breaks no promise."""
+    if found.verdict in ("unsupported", "missing"):
+        return True
+    return found.verdict == expected(*pair).verdict
+
+
+def _print(study: Study, judged: dict[tuple[str, str], Judgement]) -> None:
+    orders = {(c.scene, c.method): c.order for c in study.climbs}
+    best = {
+        (c.scene, c.method): min(
+            (e.largest for m in c.measurements for e in list(m.errors.values())[:1]), default=None
+        )
+        for c in study.climbs
+    }
+    for scene in study.scenes:
+        print(f"\n{scene.name}: {scene.summary}")
+        for method in study.methods:
+            pair = (scene.name, method.name)
+            if pair not in judged:
+                continue
+            order, cost, found = orders[pair], study.costs.get(pair), judged[pair]
+            line = f"  {method.name:<24}{found.verdict:<15}"
+            if best[pair] is not None:
+                line += f"least error {best[pair]:.1e}  "
+            if order:
+                line += f"order {order.slope:.2f} ({order.low:.2f} to {order.high:.2f})  "
+            if cost:
+                line += f"{cost.ns_per_step:.0f} ns/step"
+            if not as_expected(pair, found):
+                line += f"  NOT AS EXPECTED: {found.reason}"
+            print(line.rstrip())
+
+
+def _jobs(text: str | None) -> int:
+    if text is None:
+        return os.cpu_count() or 1
+    if not text.isdigit() or int(text) < 1:
+        raise ParameterError("jobs", text, "a whole number, 1 or more")
+    return int(text)
+
+
+def _writable(folder: Path) -> Path:
+    """`folder`, made if need be, if a file can be written there; raises ParameterError."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError as error:
+        raise ParameterError(
+            "out", str(folder), f"a folder to write to ({error.strerror})"
+        ) from None

@@ -1,0 +1,72 @@
+"""Values of command-line arguments: numbers, lists of times, parameters as NAME=JSON."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from analytic.parameters import ParameterError, finite, positive
+from analytic.reference import Array
+
+
+def number(name: str, text: str) -> float:
+    """`text` as a finite number; raises ParameterError."""
+    try:
+        return finite(name, float(text))
+    except ValueError:
+        raise ParameterError(name, text, "a finite number") from None
+
+
+def positive_number(name: str, text: str) -> float:
+    """`text` as a number above zero; raises ParameterError."""
+    return positive(name, number(name, text))
+
+
+def times(text: str) -> Array:
+    """T,T,... as times [s], shape (n,), none negative; raises ParameterError."""
+    found = np.array([number("times", part) for part in text.split(",")])
+    if (found < 0.0).any():
+        raise ParameterError("times", text, "0 or later")
+    return found
+
+
+def changes(given: Sequence[str] | None) -> dict[str, Any]:
+    """NAME=JSON, ... as a mapping; raises ParameterError."""
+    found: dict[str, Any] = {}
+    for entry in given or ():
+        name, equals, value = entry.partition("=")
+        if not equals or not name:
+            raise ParameterError("set", entry, "NAME=JSON")
+        try:
+            found[name] = json.loads(value, parse_constant=lambda word: float(word.lower()))
+        except ValueError:
+            raise ParameterError(name, value, "a JSON value, such as 9.8 or [1, 2]") from None
+    return found
+
+
+def add_changes(parser: argparse.ArgumentParser) -> None:
+    """Let a command take --set."""
+    parser.add_argument(
+        "--set", action="append", metavar="NAME=JSON", dest="changes",
+        help="change a parameter of the scene (SI units, radians); may be repeated",
+    )  # fmt: skip
+
+
+def plain(value: Any) -> Any:
+    """`value` as JSON knows it: arrays as lists, numbers that are not finite as null."""
+    if isinstance(value, dict) or hasattr(value, "items"):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value]
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
