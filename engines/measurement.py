@@ -19,7 +19,7 @@ Status = Literal["done", "diverged", "unsupported", "missing"]
 
 @dataclass(frozen=True)
 class Foretold:
-    """What theory says the error of one observable is: sum_p C_p step^p, and how far to trust it."""
+    """What theory says the error of one observable is, sum_p C_p step^p, and its reach."""
 
     largest: float  # largest magnitude over the samples
     end: float  # at the end, with its sign
@@ -41,7 +41,7 @@ class ObservedError:
 
 @dataclass(frozen=True)
 class Measurement:
-    """What a run of a scene with a method and a step gave; small, so that a worker can return it."""
+    """What a run of a scene with a method and a step gave: small, for a worker to return."""
 
     scene: str
     method: str

@@ -19,7 +19,7 @@ class Method:
     """An engine with its integrator and, where it matters, model variant and contact profile."""
 
     name: str  # "mujoco/rk4", "mujoco/euler+coulomb"
-    scheme: str  # the key of `Reference.leading_error`: "semi-implicit-euler", "rk4", "adaptive" ...
+    scheme: str  # the key of `Reference.leading_error`: "semi-implicit-euler", "rk4", ...
     order: int | None  # of the global error in the step; None for adaptive methods
     control: Literal["step", "tolerance"] = "step"  # what its `step` argument means: [s], or rtol
     settings: Mapping[str, Any] = field(default_factory=dict)  # the engine's own option names

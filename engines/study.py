@@ -50,7 +50,7 @@ def run_study(
     with _pool(executor, min(jobs, len(pairs))) as pool:
         most = _MOST_STEPS[profile]
         if pool is None:
-            climbs = []
+            climbs: list[Climb] = []
             for scene, method in pairs:
                 told(f"{scene.name} {method.name}", len(climbs), len(pairs))
                 climbs.append(climb(scene, method, most))
@@ -58,7 +58,7 @@ def run_study(
             # The long ones first, so that no worker is left with one at the end.
             order = sorted(range(len(pairs)), key=lambda i: -_work(*pairs[i], most))
             waiting = {i: pool.submit(climb, *pairs[i], most) for i in order}
-            found = {}
+            found: dict[int, Climb] = {}
             for i in order:
                 told(f"{pairs[i][0].name} {pairs[i][1].name}", len(found), len(pairs))
                 found[i] = waiting[i].result()

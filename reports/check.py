@@ -25,16 +25,15 @@ def check(
     judgement = judge(found, system, how)
     wanted = expected(chosen.name, how.name)
     if judgement.verdict != wanted.verdict:
-        lines = [
-            f"{chosen.name} with {how.name} at {step:g}: {judgement.verdict}, expected "
-            f"{wanted.verdict} ({judgement.reason or wanted.reason or 'within tolerance'})"
-        ]
+        reason = judgement.reason or wanted.reason or "within tolerance"
+        head = f"{chosen.name} with {how.name} at {step:g}: {judgement.verdict}"
+        lines = [f"{head}, expected {wanted.verdict} ({reason})"]
         for name, error in found.errors.items():
             lines.append(f"  {name}: error {error.largest:.3e}")
-            bound = judgement.tolerances.get(name)
-            for term in bound.terms if bound else ():
-                lines.append(
-                    f"    {term.value:.3e} {bound.unit if bound else ''}  {term.name}: {term.reason}"
-                )
+            if (bound := judgement.tolerances.get(name)) is not None:
+                lines += [
+                    f"    {term.value:.3e} {bound.unit}  {term.name}: {term.reason}"
+                    for term in bound.terms
+                ]
         raise AssertionError("\n".join(lines))
     return judgement

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 from engines.climb import Climb
@@ -64,9 +65,7 @@ def _flat(found: Sequence[Measurement], leading: str) -> str | None:
     if len(done) < 4:
         return None
     last = [m.errors[leading] for m in done[-4:]]
-    if any(
-        later.largest < FLAT * sooner.largest for sooner, later in zip(last, last[1:], strict=False)
-    ):
+    if any(later.largest < FLAT * sooner.largest for sooner, later in pairwise(last)):
         return None
     least = floor(last[-1], done[-1].steps)
     if last[-1].largest < 100.0 * least:

@@ -33,9 +33,8 @@ def command(chosen: argparse.Namespace) -> int:
     step = values.positive_number("step", chosen.step)
     system = system_of(scene)
     found, _ = measure(system, scene, method, step)
-    measured, unit = ({}, 1.0)
-    if found.status == "done":
-        measured, unit = costs([(system, scene, method, step)], repeats=5)
+    timed = [(system, scene, method, step)] if found.status == "done" else []
+    measured, unit = costs(timed, repeats=5)
     cost = measured.get((scene.name, method.name))
     one = record(scene, method, found, None, cost)
     if chosen.json:
