@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from analytic.parameters import ParameterError, positive
 
+Indices = npt.NDArray[np.int64]
 SAMPLES = 500  # enough for a smooth curve; the errors are judged at the samples
 MOST_STEPS = 1_000_000_000  # half an hour at the cheapest step any engine has
 
@@ -24,9 +25,9 @@ def step_count(duration: float, step: float) -> int:
 
 def stride(steps: int, samples: int = SAMPLES) -> int:
     """Steps from one sample to the next, so that at most `samples` cover `steps`."""
-    return -(-steps // samples)
+    return max(1, -(-steps // samples))
 
 
-def sampled(steps: int, samples: int = SAMPLES) -> npt.NDArray[np.int64]:
+def sampled(steps: int, samples: int = SAMPLES) -> Indices:
     """Indices of the steps kept: 0, every `stride`-th, and always the last."""
-    return np.append(np.arange(0, steps, stride(steps, samples)), steps)
+    return np.append(np.arange(0, steps, stride(steps, samples), dtype=np.int64), steps)
