@@ -1,0 +1,62 @@
+"""What the MuJoCo adapter costs beside a bare loop, and what leaving out idle stages saves.
+
+Both sides of a ratio are timed in turn, by processor time, and compared turn by turn, so that a
+slower machine or a busy one moves them together.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+
+import mujoco
+import numpy as np
+import pytest
+
+from engines.mujoco import ENGINE
+from engines.mujoco.saving import saving
+from engines.mujoco.simulation import MujocoSimulation, compiled
+from tests.cone_scene import SYSTEM, scene
+
+STEPS = 5000  # of 1e-4 s: 501 samples, every tenth step and the start
+METHODS = {method.name: method for method in ENGINE.methods}
+
+
+def bare(simulation: MujocoSimulation) -> float:
+    """Processor time [s] of the loop that anyone would write: ten steps in C, then record."""
+    model, data = simulation.model, simulation.data
+    mujoco.mj_resetData(model, data)
+    data.qpos[:], data.qvel[:] = simulation.translation.qpos, simulation.translation.qvel
+    recorded = np.empty((STEPS // 10, 3))
+    begin = time.thread_time()
+    for row in recorded:
+        mujoco.mj_step(model, data, nstep=10)
+        row[:] = data.time, data.qpos[1], data.qvel[1]
+    return time.thread_time() - begin
+
+
+def adapted(simulation: MujocoSimulation) -> float:
+    """Processor time [s] of the adapter's whole run, from reset to trajectory."""
+    begin = time.thread_time()
+    simulation.run()
+    return time.thread_time() - begin
+
+
+@pytest.mark.parametrize("name", ["mujoco/euler", "mujoco/rk4"])
+def test_adapter_costs_little(name: str) -> None:
+    # 1.1 is what the adapter is allowed; it takes 0.97 to 1.0, the recording being done in C
+    simulation = compiled(SYSTEM, scene(), METHODS[name], 1e-4)
+    ratio = statistics.median(adapted(simulation) / bare(simulation) for _ in range(41))
+    print(f"\n{name}: adapter / bare loop = {ratio:.3f}")
+    assert ratio <= 1.1
+
+
+@pytest.mark.parametrize("name", list(METHODS))
+def test_trimming_saves_and_changes_nothing(name: str) -> None:
+    # the engine's own timing of its stages puts the idle ones at a fifth of a step or more
+    measured = saving(SYSTEM, scene(), METHODS[name])
+    flags = 1 - measured.ns_flags / measured.ns_default
+    trimmed = 1 - measured.ns_trimmed / measured.ns_default
+    print(f"\n{name}: {measured}: flags save {flags:.0%}, flags and geoms {trimmed:.0%}")
+    assert measured.identical
+    assert trimmed > 0.10

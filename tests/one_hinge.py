@@ -1,0 +1,14 @@
+"""A body on one hinge, to be filled in: its joint, whether its geom touches, what else there is."""
+
+HINGE = """
+<mujoco>
+  <worldbody>
+    <body>
+      <joint type="hinge" axis="1 0 0" {joint}/>
+      <geom size=".1" pos="0 0 -1" contype="{contype}" conaffinity="0"/>
+    </body>
+    <geom type="plane" size="5 5 .1" pos="0 0 -9" contype="0" conaffinity="0"/>
+  </worldbody>
+  {more}
+</mujoco>
+"""
