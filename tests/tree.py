@@ -6,6 +6,7 @@ import ast
 import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 ROOMS = ("analytic", "models", "engines", "reports")  # each may import those before it
@@ -33,8 +34,9 @@ def files(root: Path) -> tuple[Path, ...]:
     return tuple(sorted(path for path in found if "__pycache__" not in path.parts))
 
 
+@cache
 def python(root: Path) -> Tree:
-    """Every Python file of the rooms and the tests with its syntax tree."""
+    """Every Python file of the rooms and the tests with its syntax tree, read once."""
     chosen = [p for p in files(root) if p.suffix == ".py" and p.parts[0] in (*ROOMS, "tests")]
     return tuple((path, ast.parse((root / path).read_text("utf-8"), str(path))) for path in chosen)
 
