@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import configparser
-import fnmatch
 import shutil
 import subprocess
 import sys
@@ -20,7 +19,7 @@ from packaging.version import Version
 from tests.tree import ROOMS, files
 
 ROOT = Path(__file__).parent.parent
-SHIPPED = {  # what a room is made of, beside its Python files
+PLANTED = {  # kinds of file that a room may come to hold
     "models": ("*.xml", "*.md", "*.png"),
     "reports": ("*.html", "*.css", "*.jinja", "*.js"),
 }
@@ -38,21 +37,14 @@ def requirements() -> list[Requirement]:
     return [Requirement(line) for line in sum(extras, project()["dependencies"])]
 
 
-def shipped(path: Path) -> bool:
-    """Whether a file of the tree belongs in the wheel."""
-    room = path.parts[0]
-    patterns = ("*.py", "py.typed", *SHIPPED.get(room, ()))
-    return room in ROOMS and any(fnmatch.fnmatch(path.name, pattern) for pattern in patterns)
-
-
 @pytest.fixture(scope="module")
 def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of the tree, with a file of every shipped kind planted deep in its room."""
+    """A copy of the tree, with a file of every kind planted deep in its room."""
     copy = tmp_path_factory.mktemp("source")
     for path in files(ROOT):
         (copy / path).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / path, copy / path)
-    for room, patterns in SHIPPED.items():
+    for room, patterns in PLANTED.items():
         (copy / room / "deep" / "er").mkdir(parents=True)
         for pattern in patterns:
             (copy / room / "deep" / "er" / pattern.replace("*", "planted")).write_text("planted")
@@ -73,7 +65,7 @@ def wheel(source: Path) -> zipfile.ZipFile:
 
 def test_wheel_holds_the_rooms_and_nothing_else(source: Path, wheel: zipfile.ZipFile) -> None:
     inside = {name for name in wheel.namelist() if ".dist-info/" not in name}
-    assert inside == {path.as_posix() for path in files(source) if shipped(path)}
+    assert inside == {path.as_posix() for path in files(source) if path.parts[0] in ROOMS}
     assert "reports/deep/er/planted.jinja" in inside
 
 
