@@ -51,7 +51,7 @@ def error(method: Method, step: float, **given: Any) -> float:
         ("ode/rk4", 2.5e-5, 5e-13),  # round-off of 20 000 steps at theta = 20
         ("ode/dop853", 1e-13, 1e-11),  # its tolerance a step, grown over a hundred and fifty
         ("ode/radau", 1e-11, 2e-12),  # of fifth order, it needs small steps and errs by less
-        ("ode/lsoda", 1e-13, 3e-11),
+        ("ode/lsoda", 1e-13, 1e-10),  # erratic: 2e-11 here, ten times that at 3e-13
     ],
 )
 def test_solver_reaches_the_exact_motion(name: str, step: float, tolerance: float) -> None:

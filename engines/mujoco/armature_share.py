@@ -18,6 +18,7 @@ and theta is off by d/A, where d obeys the equation of motion linearised along t
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from analytic.taylor_series import integrate
 from analytic.variational import TangentFlow
 
 
+@lru_cache(maxsize=64)  # every method and step of a scene asks for the same
 def swing_error(problem: Any, duration: float, armature: float) -> tuple[float, float]:
     """Largest error of theta [rad] and theta_dot [rad/s] within `duration` [s] that the platform's
     `armature` [kg m^2] brings, to first order in its inverse (module docstring)."""
