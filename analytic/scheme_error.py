@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -44,8 +45,35 @@ def leading_error(
     `scheme` may be. Raises ParameterError."""
     if (found := find_scheme(scheme)) is None:
         return {}
-    flow = TangentFlow(rotor, integrate(rotor, theta, theta_dot, float(np.max(times))))
+    flow = TangentFlow(
+        rotor, integrate(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
+    )
     return evaluated(expansion(flow, found, terms), times)
+
+
+@dataclass(frozen=True)
+class ErrorSeries:
+    """The error expansions of one motion, each worked out once; see `leading_error`."""
+
+    rotor: DrivenRotor
+    theta: float
+    theta_dot: float
+    terms: int = 3
+    _found: dict[str, tuple[float, Mapping[int, Response]]] = field(
+        default_factory=dict, repr=False, compare=False
+    )
+
+    def at(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
+        """What `leading_error` says at `times` [s], shape (n,). Raises ParameterError."""
+        if (how := find_scheme(scheme)) is None:
+            return {}
+        until, series = self._found.get(scheme, (-1.0, {}))
+        if (last := float(np.max(times))) > until:
+            until = 1.01 * last  # the next step may end a little later
+            flow = TangentFlow(self.rotor, integrate(self.rotor, self.theta, self.theta_dot, until))
+            series = expansion(flow, how, self.terms)
+            self._found[scheme] = until, series
+        return evaluated(series, times)
 
 
 def evaluated(

@@ -16,7 +16,9 @@ def sensitivity(rotor: DrivenRotor, theta: float, theta_dot: float, times: Array
     """Derivatives of (theta, theta_dot) at `times` [s], shape (n,), by the start `theta` [rad],
     `theta_dot` [rad/s], shape (n, 2, 2): row what changes, column what is changed. Raises
     ParameterError."""
-    flow = TangentFlow(rotor, integrate(rotor, theta, theta_dot, float(np.max(times))))
+    flow = TangentFlow(
+        rotor, integrate(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
+    )
     return start_response(flow).at(times)
 
 
@@ -25,7 +27,9 @@ def parameter_sensitivity(
 ) -> Mapping[str, Array]:
     """Derivatives of (theta, theta_dot) at `times` [s], shape (n,), by each coefficient of the
     rotor, by the field's name, shape (n, 2). Raises ParameterError."""
-    flow = TangentFlow(rotor, integrate(rotor, theta, theta_dot, float(np.max(times))))
+    flow = TangentFlow(
+        rotor, integrate(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
+    )
     partials = rotor.partials(flow.times, *flow.states)
     values = _parameter_response(flow, list(partials.values())).at(times)
     return {name: values[:, :, column] for column, name in enumerate(partials)}
@@ -37,7 +41,7 @@ def condition(
     """Change of theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,), for a relative change
     of one in every input, added up without sign: times the machine epsilon, what inputs rounded
     to double may do. Raises ParameterError."""
-    orbit = integrate(rotor, theta, theta_dot, float(np.max(times)))
+    orbit = integrate(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
     weighted = weighted_response(TangentFlow(rotor, orbit))
     x, v = orbit.at(times)
     total = np.abs(weighted.at(times)).sum(axis=2)

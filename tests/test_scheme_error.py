@@ -208,3 +208,9 @@ def test_unknown_schemes_have_no_theory_and_wrong_options_are_named() -> None:
     for wrong in ("rk4+implicit-damping", "leapfrog+nothing"):
         with pytest.raises(ParameterError, match="scheme"):
             find_scheme(wrong)
+
+
+def test_nothing_has_gone_wrong_at_the_start() -> None:
+    case = CASES["free-large"]
+    terms = leading_error(case.rotor, case.theta, case.theta_dot, np.array([0.0]), "rk4")
+    assert not any(term[q].any() for term in terms.values() for q in NAMES)
