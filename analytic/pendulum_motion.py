@@ -20,7 +20,7 @@ from analytic.orbit_table import OrbitTable, orbit_table
 from analytic.parameters import ParameterError
 from analytic.quad import Quad, double, quad
 from analytic.reference import Array
-from analytic.scheme_error import leading_error
+from analytic.scheme_error import ErrorSeries
 from analytic.trigonometric_potential import TrigonometricPotential, critical_points
 
 Regime = Literal["rest", "libration", "rotation", "separatrix"]
@@ -189,8 +189,21 @@ class PendulumMotion:
         return {"theta": errors[0], "theta_dot": errors[1]}
 
     def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Coefficients of a scheme's global error, see `analytic.scheme_error`."""
-        return leading_error(self.rotor, self.theta, self.theta_dot, times, scheme)
+        """Three coefficients of a scheme's global error, see `analytic.scheme_error`."""
+        return self._series.at(scheme, times)
+
+    @cached_property
+    def _series(self) -> ErrorSeries:
+        return ErrorSeries(self.rotor, self.theta, self.theta_dot)
+
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """How far errors of theta and theta_dot leave their linear response: the larger of the
+        angle's, and the energy's over its distance from the nearest barrier."""
+        theta, rate = self.state(times)
+        slope = np.asarray(self.rotor.acceleration(times, theta, rate)) * self.inertia
+        drift = self.inertia * rate * errors["theta_dot"] - slope * errors["theta"]
+        room = double(np.abs(self.energy - self.barriers)).min() if self.barriers.size else np.inf
+        return float(max(np.abs(errors["theta"]).max(), np.abs(drift).max() / room))
 
     @property
     def rotor(self) -> DrivenRotor:
