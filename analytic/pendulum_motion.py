@@ -18,13 +18,13 @@ from analytic.elliptic_motion import EllipticMotion
 from analytic.elliptic_reduction import solve
 from analytic.orbit_table import OrbitTable, orbit_table
 from analytic.parameters import ParameterError
+from analytic.pendulum_errors import ULP, nonlinearity, uncertainty
 from analytic.quad import Quad, double, quad
 from analytic.reference import Array
 from analytic.scheme_error import ErrorSeries
 from analytic.trigonometric_potential import TrigonometricPotential, critical_points
 
 Regime = Literal["rest", "libration", "rotation", "separatrix"]
-_ULP = 2.0**-52
 _FEW = 64  # times fewer than this are not worth a table
 
 
@@ -86,11 +86,11 @@ class PendulumMotion:
         return solve(stretched, inertia * quad(self.inertia), start, speed, excess)
 
     @cached_property
-    def _neighbours(self) -> EllipticMotion:
+    def neighbours(self) -> EllipticMotion:
         """The motion itself, then one with each input off by a unit in the last place."""
         factors = quad(np.ones((6, 7)))
         for i in range(6):
-            factors[i, i + 1] = factors[i, i + 1] + quad(_ULP)
+            factors[i, i + 1] = factors[i, i + 1] + quad(ULP)
         return self._solve(*(factor[:, None] for factor in factors))
 
     @property
@@ -143,8 +143,8 @@ class PendulumMotion:
     def period_condition(self) -> float:
         """Relative change of the period over a relative change of the inputs: the sum over a, b,
         c, inertia, theta and speed (or excess), each alone."""
-        periods = self._neighbours.period[:, 0]
-        return float(double(np.abs(periods[1:] / periods[0] - 1)).sum() / _ULP)
+        periods = self.neighbours.period[:, 0]
+        return float(double(np.abs(periods[1:] / periods[0] - 1)).sum() / ULP)
 
     @cached_property
     def table(self) -> OrbitTable:
@@ -180,16 +180,11 @@ class PendulumMotion:
         return {"theta": theta, "theta_dot": theta_dot}
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """What one unit in the last place of every input does, and round-off of the result."""
-        times = np.asarray(times, dtype=float)
-        errors = []
-        for values in self._neighbours.state(times[None, :]):
-            moved = np.abs(values[1:] - values[:1]).sum(axis=0)
-            errors.append(moved + _ULP * np.abs(values[0]) + _ULP)
-        return {"theta": errors[0], "theta_dot": errors[1]}
+        """What double precision allows, see `analytic.pendulum_errors`."""
+        return uncertainty(self, times)
 
     def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Three coefficients of a scheme's global error, see `analytic.scheme_error`."""
+        """Four coefficients of a scheme's global error, see `analytic.scheme_error`."""
         return self._series.at(scheme, times)
 
     @cached_property
@@ -197,13 +192,8 @@ class PendulumMotion:
         return ErrorSeries(self.rotor, self.theta, self.theta_dot)
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """How far errors of theta and theta_dot leave their linear response: the larger of the
-        angle's, and the energy's over its distance from the nearest barrier."""
-        theta, rate = self.state(times)
-        slope = np.asarray(self.rotor.acceleration(times, theta, rate)) * self.inertia
-        drift = self.inertia * rate * errors["theta_dot"] - slope * errors["theta"]
-        room = double(np.abs(self.energy - self.barriers)).min() if self.barriers.size else np.inf
-        return float(max(np.abs(errors["theta"]).max(), np.abs(drift).max() / room))
+        """How far errors leave their linear response, see `analytic.pendulum_errors`."""
+        return nonlinearity(self, times, errors)
 
     @property
     def rotor(self) -> DrivenRotor:

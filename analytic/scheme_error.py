@@ -58,7 +58,7 @@ class ErrorSeries:
     rotor: DrivenRotor
     theta: float
     theta_dot: float
-    terms: int = 3
+    terms: int = 4
     _found: dict[str, tuple[float, Mapping[int, Response]]] = field(
         default_factory=dict, repr=False, compare=False
     )

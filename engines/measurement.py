@@ -152,6 +152,6 @@ def _with(blank: Measurement, **values: Any) -> Measurement:
 
 def floor(error: ObservedError, steps: int) -> float:
     """What no smaller step can take from an error: the model's own share, what double precision
-    allows the exact answer, and the rounding of every step, which adds up as a random walk (four
-    standard deviations; a unit in the last place at every step does what one of the start does)."""
-    return sum(error.model.values()) + error.uncertainty * (1.0 + 4.0 * float(np.sqrt(steps)))
+    allows the exact answer, and the rounding of every step, which adds up as a random walk: four
+    standard deviations of half a unit in the last place, whose effect is that of an input's."""
+    return sum(error.model.values()) + error.uncertainty * (1.0 + 2.0 * float(np.sqrt(steps)))

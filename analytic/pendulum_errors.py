@@ -1,0 +1,60 @@
+"""How errors act on an exact pendulum motion: of its inputs, of a rounding on the way, of a scheme."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analytic.elliptic_reduction import solve
+from analytic.quad import double, quad
+from analytic.reference import Array
+
+if TYPE_CHECKING:
+    from analytic.pendulum_motion import PendulumMotion
+
+ULP = 2.0**-52
+
+
+def uncertainty(motion: PendulumMotion, times: Array) -> Mapping[str, Array]:
+    """What one unit in the last place of every input may do to theta [rad] and theta_dot [rad/s] at
+    `times` [s], shape (n,), and as much of the state where the motion is fastest: a start next to
+    a saddle is tiny, and so are its roundings, but those on the way are not."""
+    times = np.asarray(times, dtype=float)
+    names = ("theta", "theta_dot")
+    moved = [ULP * np.abs(v) + ULP for v in motion.state(times)]
+    for values, total in zip(motion.neighbours.state(times[None, :]), moved, strict=True):
+        total += np.abs(values[1:] - values[:1]).sum(axis=0)
+    if np.isfinite(motion.period):
+        for change, total in zip(_jolted(motion, times), moved, strict=True):
+            total += change
+    return dict(zip(names, moved, strict=True))
+
+
+def _jolted(motion: PendulumMotion, times: Array) -> tuple[Array, Array]:
+    """Change of theta and theta_dot by a rounding of both where the motion is fastest."""
+    first = np.linspace(0.0, motion.period, 128)
+    angles, rates = motion.state(first)
+    at = int(np.abs(rates).argmax())
+    theta, rate = float(angles[at]), float(rates[at])
+    ulp = quad(ULP)
+    starts = quad(theta) + np.array([[quad(0.0)], [abs(theta) * ulp], [quad(0.0)]])
+    speeds = quad(rate) + np.array([[quad(0.0)], [quad(0.0)], [rate * ulp]])
+    rows = solve(motion.exact_potential, motion.inertia, starts, speeds)
+    after = np.maximum(times - first[at], 0.0)[None, :]
+    x, v = (np.abs(values[1:] - values[:1]).sum(axis=0) for values in rows.state(after))
+    return x, v
+
+
+def nonlinearity(motion: PendulumMotion, times: Array, errors: Mapping[str, Array]) -> float:
+    """How far errors of theta and theta_dot, shape (n,) each, leave their linear response: the
+    larger of the angle's own, and the energy's over the kinetic energy or, where that is small,
+    over the distance from the nearest barrier."""
+    theta, rate = motion.state(times)
+    torque = np.asarray(motion.rotor.acceleration(times, theta, rate)) * motion.inertia
+    drift = motion.inertia * rate * errors["theta_dot"] - torque * errors["theta"]
+    barriers = motion.barriers
+    room = double(np.abs(motion.energy - barriers)).min() if barriers.size else np.inf
+    share = np.abs(drift) / (motion.inertia * rate**2 / 2 + room)
+    return float(max(np.abs(errors["theta"]).max(), share.max()))
