@@ -70,6 +70,17 @@ def damped_euler(step: StepSeries, theta: Array, theta_dot: Array) -> Pair:
     return theta + raised(theta_dot), theta_dot
 
 
+def sprung_euler(step: StepSeries, theta: Array, theta_dot: Array) -> Pair:
+    """As `damped_euler`, but the spring pulls at theta1 too: MuJoCo's `discrete` integrator."""
+    pushed = theta_dot + raised(step.undamped(0.0, theta))
+    rotor = step.rotor
+    for n in range(1, len(pushed)):
+        pushed[n] -= rotor.damping_rate * pushed[n - 1]
+        if n > 1:
+            pushed[n] -= rotor.stiffness * pushed[n - 2]
+    return theta + raised(pushed), pushed
+
+
 def position_first_euler(step: StepSeries, theta: Array, theta_dot: Array) -> Pair:
     """theta1 = theta + h v; v1 = v + h a(t, theta1, v): the adjoint order, damping and forcing
     still read at the start; the first order of an engine that moves before it solves velocities."""
@@ -130,8 +141,9 @@ SCHEMES: Mapping[str, Scheme] = MappingProxyType(
 
 def find_scheme(name: str) -> Scheme | None:
     """Scheme called `name`: one of SCHEMES, and after it any of +start-control, +midpoint-control
-    (the forcing is held over the step) and +implicit-damping (semi-implicit-euler only); None when
-    no theory of it is known here. Raises ParameterError for an option it cannot have."""
+    (the forcing is held over the step), +implicit-damping and, after it, +implicit-spring (both
+    semi-implicit-euler only); None when no theory of it is known here. Raises ParameterError for an
+    option it cannot have."""
     base, *options = name.split("+")
     if (scheme := SCHEMES.get(base)) is None:
         return None
@@ -141,6 +153,8 @@ def find_scheme(name: str) -> Scheme | None:
             scheme = replace(scheme, control=held, symmetric=scheme.symmetric and held == 0.5)
         elif option == "implicit-damping" and scheme.advance is semi_implicit_euler:
             scheme = replace(scheme, advance=damped_euler)
+        elif option == "implicit-spring" and scheme.advance is damped_euler:
+            scheme = replace(scheme, advance=sprung_euler)
         else:
             raise ParameterError("scheme", name, f"without +{option}")
     return scheme

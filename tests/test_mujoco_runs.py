@@ -22,7 +22,8 @@ from engines.mujoco.translation import Translation
 from tests.cone_scene import SYSTEM, scene
 from tests.one_hinge import HINGE
 
-METHODS = {method.name: method for method in ENGINE.methods}
+# nothing is controlled here: the methods that differ in a control are left out
+METHODS = {m.name: m for m in ENGINE.methods if "control_at" not in m.settings}
 RK4, EULER = METHODS["mujoco/rk4"], METHODS["mujoco/euler"]
 
 PUSHED = """
@@ -81,7 +82,7 @@ def test_samples_do_not_depend_on_how_the_steps_are_grouped(steps: int) -> None:
     np.testing.assert_array_equal(again.observables["theta"], trajectory.observables["theta"])
 
 
-@pytest.mark.parametrize("method", ENGINE.methods, ids=lambda method: method.name)
+@pytest.mark.parametrize("method", METHODS.values(), ids=lambda method: method.name)
 def test_a_step_far_too_large_is_a_divergence(method: Method) -> None:
     # the torque is bounded, so a step of half a turn kicks the body beyond any speed it can have
     trajectory = prepare(SYSTEM, scene(duration=200.0), method, 0.5).run()

@@ -16,6 +16,7 @@ CHOICES: tuple[tuple[str, type[Any], str], ...] = (
     ("solver", mujoco.mjtSolver, "mjSOL_"),
     ("jacobian", mujoco.mjtJacobian, "mjJAC_"),
 )
+ELSEWHERE = ("contact", "control_at")  # settings that builders and runs read, and no option
 
 
 def apply(spec: mujoco.MjSpec, settings: Mapping[str, Any], step: float) -> None:
@@ -23,6 +24,8 @@ def apply(spec: mujoco.MjSpec, settings: Mapping[str, Any], step: float) -> None
     spec.option.timestep = step
     choices = {option: (kind, prefix) for option, kind, prefix in CHOICES}
     for option, value in settings.items():
+        if option in ELSEWHERE:
+            continue
         if option not in choices:
             if not hasattr(spec.option, option):
                 raise ParameterError(option, value, "an option that MuJoCo has")

@@ -38,6 +38,9 @@ class MujocoSimulation:
         nq, nv = self.model.nq, self.model.nv
         qpos, qvel = course.states[:, 1 : 1 + nq], course.states[:, 1 + nq : 1 + nq + nv]
         observables, channels = self.translation.observe(qpos, qvel)
+        if self.translation.felt is not None:
+            sensed = stepping.sensed(self.model, self.data, course.states)
+            observables = {**observables, **self.translation.felt(sensed)}
         trajectory = Trajectory(
             times=course.steps.astype(np.float64) * self.step,
             observables=observables,
@@ -72,6 +75,9 @@ def compiled(system: System, scene: Scene, method: Method, step: float) -> Mujoc
     begin = time.perf_counter()
     with messages.collected() as logged:
         translation = chosen.build(system.mjcf, problem, method, step)
+        if translation.control is None and "control_at" in method.settings:
+            same = method.name.partition("+")[0]
+            raise Unsupported(f"nothing is controlled in {scene.name}: the same as {same}")
         options.apply(translation.spec, method.settings, step)
         try:
             model = translation.spec.compile()

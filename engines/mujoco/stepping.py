@@ -76,6 +76,19 @@ def course(
     return Course(kept[good], states[good], diverged or taken, seconds, diverged)
 
 
+def sensed(model: mujoco.MjModel, data: mujoco.MjData, states: Array) -> Array:
+    """Sensor data in each of `states`, shape (n, nstate), without control: (n, nsensordata)."""
+    rows, flags = np.empty((len(states), model.nsensordata)), model.opt.disableflags
+    model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+    data.ctrl[:] = 0.0
+    for row, state in zip(rows, states, strict=True):
+        mujoco.mj_setState(model, data, state, STATE)
+        mujoco.mj_forward(model, data)
+        row[:] = data.sensordata
+    model.opt.disableflags = flags
+    return rows
+
+
 def believable(states: Array) -> bool:
     """Whether every number is finite and below what the engine takes for huge."""
     return bool(np.all(np.abs(states) < LARGEST))  # NaN compares false

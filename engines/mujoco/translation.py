@@ -33,6 +33,8 @@ class Translation:
     control: Callable[[Array], Array] | None = None
     """Times [s], shape (n,) -> ctrl, shape (n, nu), held over each step."""
     control_at: float = 0.0  # where in its step the control is read: 0 start, 0.5 middle
+    felt: Callable[[Array], Named] | None = None
+    """Sensor data at the samples, shape (n, nsensordata) -> what they add to the observables."""
     tune: Callable[[mujoco.MjModel], None] = lambda model: None
     """Changes that only the compiled model takes."""
 
