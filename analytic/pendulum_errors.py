@@ -39,7 +39,10 @@ def _jolted(motion: PendulumMotion, times: Array) -> tuple[Array, Array]:
     at = int(np.abs(rates).argmax())
     theta, rate = float(angles[at]), float(rates[at])
     ulp = quad(ULP)
-    starts = quad(theta) + np.array([[quad(0.0)], [abs(theta) * ulp], [quad(0.0)]])
+    # An angle that winds up is rounded ever more coarsely, the force with it; late roundings have
+    # less time to act, so that half of the last angle stands for them all.
+    wound = max(abs(theta), 0.5 * float(np.abs(motion.state(times)[0]).max(initial=0.0)))
+    starts = quad(theta) + np.array([[quad(0.0)], [wound * ulp], [quad(0.0)]])
     speeds = quad(rate) + np.array([[quad(0.0)], [quad(0.0)], [rate * ulp]])
     rows = solve(motion.exact_potential, motion.inertia, starts, speeds)
     after = np.maximum(times - first[at], 0.0)[None, :]

@@ -39,7 +39,9 @@ def judge(found: Measurement, system: System, method: Method) -> Judgement:
             reason = f"{name} is off by {error:.3g} {bound.unit}, allowed {bound.bound:.3g}"
             return Judgement("fail", known, reason)
     if not known:
-        return Judgement("coarse", {}, "the step is too coarse for the theory of its error")
+        told = any(e.foretold is not None for e in found.errors.values())
+        why = "the step is too coarse for" if told else "there is no"
+        return Judgement("coarse", {}, f"{why} theory of its error")
     return Judgement("pass", known, "")
 
 
@@ -51,8 +53,10 @@ def judge_climb(found: Climb, system: System, method: Method) -> Judgement:
         for run in runs:
             if run.verdict == verdict:
                 return run
-    if (reason := _flat(found.measurements, system.observables[0].name)) is not None:
-        return Judgement("not-converging", {}, reason)
+    # Steps too coarse for a theory that there is show nothing about finer ones.
+    flat = _flat(found.measurements, system.observables[0].name)
+    if flat is not None and runs[-1].verdict != "coarse":
+        return Judgement("not-converging", {}, flat)
     passed = [run for run in runs if run.verdict == "pass"]
     if passed:
         return passed[-1]
