@@ -134,6 +134,14 @@ def normal_forces(capsule: Capsule, slider_positions: Array) -> Array:
     return capsule.weight * load_shares(capsule, centres)
 
 
+def load_slopes(capsule: Capsule, direction: float) -> Array:
+    """Change of the N_i as the slider goes along `direction` [rad, from the body's x axis], [N/m],
+    shape (3,): the same wherever it is."""
+    ahead = [math.cos(direction), math.sin(direction)]
+    here, there = normal_forces(capsule, np.array([[0.0, 0.0], ahead]))
+    return np.asarray(there - here)
+
+
 def steepest_load(capsule: Capsule) -> float:
     """Largest change of any N_i with the slider's place [N/m]."""
     here, x, y = normal_forces(capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))

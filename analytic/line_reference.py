@@ -9,21 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from analytic.capsule import ROUNDOFF, normal_force_uncertainty
+from analytic.kinks import position_lead
+from analytic.line_foretold import line_foretold
 from analytic.line_manoeuvre import LineManoeuvre
 from analytic.reference import Array
 
 # Roundings on the longest way from the parameters to an observable, beside those of the parameters.
 ARITHMETIC = 8
-
-
-def position_lead(scheme: str) -> float | None:
-    """Steps by which `scheme` puts a position ahead while the velocity is exact: half of one for
-    "semi-implicit-euler", half of one behind with "+position-first", where x advances before v
-    (other options change nothing here); None for schemes that no theory here covers."""
-    base, *options = scheme.split("+")
-    if base != "semi-implicit-euler":
-        return None
-    return -0.5 if "position-first" in options else 0.5
 
 
 def condition_number(manoeuvre: LineManoeuvre) -> float:
@@ -124,3 +116,12 @@ class LineReference:
             "sideways": still,
         }
         return {1: first}
+
+    def foretold(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
+        """Error of a scheme with `step` [s] at grid `times` [s], shape (n,), w averaged over each
+        step: see `analytic.line_foretold`."""
+        return line_foretold(self.manoeuvre, scheme, step, times)
+
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """None: what a step errs by does not depend on how far off the motion is."""
+        return 0.0

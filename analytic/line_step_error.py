@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from analytic.kinks import bend
 from analytic.line_manoeuvre import LineManoeuvre
 from analytic.parameters import ParameterError
 from analytic.reference import Array
@@ -18,12 +19,6 @@ Sampling = Literal["middle", "mean"]
 # sum of v(t_k) because the body starts and ends at rest (so it matters not whether v or x is
 # advanced first). The trapezoid rule errs only where v bends inside a step: a bend by J [m/s^2] at
 # a fraction p of the step adds J p (1 - p) dt^2/2.
-
-
-def _bend(jump: float | Array, place: Array) -> Array:
-    """Error of the trapezoid sum over dt^2, of a bend by `jump` at `place` in units of a step."""
-    part = place - np.floor(place)
-    return np.asarray(0.5 * jump * part * (1.0 - part))
 
 
 def _pushing_steps(time: float, step: Array) -> Array:
@@ -48,7 +43,7 @@ def step_error(
         raise ParameterError("step", step, "greater than 0")
     a1, a2 = line.closed.backward, line.closed.braking
     if sampling == "mean":
-        bends = _bend(a1 + a2, line.t1 / steps) - _bend(a2, line.t_star / steps)
+        bends = bend(a1 + a2, line.t1 / steps) - bend(a2, line.t_star / steps)
         return np.asarray(bends * steps**2)
     grip = line.capsule.friction * line.capsule.gravity
     if not grip > 0.0:
@@ -62,8 +57,8 @@ def step_error(
     cut = a1 * pushing**2 + (a1 * pushing + left) * pulling + left**2 / grip
     early = left > 0.0
     distance = 0.5 * np.where(early, cut, pulled)
-    bend = np.where(early, _bend(grip, until + left / grip), _bend(a2, stop))
-    return np.asarray(-(distance + bend) * steps**2 - line.displacement)
+    last = np.where(early, bend(grip, until + left / grip), bend(a2, stop))
+    return np.asarray(-(distance + last) * steps**2 - line.displacement)
 
 
 def step_error_envelope(manoeuvre: LineManoeuvre, step: float | Array) -> Array:

@@ -8,9 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
-from analytic.capsule import ROUNDOFF, steepest_load
+from analytic.capsule import ROUNDOFF, load_slopes, steepest_load
+from analytic.kinks import position_lead, scheme_lead
 from analytic.line_manoeuvre import LineManoeuvre
-from analytic.line_reference import LineReference, position_lead
+from analytic.line_reference import LineReference
 from analytic.parameters import ParameterError, non_negative
 from analytic.reference import Array
 from analytic.slow_motion import SlowStroke, slow_return
@@ -129,3 +130,27 @@ class ManoeuvreTrain:
         first = dict.fromkeys(("velocity", "stroke_rate", "heading", "sideways"), still)
         ahead = {"displacement": lead * seen["velocity"], "stroke": lead * seen["stroke_rate"]}
         return {1: {**first, **ahead}}
+
+    def foretold(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
+        """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,),
+        w averaged over each step and every start on the grid: it adds up over the manoeuvres."""
+        if scheme_lead(scheme) is None:
+            return {}
+        done, local = self._local(times)
+        line, back, end = LineReference(self.manoeuvre), self.returning, np.array([self.period])
+        told = dict(line.foretold(scheme, step, local))
+        after = back.foretold(scheme, step, local - self.manoeuvre.t2, self.manoeuvre.t2)
+        one = line.foretold(scheme, step, end)
+        rest = back.foretold(scheme, step, end - self.manoeuvre.t2, self.manoeuvre.t2)
+        told["displacement"] = told["displacement"] + done * one["displacement"]
+        told["stroke"] = told["stroke"] + after["stroke"] + done * (one["stroke"] + rest["stroke"])
+        slopes = load_slopes(self.manoeuvre.capsule, self.manoeuvre.direction)
+        for i, slope in enumerate(slopes):
+            told[f"normal_force_{i + 1}"] = slope * told["stroke"]
+        if "friction_force" in told:
+            told["friction_force"] = told["friction_force"] + after["friction_force"]
+        return told
+
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """None: what a step errs by does not depend on how far off the motion is."""
+        return 0.0

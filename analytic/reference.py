@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -31,4 +31,15 @@ class Reference(Protocol):
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """How far errors of this size, shape (n,) each, carry the motion to where its response to
         them is no longer linear: 0 while it is, about 1 where a linear expansion says nothing."""
+        ...
+
+
+@runtime_checkable
+class StepReference(Protocol):
+    """An exact answer that knows a fixed step's error itself, where it is no series in the step:
+    friction stops a body inside a step, and the error is a sawtooth."""
+
+    def foretold(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
+        """Error, simulated minus exact, of a scheme with `step` [s] at grid `times` [s], shape
+        (n,), for each observable that theory reaches; empty for a scheme that it does not."""
         ...

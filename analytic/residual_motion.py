@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analytic.capsule import ROUNDOFF, Capsule, Point, Segment, normal_forces, validity
-from analytic.line_reference import position_lead
+from analytic.kinks import bends, position_lead, rk4_stop, scheme_lead
 from analytic.parameters import ParameterError, finite, positive
 from analytic.reference import Array
 
@@ -129,6 +129,35 @@ class ResidualMotion:
             pairs += [("x", "velocity_x"), ("y", "velocity_y")]
         first = {name: lead * (now[rate] - start[rate]) for name, rate in pairs}
         return {1: {**first, "heading_rate": np.zeros_like(now["heading"])}}
+
+    def foretold(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
+        """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,),
+        with friction that asks for rest within a step; the coordinates of C only where it does not
+        go along a circle."""
+        if (lead := scheme_lead(scheme)) is None:
+            return {}
+        times, moving = np.asarray(times, dtype=np.float64), self.coasting
+        sense = math.copysign(1.0, moving.rate)
+        rate = np.zeros_like(times)
+        if scheme.partition("+")[0] == "rk4":
+            late, fast = rk4_stop(moving.duration, moving.deceleration, step, times)
+            way, rate = sense * late, sense * fast
+        else:
+            way = lead * step * (moving.rates(times) - moving.rate)
+            way = way + bends([(moving.duration, sense * moving.deceleration)], step, times)
+        if self.centre is None:
+            cos, sin = math.cos(self.direction), math.sin(self.direction)
+            told = {"x": way * cos, "y": way * sin}
+            told |= {"velocity_x": rate * cos, "velocity_y": rate * sin}
+            return {**told, **dict.fromkeys(("heading", "heading_rate"), np.zeros_like(times))}
+        still = np.zeros_like(times)
+        central = dict.fromkeys(("x", "y", "velocity_x", "velocity_y"), still)
+        turned = {"heading": way, "heading_rate": rate}
+        return {**(central if self.centre == (0.0, 0.0) else {}), **turned}
+
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """None: what a step errs by does not depend on how far off the motion is."""
+        return 0.0
 
 
 def _placed(capsule: Capsule, slider: Point) -> Array:

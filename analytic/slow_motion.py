@@ -1,4 +1,4 @@
-"""Slow motion: slider moved, or gravity tilted, with friction holding the body."""
+"""Slow motion: the slider moved while friction holds the body."""
 
 from __future__ import annotations
 
@@ -12,44 +12,25 @@ import numpy.typing as npt
 from analytic.capsule import (
     ROUNDOFF,
     Capsule,
-    Point,
     Segment,
+    load_slopes,
     normal_force_uncertainty,
     normal_forces,
     validity,
 )
+from analytic.kinks import Kink, bends, position_lead, scheme_lead
 from analytic.line_manoeuvre import LineManoeuvre
-from analytic.line_reference import position_lead
 from analytic.parameters import ParameterError, finite, positive
 from analytic.reference import Array
 
 ROUNDINGS = 32  # of the parameters and on the way from them to a stroke, generously
 
 
-def _share(name: str, value: float) -> float:
+def share(name: str, value: float) -> float:
+    """`value` as a fraction above 0 and at most 1; raises ParameterError naming it."""
     if not 0.0 < finite(name, value) <= 1.0:
         raise ParameterError(name, value, "above 0 and at most 1")
     return float(value)
-
-
-def tilt_angle(capsule: Capsule, fraction: float = 1.0) -> float:
-    """Tilt of gravity [rad] at which its tangential part is `fraction` of what friction can hold:
-    tan(alpha) = fraction f.
-
-    Weight acts at the combined centre mu r, which is also the centre of pressure, so every support
-    does its share of N_i and the threshold is the same in every direction and wherever Q is fixed
-    (heights zero: the tilt moves no load). Raises ParameterError.
-    """
-    return math.atan(_share("fraction", fraction) * capsule.friction)
-
-
-def tilted_gravity(capsule: Capsule, fraction: float, direction: float) -> Array:
-    """Gravity [m/s^2], shape (3,), of unchanged magnitude, tilted by `tilt_angle` so as to pull
-    along `direction` [rad, from the body's x axis]. Raises ParameterError."""
-    angle, heading = tilt_angle(capsule, fraction), finite("direction", direction)
-    down, along = math.cos(angle), math.sin(angle)
-    pull = np.array([along * math.cos(heading), along * math.sin(heading), -down])
-    return capsule.gravity * pull
 
 
 @dataclass(frozen=True)
@@ -73,7 +54,7 @@ class SlowStroke:
         for name in ("length", "direction", "start"):
             object.__setattr__(self, name, finite(name, getattr(self, name)))
         positive("friction", self.capsule.friction)
-        _share("fraction", self.fraction)
+        share("fraction", self.fraction)
         if self.length == 0.0:
             raise ParameterError("length", self.length, "other than 0")
         for breach in validity(self.capsule, (self.path,)):
@@ -115,7 +96,8 @@ class SlowStroke:
         half = 0.5 * self.one_way
         speeding = (outward < half) | (back & (outward == half))
         signed = math.copysign(self.acceleration, self.length)
-        return np.where(times < self.duration, np.where(speeding, signed, -signed), 0.0)
+        moving = (times >= 0.0) & (times < self.duration)
+        return np.where(moving, np.where(speeding, signed, -signed), 0.0)
 
     def relative_velocity(self, times: Array) -> Array:
         """Slider's velocity in the body v [m/s] at `times` [s], shape (n,)."""
@@ -182,48 +164,40 @@ class SlowStroke:
         ahead = lead * self.relative_velocity(times)
         return {1: {**first, "stroke": ahead, "stroke_rate": still}}
 
+    @property
+    def kinks(self) -> tuple[Kink, ...]:
+        """Jumps of the slider's acceleration, the first at the start."""
+        one, whole = self.one_way, self.duration
+        pull = math.copysign(self.acceleration, self.length)
+        if not self.there_and_back:
+            return ((0.0, pull), (0.5 * one, -2 * pull), (one, pull))
+        return ((0.0, pull), (0.5 * one, -2 * pull), (1.5 * one, 2 * pull), (whole, -pull))
 
-@dataclass(frozen=True)
-class TiltedHold:
-    """Body at rest under gravity tilted along `direction` [rad], by `fraction` of the threshold,
-    with Q fixed at `slider` relative to C [m]. Raises ParameterError."""
-
-    capsule: Capsule
-    fraction: float
-    direction: float = 0.0
-    slider: Point = (0.0, 0.0)
-
-    def __post_init__(self) -> None:
-        tilted_gravity(self.capsule, self.fraction, self.direction)
-        for breach in validity(self.capsule, (Segment(self.slider, self.slider),)):
-            raise breach
-
-    def observe(self, times: Array) -> Mapping[str, Array]:
-        """Exact observables at `times` [s], shape (n,): nothing moves, friction carries the
-        weight's tangential part (signed along `direction`), the N_i the rest of it."""
-        still = np.zeros_like(np.asarray(times, dtype=np.float64))
-        angle = tilt_angle(self.capsule, self.fraction)
-        forces = math.cos(angle) * normal_forces(self.capsule, np.array([self.slider]))[0]
-        names = ("displacement", "velocity", "heading", "sideways", "stroke", "stroke_rate")
+    def foretold(
+        self, scheme: str, step: float, times: Array, begun: float = 0.0
+    ) -> Mapping[str, Array]:
+        """Error of semi-implicit Euler and of RK4 with `step` [s] at `times` [s], shape (n,), w
+        averaged over each step: the slider's lead and bends; the body does not move. With `begun`
+        [s] added, the times are those of a grid."""
+        if (lead := scheme_lead(scheme)) is None:
+            return {}
+        times = np.asarray(times, dtype=np.float64)
+        kinks = [(begun + time, jump) for time, jump in self.kinks]
+        slid = lead * step * self.relative_velocity(times) + bends(kinks, step, begun + times)
+        mean = np.diff(self.relative_velocity(np.stack([times, times + step])), axis=0)[0] / step
+        jolt = self.capsule.slider_mass * (mean - self.relative_acceleration(times))
+        still, slopes = np.zeros_like(times), load_slopes(self.capsule, self.direction)
         return {
-            **dict.fromkeys(names, still),
-            **{f"normal_force_{i + 1}": still + forces[i] for i in range(3)},
-            "friction_force": still - self.capsule.weight * math.sin(angle),
+            **dict.fromkeys(("displacement", "velocity", "heading", "sideways"), still),
+            "stroke": slid,
+            "stroke_rate": still,
+            **{f"normal_force_{i + 1}": k * slid for i, k in enumerate(slopes)},
+            "friction_force": jolt,
         }
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """Absolute error [SI] at `times` [s], shape (n,), of forces; rest is exact."""
-        slack = normal_force_uncertainty(self.capsule, math.hypot(*self.slider))
-        few = ROUNDINGS * ROUNDOFF * self.capsule.weight
-        return {
-            name: np.zeros_like(value)
-            + (slack if name.startswith("normal") else few if name == "friction_force" else 0.0)
-            for name, value in self.observe(times).items()
-        }
-
-    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Empty: a body at rest has no error of the step."""
-        return {}
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """None: what a step errs by does not depend on how far off the motion is."""
+        return 0.0
 
 
 def slow_return(manoeuvre: LineManoeuvre, fraction: float = 1.0) -> SlowStroke:
