@@ -3,21 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
+from analytic.driven_rotor import DrivenRotor
+from analytic.elliptic_motion import EllipticMotion
 from analytic.elliptic_reduction import solve
-from analytic.quad import double, quad
+from analytic.quad import Quad, double, quad
 from analytic.reference import Array
-
-if TYPE_CHECKING:
-    from analytic.pendulum_motion import PendulumMotion
+from analytic.trigonometric_potential import TrigonometricPotential
 
 ULP = 2.0**-52
 
 
-def uncertainty(motion: PendulumMotion, times: Array) -> Mapping[str, Array]:
+class ExactMotion(Protocol):
+    """What the errors of an exact motion are worked out from."""
+
+    @property
+    def inertia(self) -> float: ...
+    @property
+    def exact_potential(self) -> TrigonometricPotential: ...
+    @property
+    def energy(self) -> Quad: ...
+    @property
+    def barriers(self) -> Quad: ...
+    @property
+    def period(self) -> float: ...
+    @property
+    def neighbours(self) -> EllipticMotion: ...
+    @property
+    def rotor(self) -> DrivenRotor: ...
+    def state(self, times: Array) -> tuple[Array, Array]: ...
+
+
+def uncertainty(motion: ExactMotion, times: Array) -> Mapping[str, Array]:
     """What one unit in the last place of every input may do to theta [rad] and theta_dot [rad/s] at
     `times` [s], shape (n,), and as much of the state where the motion is fastest: a start next to
     a saddle is tiny, and so are its roundings, but those on the way are not."""
@@ -32,7 +52,7 @@ def uncertainty(motion: PendulumMotion, times: Array) -> Mapping[str, Array]:
     return dict(zip(names, moved, strict=True))
 
 
-def _jolted(motion: PendulumMotion, times: Array) -> tuple[Array, Array]:
+def _jolted(motion: ExactMotion, times: Array) -> tuple[Array, Array]:
     """Change of theta and theta_dot by a rounding of both where the motion is fastest."""
     first = np.linspace(0.0, motion.period, 128)
     angles, rates = motion.state(first)
@@ -50,7 +70,7 @@ def _jolted(motion: PendulumMotion, times: Array) -> tuple[Array, Array]:
     return x, v
 
 
-def nonlinearity(motion: PendulumMotion, times: Array, errors: Mapping[str, Array]) -> float:
+def nonlinearity(motion: ExactMotion, times: Array, errors: Mapping[str, Array]) -> float:
     """How far errors of theta and theta_dot, shape (n,) each, leave their linear response: the
     larger of the angle's own, and the energy's over the kinetic energy or, where that is small,
     over the distance from the nearest barrier."""

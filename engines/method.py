@@ -24,6 +24,7 @@ class Method:
     control: Literal["step", "tolerance"] = "step"  # what its `step` argument means: [s], or rtol
     settings: Mapping[str, Any] = field(default_factory=dict)  # the engine's own option names
     ladder: tuple[float, ...] = ()  # of tolerances, loose to tight; steps are the scene's own
+    systems: tuple[str, ...] = ()  # patterns of the systems it is meant for; empty: all
 
     @property
     def engine(self) -> str:

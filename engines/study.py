@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from types import MappingProxyType
 
 from engines.climb import Climb, climb
 from engines.cost import Cost, Key, costs
@@ -16,9 +18,9 @@ from models.registry import system_of
 from models.scene import Scene
 
 Profile = str  # "quick" or "full"
-_MOST_STEPS = {"quick": 20_000, "full": 1_000_000}
-_REPEATS = {"quick": 5, "full": 9}
-_BUDGET = {"quick": 0.004, "full": 0.05}  # [s] of wall time for one timing
+MOST_STEPS = MappingProxyType({"quick": 20_000, "full": 1_000_000})  # of one run
+_REPEATS = MappingProxyType({"quick": 5, "full": 9})
+_BUDGET = MappingProxyType({"quick": 0.004, "full": 0.05})  # [s] of wall time for one timing
 
 
 @dataclass(frozen=True)
@@ -46,23 +48,23 @@ def run_study(
     """Measure every method on every scene; `executor`, where given, runs the error half in place
     of a pool of `jobs` processes (a Dask client's will do); `told` hears what is being done."""
     begin = time.perf_counter()
-    pairs = [(scene, method) for scene in scenes for method in methods]
-    with _pool(executor, min(jobs, len(pairs))) as pool:
-        most = _MOST_STEPS[profile]
+    chosen = pairs(scenes, methods)
+    with _pool(executor, min(jobs, len(chosen))) as pool:
+        most = MOST_STEPS[profile]
         if pool is None:
             climbs: list[Climb] = []
-            for scene, method in pairs:
-                told(f"{scene.name} {method.name}", len(climbs), len(pairs))
+            for scene, method in chosen:
+                told(f"{scene.name} {method.name}", len(climbs), len(chosen))
                 climbs.append(climb(scene, method, most))
         else:
             # The long ones first, so that no worker is left with one at the end.
-            order = sorted(range(len(pairs)), key=lambda i: -_work(*pairs[i], most))
-            waiting = {i: pool.submit(climb, *pairs[i], most) for i in order}
+            order = sorted(range(len(chosen)), key=lambda i: -_work(*chosen[i], most))
+            waiting = {i: pool.submit(climb, *chosen[i], most) for i in order}
             found: dict[int, Climb] = {}
             for i in order:
-                told(f"{pairs[i][0].name} {pairs[i][1].name}", len(found), len(pairs))
+                told(f"{chosen[i][0].name} {chosen[i][1].name}", len(found), len(chosen))
                 found[i] = waiting[i].result()
-            climbs = [found[i] for i in range(len(pairs))]
+            climbs = [found[i] for i in range(len(chosen))]
     between = time.perf_counter()
     measured: Mapping[Key, Cost] = {}
     unit = float("nan")
@@ -81,6 +83,16 @@ def run_study(
         profile, tuple(scenes), tuple(methods), tuple(climbs), measured, unit,
         {"errors": between - begin, "costs": time.perf_counter() - between},
     )  # fmt: skip
+
+
+def pairs(scenes: Sequence[Scene], methods: Sequence[Method]) -> list[tuple[Scene, Method]]:
+    """Every scene with every method that is meant for its system."""
+    return [
+        (scene, method)
+        for scene in scenes
+        for method in methods
+        if not method.systems or any(fnmatchcase(scene.system, p) for p in method.systems)
+    ]
 
 
 def _pool(executor: Executor | None, jobs: int) -> AbstractContextManager[Executor | None]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import fnmatch
 from dataclasses import dataclass
 
-from reports.verdict import Verdict
+from engines.method import Method
+from models.scene import Scene
+from reports.verdict import Judgement, Verdict
 
 
 @dataclass(frozen=True)
@@ -27,3 +29,13 @@ def expected(scene: str, method: str) -> Expectation:
         if fnmatch.fnmatchcase(scene, entry.scenes) and fnmatch.fnmatchcase(method, entry.methods):
             return entry
     return Expectation(scene, method, "pass", "")
+
+
+def as_expected(scene: Scene, method: Method, found: Judgement) -> bool:
+    """Whether a verdict is the expected one. What cannot be run breaks no promise; and a hard scene
+    may be beyond every step of its ladder, which the page says, and which claims nothing."""
+    if found.verdict in ("unsupported", "missing"):
+        return True
+    if found.verdict == "coarse" and scene.hard:
+        return True
+    return found.verdict == expected(scene.name, method.name).verdict

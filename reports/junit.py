@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
-from engines.study import Study
-from reports.expectations import expected
+from engines.study import Study, pairs
+from reports.expectations import as_expected, expected
 from reports.verdict import Judgement
 
 
@@ -16,12 +16,14 @@ def write_junit(file: Path, study: Study, judged: Mapping[tuple[str, str], Judge
     """Write one test case for each scene and method; what is not as expected is a failure."""
     suite = ElementTree.Element("testsuite", name="plumbob", tests=str(len(judged)))
     counts = {"failures": 0, "skipped": 0}
-    for (scene, method), found in judged.items():
-        case = ElementTree.SubElement(suite, "testcase", classname=scene, name=method)
+    for scene, method in pairs(study.scenes, study.methods):
+        found = judged[scene.name, method.name]
+        case = ElementTree.SubElement(suite, "testcase", classname=scene.name, name=method.name)
         if found.verdict in ("unsupported", "missing"):
             ElementTree.SubElement(case, "skipped", message=found.reason)
             counts["skipped"] += 1
-        elif found.verdict != (wanted := expected(scene, method).verdict):
+        elif not as_expected(scene, method, found):
+            wanted = expected(scene.name, method.name).verdict
             text = f"{found.verdict}, expected {wanted}: {found.reason}"
             ElementTree.SubElement(case, "failure", message=text)
             counts["failures"] += 1

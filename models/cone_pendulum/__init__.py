@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -25,11 +26,11 @@ SOURCE = (
 _CONE = ("density", "height", "apex_angle")
 _BODY = ("mass", "com_distance", "inertia_x", "inertia_y", "inertia_z")
 _REST = ("pivot_x", "pivot_y", "platform_rate", "gravity", "theta", "theta_dot")
-_STEEL: Parameters = {
+_STEEL: Parameters = MappingProxyType({
     "density": 8000.0, "height": 0.3, "apex_angle": math.radians(30.0), "pivot_x": 0.0,
     "pivot_y": 0.09, "platform_rate": 26.0, "gravity": 9.8, "theta": 0.0, "theta_dot": 37.0,
-}  # fmt: skip
-_LEVEL = {"pivot_y": 0.0}
+})  # fmt: skip
+_LEVEL = MappingProxyType({"pivot_y": 0.0})
 _PITCHFORK = 6.4482287920129893  # [rad/s], omega^2 = c / (I_x - I_z), physics of the steel cone
 
 

@@ -13,17 +13,18 @@ from typing import Any
 
 from analytic.parameters import ParameterError
 from engines.registry import methods as find_methods
-from engines.study import Study, run_study
+from engines.study import Study, pairs, run_study
 from models.registry import scenes as find_scenes
 from models.registry import system_of
 from reports.commands import values
-from reports.expectations import expected
+from reports.expectations import as_expected
 from reports.junit import write_junit
 from reports.progress import progress
 from reports.records import record
 from reports.verdict import Judgement, judge_climb
 
 INCOMPLETE = 3
+Pair = tuple[str, str]  # scene, method
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -64,10 +65,10 @@ def command(chosen: argparse.Namespace) -> int:
     else:
         _print(study, judged)
         print(f"\n{page}")
-    return exit_code(judged)
+    return exit_code(study, judged)
 
 
-def verdicts(study: Study) -> dict[tuple[str, str], Judgement]:
+def verdicts(study: Study) -> dict[Pair, Judgement]:
     """The verdict on every pair of scene and method."""
     by_scene = {scene.name: scene for scene in study.scenes}
     by_method = {method.name: method for method in study.methods}
@@ -90,21 +91,23 @@ def records(study: Study) -> list[dict[str, Any]]:
     ]
 
 
-def exit_code(judged: dict[tuple[str, str], Judgement]) -> int:
+def exit_code(study: Study, judged: dict[Pair, Judgement]) -> int:
     """1 when a verdict is not as expected, else 3 when an engine is missing, else 0."""
-    if any(not as_expected(pair, found) for pair, found in judged.items()):
+    if surprises(study, judged):
         return 1
     return INCOMPLETE if any(found.verdict == "missing" for found in judged.values()) else 0
 
 
-def as_expected(pair: tuple[str, str], found: Judgement) -> bool:
-    """Whether a verdict is the expected one; what cannot be run at all breaks no promise."""
-    if found.verdict in ("unsupported", "missing"):
-        return True
-    return found.verdict == expected(*pair).verdict
+def surprises(study: Study, judged: dict[Pair, Judgement]) -> set[Pair]:
+    """The pairs whose verdict is not as expected."""
+    return {
+        (scene.name, method.name)
+        for scene, method in pairs(study.scenes, study.methods)
+        if not as_expected(scene, method, judged[scene.name, method.name])
+    }
 
 
-def _print(study: Study, judged: dict[tuple[str, str], Judgement]) -> None:
+def _print(study: Study, judged: dict[Pair, Judgement]) -> None:
     orders = {(c.scene, c.method): c.order for c in study.climbs}
     best = {
         (c.scene, c.method): min(
@@ -112,6 +115,7 @@ def _print(study: Study, judged: dict[tuple[str, str], Judgement]) -> None:
         )
         for c in study.climbs
     }
+    unexpected = surprises(study, judged)
     for scene in study.scenes:
         print(f"\n{scene.name}: {scene.summary}")
         for method in study.methods:
@@ -126,7 +130,7 @@ def _print(study: Study, judged: dict[tuple[str, str], Judgement]) -> None:
                 line += f"order {order.slope:.2f} ({order.low:.2f} to {order.high:.2f})  "
             if cost:
                 line += f"{cost.ns_per_step:.0f} ns/step"
-            if not as_expected(pair, found):
+            if pair in unexpected:
                 line += f"  NOT AS EXPECTED: {found.reason}"
             print(line.rstrip())
 

@@ -1,0 +1,1 @@
+"""The registry as a test suite: every scene with every method."""

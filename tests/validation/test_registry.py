@@ -1,0 +1,40 @@
+"""Every scene with every method, down its ladder of steps, is as expected: `plumbob validate` as a
+test, with the same words: pytest tests/validation --profile full --scenes GLOB --methods GLOB."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from engines.climb import climb
+from engines.method import Method
+from engines.registry import methods
+from engines.study import MOST_STEPS, pairs
+from models.registry import scenes, system_of
+from models.scene import Scene
+from reports.expectations import as_expected, expected
+from reports.verdict import judge_climb
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """One test for each pair that the options choose."""
+    option = metafunc.config.getoption
+    chosen = pairs(scenes(option("scenes"), option("profile")), methods(option("methods")))
+    names = [f"{scene.name}-{method.name}" for scene, method in chosen]
+    metafunc.parametrize(("scene", "method"), chosen, ids=names)
+
+
+def test_verdict(scene: Scene, method: Method, pytestconfig: pytest.Config) -> None:
+    most = MOST_STEPS[pytestconfig.getoption("profile")]
+    found = climb(scene, method, most)
+    judgement = judge_climb(found, system_of(scene), method)
+    if judgement.verdict == "missing" and not os.environ.get("CI"):
+        pytest.skip(judgement.reason)
+    if judgement.verdict == "unsupported":
+        assert judgement.reason
+        return
+    wanted = expected(scene.name, method.name)
+    assert as_expected(scene, method, judgement), (
+        f"{judgement.verdict} ({judgement.reason}), expected {wanted.verdict} {wanted.reason}"
+    )
