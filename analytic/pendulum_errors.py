@@ -1,4 +1,4 @@
-"""How errors act on an exact pendulum motion: of its inputs, of a rounding on the way, of a scheme."""
+"""How errors act on an exact pendulum motion: of its inputs, of a rounding, of a scheme."""
 
 from __future__ import annotations
 

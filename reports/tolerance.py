@@ -69,7 +69,7 @@ def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
         Term(
             "discretisation: remainder",
             last + told.nonlinearity * told.largest,
-            "what follows in the series is less than its last two terms; and what is nonlinear in it",
+            "what follows in the series is less than its last two terms; what is nonlinear",
         ),
     )
 
@@ -95,6 +95,6 @@ def _double_precision(error: ObservedError, steps: int) -> tuple[Term, ...]:
         Term(
             "round-off",
             2.0 * steps**0.5 * error.uncertainty,
-            "roundings at every step add up as a random walk: four standard deviations of half an ulp",
+            "each step's rounding, half an ulp, in a random walk: four standard deviations",
         ),
     )
