@@ -1,0 +1,50 @@
+"""How numbers, steps and costs are written on the page."""
+
+from __future__ import annotations
+
+import math
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number with `digits` significant digits: 0.0123, 1.23e-7, and so on."""
+    if not math.isfinite(value):
+        return "–"
+    if value == 0.0:
+        return "0"
+    if 1e-3 <= abs(value) < 1e6:
+        text = f"{value:.{digits}g}"
+        return f"{value:.0f}" if "e" in text else text
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    return f"{mantissa}e{int(exponent)}"
+
+
+def short(value: float) -> str:
+    """A number that is round in decimals, a step or a tolerance: 1e-4, 2.5e-6, 0.02."""
+    text = f"{value:.10g}"
+    if "e" not in text and len(text) <= 5:
+        return text
+    mantissa, exponent = f"{value:.9e}".split("e")
+    return f"{mantissa.rstrip('0').rstrip('.')}e{int(exponent)}"
+
+
+def step(value: float, control: str) -> str:
+    """A step with its unit, or a relative tolerance."""
+    return f"{short(value)} s" if control == "step" else f"rtol {short(value)}"
+
+
+def seconds(value: float) -> str:
+    """A time in the unit that suits it."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if abs(value) >= size:
+            return f"{number(value / size)} {unit}"
+    return f"{number(value / 1e-9)} ns"
+
+
+def times_real(ns_per_second: float) -> str:
+    """How many times faster than real time a cost [ns per simulated second] is."""
+    return f"{number(1e9 / ns_per_second)}×" if ns_per_second > 0 else "–"
+
+
+def plural(count: int, word: str) -> str:
+    """A count with its word."""
+    return f"{count} {word}{'' if count == 1 else 's'}"
