@@ -4,13 +4,14 @@ On the circle n = (cos phi, sin phi, 1), phi measured from a saddle of V, the ki
 quadratic form Q(n) = E n3^2 + (n3 - n1)(l.n), with E the energy above the saddle. A Moebius map of
 tan(phi/2), chosen by an eigenvector of Q, turns Q into g4 z^4 + g2 z^2 + g0, and z(t) is
 
-    rotation     z = rho tan chi
-    one_pair     z = zmax cos chi               (libration between the only two turning points)
-    two_pairs    z = +-sqrt(r1^2 cos^2 chi + r2^2 sin^2 chi)      (libration in one well of two)
+    rotation     z = rho sn/cn
+    one_pair     z = zmax cn          (libration between the only two turning points)
+    two_pairs    z = +-r1 dn          (libration in one well of two)
+    between      z = z0 exp(A tau)    (from one of two equally high saddles to the other)
 
-with dchi/dt = sqrt(A^2 cos^2 chi + B^2 sin^2 chi) / s: a simple pendulum in disguise. Sudakov 2015
-has the integral (16) and says that no special function inverts it; this one does. E enters as it
-is, never as a difference, so that the period keeps its digits next to a separatrix.
+of A tau with 1 - m = B^2/A^2 and tau = t/s: a simple pendulum in disguise. Sudakov 2015 has the
+integral (16) and says that no special function inverts it; this one does. E enters as it is, never
+as a difference, so that the period keeps its digits next to a separatrix.
 """
 
 from __future__ import annotations
@@ -20,10 +21,14 @@ from typing import Any
 
 import numpy as np
 
-from analytic.elliptic_amplitude import amplitude, half_turn, time_of_point
-from analytic.quad import Quad, double, quad, split
+from analytic.jacobi_functions import jacobi, time_of_point
+from analytic.quad import PI, Quad, choose, double, quad, split
 from analytic.reference import Array
 from analytic.trigonometric_potential import TrigonometricPotential
+
+_ONE = quad(1.0)
+# n turns are n 201/32, which is exact, and n times what that leaves of 2 pi.
+TURN = (201 / 32, double(2 * PI - 201 / 32))
 
 
 @dataclass(frozen=True)
@@ -36,105 +41,112 @@ class EllipticMotion:
     potential: TrigonometricPotential  # [J], 34 digits
     inertia: Quad  # [kg m^2]
     theta0: Quad  # [rad]
+    kinetic: Quad  # [J], energy of the start
     forward: Any  # bool: theta_dot >= 0 at the start
-    saddle: Quad  # [rad], origin of phi
-    excess: Quad  # E [J], energy above that saddle
+    excess: Quad  # E [J], energy above the saddle that is nearest to it
     rest: Any  # bool
     rotation: Any  # bool; a separatrix over the highest barrier counts as one of infinite period
     two_pairs: Any  # bool
-    x_p: Quad  # (sin, cos)(phi/2) of the map's fixed points p and q, with z infinite at p, 0 at q
-    y_p: Quad
-    x_q: Quad
-    y_q: Quad
-    scale: Quad  # rho, zmax or +-r1
-    inner: Quad  # +-r2 for two_pairs
+    between: Any  # bool
+    across: Quad  # sine of half the angle from q, where z is 0, to p, where it is infinite
+    along: Quad  # its cosine
+    origin: Quad  # theta [rad] of q
+    scale: Quad  # rho, zmax, +-r1 or z0
+    modulus: Quad  # m
     a: Quad  # A
     b: Quad  # B
     s: Quad  # [s sqrt(J)], time scale
-    tau0: Array  # amplitude time of the start, in double
+    half: Any  # tau in which chi advances by pi, in double; infinite on a separatrix
+    tau0: Any  # amplitude time of the start, in double
     period: Quad  # [s]: of one turn, or of a full libration; infinite on a separatrix
 
-    def state(self, times: Array, *, reduced: bool = False) -> tuple[Array, Array]:
+    @property
+    def sense(self) -> Any:
+        """-1.0 for a backward rotation, whose tau falls with time, else 1.0."""
+        return choose(self.rotation & np.logical_not(self.forward), -1.0, 1.0)
+
+    def state(self, times: Array) -> tuple[Array, Array]:
         """theta [rad] and theta_dot [rad/s] at `times` [s] after the start, which broadcast with
-        the shape of the starts; `reduced` promises |t| of a few periods."""
-        turns = np.zeros(())
-        if not reduced:
-            finite = np.isfinite(double(self.period))
-            parts = split(np.where(finite, self.period, quad(1.0)), 20, 3)
-            turns = np.where(finite, np.rint(times / sum(parts)), 0.0)
-            for part in parts:
-                times = times - turns * part
-        a, b, s = double(self.a), double(self.b), double(self.s)
-        sense = np.where(self.rotation & np.logical_not(self.forward), -1.0, 1.0)
-        chi = amplitude(self.tau0 + sense * times / s, a, b)
-        angle, rate = self._angle(chi)
-        start, _ = self._angle(amplitude(self.tau0, a, b))
-        theta = double(self.theta0) + 2 * (angle - start)
-        theta = theta + np.where(self.rotation, sense * turns * 2 * np.pi, 0.0)
-        moving = np.where(self.rotation, sense, 1.0) * rate
-        return np.where(self.rest, double(self.theta0), theta), np.where(self.rest, 0.0, moving)
+        the shape of the starts."""
+        period = double(self.period)
+        finite = np.isfinite(period)
+        high, low = split(choose(finite, self.period, _ONE), 20)
+        turns = choose(finite, np.rint(times / period), 0.0)
+        tau = self.tau0 + (times - turns * high - turns * low) * (self.sense / double(self.s))
+        around = self.sense * turns
+        if np.any(self.rotation):
+            half = choose(finite, self.half, 1.0)
+            halves = choose(self.rotation & finite, np.rint(tau / half), 0.0)
+            tau, around = tau - halves * half, around + halves
+        angle, rate = self._angle(tau)
+        theta = 2 * angle + double(self.origin)
+        for part in reversed(TURN):
+            theta = theta + choose(self.rotation, part, 0.0) * around
+        still = np.zeros(theta.shape)
+        return (
+            choose(self.rest, double(self.theta0) + still, theta),
+            choose(self.rest, still, self.sense * rate),
+        )
+
+    def _angle(self, tau: Array) -> tuple[Array, Array]:
+        """phi/2 from the direction of q on, and |dphi/dt|; |chi| <= pi/2 when rotating."""
+        scale, a = double(self.scale), double(self.a)
+        sn, cn, dn = jacobi(tau, a, double(self.b))
+        modulus = double(self.modulus)
+        narrow = self.two_pairs & (modulus < 0.5)  # where x is dn less the 1 in the constants below
+        x = choose(self.rotation, sn, choose(self.two_pairs, dn, cn))  # z = scale x / y
+        x = choose(narrow, -modulus * sn * sn / (1.0 + dn), x)
+        y = choose(self.rotation, cn, choose(narrow, 0.0, 1.0))
+        # y dx/dchi - x dy/dchi, with dn for dchi/dt
+        slope = choose(self.two_pairs, -modulus * cn, -dn) * sn
+        slope = choose(self.rotation, dn, slope)
+        if np.any(self.between):
+            growth = np.clip(choose(self.between, a * tau, 0.0), -300.0, 300.0)
+            x = choose(self.between, np.exp(growth), x)
+            slope = choose(self.between, x, slope)
+        across, along = double(self.across), double(self.along)
+        sideways, ahead = (scale * across) * x, (scale * along) * x + y
+        if np.any(narrow):
+            sideways = sideways + choose(narrow, scale * across, 0.0)
+            ahead = ahead + choose(narrow, double(self.scale * self.along + _ONE), 0.0)
+        unit = sideways * sideways + ahead * ahead
+        rate = slope / unit * (2 * across * scale * a / double(self.s))
+        return np.arctan2(sideways, ahead), rate
 
     def time_at(self, theta: Array) -> Array:
         """Time [s] after the start at which a single motion first reaches `theta` [rad], shape
         (n,); NaN where it never does."""
-        a, b, s = double(self.a), double(self.b), double(self.s)
-        start = self._angle(amplitude(self.tau0, a, b))[0]
-        half = quad(start) + (quad(theta) - self.theta0) / 2  # from the direction of q
-        sine, cosine = np.sin(half), np.cos(half)
-        across = self.x_p * self.y_q - self.y_p * self.x_q
-        along = self.x_p * self.x_q + self.y_p * self.y_q
-        x, y = sine / across, cosine - along * sine / across
-        turn = double(half_turn(self.a, self.b))
+        if self.rest:
+            return np.where(double(quad(theta) - self.theta0) == 0.0, 0.0, np.nan)
+        half_angle = (quad(theta) - self.origin) / 2
+        sine, cosine = np.sin(half_angle), np.cos(half_angle)
+        x, y = sine / self.across, cosine - self.along * sine / self.across
+        half, back = self.half, 1e-14  # of a half turn: what rounding may put before the start
         with np.errstate(all="ignore"):
-            if bool(self.rotation):
-                turns = np.rint(double(half) / np.pi)
-                length = np.sqrt((x / self.scale) ** 2 + y**2) * np.where(y < 0, -1.0, 1.0)
-                point = (x / self.scale / length, y / length)
-                # The sheet of chi is the one on which the angle was measured.
-                chi = np.arctan2(double(point[0]), double(point[1]))
-                turns = np.rint((double(half) - self._angle(chi)[0]) / np.pi)
-                tau = turns * turn + time_of_point(*point, self.a, self.b)
-                sense = 1.0 if bool(self.forward) else -1.0
-                after = s * sense * (tau - self.tau0)
-                return np.where(after >= -1e-14 * turn * s, np.maximum(after, 0.0), np.nan)
-            z = x / y
-            if bool(self.two_pairs):
-                gap = self.scale**2 - self.inner**2
-                square = (z * z - self.inner**2) / gap
-                reached = double(z * self.scale) > 0.0
+            if self.between:
+                wait = np.log(double(x / (y * self.scale))) / double(self.a)
+            elif self.rotation:
+                side = choose(y < 0, -1.0, 1.0)
+                length = np.sqrt((x / self.scale) ** 2 + y**2) * side
+                wait = time_of_point(x / self.scale / length, y / length, self.a, self.b)
+                near = np.arctan2(double(sine * side), double(cosine * side))
+                halves = np.rint((double(half_angle) - near) / np.pi)
+                wait = self.sense * (np.where(halves == 0.0, 0.0, halves * half) + wait - self.tau0)
             else:
-                square, reached = (z / self.scale) ** 2, np.isfinite(double(z))
-            inside = reached & (double(square) >= -1e-15) & (double(square) <= 1 + 1e-15)
-            square = np.minimum(np.maximum(square, quad(0.0)), quad(1.0))
-            tau = time_of_point(np.sqrt(1 - square), np.sqrt(square), self.a, self.b)
-            if not bool(self.two_pairs):
-                tau = np.where(double(z * self.scale) < 0.0, turn - tau, tau)
-            whole = turn if bool(self.two_pairs) else 2 * turn
-            waits = [np.mod(t - self.tau0, whole) for t in (tau, -tau)]
-            return np.where(inside, s * np.minimum(*waits), np.nan)
-
-    def _angle(self, chi: Array) -> tuple[Array, Array]:
-        """phi/2 from the direction of q on, continuous in chi, and dphi/dt."""
-        names = ("x_p", "y_p", "x_q", "y_q", "scale", "inner", "a", "b", "s")
-        x_p, y_p, x_q, y_q, scale, inner, a, b, s = (double(getattr(self, n)) for n in names)
-        sine, cosine = np.sin(chi), np.cos(chi)
-        radius = np.sign(scale) * np.hypot(scale * cosine, inner * sine)
-        x = np.where(self.rotation, scale * sine, np.where(self.two_pairs, radius, scale * cosine))
-        y = np.where(self.rotation, cosine, 1.0)
-        with np.errstate(all="ignore"):
-            slope = np.where(
-                self.rotation,
-                scale,
-                np.where(
-                    self.two_pairs,
-                    (inner**2 - scale**2) * sine * cosine / radius,
-                    -scale * sine,
-                ),
-            )
-        along, across = x_p * x_q + y_p * y_q, x_p * y_q - y_p * x_q
-        relative = np.arctan2(x * across, x * along + y)
-        # In a rotation the direction winds with chi; what is left of it does not.
-        turns = np.where(self.rotation, np.rint((chi - relative) / np.pi), 0.0) * np.pi
-        square = x * x + 2 * along * x * y + y * y
-        speed = np.sqrt((a * cosine) ** 2 + (b * sine) ** 2) / s
-        return relative + turns, 2 * across * slope * speed / square
+                z = x / (y * self.scale)
+                square = z * z
+                if self.two_pairs:
+                    square = (square - (1 - self.modulus)) / self.modulus
+                inside = abs(square - quad(0.5)) <= quad(0.5 + 1e-15)
+                inside &= (z > 0) | (not self.two_pairs)
+                square = np.minimum(np.maximum(square, quad(0.0)), quad(1.0))
+                tau = time_of_point(np.sqrt(1 - square), np.sqrt(square), self.a, self.b)
+                if not self.two_pairs:
+                    tau = np.where(z < 0, half - tau, tau)
+                whole = half if self.two_pairs else 2 * half
+                waits = np.stack([np.mod(t - self.tau0, whole) for t in (tau, -tau)])
+                waits = np.where(waits > whole * (1 - back), 0.0, waits)
+                wait = np.where(inside, waits.min(axis=0), np.nan)
+            scale = half if np.isfinite(half) else 1.0 / abs(double(self.a))
+            reached = np.isfinite(wait) & (wait >= -back * scale)
+            return np.where(reached, double(self.s) * np.maximum(wait, 0.0), np.nan)

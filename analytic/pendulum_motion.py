@@ -17,7 +17,7 @@ from analytic.driven_rotor import DrivenRotor
 from analytic.elliptic_motion import EllipticMotion
 from analytic.elliptic_reduction import solve
 from analytic.orbit_table import OrbitTable, orbit_table
-from analytic.parameters import ParameterError
+from analytic.parameters import ParameterError, finite, positive
 from analytic.pendulum_errors import ULP, nonlinearity, uncertainty
 from analytic.quad import Quad, double, quad
 from analytic.reference import Array
@@ -25,26 +25,33 @@ from analytic.scheme_error import ErrorSeries
 from analytic.trigonometric_potential import TrigonometricPotential, critical_points
 
 Regime = Literal["rest", "libration", "rotation", "separatrix"]
-_FEW = 64  # times fewer than this are not worth a table
+_FEW = 256  # times fewer than this are not worth a table
 
 
 @dataclass(frozen=True)
 class PendulumMotion:
     """The motion from theta [rad] and theta_dot [rad/s] of a pendulum with a moment of inertia
-    [kg m^2] in a potential [J]; `excess` [J], where given, is the energy above the highest barrier
-    in place of the magnitude of theta_dot. Raises ParameterError."""
+    [kg m^2] in a potential [J]. What a double cannot tell next to a separatrix may be given itself:
+    `excess` [J], the energy above the highest barrier, in place of the magnitude of theta_dot;
+    `theta_from_top` [rad], the start's angle from that barrier, in place of theta, which then only
+    says near which turn. Raises ParameterError."""
 
     potential: TrigonometricPotential  # floats, or 34 digits
     inertia: float
     theta: float
     theta_dot: float
     excess: float | None = None
+    theta_from_top: float | None = None
 
     def __post_init__(self) -> None:
-        if self.excess is not None and not self.energy >= self.exact_potential.value(
-            quad(self.theta)
-        ):
-            raise ParameterError("excess", self.excess, "enough to reach theta")
+        positive("inertia", self.inertia)
+        for name in ("theta", "theta_dot", "excess", "theta_from_top"):
+            if (value := getattr(self, name)) is not None:
+                finite(name, value)
+        if self.excess is not None:
+            least = -1e-30 * (self.exact_potential.scale + abs(self.excess))
+            if not self.closed_form.kinetic >= least:
+                raise ParameterError("excess", self.excess, "enough to reach theta")
 
     @property
     def exact_potential(self) -> TrigonometricPotential:
@@ -65,10 +72,8 @@ class PendulumMotion:
     @cached_property
     def energy(self) -> Quad:
         """The Jacobi integral H [J] (the energy, where nothing turns), in 34 digits."""
-        if self.excess is not None:
-            return self.barriers[0] + self.excess
-        speed = quad(self.theta_dot)
-        return quad(self.inertia) * speed * speed / 2 + self.exact_potential.value(quad(self.theta))
+        start = self.closed_form
+        return start.kinetic + start.potential.value(start.theta0)
 
     @cached_property
     def closed_form(self) -> EllipticMotion:
@@ -76,14 +81,21 @@ class PendulumMotion:
         return self._solve(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
 
     def _solve(self, *factors: Any) -> EllipticMotion:
-        """The closed form with a, b, c, inertia, theta and the speed (or excess) times factors."""
-        a, b, c, inertia, theta, last = (quad(f) for f in factors)
+        """The closed form with a, b, c, inertia, the angle and the speed (or excess) as given,
+        times factors."""
+        a, b, c, inertia, angle, last = (quad(f) for f in factors)
         v = self.exact_potential
         stretched = TrigonometricPotential(v.a * a, v.b * b, v.c * c)
-        excess = None if self.excess is None else last * quad(self.excess)
-        speed = quad(self.theta_dot) * (last if self.excess is None else 1.0)
-        start = quad(self.theta) * theta
-        return solve(stretched, inertia * quad(self.inertia), start, speed, excess)
+        theta, speed, excess, from_top = self.theta, self.theta_dot, self.excess, None
+        if self.theta_from_top is None:
+            theta = angle * theta
+        else:
+            from_top = angle * self.theta_from_top
+        if excess is None:
+            speed = last * speed
+        else:
+            excess = last * excess
+        return solve(stretched, inertia * self.inertia, theta, speed, excess, from_top)
 
     @cached_property
     def neighbours(self) -> EllipticMotion:
@@ -126,25 +138,51 @@ class PendulumMotion:
     @cached_property
     def action(self) -> float:
         """I = (1/2 pi) closed integral of p dtheta [J s], Sudakov 2015, eq. 10: over a turn when
-        rotating, over the closed orbit when librating, by the trapezoid rule in time, which
-        converges geometrically; NaN on a separatrix."""
+        rotating, over the closed orbit when librating; NaN on a separatrix."""
         if self.regime == "rest":
             return 0.0
         if self.regime == "separatrix":
             return float("nan")
-        count, last, mean = 32, np.inf, 0.0
-        while abs(mean - last) > 4e-16 * abs(mean) and count < 2**20:
-            times = self.period * np.arange(count) / count
-            last, mean = mean, float(np.mean(self.closed_form.state(times, reduced=True)[1] ** 2))
-            count *= 2
-        return self.inertia * mean * self.period / (2 * np.pi)
+        return self.inertia * float(np.mean(self._samples[1] ** 2)) * self.period / (2 * np.pi)
+
+    @cached_property
+    def _samples(self) -> tuple[Array, Array]:
+        """theta and theta_dot at equal distances in one period, where the trapezoid rule has the
+        mean of theta_dot^2 to the last digit: it converges geometrically."""
+        count, last = 32, np.inf
+        while True:
+            samples = self.closed_form.state(self.period * np.arange(count) / count)
+            mean = float(np.mean(samples[1] ** 2))
+            if abs(mean - last) <= 4e-16 * mean or count == 2**16:
+                return samples
+            count, last = 2 * count, mean
 
     @property
     def period_condition(self) -> float:
         """Relative change of the period over a relative change of the inputs: the sum over a, b,
-        c, inertia, theta and speed (or excess), each alone."""
+        c, inertia, theta and speed (or excess), each alone; infinite on a separatrix."""
+        if self.regime == "separatrix":
+            return np.inf
         periods = self.neighbours.period[:, 0]
         return float(double(np.abs(periods[1:] / periods[0] - 1)).sum() / ULP)
+
+    @property
+    def action_condition(self) -> float:
+        """Relative change of the action over a relative change of the inputs, summed as for the
+        period: dI = (T/2 pi) (dH - the mean of dH at fixed theta and p over the orbit); infinite
+        on a separatrix."""
+        if self.regime in ("rest", "separatrix"):
+            return 0.0 if self.regime == "rest" else np.inf
+        near, (theta, rate) = self.neighbours, self._samples
+        v, sine, cosine = near.potential, np.sin(theta), np.cos(theta)
+        energy = near.kinetic + v.value(near.theta0)
+        change = double(energy - energy[0])
+        means = (np.mean(sine**2), np.mean(sine), np.mean(cosine))
+        for coefficient, mean in zip((v.a, v.b, v.c), means, strict=True):
+            change = change + double(coefficient - coefficient[0]) * mean
+        heavier = double(near.inertia - near.inertia[0])
+        change = change + heavier * np.mean(rate**2) / 2
+        return float(np.abs(change).sum() * self.period / (2 * np.pi * ULP * self.action))
 
     @cached_property
     def table(self) -> OrbitTable:
@@ -167,7 +205,8 @@ class PendulumMotion:
         the start; NaN where the motion does not reach."""
         with np.errstate(invalid="ignore"):
             kinetic = double(self.energy - self.exact_potential.value(quad(np.asarray(theta))))
-            return np.copysign(np.sqrt(2 * self.inertia * kinetic), self.theta_dot)
+            size: Array = np.sqrt(2 * self.inertia * kinetic)
+            return np.copysign(size, self.theta_dot)
 
     def time_at(self, theta: Array) -> Array:
         """t(H, theta) [s], Sudakov 2015, eq. 16: when the motion first reaches `theta` [rad] after
@@ -189,7 +228,8 @@ class PendulumMotion:
 
     @cached_property
     def _series(self) -> ErrorSeries:
-        return ErrorSeries(self.rotor, self.theta, self.theta_dot)
+        theta, theta_dot = self.closed_form.state(np.zeros(1))
+        return ErrorSeries(self.rotor, float(theta[0]), float(theta_dot[0]))
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """How far errors leave their linear response, see `analytic.pendulum_errors`."""

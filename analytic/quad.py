@@ -16,40 +16,41 @@ from analytic.reference import Array
 Quad = Any  # a QuadPrecision scalar or an array of dtype QuadPrecDType: one elementwise arithmetic
 _DTYPE = quaddtype.QuadPrecDType()
 PI: Quad = quaddtype.pi  # QuadPrecision(pi) would round it to double
-EPSILON = 2.0**-112
 
 
 def quad(value: Any) -> Quad:
-    """Return numbers as 34-digit numbers of the same shape, exactly."""
-    if isinstance(value, (int, float)):
-        return quaddtype.QuadPrecision(value)
+    """Return numbers as 34-digit numbers of the same shape, exactly; of no shape as scalars, whose
+    arithmetic costs a fifth of an array's."""
+    if isinstance(value, quaddtype.QuadPrecision):
+        return value
+    if np.ndim(value) == 0:
+        scalar = getattr(value, "dtype", None) == _DTYPE
+        return value[()] if scalar else quaddtype.QuadPrecision(float(value))
     return value if getattr(value, "dtype", None) == _DTYPE else np.asarray(value).astype(_DTYPE)
 
 
-def double(value: Quad) -> Array:
-    """Round 34-digit numbers to double."""
+def double(value: Quad) -> Any:
+    """Round 34-digit numbers to double: a scalar to a float, an array to an array."""
+    if isinstance(value, (float, quaddtype.QuadPrecision)):
+        return float(value)
     return np.asarray(value).astype(np.float64)
 
 
-def split(value: Quad, bits: int, parts: int) -> list[Array]:
-    """Return doubles that add up to `value`: all but the last with at most `bits` leading bits,
-    so that their products with integers below 2^(53 - bits) are exact."""
-    pieces: list[Array] = []
-    rest = value
-    for _ in range(parts - 1):
-        mantissa, exponent = np.frexp(double(rest))
-        piece = np.ldexp(np.trunc(np.ldexp(mantissa, bits)), exponent - bits)
-        pieces.append(piece)
-        rest = rest - quad(piece)
-    return [*pieces, double(rest)]
+def split(value: Quad, bits: int) -> tuple[Array, Array]:
+    """Return two doubles that add up to `value`, the first with at most `bits` leading bits, so
+    that its products with integers below 2^(53 - bits) are exact."""
+    mantissa, exponent = np.frexp(double(value))
+    first = np.ldexp(np.trunc(np.ldexp(mantissa, bits)), exponent - bits)
+    return first, double(value - quad(first))
 
 
-def select(conditions: list[Any], values: list[Quad]) -> Quad:
-    """Return, elementwise, the value of the first condition that holds, else the last value."""
-    result = values[-1]
-    for condition, value in zip(reversed(conditions), reversed(values[:-1]), strict=True):
-        if isinstance(condition, (bool, np.bool_)):
-            result = value if condition else result
-        else:
-            result = np.where(condition, value, result)
-    return result
+def everywhere(condition: Any) -> bool:
+    """True when a condition holds for the scalar, or for every element of the array."""
+    return bool(condition if isinstance(condition, (bool, np.bool_)) else condition.all())
+
+
+def choose(condition: Any, value: Any, other: Any) -> Any:
+    """Return, elementwise, `value` where the condition holds, else `other`."""
+    if isinstance(condition, (bool, np.bool_)):
+        return value if condition else other
+    return np.where(condition, value, other)

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from analytic.quad import PI, Quad, double, quad
+from analytic.quad import PI, Quad, choose, double, quad
 from analytic.reference import Array
 
 Kind = Literal["centre", "saddle", "degenerate"]
@@ -37,73 +37,77 @@ class TrigonometricPotential:
     def slope_and_curvature(self, theta: Any) -> tuple[Any, Any]:
         """dV/dtheta and d^2V/dtheta^2 from one sine and one cosine."""
         sine, cosine = np.sin(theta), np.cos(theta)
-        twice = 2 * self.a * sine + self.b
+        twice = (self.a + self.a) * sine + self.b
         slope = self.c * sine - twice * cosine
-        return slope, twice * sine + (self.c - 2 * self.a * cosine) * cosine
+        return slope, twice * sine + (self.c - (self.a + self.a) * cosine) * cosine
 
     @property
-    def scale(self) -> Array:
+    def scale(self) -> Any:
         """|a| + |b| + |c| [J], in double."""
-        return double(np.abs(self.a) + np.abs(self.b) + np.abs(self.c))
+        return double(abs(self.a) + abs(self.b) + abs(self.c))
 
 
 def critical_points(potential: TrigonometricPotential) -> Quad:
-    """Angles in (-pi, pi] where dV/dtheta = 0, in 34 digits, ascending, shape (..., 4); places
-    without one, and a constant V, hold NaN."""
-    a, b, c = (np.atleast_1d(double(x))[..., None] for x in (potential.a, potential.b, potential.c))
-    shape = np.shape(potential.a)
-    rough = TrigonometricPotential(a, b, c)
-    exact = TrigonometricPotential(
-        *(quad(np.atleast_1d(x))[..., None] for x in (potential.a, potential.b, potential.c))
-    )
-    theta = _approximate(rough)
-    scale = rough.scale + (rough.scale == 0.0)
+    """Angles in (-pi, pi] where dV/dtheta = 0, in 34 digits, ascending but for places
+    without one, which hold NaN, shape (..., 4)."""
+    given = (potential.a, potential.b, potential.c)
+    exact = TrigonometricPotential(*(x if np.ndim(x) == 0 else x[..., None] for x in given))
+    rough = TrigonometricPotential(*(np.asarray(double(x))[..., None] for x in given))
+    scale = np.asarray(potential.scale)[..., None]
     with np.errstate(all="ignore"):
-        for _ in range(3):
-            slope, curvature = rough.slope_and_curvature(theta)
-            theta = theta - slope / (curvature + (curvature == 0.0))
-        fine = quad(theta)
-        for _ in range(2):
-            slope, curvature = exact.slope_and_curvature(fine)
-            fine = fine - slope / (curvature + (curvature == 0.0))
-        fine = np.where(b == 0.0, _symmetric(exact), fine)
-        # What is no root, or not yet one, shows in the slope that is left.
-        left = np.abs(double(exact.slope(fine))) > 1e-24 * scale
-        fine = fine - 2 * PI * np.rint(fine / (2 * PI))
-        fine = np.where(double(fine) <= -np.pi, fine + 2 * PI, fine)
-        order = np.argsort(np.where(left, np.nan, double(fine)), axis=-1)
-        fine = np.take_along_axis(np.where(left, quad(np.nan), fine), order, axis=-1)
-        again = np.diff(double(fine), axis=-1, prepend=-np.inf) < 1e-13
-    fine = np.where(again | (rough.scale == 0.0), quad(np.nan), fine)
-    return fine.reshape((*shape, 4))
+        fine = _polished(exact, quad(np.sort(_approximate(rough), axis=-1)))
+        if (level := rough.b == 0.0).any():
+            fine = np.where(level, _symmetric(potential), fine)
+        close = double(fine)
+        # What is no root shows in the slope that is left; what is one twice, in the distance.
+        none = ~(np.abs(rough.slope(close)) <= 1e-12 * scale) | (scale == 0.0)
+        none[..., 1:] |= close[..., 1:] - close[..., :-1] < 1e-12
+        if none.any():
+            fine = np.where(none, quad(np.nan), fine)
+        if (outside := np.abs(close) > np.pi).any():
+            fine = np.where(outside, fine - 2 * PI * quad(np.rint(close / (2 * np.pi))), fine)
+    return fine
 
 
 def kind(potential: TrigonometricPotential, theta: Quad) -> Kind:
     """Kind of the equilibrium at a critical point `theta`, a scalar."""
-    curvature = float(double(potential.curvature(theta)))
+    curvature = double(potential.curvature(theta))
     # At a pitchfork the curvature is what rounding of the coefficients leaves of zero.
-    if abs(curvature) <= 4e-16 * float(potential.scale):
+    if abs(curvature) <= 4e-16 * potential.scale:
         return "degenerate"
     return "centre" if curvature > 0.0 else "saddle"
 
 
+def _polished(potential: TrigonometricPotential, theta: Quad) -> Quad:
+    """Newton's method on dV/dtheta until what a step would leave is below round-off."""
+    for _ in range(40):
+        slope, curvature = potential.slope_and_curvature(theta)
+        step = slope / np.where(curvature == 0.0, quad(1.0), curvature)
+        theta = theta - step
+        if not (np.abs(double(step)) > 1e-14).any():
+            break
+    return theta
+
+
 def _approximate(potential: TrigonometricPotential) -> Array:
-    """Four starting angles, shape (n, 4): arguments of the roots of dV/dtheta in z = e^(i theta),
-    -a z^4 + (c - ib) z^3 - (c + ib) z + a = 0, as eigenvalues of companion matrices."""
+    """Starting angles or NaN, shape (..., 4): arguments of the roots of dV/dtheta in
+    z = e^(i theta), -a z^4 + (c - ib) z^3 - (c + ib) z + a = 0, as eigenvalues of companion
+    matrices."""
     a, b, c = (x[..., 0] for x in (potential.a, potential.b, potential.c))
-    tiny = 1e-8 * (np.abs(b) + np.abs(c)) + (potential.scale[..., 0] == 0.0)
-    lead = np.where(np.abs(a) > tiny, a, tiny)  # Newton's method removes what this changes
+    tiny = 1e-8 * (np.abs(b) + np.abs(c))
+    lead = np.where(np.abs(a) > tiny, a, tiny + (tiny == 0.0))  # Newton's method removes the change
     companion = np.zeros((*a.shape, 4, 4), dtype=complex)
     companion[..., 1, 0] = companion[..., 2, 1] = companion[..., 3, 2] = 1.0
     companion[..., 0, 0] = (c - 1j * b) / lead
     companion[..., 0, 2] = -(c + 1j * b) / lead
     companion[..., 0, 3] = 1.0
-    return np.angle(np.linalg.eigvals(companion))
+    roots = np.linalg.eigvals(companion)
+    return np.where(np.abs(np.abs(roots) - 1.0) < 1e-4, np.angle(roots), np.nan)
 
 
 def _symmetric(potential: TrigonometricPotential) -> Quad:
     """Critical points for b = 0, where sin(theta) (c - 2 a cos(theta)) = 0: at a pitchfork Newton's
     method would meet a triple root."""
     a, c = potential.a, potential.c
-    tilt = np.arctan2(np.sqrt(4 * a * a - c * c), np.where(a > 0, c, -c))
-    return np.concatenate([0 * c, 0 * c + PI, tilt, -tilt], axis=-1)
+    tilt = np.arctan2(np.sqrt(4 * a * a - c * c), choose(a > 0, c, -c))
+    return np.stack(np.broadcast_arrays(-tilt, 0 * c, tilt, 0 * c + PI), axis=-1)
