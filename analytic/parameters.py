@@ -1,4 +1,4 @@
-"""Checks on a problem's parameters: what breaks is said by name, with its value and what it must be."""
+"""Checks on parameters: what breaks is said by name, with its value and what it must be."""
 
 from __future__ import annotations
 

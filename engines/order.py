@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.stats
+from numpy.typing import ArrayLike
 
 LEAST = 4  # steps, so that two degrees of freedom are left for the confidence
 
@@ -22,7 +22,7 @@ class Order:
 
 
 def fit_order(
-    steps: Sequence[float], errors: Sequence[float], floors: Sequence[float], most: int = 6
+    steps: ArrayLike, errors: ArrayLike, floors: ArrayLike, most: int = 6
 ) -> Order | None:
     """Fit the order to the finest steps whose error is above ten times its floor, `most` at most;
     None where fewer than four are. Arguments of shape (n,): steps [s], errors, round-off floors."""
