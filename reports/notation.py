@@ -19,11 +19,12 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def short(value: float) -> str:
-    """A number that is round in decimals, a step or a tolerance: 1e-4, 2.5e-6, 0.02."""
-    text = f"{value:.10g}"
+    """A number that is round in decimals, a step or a tolerance: 1e-4, 2.5e-6, 0.02;
+    four digits of one that is not."""
+    text = f"{value:.4g}"
     if "e" not in text and len(text) <= 5:
         return text
-    mantissa, exponent = f"{value:.9e}".split("e")
+    mantissa, exponent = f"{value:.3e}".split("e")
     return f"{mantissa.rstrip('0').rstrip('.')}e{int(exponent)}"
 
 

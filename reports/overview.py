@@ -33,11 +33,8 @@ def verdicts(system: System, study: Study, judged: Judgements) -> Table:
     methods = [name for name, found in seen.items() if found and name not in none]
     rows = tuple(
         row(
-            Cell(scene.name, "scene", scene.summary, anchor(scene.name)),
-            *(
-                verdict_cell(*key, judged[key], anchor(scene.name)) if key in judged else ""
-                for key in ((scene.name, name) for name in methods)
-            ),
+            Cell(scene.name.partition("/")[2], "scene", scene.summary, anchor(scene.name)),
+            *(_verdict(*key, judged) for key in ((scene.name, name) for name in methods)),
         )
         for scene in study.scenes
         if scene.system == system.name
@@ -47,6 +44,15 @@ def verdicts(system: System, study: Study, judged: Judgements) -> Table:
         if names := [name for name, why in none.items() if why == idle]:
             note += f" {idle.capitalize()}: {', '.join(names)}."
     return Table(system.title, ("scene", *methods), rows, note)
+
+
+def _verdict(scene: str, method: str, judged: Judgements) -> Cell:
+    """A verdict that leads to its scene; a dash where there is none to give."""
+    if (found := judged.get((scene, method))) is None:
+        return Cell("", "none")
+    if found.verdict in IDLE:
+        return Cell("–", "none", f"{found.verdict}: {found.reason}")
+    return verdict_cell(scene, method, found, anchor(scene))
 
 
 def _the_only(verdicts: set[Verdict]) -> Verdict | None:
@@ -71,8 +77,8 @@ def recommendations(study: Study) -> Table | None:
              "MuJoCo as it comes")  # fmt: skip
     note = (
         "From measured curves, on their upper envelope, interpolated and never extrapolated. × "
-        "says how many times faster than real time. Hover for the runner-up. As it comes, MuJoCo "
-        "takes Euler steps of 2 ms: the error that gives."
+        "says how many times faster than real time. Hover for the runner-up and for other engines. "
+        "As it comes, MuJoCo takes Euler steps of 2 ms: the error that gives."
     )
     return Table("The cheapest method and step for a wanted error", heads, tuple(rows), note)
 
@@ -93,7 +99,7 @@ def scene_recommendations(study: Study, scene: str) -> Table | None:
                 if best
                 else ""
             )
-            rows.append(row(wanted, Cell(said, "none", span=4)))
+            rows.append(row(wanted, Cell(said, "none", span=5)))
             continue
         second = answer.runner_up
         rows.append(
@@ -103,6 +109,7 @@ def scene_recommendations(study: Study, scene: str) -> Table | None:
                 Cell(notation.step(answer.choice.step, answer.choice.control), "number"),
                 Cell(notation.times_real(answer.choice.ns_per_second), "number"),
                 Cell(_said(second) if second else "none"),
+                Cell("; ".join(_said(c) for c in answer.by_engine[1:] if c != second) or "–"),
             )
         )
     first = cheapest(study, scene, ERRORS[0])
@@ -112,7 +119,8 @@ def scene_recommendations(study: Study, scene: str) -> Table | None:
         for c in first.defaults
         if c.method == DEFAULT_METHOD
     )
-    heads = ("error wanted", "cheapest method", "step", "times real time", "runner-up")
+    heads = ("error wanted", "cheapest method", "step", "times real time", "runner-up",
+             "in other engines")  # fmt: skip
     return Table("The cheapest method and step for a wanted error", heads, tuple(rows), note)
 
 
@@ -124,8 +132,9 @@ def _cell(answer: Recommendation) -> Cell:
     choice = answer.choice
     text = f"{choice.method}\n{notation.step(choice.step, choice.control)}, "
     text += notation.times_real(choice.ns_per_second)
-    hint = f"runner-up: {_said(answer.runner_up)}" if answer.runner_up else ""
-    return Cell(text, "choice", hint)
+    others = [f"runner-up: {_said(answer.runner_up)}"] if answer.runner_up else []
+    others += [_said(other) for other in answer.by_engine[1:] if other != answer.runner_up]
+    return Cell(text, "choice", "; ".join(others))
 
 
 def _said(choice: Choice) -> str:

@@ -67,11 +67,8 @@ def errors_over_time(
             np.where(np.abs(c.trace.errors) > 0.0, np.abs(c.trace.errors), np.nan),
             styles[c.method],
             method=c.method,
-            hints=[
-                f"{c.method} at {notation.step(c.trace.step, methods[c.method].control)}<br>"
-                f"t = {notation.number(t, 4)} s: error {notation.number(e)} {leading.unit}"
-                for t, e in zip(c.trace.times, c.trace.errors, strict=True)
-            ],
+            hint=f"{c.method} at {notation.step(c.trace.step, methods[c.method].control)}<br>"
+            f"t = %{{x:.4g}} s: error %{{y:.3g}} {leading.unit}",
         )
         for c in climbs
         if c.trace is not None and any(c.trace.errors)
@@ -87,7 +84,7 @@ def errors_over_time(
 
 def exact_motion(system: System, scene: Scene) -> Figure:
     """The exact leading observable, and the second one on an axis of its own."""
-    times = np.linspace(0.0, scene.duration, 300)
+    times = np.linspace(0.0, scene.duration, 240)
     observed = system.reference(system.problem(scene.parameters)).observe(times)
     leading, *rest = system.observables
     title = f"{symbol(leading.name)} [{leading.unit}]"
@@ -133,15 +130,14 @@ def error_against_step(
                 curve(list(told), positive(list(told.values())),
                       styles[c.method], method=c.method, dash="dash", width=1.0)
             )  # fmt: skip
-        hints = [
-            f"{c.method}, step {notation.short(m.step)} s<br>"
-            f"error {notation.number(e.largest)} {leading.unit}"
-            + (f", foretold {notation.number(told[m.step])}" if m.step in told else "")
-            for m, e in zip(done, errors, strict=True)
+        foretold = [
+            f"foretold {notation.number(told[h])}" if h in told else ""
+            for h in (m.step for m in done)
         ]
+        hint = f"{c.method}, step %{{x:.3g}} s<br>error %{{y:.3g}} {leading.unit}<br>%{{text}}"
         traces.append(
             curve([m.step for m in done], positive([e.largest for e in errors]), styles[c.method],
-                  method=c.method, marks=True, hints=hints)
+                  method=c.method, marks=True, hints=foretold, hint=hint)
         )  # fmt: skip
     return figure(
         f"Largest error of {symbol(leading.name)} against step",
@@ -164,14 +160,10 @@ def drifts(climbs: Sequence[Climb], styles: Mapping[str, Style]) -> Iterator[Fig
             done = [m for m in _done(c) if name in m.invariants]
             if not done:
                 continue
-            hints = [
-                f"{c.method}, step {notation.short(m.step)} s<br>"
-                f"{shown} off by {notation.number(m.invariants[name])} of its scale"
-                for m in done
-            ]
+            hint = f"{c.method}, step %{{x:.3g}} s<br>{shown} off by %{{y:.3g}} of its scale"
             traces.append(
                 curve([m.step for m in done], positive([m.invariants[name] for m in done]),
-                      styles[c.method], method=c.method, marks=True, hints=hints)
+                      styles[c.method], method=c.method, marks=True, hint=hint)
             )  # fmt: skip
         yield figure(
             f"Drift of the {shown} against step",
@@ -200,16 +192,15 @@ def error_against_cost(
     for name in dict.fromkeys(p.method for p in usable):
         line = [p for p in usable if p.method == name]
         hints = [
-            f"{name}<br>{notation.step(p.step, methods[name].control)}<br>"
-            f"error {notation.number(p.error)} {leading.unit}<br>"
-            f"cost {notation.number(p.ns_per_second)} ns per simulated second "
-            f"({notation.times_real(p.ns_per_second)} real time)"
-            + ("<br>on the Pareto front" if p in best else "")
+            f"{notation.step(p.step, methods[name].control)}, "
+            f"{notation.times_real(p.ns_per_second)} real time"
+            + (", on the Pareto front" if p in best else "")
             for p in line
         ]
+        hint = f"{name}<br>%{{text}}<br>error %{{y:.3g}} {leading.unit}<br>cost %{{x:.3g}} ns per s"
         traces.append(
             curve([p.ns_per_second for p in line], positive([p.error for p in line]), styles[name],
-                  method=name, marks=True, width=1.2, hints=hints)
+                  method=name, marks=True, width=1.2, hints=hints, hint=hint)
         )  # fmt: skip
     return figure(
         "Error against cost",

@@ -53,6 +53,7 @@ class Recommendation:
     error: float  # wanted
     choice: Choice | None  # the cheapest that reaches it
     runner_up: Choice | None  # the cheapest of another method
+    by_engine: tuple[Choice, ...]  # the cheapest in each engine that reaches it, cheapest first
     best: Choice | None  # the most exact of all that was measured
     defaults: tuple[Choice, ...]  # MuJoCo as it comes, and the chosen method at MuJoCo's step
 
@@ -75,6 +76,9 @@ def cheapest(study: Study, scene: str, error: float) -> Recommendation:
     reached = [c for curve in curves if (c := _coarsest(*curve, error)) is not None]
     reached.sort(key=lambda choice: choice.ns_per_second)
     choice = reached[0] if reached else None
+    by_engine: dict[str, Choice] = {}
+    for c in reached:
+        by_engine.setdefault(c.method.partition("/")[0], c)
     done = [p for p in found if math.isfinite(p.error)]
     best = min(done, key=lambda p: (p.error, p.ns_per_second), default=None)
     by_name = {method.name: method for method in study.methods}
@@ -87,6 +91,7 @@ def cheapest(study: Study, scene: str, error: float) -> Recommendation:
         error,
         choice,
         reached[1] if len(reached) > 1 else None,
+        tuple(by_engine.values()),
         _chosen(by_name[best.method], best) if best else None,
         tuple(sorted(defaults, key=lambda c: c.method != DEFAULT_METHOD)),
     )

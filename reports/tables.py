@@ -157,7 +157,8 @@ def budgets(system: System, climbs: Sequence[Climb], methods: Mapping[str, Metho
         if not held:
             continue
         m, j = next((pair for pair in held if pair[1].verdict == "fail"), held[-1])
-        for name, bound in j.tolerances.items():
+        shown = [system.observables[0].name] if j.verdict != "fail" else list(j.tolerances)
+        for name, bound in ((n, b) for n, b in j.tolerances.items() if n in shown):
             error = m.errors[name].largest
             head = f"{name}, error {notation.number(error)} {bound.unit}"
             total = Cell(notation.number(bound.bound), "number total")
@@ -170,7 +171,10 @@ def budgets(system: System, climbs: Sequence[Climb], methods: Mapping[str, Metho
     if not rows:
         return None
     heads = ("method", "step", "observable", "bound", "term", "reason")
-    note = "One run of each method: the first that fails, else the finest."
+    note = (
+        "One run of each method: the first that fails, with every observable, else the finest, "
+        "with the first one."
+    )
     return Table("Tolerance budget, term by term", heads, tuple(rows), note, folded=True)
 
 
@@ -195,7 +199,7 @@ def _run(found: Measurement, system: System, method: Method, leading: str) -> Ce
     at = notation.step(found.step, method.control)
     if found.status != "done":
         return Cell(found.status, judged.verdict, f"{at}: {found.reason}")
-    hint = f"{at}: {judged.verdict}; {judged.reason or 'within tolerance'}"
+    hint = f"{at}: {judged.reason or judged.verdict}"
     if bound := judged.tolerances.get(leading):
         hint += f"; allowed {notation.number(bound.bound)} {bound.unit}"
     return Cell(notation.number(found.errors[leading].largest), f"{judged.verdict} number", hint)

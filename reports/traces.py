@@ -14,7 +14,7 @@ from reports.palette import Style
 
 MOST = 300  # points of a curve: a screen shows no more
 ZERO = 1e-17  # where an error of exactly zero is drawn on a logarithmic axis
-DIGITS = 5
+DIGITS = 4
 Trace = Mapping[str, Any]
 
 
@@ -31,8 +31,10 @@ def curve(
     marks: bool = False,
     lines: bool = True,
     hints: Sequence[str] = (),
+    hint: str = "",
 ) -> Trace:
-    """A curve, or points: those of `method` follow its style and its place in the legend."""
+    """A curve, or points: those of `method` follow its style and its place in the legend; `hint`
+    is shown on hover, with a point's %{x}, %{y} and %{text}, its entry of `hints`, in it."""
     x, y, hints = _thinned(np.asarray(x, dtype=float), np.asarray(y, dtype=float), hints)
     colour = colour or (style.colour if style else "#808080")
     mode = "+".join(word for word, on in (("lines", lines), ("markers", marks)) if on)
@@ -48,7 +50,9 @@ def curve(
     if method:
         trace["meta"] = method  # what the page's legend switches off and on
     if hints:
-        trace["text"], trace["hoverinfo"] = list(hints), "text"
+        trace["text"] = list(hints)
+    if hint:
+        trace["hovertemplate"] = f"{hint}<extra></extra>"
     return trace
 
 

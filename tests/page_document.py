@@ -38,7 +38,10 @@ class Document(HTMLParser):
 
     def handle_data(self, data: str) -> None:
         if self._inside == "json":
-            self.figures.append(json.loads(data))
+            found = json.loads(data)
+            for trace in found["data"]:
+                trace |= {axis: found["arrays"][trace[axis]] for axis in "xy"}
+            self.figures.append(found)
         elif self._inside == "script":
             self.scripts.append(data)
         elif self.cells:

@@ -85,10 +85,11 @@ def test_work_precision_hints_tell_method_step_error_cost(document: Document) ->
     plots = [f for f in document.figures if "wall time" in f["layout"]["xaxis"]["title"]["text"]]
     assert len(plots) == len(quick().scenes)
     for trace in plots[0]["data"]:
-        for hint in trace.get("text", ()):
-            assert re.search(
-                r"\w+/\w+<br>(rtol )?[\d.e-]+( s)?<br>error .* rad<br>cost .* ns", hint
-            )
+        for text in trace.get("text", ()):
+            assert re.fullmatch(r"(rtol )?[\d.e-]+( s)?, .*× real time(, on the.*)?", text)
+        if "text" in trace:
+            for word in (trace["name"], "%{text}", "error %{y", "rad", "cost %{x"):
+                assert word in trace["hovertemplate"]
 
 
 def test_axes_have_units(document: Document) -> None:

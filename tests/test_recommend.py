@@ -118,6 +118,7 @@ def test_cheapest_first_then_another_method() -> None:
     assert loose.runner_up is not None
     assert tight.choice.method == FOURTH.name
     assert (loose.choice.method, loose.runner_up.method) == (FIRST.name, FOURTH.name)
+    assert [c.method for c in loose.by_engine] == [FIRST.name]
     assert loose.choice.ns_per_second == pytest.approx(1000.0 / 5e-3)
 
 
