@@ -78,7 +78,7 @@ def with_one_at_rest(body: Mechanics, piece: Piece, state: State, support: int, 
         return Now(state, "pivot", support, sense)
     slip = slip_onset(body.mass, float(at.inertia[0]), limit, complex(at.arms[0, support]), share)
     guess = _slide_from_pivot(support, slip, state.omega, rate, ramp)
-    return Now(state, "slide", departure=guess)
+    return Now(state, "slide", support, departure=guess)
 
 
 def _time_to_stop(body: Mechanics, piece: Piece, state: State, support: int) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial.legendre import legder
 
 from analytic.reference import Array
 from analytic.three_point_collocation import evaluate
@@ -76,6 +77,8 @@ def moving(motion: ThreePointMotion, stretch: Stretch, places: Array) -> Loading
         sense = float(np.sign(omega[np.argmax(np.abs(omega))]))
         turning = pivot_motion(body, at, stretch.support, sense, omega, heading)
         shares[:, stretch.support] = turning.share
+    elif stretch.support >= 0:
+        shares[:, stretch.support] += _missing(motion, stretch, places, at, shares)
     return Loading(
         at=at,
         centre=px + 1j * py + body.mass_ratio * at.velocity,
@@ -87,6 +90,25 @@ def moving(motion: ThreePointMotion, stretch: Stretch, places: Array) -> Loading
         force=shares.sum(axis=1),
         torque=cross(at.arms, shares).sum(axis=1),
     )
+
+
+def _missing(
+    motion: ThreePointMotion, stretch: Stretch, places: Array, at: Configuration, shares: Complex
+) -> Complex:
+    """Force [N] that the acceleration of a stretch shows beside `shares`, shape (n,).
+
+    Where a support slips from rest its velocity is at first a difference of nearly equal numbers
+    and has no direction of its own; the motion's second derivative still knows its friction.
+    """
+    assert stretch.coefficients is not None
+    body = motion.body
+    px, py, omega, _, heading, *_ = evaluate(stretch.coefficients, places).T
+    slopes = evaluate(np.asarray(2.0 * legder(stretch.coefficients)), places)
+    carried = px + 1j * py + body.mass_ratio * at.velocity
+    change = (slopes[:, 0] + 1j * slopes[:, 1]) / slopes[:, 3]
+    push = change + body.mass_ratio * at.acceleration + 1j * omega * carried
+    pull = body.tilt * np.exp(-1j * heading)
+    return np.asarray(body.mass * (push - pull) - shares.sum(axis=1))
 
 
 def loading(motion: ThreePointMotion, times: Array) -> list[tuple[Array, Loading]]:

@@ -27,7 +27,7 @@ from analytic.three_point_events import (
 from analytic.three_point_holding import held_until
 from analytic.three_point_motion import Event, ThreePointMotion
 from analytic.three_point_pivoting import pivot
-from analytic.three_point_sliding import Accuracy, slide
+from analytic.three_point_sliding import STUCK, Accuracy, slide
 from analytic.three_point_stretch import State, Stretch, at_rest, com_of
 
 EVENTS = 500  # in one piece, before giving up
@@ -75,7 +75,9 @@ def _piece_motion(
             else:
                 now = stopped(body, piece, turned.state)
         else:
-            slid = slide(body, piece, number, duration, state, accuracy, now.departure)
+            slid = slide(
+                *(body, piece, number, duration, state, accuracy, now.departure, now.support)
+            )
             stretches += slid.stretches
             if not slid.still:
                 return stretches, Now(slid.state, "slide")
@@ -98,7 +100,7 @@ def _initial(body: Mechanics, piece: Piece, start: Start) -> Now:
     point = own + 1j * omega * body.mass_ratio * complex(at.position[0])
     state = State(0.0, complex(point), omega, start.heading, complex(place))
     speeds = np.abs(own + 1j * omega * body.supports)
-    still = np.flatnonzero(speeds <= 1e-15 * speeds.max())
+    still = np.flatnonzero(speeds <= STUCK * speeds.max())
     return Now(state, "pivot", int(still[0])) if still.size else Now(state, "slide")
 
 
@@ -124,7 +126,9 @@ def _integrate(
 def _events(stretches: tuple[Stretch, ...], breakpoints: Array) -> tuple[Event, ...]:
     events: list[Event] = []
     for stretch in stretches:
-        if not events or (stretch.mode, stretch.support) != (events[-1].mode, events[-1].support):
+        continued = bool(events) and stretch.mode == events[-1].mode
+        slips = stretch.mode == "slide" and stretch.support >= 0
+        if not continued or slips:
             time = float(breakpoints[stretch.piece]) + stretch.start
             events.append(Event(time, stretch.mode, stretch.support))
     return tuple(events)

@@ -20,7 +20,8 @@ ROUNDINGS = 32 * 2.0**-53  # of a sum of some tens of stretches
 
 @dataclass(frozen=True)
 class Event:
-    """A mode begins at `time` [s]; `support` (0, 1, 2) is the one at rest in a pivot, else -1."""
+    """A mode begins at `time` [s]; `support` (0, 1, 2) is the one at rest in a pivot, or the one
+    that has just slipped from rest while the others slide, else -1."""
 
     time: float
     mode: Mode

@@ -1,7 +1,8 @@
 """Pivoting: one support at rest, the body turns about it, until it stops or the support slips.
 
-With A_i at rest the angular momentum about it changes by the moments of the two sliding supports
-alone, f N_j |A_iA_j| each against the turning: on level ground a plain integral over time.
+With A_i at rest the angular momentum about it changes by the slider's m (CQ - CA_i) x w and by the
+moments of the two sliding supports, f N_j |A_iA_j| each against the turning: on level ground omega
+is a plain integral over time.
 """
 
 from __future__ import annotations
@@ -28,6 +29,10 @@ from analytic.three_point_stretch import State, Stretch, fitted, state_at
 SAMPLES = 129  # of an element, for changes of sign
 HEADING_PASSES = 40
 ELEMENTS = 2000
+ROUGH = (
+    1e-3  # speed gained by the least unbalanced start, over what its balanced moments would give
+)
+ROUNDING = 1e-15
 
 
 Ending = Literal["time", "stop", "slip"]
@@ -52,13 +57,21 @@ class PivotMotion:
     share: Complex
 
 
-def _about(body: Mechanics, at: Configuration, support: int) -> tuple[Complex, Array, Array]:
-    """Slider from A_i [m], moment of inertia about A_i [kg m^2], the slider's own angular momentum
-    about A_i [kg m^2/s], each of shape (n,)."""
+@dataclass(frozen=True)
+class _Element:
+    """Coefficients of a Stretch, what its degree leaves out, relatively, and rounding of omega."""
+
+    coefficients: Array
+    left_out: float
+    rounding: float
+
+
+def _about(body: Mechanics, at: Configuration, support: int) -> tuple[Complex, Array]:
+    """Slider from A_i [m] and moment of inertia about A_i [kg m^2], each of shape (n,)."""
     arm = at.position - body.supports[support]
     slider = body.mass * body.mass_ratio
     own = body.body_inertia + (body.mass - slider) * abs(body.supports[support]) ** 2
-    return arm, own + slider * np.abs(arm) ** 2, slider * cross(arm, at.velocity)
+    return arm, own + slider * np.abs(arm) ** 2
 
 
 def _moment(
@@ -78,7 +91,7 @@ def pivot_motion(
 ) -> PivotMotion:
     """Motion and held support's force while the body turns at `omega` [rad/s], shape (n,), about
     `support`; `sense` is the sign of the turning, which decides the friction where omega is 0."""
-    arm, inertia, _ = _about(body, at, support)
+    arm, inertia = _about(body, at, support)
     slider = body.mass * body.mass_ratio
     growth = 2.0 * slider * (arm.conjugate() * at.velocity).real
     moment = _moment(body, at, support, sense, heading)
@@ -103,17 +116,16 @@ def _element(
     state: State,
     rule: Scheme,
     size: float,
-) -> tuple[Array, float]:
-    """Coefficients of a Stretch over `size` seconds, and what its degree leaves out, relatively."""
+) -> _Element:
     here = configuration(body, piece, np.array([state.time]))
-    _, inertia, own = _about(body, here, support)
-    held = inertia * state.omega + own
+    turning = _about(body, here, support)[1] * state.omega
     at = configuration(body, piece, state.time + size * rule.nodes)
-    _, inertia, own = _about(body, at, support)
+    arm, inertia = _about(body, at, support)
+    driving = -body.mass * body.mass_ratio * cross(arm, at.acceleration)
     heading = np.full(rule.nodes.size, state.heading)
     for _ in range(HEADING_PASSES if body.tilt else 1):
         moment = _moment(body, at, support, sense, heading)
-        omega = (held + size * rule.integrals @ moment - own) / inertia
+        omega = (turning + size * rule.integrals @ (driving + moment)) / inertia
         before, heading = heading, state.heading + size * rule.integrals @ omega
         if np.abs(heading - before).max() <= 1e-15:
             break
@@ -124,10 +136,13 @@ def _element(
     moved = motion.point - point, omega - state.omega
     values = np.column_stack([moved[0].real, moved[0].imag, moved[1], size * rule.nodes])
     slopes: Array = np.asarray(np.linalg.solve(rule.integrals, values))
-    spread = float(np.abs(omega).max()) + 1e-300
+    jolt = size * float((np.abs(moment) / inertia).max())
+    spread = max(float(np.abs(omega).max()), ROUGH * jolt, 1e-300)
     reach = spread * float(np.abs(here.arms).max())
     scale = np.array([reach, reach, spread, size])
-    return fitted(rule, body, piece, start, slopes), tail(rule, slopes, scale)
+    return _Element(
+        fitted(rule, body, piece, start, slopes), tail(rule, slopes, scale), ROUNDING * jolt
+    )
 
 
 def pivot(
@@ -155,17 +170,19 @@ def pivot(
         if size == 0.0:
             size = remaining
             if not np.isfinite(remaining):
-                _, inertia, _ = _about(body, here, support)
+                inertia = _about(body, here, support)[1]
                 braking = abs(float(_moment(body, here, support, sense, np.zeros(1))[0]))
                 size = 1.5 * abs(state.omega) * float(inertia[0]) / braking
         size = min(size, remaining)
         while True:
-            coefficients, left_out = _element(body, piece, support, sense, state, rule, size)
-            if left_out <= accuracy.tolerance:
+            element = _element(body, piece, support, sense, state, rule, size)
+            if element.left_out <= accuracy.tolerance:
                 break
             size *= 0.5
             if size < 1e-14 * min(remaining, 1.0):
                 raise RuntimeError(f"no step is small enough at {state.time!r} s of piece {number}")
+
+        coefficients = element.coefficients
 
         def watched(places: Array, series: Array = coefficients) -> tuple[Array, Array]:
             """Turning speed, and how far |F_i| is below its limit: an event is a change of sign."""
@@ -176,7 +193,7 @@ def pivot(
 
         places = np.linspace(0.0, 1.0, SAMPLES)
         turning, margin = watched(places)
-        floors = (1e-14 * float(np.abs(turning).max()), 1e-11 * float(here.limits.max()))
+        floors = (element.rounding + 1e-14 * turning.max(), 1e-11 * here.limits.max())
         found: list[tuple[float, Ending]] = [(1.0, "time")]
         endings: tuple[Ending, Ending] = ("stop", "slip")
         for which, values in enumerate((turning, margin)):

@@ -107,12 +107,13 @@ def slide(
     state: State,
     accuracy: Accuracy,
     departure: Guess | None = None,
+    slipped: int = -1,
 ) -> Slid:
     """Slide from `state` until a support comes to rest or `duration` [s] of piece `number` is over.
 
     `departure` gives first guesses of (p_x, p_y, omega) where a support starts from rest: the
-    equations say nothing of a direction at v_i = 0, and one solution leaves it smoothly. Raises
-    RuntimeError when no element is small enough.
+    equations say nothing of a direction at v_i = 0, and one solution leaves it smoothly. `slipped`
+    is the support that does. Raises RuntimeError when no element is small enough.
     """
     rule = accuracy.rule
     stretches: list[Stretch] = []
@@ -191,7 +192,7 @@ def slide(
             last = float(monotone_root(element.coefficients[:, 3], np.array([duration]))[0])
             end = duration
         stretches.append(
-            Stretch("slide", -1, number, state.time, end, state, element.coefficients, last)
+            Stretch("slide", slipped, number, state.time, end, state, element.coefficients, last)
         )
         reached = state_at(element.coefficients, last)
         state = replace(reached, time=end)
@@ -200,5 +201,5 @@ def slide(
             4.0,
             max(0.3, 0.8 * growth, 2.0 if element.left_out < 0.03 * accuracy.tolerance else 0.0),
         )
-        departure = None
+        departure, slipped = None, -1
     raise RuntimeError(f"{ELEMENTS} elements did not finish piece {number}")

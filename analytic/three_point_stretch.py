@@ -29,7 +29,8 @@ class State:
 
 @dataclass(frozen=True)
 class Stretch:
-    """One mode from local time `start` to `end` [s] of piece number `piece`.
+    """One mode from local time `start` to `end` [s] of piece number `piece`; `support` is the one
+    at rest in a pivot, or the one that slips as a slide begins, else -1.
 
     `coefficients`, shape (k, 7): p_x, p_y, omega, t, psi and the place of G as Legendre series in a
     parameter from 0 to `last`, at most 1. None while the body rests in its first state.
