@@ -93,7 +93,8 @@ def scene_recommendations(study: Study, scene: str) -> Table | None:
         wanted = Cell(f"{notation.short(error)} {answer.unit}", "number")
         if answer.choice is None:
             best = answer.best
-            said = "nothing measured reaches it" + (
+            said = "nothing measured reaches it" if best else "nothing was measured"
+            said += (
                 f"; the best is {best.method} at {notation.step(best.step, best.control)}: "
                 f"{notation.number(best.error)} {answer.unit}"
                 if best

@@ -19,6 +19,7 @@ from reports.traces import Trace, curve, figure, linear, logarithmic, positive
 from reports.work_precision import Point, front
 
 GREY = "#808080"
+PERIODS = 15  # of a motion that a plot can show
 GREEK = (
     ("theta", "θ"),
     ("theta_dot", "dθ/dt"),
@@ -84,8 +85,11 @@ def errors_over_time(
 
 def exact_motion(system: System, scene: Scene) -> Figure:
     """The exact leading observable, and the second one on an axis of its own."""
-    times = np.linspace(0.0, scene.duration, 240)
-    observed = system.reference(system.problem(scene.parameters)).observe(times)
+    problem = system.problem(scene.parameters)
+    period = system.facts(problem).get("period") or np.inf
+    shown = min(scene.duration, PERIODS * period)
+    times = np.linspace(0.0, shown, 240)
+    observed = system.reference(problem).observe(times)
     leading, *rest = system.observables
     title = f"{symbol(leading.name)} [{leading.unit}]"
     traces = [curve(times, observed[leading.name], colour="#0072b2", name=symbol(leading.name))]
@@ -96,7 +100,8 @@ def exact_motion(system: System, scene: Scene) -> Figure:
         traces.append({**other, "yaxis": "y2"})
     found = figure(
         "The exact motion",
-        "What every method is held against.",
+        "What every method is held against"
+        + ("." if shown == scene.duration else f": the first {PERIODS} periods."),
         traces,
         linear("time [s]"),
         linear(title),

@@ -49,6 +49,7 @@ def test_energy_is_bounded_or_drifts_as_foretold() -> None:
     drift = drifts["mujoco/rk4"]
     # Ripple that a line through whole turns and a part of one does not average out: 0.2 %.
     assert drift.rate == pytest.approx(drift.foretold, rel=0.005)
+    assert drift.round_off < 1e-3 * abs(drift.rate)
 
 
 def test_errors_grow_at_the_saddle_s_rate() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ from models.registry import scene as find_scene
 from reports import notation
 from reports.content import Cell, Figure, Finding, Table, row
 from reports.palette import styles
-from reports.sections.cone_pendulum.problems import ROTATING, case, energy, run
+from reports.sections.cone_pendulum.problems import ROTATING, case, energy, in_double, run
 from reports.traces import curve, figure, linear, logarithmic, positive
 
 METHODS = ("mujoco/euler", "ode/leapfrog", "mujoco/rk4")
@@ -30,6 +31,7 @@ class Drift:
     rate: float  # [J/s], of the line
     scatter: float  # [J], largest distance from it
     foretold: float | None  # [J/s]; None where theory has nothing
+    round_off: float  # [J/s], one standard deviation of what rounding theta may add
 
     @property
     def secular(self) -> bool:
@@ -48,7 +50,8 @@ def drift(name: str, method: str, step: float, duration: float) -> Drift | None:
     rate, start = np.polyfit(times, errors, 1)
     scatter = float(np.abs(errors - (start + rate * times)).max())
     told = _foretold(problem, find_method(method).scheme, step)
-    return Drift(found, tuple(errors.tolist()), float(rate), scatter, told)
+    noise = _round_off(problem, found, step)
+    return Drift(found, tuple(errors.tolist()), float(rate), scatter, told, noise)
 
 
 def _foretold(problem: ConePendulum, scheme: str, step: float) -> float | None:
@@ -61,6 +64,15 @@ def _foretold(problem: ConePendulum, scheme: str, step: float) -> float | None:
     if not terms:
         return None
     return problem.body.inertia_x * sum(d * step**p for p, d in terms.items())
+
+
+def _round_off(problem: ConePendulum, found: Trajectory, step: float) -> float:
+    """Standard deviation of the drift [J/s] that rounding theta once a step makes: each rounding,
+    even over a unit in theta's last place, moves the energy by itself times the torque."""
+    theta = found.observables["theta"]
+    torque = np.asarray(in_double(problem.potential).slope(theta))
+    each = float(np.sqrt(np.mean((np.spacing(np.abs(theta)) * torque) ** 2 / 12)))
+    return each / math.sqrt(step * float(found.times[-1]))
 
 
 def finding() -> Finding:
@@ -104,10 +116,12 @@ def measured(name: str, step: float, duration: float) -> tuple[Table, Figure, di
             Cell(notation.number(d.scatter), "number"),
             Cell(notation.number(d.rate, 4), "number"),
             Cell("–" if d.foretold is None else notation.number(d.foretold, 4), "number"),
+            Cell(notation.number(d.round_off, 2), "number"),
         )
         for method, d in drifts.items()
     )
-    heads = ("method", "energy error", "ripple [J]", "fitted drift [J/s]", "foretold drift [J/s]")
+    heads = ("method", "energy error", "ripple [J]", "fitted drift [J/s]", "foretold drift [J/s]",
+             "round-off may add [J/s]")  # fmt: skip
     count = f"{duration / step:.0f} steps of {notation.short(step)} s"
     traces = [
         curve(d.run.times[1:], positive(d.errors[1:]), style[method], method=method)
@@ -125,7 +139,8 @@ def measured(name: str, step: float, duration: float) -> tuple[Table, Figure, di
     )
     note = (
         "Fitted: a straight line through the energy error. Secular: the line leaves twice its "
-        "scatter behind. Foretold: one step's energy error, averaged along the exact orbit."
+        "scatter behind. Foretold: one step's energy error, averaged along the exact orbit. "
+        "Round-off: of θ, once a step, one standard deviation."
     )
     return Table(f"Energy over {count}", heads, rows, note), plot, drifts
 
