@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
+import numpy.typing as npt
 
 from analytic.reference import Array
+
+Series = TypeVar("Series", npt.NDArray[np.float64], npt.NDArray[np.complex128])
 
 
 def constant(values: Array, degree: int) -> Array:
@@ -14,7 +19,7 @@ def constant(values: Array, degree: int) -> Array:
     return series
 
 
-def raised(series: Array, power: int = 1) -> Array:
+def raised(series: Series, power: int = 1) -> Series:
     """The series times the variable to `power`."""
     higher = np.zeros_like(series)
     higher[power:] = series[: len(series) - power]
@@ -48,7 +53,7 @@ def sine_cosine(series: Array) -> tuple[Array, Array]:
     return sine, cosine
 
 
-def product(first: Array, second: Array) -> Array:
+def product(first: Series, second: Series) -> Series:
     """Product of two series of the same degree."""
     total = np.zeros_like(first)
     for n in range(len(first)):

@@ -1,0 +1,80 @@
+"""The simple pendulum: a point mass on a rigid rod, damped and forced, or its linear companion.
+
+Pendulo Simples, per unit mass as its code has it:
+
+    theta'' = A sin(Omega t) - xi theta' - (g/L) sin theta,    T = m L theta'^2 + m g cos theta,
+
+theta from hanging down. The notebook calls xi = C/m a damping ratio; it is a rate, in 1/s. The
+linear companion has theta for sin theta.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+from analytic.driven_rotor import DrivenRotor
+from analytic.parameters import finite, non_negative, positive
+from analytic.pendulum_motion import PendulumMotion
+from analytic.quad import quad
+from analytic.reference import Reference
+from analytic.rod_tension import MASS, RodMotion
+from analytic.trigonometric_potential import TrigonometricPotential
+from analytic.unending_motion import UnendingMotion
+
+
+@dataclass(frozen=True)
+class SimplePendulum:
+    """A mass of 1 kg at `length` [m] under `gravity` [m/s^2], damped at damping_rate [1/s], forced
+    with forcing_amplitude [rad/s^2] at forcing_frequency [rad/s], started at theta [rad] with
+    theta_dot [rad/s]; `linear` has theta for sin theta. Raises ParameterError."""
+
+    length: float
+    gravity: float
+    damping_rate: float
+    forcing_amplitude: float
+    forcing_frequency: float
+    theta: float
+    theta_dot: float
+    linear: bool = False
+
+    def __post_init__(self) -> None:
+        for field in fields(self)[:-1]:
+            finite(field.name, getattr(self, field.name))
+        positive("length", self.length)
+        non_negative("gravity", self.gravity)
+        non_negative("damping_rate", self.damping_rate)
+
+    @property
+    def rotor(self) -> DrivenRotor:
+        """The equation of motion."""
+        pull = self.gravity / self.length
+        return DrivenRotor(
+            sin=0.0 if self.linear else pull,
+            stiffness=pull if self.linear else 0.0,
+            damping_rate=self.damping_rate,
+            forcing_amplitude=self.forcing_amplitude,
+            forcing_frequency=self.forcing_frequency,
+        )
+
+    @property
+    def elliptic(self) -> PendulumMotion | None:
+        """The motion by Jacobi functions; None where the equation is linear, damped or forced."""
+        if self.linear or not self.rotor.conservative:
+            return None
+        moment = quad(MASS) * self.length
+        return PendulumMotion(
+            TrigonometricPotential(0.0, 0.0, moment * self.gravity),
+            self.length**2,
+            self.theta,
+            self.theta_dot,
+        )
+
+    @cached_property
+    def motion(self) -> Reference:
+        """The exact motion; that of a rod knows its tension."""
+        start = self.theta, self.theta_dot
+        angle = self.elliptic or UnendingMotion(self.rotor, *start)
+        if self.linear:
+            return angle
+        return RodMotion(angle, self.rotor, *start, self.length, self.gravity)
