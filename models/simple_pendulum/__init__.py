@@ -1,0 +1,182 @@
+"""The simple pendulum and its linear companion: scenes as data, what they are held against."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import lru_cache, partial
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Literal
+
+from analytic.parameters import known
+from analytic.quad import double
+from analytic.reference import Array, Reference
+from analytic.simple_pendulum import SimplePendulum
+from models.ladder import ladder
+from models.scene import Observable, Parameters, Scene, System
+
+SOURCE = (
+    "Pêndulo Simples, course notebook: the simple pendulum, linear and non-linear, free, damped "
+    "and forced, by RK4"
+)
+PARAMETERS = (
+    "length", "gravity", "damping_rate", "forcing_amplitude", "forcing_frequency", "theta",
+    "theta_dot",
+)  # fmt: skip
+_REST: Parameters = MappingProxyType(
+    {"length": 1.0, "gravity": 9.8, "damping_rate": 0.0, "forcing_amplitude": 0.0,
+     "forcing_frequency": 0.0, "theta": 0.0, "theta_dot": 0.0}
+)  # fmt: skip
+_STEPS = ladder(1e-1, 1e-5)  # the notebook's 0.05 s among them
+_DEGREE = math.pi / 180
+
+
+def problem(parameters: Parameters, linear: bool = False) -> SimplePendulum:
+    """The pendulum that parameters describe; raises ParameterError."""
+    known(parameters, PARAMETERS)
+    return SimplePendulum(**parameters, linear=linear)
+
+
+@lru_cache(maxsize=64)  # every method and step of a scene asks for the same
+def reference(problem: SimplePendulum) -> Reference:
+    """The exact motion of `problem`."""
+    return problem.motion
+
+
+def invariants(problem: SimplePendulum, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+    """Drift of the energy over what it takes to reach the top, where nothing takes or gives any."""
+    rotor = problem.rotor
+    if not rotor.conservative:
+        return {}
+    energy = rotor.energy(observed["theta"], observed["theta_dot"])
+    span = max(2 * rotor.sin, abs(float(rotor.energy(problem.theta, problem.theta_dot))))
+    return {"energy": (energy - energy[0]) / (span or 1.0)}
+
+
+def facts(problem: SimplePendulum) -> Mapping[str, Any]:
+    """Kind of motion; period, action and barrier of an undamped one; natural frequency and damping
+    ratio; how far the exact answer is to be believed."""
+    natural = math.sqrt(problem.gravity / problem.length)
+    about: dict[str, Any] = {
+        "kind": _kind(problem),
+        "natural_frequency": natural,
+        "damping_ratio": problem.damping_rate / (2 * natural) if natural else None,
+    }
+    if (motion := problem.elliptic) is not None:
+        about |= {
+            "period": motion.period,
+            "period_condition": motion.period_condition,
+            "action": motion.action,
+            "mean_rate": motion.mean_rate,
+            "energy": float(double(motion.energy)),
+            "barrier": float(double(motion.barriers[0])) if motion.barriers.size else None,
+        }
+    elif problem.linear and problem.rotor.conservative and natural:
+        about["period"] = 2 * math.pi / natural
+    return about
+
+
+def _kind(problem: SimplePendulum) -> str:
+    if problem.elliptic is not None:
+        return problem.elliptic.regime
+    damping, critical = problem.damping_rate, 2 * math.sqrt(problem.gravity / problem.length)
+    words = ["forced"] if problem.forcing_amplitude else []
+    if damping:
+        words.append("overdamped" if damping > critical else "damped")
+    return ", ".join(words) or "oscillation"
+
+
+def _scene(name: str, summary: str, **values: Any) -> Scene:
+    profile: Literal["quick", "full"] = values.pop("profile", "full")
+    hard, duration = values.pop("hard", ""), values.pop("duration", 50.0)
+    steps = values.pop("steps", _STEPS)
+    return Scene(name, summary, {**_REST, **values}, duration, steps, SOURCE, profile, hard)
+
+
+def _both(
+    case: str, summary: str, linear: str, *, linear_profile: str = "full", **values: Any
+) -> tuple[Scene, Scene]:
+    """A scene of the simple pendulum, and the same start of the linear one."""
+    own = {name: value for name, value in values.items() if name not in ("profile", "hard")}
+    own.setdefault("steps", ladder(1e-1, 1e-4))
+    return (
+        _scene(f"simple-pendulum/{case}", summary, **values),
+        _scene(f"linear-pendulum/{case}", linear, profile=linear_profile, **own),
+    )
+
+
+def _near_top(k: int) -> Scene:
+    return _scene(
+        f"simple-pendulum/near-top-1e-{k}",
+        f"from rest 10^-{k} off the top, through the bottom and up the other side",
+        duration=float(math.ceil(0.75 * k + 1.5)),
+        steps=ladder(2e-2, 2e-4),
+        profile="quick" if k == 6 else "full",
+        hard=f"errors grow as e^(3.13 t) at the top; period grows as ln(10^{k})",
+        theta=math.pi - 10.0**-k,
+    )
+
+
+_LARGE = -120 * _DEGREE
+_SPIN = "an error of the speed becomes one of the angle that grows with time"
+_SCENES = (
+    *_both("free-small", "case 1: a small swing", "case 1, linear: hardly different",
+           theta=-10 * _DEGREE, profile="quick"),
+    *_both("free-large", "case 2: a large swing", "case 2, linear: the wrong period",
+           theta=_LARGE, profile="quick"),
+    *_both("rotating-slow", "case 3: over the top, 11.5 % faster than it takes",
+           "case 3, linear: swings where the pendulum rotates", theta=_LARGE,
+           theta_dot=200 * _DEGREE, profile="quick", hard=f"near the separatrix: {_SPIN}"),
+    *_both("rotating-fast", "case 4: rotates fast", "case 4, linear: swings by 200 degrees",
+           theta=_LARGE, theta_dot=500 * _DEGREE, hard=f"73 turns: {_SPIN}"),
+    *_both("damped-small", "case 5: a small swing dies away", "case 5, linear: hardly different",
+           theta=-10 * _DEGREE, damping_rate=0.08),
+    *_both("damped-large", "case 6: a large swing dies away", "case 6, linear", theta=_LARGE,
+           damping_rate=0.08),
+    *_both("damped-rotating", "case 7: turns over, is caught, and settles", "case 7, linear",
+           theta=_LARGE, theta_dot=500 * _DEGREE, damping_rate=0.2, profile="quick",
+           hard="passes the separatrix: how near decides when it is caught"),
+    *_both("forced-small", "pushed gently near resonance, from rest", "the same, linear",
+           forcing_amplitude=0.1, forcing_frequency=3.0, damping_rate=0.08),
+    *_both("forced-large", "pushed hard near resonance, from rest", "the same, linear",
+           forcing_amplitude=1.5, forcing_frequency=2.8, damping_rate=0.2, profile="quick"),
+    *_both("forced-chaotic", "pushed slowly and hard, g = L: chaos, followed for 50 s, well within "
+           "the 156 s for which double precision tells its future to 1e-6 rad",
+           "the same, linear: no chaos", gravity=1.0, theta=0.2, damping_rate=0.5,
+           forcing_amplitude=1.5, forcing_frequency=2 / 3,
+           hard="neighbouring motions part as e^(0.12 t); the exact answer is known to 2e-12 rad"),
+    _scene("simple-pendulum/million-steps", "the large swing of case 2, for 181 periods",
+           theta=_LARGE, duration=500.0, steps=(8e-3, 4e-3, 2e-3, 1e-3, 5e-4),
+           hard="10^6 steps of 5e-4 s: energy bounded, or drifting at a rate"),
+    *(_near_top(k) for k in range(2, 13)),
+    *_both("overdamped", "damped at 10/s, more than 2 sqrt(g/L): creeps down without a swing",
+           "the same, linear", duration=10.0, steps=ladder(5e-2, 1e-4), theta=_LARGE,
+           damping_rate=10.0, linear_profile="quick", hard="rates of 1.1/s and 8.9/s side by side"),
+    *_both("step-too-large", "the large swing, from steps far beyond what any method takes",
+           "the same, linear: no method is stable above 2 sqrt(L/g) = 0.64 s", theta=_LARGE,
+           duration=20.0, steps=(2.0, 1.0, 0.7, 0.5, *ladder(2e-1, 1e-3)), hard="divergence"),
+)  # fmt: skip
+
+
+def _system(name: str, title: str, observables: tuple[Observable, ...], linear: bool) -> System:
+    return System(
+        name=name,
+        title=title,
+        observables=observables,
+        parameters=PARAMETERS,
+        scenes=tuple(scene for scene in _SCENES if scene.system == name),
+        default="free-large",
+        problem=partial(problem, linear=linear),
+        reference=reference,
+        invariants=invariants,
+        facts=facts,
+        mjcf=Path(__file__).parent / "simple_pendulum.xml",
+    )
+
+
+_MOTION = (Observable("theta", "rad"), Observable("theta_dot", "rad/s"))
+SYSTEMS = (
+    _system("simple-pendulum", "Simple pendulum", (*_MOTION, Observable("tension", "N")), False),
+    _system("linear-pendulum", "Linear pendulum", _MOTION, True),
+)
