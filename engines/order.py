@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.stats
 from numpy.typing import ArrayLike
 
 LEAST = 4  # steps, so that two degrees of freedom are left for the confidence
@@ -26,6 +25,8 @@ def fit_order(
 ) -> Order | None:
     """Fit the order to the finest steps whose error is above ten times its floor, `most` at most;
     None where fewer than four are. Arguments of shape (n,): steps [s], errors, round-off floors."""
+    import scipy.stats  # not above: it takes as long to load as all else together
+
     h, e, floor = (np.asarray(v, dtype=float) for v in (steps, errors, floors))
     usable = np.isfinite(e) & (e > 10.0 * floor) & (e > 0.0)
     chosen = np.flatnonzero(usable)

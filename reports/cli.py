@@ -63,11 +63,11 @@ def in_the_way() -> str | None:
 
 def parser() -> argparse.ArgumentParser:
     """The parser of the whole command line."""
-    from reports.commands import cite, list_, models, run, solve, validate
+    from reports.commands import cite, compare, list_, models, plan, recommend, run, solve, validate
 
     top = _Parser(prog="plumbob", description="Holds physics engines against exact answers.")
     commands = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
-    for module in (list_, validate, solve, run, models, cite):
+    for module in (list_, validate, solve, run, recommend, compare, plan, models, cite):
         name = module.__name__.rpartition(".")[2].rstrip("_")
         described = (module.__doc__ or "").partition(": ")[2].strip().rstrip(".")
         command = commands.add_parser(name, help=described, description=f"{described}.")

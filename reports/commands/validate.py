@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from analytic.parameters import ParameterError
+from engines import store
 from engines.registry import methods as find_methods
 from engines.study import Study, pairs, run_study
 from models.registry import scenes as find_scenes
@@ -20,6 +21,7 @@ from reports.commands import values
 from reports.expectations import as_expected
 from reports.junit import write_junit
 from reports.progress import progress
+from reports.provenance import provenance
 from reports.records import record
 from reports.verdict import Judgement, judge_climb
 
@@ -55,7 +57,10 @@ def command(chosen: argparse.Namespace) -> int:
         study = run_study(scenes, methods, chosen.profile, jobs, told=told)
     from reports.page import write_page
 
-    page = write_page(study, out, shlex.join(["plumbob", *sys.argv[1:]]))
+    line = shlex.join(["plumbob", *sys.argv[1:]])
+    page = write_page(study, out, line)
+    here = provenance(line)
+    store.save(study, out / store.FILE, here.date, line, here.versions)
     judged = verdicts(study)
     if chosen.junitxml:
         write_junit(Path(chosen.junitxml), study, judged)

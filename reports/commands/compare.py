@@ -1,0 +1,105 @@
+"""plumbob compare: two studies: which errors, verdicts and costs have moved."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from analytic.parameters import ParameterError
+from engines import store
+from engines.measurement import floor
+from engines.study import Study
+from models.registry import system_of
+from reports.commands import values
+from reports.verdict import judge_climb
+
+MOVED = 1e-3  # of an error, beside what rounding explains: the same code gives the same bits
+DEARER = 1.25  # of a cost in yardsticks, beyond the quartiles of both
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    word = "a results folder or a file of stored studies; FILE#N for the study of that number"
+    parser.add_argument("old", metavar="OLD", help=word)
+    parser.add_argument("new", metavar="NEW", help="the same")
+    parser.add_argument("--json", action="store_true", help="print JSON")
+
+
+def command(chosen: argparse.Namespace) -> int:
+    """Print what moved; 1 when a verdict did."""
+    old, new = _study("OLD", chosen.old), _study("NEW", chosen.new)
+    moved = [*_verdicts(old, new), *_errors(old, new), *_costs(old, new)]
+    if chosen.json:
+        json.dump(values.plain(moved), sys.stdout, indent=1)
+        print()
+    else:
+        for row in moved:
+            print(f"{row['scene']} {row['method']}: {row['what']} {row['old']} -> {row['new']}")
+        if not moved:
+            print("nothing has moved")
+    return 1 if any(row["what"] == "verdict" for row in moved) else 0
+
+
+def _study(name: str, text: str) -> Study:
+    path, _, number = text.partition("#")
+    file = Path(path) / store.FILE if Path(path).is_dir() else Path(path)
+    if number and not number.isdigit():
+        raise ParameterError(name, text, "FILE#N with N the number of a study")
+    found = store.load(file, int(number) if number else None)
+    if found is None:
+        raise ParameterError(name, text, "where `plumbob validate` has stored a study")
+    return found
+
+
+def _verdicts(old: Study, new: Study) -> list[dict[str, Any]]:
+    before, after = _judged(old), _judged(new)
+    return [
+        _row(pair, "verdict", before[pair], after[pair])
+        for pair in after
+        if pair in before and before[pair] != after[pair]
+    ]
+
+
+def _judged(study: Study) -> dict[tuple[str, str], str]:
+    scenes = {s.name: s for s in study.scenes}
+    methods = {m.name: m for m in study.methods}
+    return {
+        (c.scene, c.method): judge_climb(c, system_of(scenes[c.scene]), methods[c.method]).verdict
+        for c in study.climbs
+    }
+
+
+def _errors(old: Study, new: Study) -> list[dict[str, Any]]:
+    before = {(m.scene, m.method, m.step): m for c in old.climbs for m in c.measurements}
+    rows = []
+    for now in (m for c in new.climbs for m in c.measurements):
+        then = before.get((now.scene, now.method, now.step))
+        for name, error in now.errors.items():
+            if then is None or name not in then.errors:
+                continue
+            past = then.errors[name]
+            allowed = MOVED * past.largest + floor(past, then.steps) + floor(error, now.steps)
+            if abs(error.largest - past.largest) > allowed:
+                what = f"{name} error at {now.step:g}"
+                rows.append(_row((now.scene, now.method), what, past.largest, error.largest))
+    return rows
+
+
+def _costs(old: Study, new: Study) -> list[dict[str, Any]]:
+    rows = []
+    for pair, cost in new.costs.items():
+        past = old.costs.get(pair)
+        if past is None:
+            continue
+        apart = cost.low > past.high or cost.high < past.low
+        if apart and max(cost.ratio / past.ratio, past.ratio / cost.ratio) > DEARER:
+            rows.append(_row(pair, "cost of a step [yardsticks]", past.ratio, cost.ratio))
+    return rows
+
+
+def _row(pair: tuple[str, str], what: str, old: Any, new: Any) -> dict[str, Any]:
+    short = [f"{v:.4g}" if isinstance(v, float) else v for v in (old, new)]
+    return {"scene": pair[0], "method": pair[1], "what": what, "old": short[0], "new": short[1]}

@@ -1,0 +1,68 @@
+"""plumbob recommend: the cheapest method and step for an error, from measurement."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+from engines import store
+from engines.registry import methods as find_methods
+from engines.study import Study, run_study
+from models.registry import scene as find_scene
+from reports.commands import values
+from reports.recommend import Choice, Recommendation, cheapest
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("scene", metavar="SCENE", help="system/case, or a system's default case")
+    parser.add_argument("--error", required=True, metavar="X", help="wanted, in SI units")
+    parser.add_argument(
+        "--out", metavar="DIR", default="plumbob-out", help="where `validate` stored its studies"
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON")
+
+
+def command(chosen: argparse.Namespace) -> int:
+    """Answer from the newest stored study of the scene; measure it first where there is none."""
+    scene = find_scene(chosen.scene)
+    error = values.positive_number("error", chosen.error)
+    study = store.load(Path(chosen.out) / store.FILE, scene=scene.name) or _measured(scene.name)
+    found = cheapest(study, scene.name, error)
+    if chosen.json:
+        json.dump(values.plain(asdict(found)), sys.stdout, indent=1)
+        print()
+    else:
+        _print(found)
+    return 0 if found.choice else 1
+
+
+def _measured(name: str) -> Study:
+    print(f"no stored study of {name}: measuring it", file=sys.stderr)
+    return run_study([find_scene(name)], find_methods("*"))
+
+
+def _print(found: Recommendation) -> None:
+    print(f"{found.scene}, {found.observable} within {found.error:g} {found.unit}:")
+    if found.choice is None:
+        print("  nothing that was measured reaches it")
+        if found.best is not None:
+            print(f"  the best: {_text(found.best, found.unit)}")
+    else:
+        print(f"  use        {_text(found.choice, found.unit)}")
+        if found.runner_up is not None:
+            print(f"  runner-up  {_text(found.runner_up, found.unit)}")
+    for choice in found.defaults:
+        print(f"  at 0.002 s {_text(choice, found.unit)}")
+
+
+def _text(choice: Choice, unit: str) -> str:
+    word = "rtol" if choice.control == "tolerance" else "step"
+    tail = "" if word == "rtol" else " s"
+    return (
+        f"{choice.method:<22} {word} {choice.step:g}{tail}: error {choice.error:.2g} {unit}, "
+        f"{choice.ns_per_second / 1e6:.3g} ms per simulated second"
+    )
