@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import importlib.util
 import os
 import sys
@@ -11,7 +12,9 @@ from pathlib import Path
 from typing import NoReturn
 
 USAGE = 2
-COMMANDS = ("list", "validate", "solve", "run", "models", "cite")
+COMMANDS = (
+    "list", "validate", "solve", "run", "recommend", "compare", "models", "cite",
+)  # fmt: skip
 
 
 class _Parser(argparse.ArgumentParser):
@@ -30,7 +33,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     from analytic.parameters import ParameterError
 
     try:
-        chosen = parser().parse_args(argv)
+        words = list(sys.argv[1:] if argv is None else argv)
+        known = words and words[0] in COMMANDS
+        chosen = parser(words[:1] if known else COMMANDS).parse_args(words)
         return int(chosen.command(chosen))
     except ParameterError as error:
         print(f"plumbob: {error}", file=sys.stderr)
@@ -61,14 +66,12 @@ def in_the_way() -> str | None:
     return None
 
 
-def parser() -> argparse.ArgumentParser:
-    """The parser of the whole command line."""
-    from reports.commands import cite, compare, list_, models, plan, recommend, run, solve, validate
-
+def parser(wanted: Sequence[str]) -> argparse.ArgumentParser:
+    """The parser of the commands `wanted`, whose modules alone are loaded."""
     top = _Parser(prog="plumbob", description="Holds physics engines against exact answers.")
     commands = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
-    for module in (list_, validate, solve, run, recommend, compare, plan, models, cite):
-        name = module.__name__.rpartition(".")[2].rstrip("_")
+    for name in wanted:
+        module = importlib.import_module(f"reports.commands.{name}{'_' if name == 'list' else ''}")
         described = (module.__doc__ or "").partition(": ")[2].strip().rstrip(".")
         command = commands.add_parser(name, help=described, description=f"{described}.")
         module.arguments(command)

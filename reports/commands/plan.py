@@ -75,7 +75,7 @@ def planned(to: list[str], track: Any, changes: Mapping[str, Any]) -> Plan:
     begun = changes.get("start", (0.0, 0.0, 0.0))
     if not isinstance(begun, (list, tuple)) or len(begun) != 3:
         raise ParameterError("start", begun, "a pose [x, y, psi]")
-    start = RestPose(*begun, slider=slider)
+    start = RestPose(begun[0], begun[1], begun[2], slider)
     goal = RestPose(x, y, heading, changes.get("slider_at_end", slider))
     return find_plan(body, goal, limits, track, start)
 
