@@ -123,22 +123,26 @@ class EllipticMotion:
         x, y = sine / self.across, cosine - self.along * sine / self.across
         half, back = self.half, 1e-14  # of a half turn: what rounding may put before the start
         with np.errstate(all="ignore"):
+            side = choose(y < 0, -1.0, 1.0)
+            near = np.arctan2(double(sine * side), double(cosine * side))
+            halves = np.rint((double(half_angle) - near) / np.pi)
             if self.between:
                 wait = np.log(double(x / (y * self.scale))) / double(self.a)
+                wait = np.where(halves == 0.0, wait, np.nan)
             elif self.rotation:
-                side = choose(y < 0, -1.0, 1.0)
                 length = np.sqrt((x / self.scale) ** 2 + y**2) * side
                 wait = time_of_point(x / self.scale / length, y / length, self.a, self.b)
-                near = np.arctan2(double(sine * side), double(cosine * side))
-                halves = np.rint((double(half_angle) - near) / np.pi)
                 wait = self.sense * (np.where(halves == 0.0, 0.0, halves * half) + wait - self.tau0)
             else:
                 z = x / (y * self.scale)
                 square = z * z
+                # An angle is inside when one that rounds to it is.
+                slack = abs(2 * z / (self.across * self.scale * y * y)) * (1 + abs(quad(theta)))
                 if self.two_pairs:
                     square = (square - (1 - self.modulus)) / self.modulus
-                inside = abs(square - quad(0.5)) <= quad(0.5 + 1e-15)
-                inside &= (z > 0) | (not self.two_pairs)
+                    slack = slack / self.modulus
+                inside = abs(square - quad(0.5)) <= 0.5 + 1e-15 + slack * 2.0**-52
+                inside &= (halves == 0.0) & ((z > 0) | (not self.two_pairs))
                 square = np.minimum(np.maximum(square, quad(0.0)), quad(1.0))
                 tau = time_of_point(np.sqrt(1 - square), np.sqrt(square), self.a, self.b)
                 if not self.two_pairs:

@@ -193,4 +193,5 @@ def _turned(angle: Quad) -> Quad:
 
 def _halved(sine: Quad, cosine: Quad) -> tuple[Quad, Quad]:
     """Sine and cosine of half an angle in [0, pi]."""
-    return chosen(cosine < 0, unit(1 - cosine, sine), unit(sine, 1 + cosine))
+    half: tuple[Quad, Quad] = chosen(cosine < 0, unit(1 - cosine, sine), unit(sine, 1 + cosine))
+    return half

@@ -39,11 +39,16 @@ class ExactMotion(Protocol):
 
 def uncertainty(motion: ExactMotion, times: Array) -> Mapping[str, Array]:
     """What one unit in the last place of every input may do to theta [rad] and theta_dot [rad/s] at
-    `times` [s], shape (n,), and as much of the state where the motion is fastest: a start next to
-    a saddle is tiny, and so are its roundings, but those on the way are not."""
+    `times` [s], shape (n,), the times among them, and as much of the state where the motion is
+    fastest: a start next to a saddle is tiny, and so are its roundings, but those on the way are
+    not."""
     times = np.asarray(times, dtype=float)
     names = ("theta", "theta_dot")
-    moved = [ULP * np.abs(v) + ULP for v in motion.state(times)]
+    theta, rate = motion.state(times)
+    period = motion.period if np.isfinite(motion.period) else 0.0
+    late = ULP * (np.abs(times) + 2 * period)  # the closed form's own time is rounded four times
+    bend = np.asarray(motion.rotor.acceleration(times, theta, rate))
+    moved = [ULP * np.abs(x) + ULP + late * np.abs(v) for x, v in ((theta, rate), (rate, bend))]
     for values, total in zip(motion.neighbours.state(times[None, :]), moved, strict=True):
         total += np.abs(values[1:] - values[:1]).sum(axis=0)
     if np.isfinite(motion.period):
