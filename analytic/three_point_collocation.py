@@ -24,13 +24,15 @@ RightHandSide = Callable[[Array], tuple[Array, Array]]
 class Scheme:
     """Radau IIA with n nodes on (0, 1], the last at 1: order 2n - 1, stiffly accurate.
 
-    `integrals` [i, j] integrates the j-th cardinal polynomial from 0 to node i; `spectrum` turns
+    `integrals` [i, j] integrates the j-th cardinal polynomial from 0 to node i; `slopes` [i, j] is
+    its derivative at node i; `spectrum` turns
     values at the nodes into Legendre coefficients; `antiderivative` turns those into the
     coefficients of the integral from 0.
     """
 
     nodes: Array
     integrals: Array
+    slopes: Array
     spectrum: Array
     antiderivative: Array
 
@@ -44,7 +46,8 @@ def scheme(count: int) -> Scheme:
     spectrum = np.linalg.inv(basis)
     antiderivative: Array = np.asarray(0.5 * legendre.legint(np.eye(count), lbnd=-1.0))
     integrals = legendre.legvander(x, count) @ antiderivative @ spectrum
-    return Scheme(0.5 * (x + 1.0), integrals, spectrum, antiderivative)
+    slopes = 2.0 * legendre.legvander(x, count - 2) @ legendre.legder(spectrum)
+    return Scheme(0.5 * (x + 1.0), integrals, np.asarray(slopes), spectrum, antiderivative)
 
 
 def evaluate(coefficients: Array, places: Array) -> Array:

@@ -108,12 +108,14 @@ def sliding_rates(
     state: Array,
     heading: Array,
     clock: tuple[float, Array] | None,
+    jerk: Complex | None = None,
 ) -> tuple[Array, Array]:
     """Rates of (p_x, p_y, omega, t) while every support slides, shape (n, 4), and their derivatives
     by (p_x, p_y, omega), shape (n, 4, 3), or with a clock by all four, (n, 4, 4); by t what
     v_i -> 0 makes large.
 
-    `heading` psi [rad] matters on tilted ground only. With `clock` = (a, b_i) the rates are not by
+    `heading` psi [rad] matters on tilted ground only; `jerk` dw/dt [m/s^3], shape (n,), only in the
+    derivatives. With `clock` = (a, b_i) the rates are not by
     time but by sigma, d sigma = dt (a + sum b_i/|v_i|): the approach to v_i = 0, where a force is
     singular in time, takes for ever in sigma and is smooth.
     """
@@ -165,6 +167,16 @@ def sliding_rates(
     weights = clock[1] / speeds
     pace = 1.0 / (clock[0] + weights.sum(axis=1))
     gradient = np.matmul((weights / speeds)[:, None, :], along)[:, 0] * (pace * pace)[:, None]
+    if jerk is not None:
+        pushed = -mu * (jerk + 1j * omega * w)
+        derivative[:, 0, 3] += pushed.real
+        derivative[:, 1, 3] += pushed.imag
+        swung = (
+            cross(r, jerk)
+            + cross(v, w)
+            + 2.0 * omega * (v.conjugate() * v + r.conjugate() * w).real
+        )
+        derivative[:, 2, 3] -= body.reduced_mass * swung / at.inertia
     derivative *= pace[:, None, None]
     derivative += rates[:, :, None] * gradient[:, None, :]
     return rates * pace[:, None], derivative

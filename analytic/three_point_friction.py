@@ -31,7 +31,7 @@ from analytic.three_point_sliding import STUCK, Accuracy, slide
 from analytic.three_point_stretch import State, Stretch, at_rest, com_of
 
 EVENTS = 500  # in one piece, before giving up
-COARSER, COARSER_NODES = 100.0, 8  # the motion that shows the error has a larger one by far
+COARSER, COARSER_NODES = 100.0, 6  # the motion that shows the error has a larger one by far
 
 
 @dataclass(frozen=True)
@@ -141,8 +141,8 @@ def three_point_motion(
     *,
     tilt: tuple[float, float] = (0.0, 0.0),
     until: float = np.inf,
-    nodes: int = 28,
-    tolerance: float = 1e-12,
+    nodes: int = 24,
+    tolerance: float = 1e-11,
 ) -> ThreePointMotion:
     """Motion of `capsule` from `start` (None: rest at the origin) while the slider follows `path`,
     until the body rests for good or `until` [s].

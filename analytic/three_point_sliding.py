@@ -41,7 +41,9 @@ from analytic.three_point_stretch import (
 
 STUCK = 2e-14  # a support's speed over speed_scale: what is left is round-off
 STOPPED = 1e-12  # the same for the whole body, over its speed in this piece
+SHORT = 1e-7  # element over the time itself, below which w is as good as constant
 ROUGH = 1e-3  # speed gained by the least unbalanced start, over what its balanced forces would give
+STEEPNESS = 0.045  # one over the power of an element's size that it leaves out
 SMALLEST = 1e-14  # element over the piece's time scale
 ELEMENTS = 2000  # in one piece, before giving up
 
@@ -86,7 +88,12 @@ def _element(
 
     def right_hand_side(states: Array) -> tuple[Array, Array]:
         at = configuration(body, piece, states[:, 3])
-        rates, derivative = sliding_rates(body, at, states, heading, clock)
+        jerk = None
+        if clock and at.acceleration.any():
+            passing = rule.slopes @ states[:, 3]
+            if passing.min() > SHORT * abs(states[-1, 3]):
+                jerk = (rule.slopes @ at.acceleration) / passing
+        rates, derivative = sliding_rates(body, at, states, heading, clock, jerk)
         if body.tilt:
             heading[:] = state.heading + size * rule.integrals @ (states[:, 2] * rates[:, 3])
         return size * rates, size * derivative
@@ -181,7 +188,7 @@ def slide(
             if element is not None and element.left_out <= accuracy.tolerance:
                 break
             left_out = np.inf if element is None else element.left_out
-            size *= min(0.5, max(0.2, (accuracy.tolerance / left_out) ** (1.0 / rule.nodes.size)))
+            size *= min(0.9, max(0.2, 0.9 * (accuracy.tolerance / left_out) ** STEEPNESS))
             if size < SMALLEST * (horizon if clock is None else 1.0):
                 raise RuntimeError(f"no step is small enough at {state.time!r} s of piece {number}")
 
@@ -196,10 +203,6 @@ def slide(
         )
         reached = state_at(element.coefficients, last)
         state = replace(reached, time=end)
-        growth = (accuracy.tolerance / max(element.left_out, 1e-300)) ** (1.0 / rule.nodes.size)
-        size *= min(
-            4.0,
-            max(0.3, 0.8 * growth, 2.0 if element.left_out < 0.03 * accuracy.tolerance else 0.0),
-        )
+        size *= max(0.5, 0.9 * (accuracy.tolerance / max(element.left_out, 1e-18)) ** STEEPNESS)
         departure, slipped = None, -1
     raise RuntimeError(f"{ELEMENTS} elements did not finish piece {number}")
