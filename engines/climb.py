@@ -37,6 +37,7 @@ class Climb:
     order: Order | None = None  # of the error of the leading observable, largest over the run
     foretold_order: Order | None = None  # the same fit to what theory foretells at those steps
     trace: Trace | None = None
+    cut: bool = False  # the finest steps were left out: they would have taken too many
 
 
 def climb(scene: Scene, method: Method, most_steps: int, ladder: tuple[float, ...] = ()) -> Climb:
@@ -49,8 +50,10 @@ def climb(scene: Scene, method: Method, most_steps: int, ladder: tuple[float, ..
     taken: list[Measurement] = []
     trace = None
     at_floor = 0
+    cut = False
     for step in rungs:
         if method.control == "step" and scene.duration / step > most_steps:
+            cut = True
             continue
         if step > scene.duration:
             continue
@@ -66,7 +69,9 @@ def climb(scene: Scene, method: Method, most_steps: int, ladder: tuple[float, ..
         at_floor += error.largest <= 3.0 * floor(error, found.steps)
         if at_floor > 2:
             break
-    return Climb(scene.name, method.name, tuple(taken), *_orders(taken, leading, method), trace)
+    return Climb(
+        scene.name, method.name, tuple(taken), *_orders(taken, leading, method), trace, cut
+    )
 
 
 def _orders(

@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from analytic.reference import Array, Reference
-from engines.method import Method, Unsupported
+from analytic.reference import Array, Reference, StepReference
+from engines.method import Method, Unsupported, meant
 from engines.registry import engine_of, installed
 from engines.trajectory import Trajectory
 from models.scene import Scene, System
@@ -23,8 +23,10 @@ class Foretold:
 
     largest: float  # largest magnitude over the samples
     end: float  # at the end, with its sign
-    terms: Mapping[int, float]  # {p: largest |C_p| step^p over the samples}
+    terms: Mapping[int, float]  # {p: largest |C_p| step^p over the samples}; empty if no series
     nonlinearity: float  # see `Reference.nonlinearity`
+    missed: float | None = None
+    """Where it is exact: the largest error beside it that rounding does not explain."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,8 @@ def measure(
             blank, status="missing", reason=f"{engine_of(method).package} is missing"
         ), None
     engine = engine_of(method)
+    if not meant(method, scene):
+        return _with(blank, reason=f"{method.name} is not meant for {scene.name}"), None
     try:
         simulation = engine.prepare(system, scene, method, step)
         model = engine.regularisation(system, scene, method, step)
@@ -111,7 +115,10 @@ def _errors(
     model: Mapping[str, Mapping[str, float]],
 ) -> Mapping[str, ObservedError]:
     truth, doubt = exact.observe(run.times), exact.uncertainty(run.times)
-    series = exact.leading_error(method.scheme, run.times)
+    told: Mapping[str, Array] = {}
+    if isinstance(exact, StepReference) and method.control == "step":
+        told = exact.foretold(method.scheme, step, run.times)
+    series = {} if told else exact.leading_error(method.scheme, run.times)
     powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
     total = {
         o.name: sum((terms[o.name] for terms in powers.values()), np.zeros(len(run.times)))
@@ -128,7 +135,9 @@ def _errors(
             uncertainty=float(doubt[name].max()),
             scale=float(np.abs(truth[name]).max()),
             model=dict(model.get(name, {})),
-            foretold=_foretold(name, total, powers, bent),
+            foretold=_at_step(told[name], error, doubt[name], run.steps)
+            if name in told
+            else _foretold(name, total, powers, bent),
         )
     return errors
 
@@ -143,6 +152,18 @@ def _foretold(
         end=float(total[name][-1]),
         terms={p: float(np.abs(terms[name]).max()) for p, terms in powers.items()},
         nonlinearity=bent,
+    )
+
+
+def _at_step(told: Array, error: Array, doubt: Array, steps: int) -> Foretold:
+    """What is foretold of an error at the samples, shape (n,), for this very step."""
+    rounded = doubt * (1.0 + 2.0 * float(np.sqrt(steps)))  # as in `floor`
+    return Foretold(
+        largest=float(np.abs(told).max()),
+        end=float(told[-1]),
+        terms={},
+        nonlinearity=0.0,
+        missed=float(np.maximum(np.abs(error - told) - rounded, 0.0).max()),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from typing import Any, Literal, Protocol
 
 from engines.trajectory import Trajectory
@@ -24,12 +25,18 @@ class Method:
     control: Literal["step", "tolerance"] = "step"  # what its `step` argument means: [s], or rtol
     settings: Mapping[str, Any] = field(default_factory=dict)  # the engine's own option names
     ladder: tuple[float, ...] = ()  # of tolerances, loose to tight; steps are the scene's own
-    systems: tuple[str, ...] = ()  # patterns of the systems it is meant for; empty: all
+    systems: tuple[str, ...] = ()  # patterns of systems, or scenes, it is meant for; empty: all
 
     @property
     def engine(self) -> str:
         """Name of the engine, the part before the slash."""
         return self.name.partition("/")[0]
+
+
+def meant(method: Method, scene: Scene) -> bool:
+    """Whether `method` is meant for `scene`, by its name or its system's."""
+    names = (scene.system, scene.name)
+    return not method.systems or any(fnmatchcase(n, p) for p in method.systems for n in names)
 
 
 class Simulation(Protocol):

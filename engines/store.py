@@ -31,7 +31,7 @@ create table if not exists scene (study integer not null references study, body 
 create table if not exists method (study integer not null references study, body text not null);
 create table if not exists climb (
     study integer not null references study, scene text not null, method text not null,
-    orders text not null, trace text not null, cost text not null);
+    orders text not null, trace text not null, cost text not null, cut integer not null);
 create table if not exists run (
     study integer not null references study, scene text not null, method text not null,
     step real not null, status text not null, body text not null);
@@ -62,10 +62,15 @@ def save(study: Study, file: Path, created: str, command: str, versions: Mapping
                 [c.order and asdict(c.order), c.foretold_order and asdict(c.foretold_order)]
             )
             cost = study.costs.get((c.scene, c.method))
-            row = (number, c.scene, c.method, orders, _text(c.trace and asdict(c.trace)))
-            store.execute(
-                "insert into climb values (?, ?, ?, ?, ?, ?)", (*row, _text(cost and asdict(cost)))
+            row: tuple[Any, ...] = (
+                number,
+                c.scene,
+                c.method,
+                orders,
+                _text(c.trace and asdict(c.trace)),
             )
+            row += (_text(cost and asdict(cost)), c.cut)
+            store.execute("insert into climb values (?, ?, ?, ?, ?, ?, ?)", row)
             store.executemany(
                 "insert into run values (?, ?, ?, ?, ?, ?)",
                 [(number, c.scene, c.method, m.step, m.status, _text(asdict_of(m)))
@@ -92,8 +97,8 @@ def load(file: Path, number: int | None = None, scene: str | None = None) -> Stu
         ]
         methods = [_tupled(m) for m in methods]
         climbs, costs = [], {}
-        query = "select scene, method, orders, trace, cost from climb"
-        for name, method, orders, trace, cost in _rows(store, query, found):
+        query = "select scene, method, orders, trace, cost, cut from climb"
+        for name, method, orders, trace, cost, cut in _rows(store, query, found):
             runs = store.execute(
                 "select body from run where study = ? and scene = ? and method = ? order by rowid",
                 (found, name, method),
@@ -103,7 +108,8 @@ def load(file: Path, number: int | None = None, scene: str | None = None) -> Stu
             climbs.append(
                 Climb(name, method, tuple(_measurement(json.loads(b)) for (b,) in runs), order,
                       foretold, kept and Trace(kept["step"], *(tuple(kept[k]) for k in
-                                                              ("times", "values", "errors"))))
+                                                              ("times", "values", "errors"))),
+                      bool(cut))
             )  # fmt: skip
             if (price := json.loads(cost)) is not None:
                 costs[name, method] = Cost(**price)

@@ -8,12 +8,11 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from types import MappingProxyType
 
 from engines.climb import Climb, climb
 from engines.cost import Cost, Key, costs
-from engines.method import Method
+from engines.method import Method, meant
 from models.registry import system_of
 from models.scene import Scene
 
@@ -86,13 +85,8 @@ def run_study(
 
 
 def pairs(scenes: Sequence[Scene], methods: Sequence[Method]) -> list[tuple[Scene, Method]]:
-    """Every scene with every method that is meant for its system."""
-    return [
-        (scene, method)
-        for scene in scenes
-        for method in methods
-        if not method.systems or any(fnmatchcase(scene.system, p) for p in method.systems)
-    ]
+    """Every scene with every method that is meant for it."""
+    return [(scene, method) for scene in scenes for method in methods if meant(method, scene)]
 
 
 def _pool(executor: Executor | None, jobs: int) -> AbstractContextManager[Executor | None]:

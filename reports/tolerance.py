@@ -14,6 +14,9 @@ TRUST = (
 )
 
 
+AT_STEP = "discretisation"  # the term that is foretold to the last digit, where one is
+
+
 @dataclass(frozen=True)
 class Term:
     """One part of a tolerance."""
@@ -53,10 +56,22 @@ def tolerance(found: Measurement, method: Method, observable: str, unit: str) ->
     return Tolerance(unit, (*step_terms, *shares, *_double_precision(error, found.steps)))
 
 
+def missed(error: ObservedError) -> str | None:
+    """Why an error is not what was foretold of it, or None: where theory says it to the last digit,
+    no more may be left of it than rounding and the model explain."""
+    told = error.foretold
+    if told is None or told.missed is None or told.missed <= (allowed := sum(error.model.values())):
+        return None
+    return f"off what is foretold by {told.missed:.3g}, allowed {allowed:.3g}"
+
+
 def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
     told = error.foretold
     if told is None:
         return None
+    if told.missed is not None:
+        reason = f"what the scheme does to this motion at this step, h = {step:g} s"
+        return (Term(AT_STEP, told.largest, reason),)
     # The last two: in a symmetric scheme's neighbour every other term may be small by chance.
     last = sum(told.terms[p] for p in sorted(told.terms)[-2:])
     if told.nonlinearity > TRUST or last > TRUST * told.largest:

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from engines.climb import Climb
 from engines.measurement import Measurement, floor
 from engines.method import Method
 from models.scene import System
-from reports.tolerance import Tolerance, tolerance
+from reports.tolerance import Tolerance, missed, tolerance
 
 Verdict = Literal["pass", "fail", "not-converging", "diverged", "unsupported", "missing", "coarse"]
-FLAT = 0.7  # a halved step that leaves this much of a first-order error has not helped
+FLAT = 0.7  # three finer steps that leave this much of an error have not helped
 
 
 @dataclass(frozen=True)
@@ -24,6 +23,7 @@ class Judgement:
     verdict: Verdict
     tolerances: Mapping[str, Tolerance]
     reason: str
+    cut: bool = False  # finer steps of the ladder were left out, by the profile
 
 
 def judge(found: Measurement, system: System, method: Method) -> Judgement:
@@ -38,6 +38,8 @@ def judge(found: Measurement, system: System, method: Method) -> Judgement:
         if not error <= bound.bound:
             reason = f"{name} is off by {error:.3g} {bound.unit}, allowed {bound.bound:.3g}"
             return Judgement("fail", known, reason)
+        if (why := missed(found.errors[name])) is not None:
+            return Judgement("fail", known, f"{name} is {why} {bound.unit}")
     if not known:
         told = any(e.foretold is not None for e in found.errors.values())
         why = "the step is too coarse for" if told else "there is no"
@@ -49,10 +51,16 @@ def judge_climb(found: Climb, system: System, method: Method) -> Judgement:
     """The verdict on a method on a scene: the worst of its runs, but for steps too coarse for it,
     if a finer one is within tolerance."""
     runs = [judge(m, system, method) for m in found.measurements]
-    for verdict in ("unsupported", "missing", "fail"):
+    for verdict in ("unsupported", "missing"):
         for run in runs:
             if run.verdict == verdict:
                 return run
+    failed = [run for run in runs if run.verdict == "fail"]
+    if failed:
+        flat = _flat(found.measurements, system.observables[0].name)
+        return (
+            failed[0] if flat is None else Judgement("not-converging", failed[0].tolerances, flat)
+        )
     # Steps too coarse for a theory that there is show nothing about finer ones.
     flat = _flat(found.measurements, system.observables[0].name)
     if flat is not None and runs[-1].verdict != "coarse":
@@ -60,7 +68,9 @@ def judge_climb(found: Climb, system: System, method: Method) -> Judgement:
     passed = [run for run in runs if run.verdict == "pass"]
     if passed:
         return passed[-1]
-    return runs[-1] if runs else Judgement("unsupported", {}, "no step of the ladder fits")
+    if not runs:
+        return Judgement("unsupported", {}, "no step of the ladder fits")
+    return replace(runs[-1], cut=found.cut)
 
 
 def _flat(found: Sequence[Measurement], leading: str) -> str | None:
@@ -69,9 +79,10 @@ def _flat(found: Sequence[Measurement], leading: str) -> str | None:
     if len(done) < 4:
         return None
     last = [m.errors[leading] for m in done[-4:]]
-    if any(later.largest < FLAT * sooner.largest for sooner, later in pairwise(last)):
+    if last[-1].largest < FLAT * last[0].largest:
         return None
     least = floor(last[-1], done[-1].steps)
-    if last[-1].largest < 100.0 * least:
+    if last[-1].largest <= 100.0 * least:
         return None
-    return f"{leading} stays off by {last[-1].largest:.3g}, {last[-1].largest / least:.0f} floors"
+    times = f", {last[-1].largest / least:.0f} floors" if least else ""
+    return f"{leading} stays off by {last[-1].largest:.3g}{times}"
