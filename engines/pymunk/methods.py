@@ -1,8 +1,10 @@
-"""The methods that pymunk offers: its one integrator, joints as they come or closed tightly."""
+"""The methods that pymunk offers: its one integrator, joints as they come or closed tightly, and
+what stands for the capsule's supports."""
 
 from __future__ import annotations
 
 from engines.method import Method
+from engines.pymunk.capsule_methods import CAPSULE
 
 # Moves first, then solves the velocities. Left alone, a joint closes at a rate of 6.3/s: it stays
 # open by some h w^2 L / 13, which lengthens the rod and takes energy. With error_bias 0 it closes
@@ -11,4 +13,5 @@ SYSTEMS = ("simple-pendulum",)
 METHODS = (
     Method("pymunk/default", "jointed-euler+drift", 1, systems=SYSTEMS),
     Method("pymunk/tight", "jointed-euler", 1, settings={"error_bias": 0.0}, systems=SYSTEMS),
+    *CAPSULE,
 )

@@ -31,16 +31,16 @@ class PymunkSimulation:
         built = self.build()
         h = self.step
         marks = [int(mark) for mark in sampling.sampled(self.steps)]
-        rows, seconds, diverged = [built.read()], 0.0, None
+        rows, seconds, diverged = [dict(built.read())], 0.0, None
         for first, last in pairwise(marks):
-            begin = time.perf_counter()
             try:
-                _advance(built, first, last, h)
-                seconds += time.perf_counter() - begin
-                rows.append(built.read())
+                seconds += _advance(built, first, last, h, rows[-1])
+                rows.append(dict(built.read()))
             except (OverflowError, ValueError):  # what Python says to squares and sines of infinity
                 diverged = last * h
                 break
+        if built.following is not None:
+            _advance(built, self.steps, self.steps + 1, h, rows[-1])
         values = {name: np.array([row[name] for row in rows]) for name in rows[0]}
         trajectory = Trajectory(
             times=np.array(marks[: len(rows)]) * h,
@@ -53,16 +53,28 @@ class PymunkSimulation:
         return within(trajectory, built.limits)
 
 
-def _advance(built: Translation, first: int, last: int, step: float) -> None:
-    """Take the steps `first` to `last` - 1 of length `step` [s]."""
-    move, act = built.space.step, built.act
+def _advance(
+    built: Translation, first: int, last: int, step: float, sample: dict[str, float]
+) -> float:
+    """Take the steps `first` to `last` - 1 of length `step` [s], add to the `sample` at `first`
+    what the step that follows it gives, and return the wall time of the stepping [s]."""
+    if built.following is None:
+        return _timed(built, first, last, step)
+    seconds = _timed(built, first, first + 1, step)
+    sample.update(built.following())
+    return seconds + _timed(built, first + 1, last, step)
+
+
+def _timed(built: Translation, first: int, last: int, step: float) -> float:
+    begin, move, act = time.perf_counter(), built.space.step, built.act
     if act is None:
         for _ in range(first, last):
             move(step)
-        return
-    for n in range(first, last):
-        act(n * step)
-        move(step)
+    else:
+        for n in range(first, last):
+            act(n * step)
+            move(step)
+    return time.perf_counter() - begin
 
 
 def prepared(system: System, scene: Scene, method: Method, step: float) -> PymunkSimulation:

@@ -24,6 +24,8 @@ class Translation:
     channels: frozenset[str] = frozenset()  # names that `read` gives beside the observables
     limits: Mapping[str, float] = field(default_factory=dict)
     """Magnitudes of observables that only a diverged run exceeds."""
+    following: Callable[[], Mapping[str, float]] | None = None
+    """Observables that belong to the step which begins at a sample: read when it is done."""
 
 
 class Builder(Protocol):

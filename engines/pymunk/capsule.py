@@ -1,0 +1,121 @@
+"""The capsule in pymunk's terms: what the builders of its systems share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from analytic.reference import Array
+from analytic.residual_motion import ResidualMotion
+from engines.method import Method, Unsupported
+from engines.pymunk import capsule_drive, capsule_pressure, capsule_reading, capsule_shares
+from engines.pymunk.capsule_feet import feet, feet_left_by_sweep
+from engines.pymunk.capsule_pivots import pivots
+from engines.pymunk.capsule_side import along, side_left_by_sweep, standing
+from engines.pymunk.capsule_space import Assembly, settle, told
+from engines.pymunk.capsule_sweeps import sweeps
+from engines.pymunk.translation import Translation
+from models.tripod_capsule.staging import CapsuleProblem
+
+FAR = 1e3  # [m]: no body that only slides gets there
+Read = capsule_reading.Read
+Seen = tuple[Read, Read | None]  # at a sample, and once the step that begins there is done
+LIMITS = MappingProxyType(dict.fromkeys(("displacement", "x", "y"), FAR))
+
+
+def build(problem: CapsuleProblem, method: Method, step: float) -> Translation:
+    """Translate a capsule's problem in the model that the method's settings name: seen from above
+    on `feet` or on bare `pivots`, or seen from the `side`; raises Unsupported."""
+    model = method.settings.get("model")
+    if model == "side":
+        return _beside(problem, method, step)
+    if model in ("feet", "pivots"):
+        return _above(problem, method, step)
+    raise Unsupported(f"{method.name} has no model of the capsule")
+
+
+def regularisation(
+    problem: CapsuleProblem, duration: float, method: Method, step: float
+) -> Mapping[str, Mapping[str, float]]:
+    """What the model adds to each observable, by reason; of bare pivots theory knows little."""
+    model, left = method.settings["model"], 0.0
+    if model != "pivots":
+        slowest, count = left_by_sweep(problem, method), iterations(problem, method)
+        left = capsule_shares.left_by_sweeps(problem, model, slowest, count)
+    return capsule_shares.shares(problem, duration, model, left, step)
+
+
+def left_by_sweep(problem: CapsuleProblem, method: Method) -> float:
+    """Largest share of a velocity that a sweep of the solver leaves while friction holds."""
+    staging = problem.staging
+    if method.settings["model"] == "side":
+        ends = [along(staging, (x, y)) for x, y in slider_ends(problem)]
+        return max(side_left_by_sweep(staging, end) for end in ends)
+    return max(feet_left_by_sweep(staging.capsule, end) for end in slider_ends(problem))
+
+
+def iterations(problem: CapsuleProblem, method: Method) -> int:
+    """Sweeps of the solver in a step: the method's, or as many more as the capsule needs where
+    more of them help."""
+    least = int(method.settings["iterations"])
+    if method.settings["model"] == "pivots":
+        return least
+    return sweeps(left_by_sweep(problem, method), least)
+
+
+def slider_ends(problem: CapsuleProblem) -> Array:
+    """The two ends of the slider's path from C [m], shape (2, 2)."""
+    path = getattr(getattr(problem.motion, "manoeuvre", problem.motion), "path", None)
+    if path is None:
+        return np.array([problem.staging.slider] * 2)
+    return np.array([path.start, path.end])
+
+
+def _above(problem: CapsuleProblem, method: Method, step: float) -> Translation:
+    staging = problem.staging
+    if method.settings["model"] == "feet":
+        assembly = feet(staging, step, turning=bool(staging.heading_rate))
+    else:
+        assembly = pivots(staging, step)
+    assembly.space.iterations = iterations(problem, method)
+    tell, act = told(staging, assembly.grips), None
+    if (velocity := capsule_drive.on_the_line(staging)) is not None:
+        aimed = capsule_drive.aims(velocity, staging.slider, step)
+        act = capsule_drive.driven_along(assembly, aimed, staging.heading, tell)
+    settle(assembly, step)
+    seen: Seen
+    if isinstance(problem.motion, ResidualMotion):
+        seen = capsule_reading.in_the_plane(staging, assembly), None
+    else:
+        seen = capsule_reading.on_the_line(staging, assembly)
+    return _translated(assembly, act, seen, frozenset({"opening_rate"}))
+
+
+def _beside(problem: CapsuleProblem, method: Method, step: float) -> Translation:
+    staging, motion = problem.staging, problem.motion
+    if isinstance(motion, ResidualMotion) and motion.centre is not None:
+        raise Unsupported("the side view has one line, and here the body turns")
+    stand, act = standing(staging), None
+    stand.assembly.space.iterations = iterations(problem, method)
+    if (velocity := staging.relative_velocity) is not None:
+        aimed = capsule_drive.aims(
+            capsule_drive.on_an_axis(velocity), (along(staging, staging.slider), 0.0), step
+        )
+        act = capsule_drive.driven_along(stand.assembly, aimed, 0.0, capsule_drive.untold)
+    settle(stand.assembly, step)
+    seen: Seen
+    if isinstance(motion, ResidualMotion):
+        seen = capsule_pressure.in_the_plane(staging, stand), None
+    else:
+        seen = capsule_pressure.on_the_line(staging, stand)
+    channels = frozenset({"heave", "tilt", "momentum_residual"})
+    return _translated(stand.assembly, act, seen, channels)
+
+
+def _translated(
+    assembly: Assembly, act: capsule_drive.Act | None, seen: Seen, channels: frozenset[str]
+) -> Translation:
+    read, following = seen
+    return Translation(assembly.space, read, act, channels, LIMITS, following)

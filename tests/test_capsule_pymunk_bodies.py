@@ -1,0 +1,100 @@
+"""Any capsule in pymunk: bodies drawn at random, momentum, and what must turn a verdict red."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from analytic.capsule import Capsule
+from analytic.line_manoeuvre import LineManoeuvre
+from analytic.line_step_error import step_error
+from engines.method import Unsupported
+from engines.pymunk import ENGINE, capsule
+from models.registry import scene as find_scene
+from models.registry import system_of
+from models.scene import Scene
+from tests.pymunk_capsule import GOOD, METHODS, moved, problem_of, run, verdict
+from tests.random_capsules import CHECK, LIMIT, LINE
+
+
+@st.composite
+def ordinary_lines(draw: st.DrawFn) -> LineManoeuvre:
+    """Line manoeuvres of bodies that are not extreme, on triangles of any shape that is not."""
+    gaps = [draw(st.floats(0.7, 1.0)) for _ in range(3)]
+    angles = [2 * math.pi * sum(gaps[: i + 1]) / sum(gaps) for i in range(3)]
+    arms = [draw(st.floats(0.1, 0.3)) for _ in range(3)]
+    a, b, c = ((r * math.cos(p), r * math.sin(p)) for r, p in zip(arms, angles, strict=True))
+    mass, spread = draw(st.floats(0.2, 5.0)), sum(r * r for r in arms) / 3
+    body = Capsule(
+        mass,
+        mass * 10.0 ** draw(st.floats(-1.5, 0.7)),
+        mass * spread * draw(st.floats(0.3, 1.5)),
+        (a, b, c),
+        draw(st.floats(0.05, 1.0)),
+        9.81,
+    )
+    holding, way = body.holding_acceleration, 0.3 * min(arms) / body.mass_ratio
+    w1, w2 = holding * draw(st.floats(1.2, 5.0)), holding * draw(st.floats(0.2, 0.9))
+    t1 = math.sqrt(draw(st.floats(0.1, 1.0)) * 2 * way * w2 / (w1 * (w1 + w2)))
+    return LineManoeuvre(body, w1, w2, t1, draw(st.floats(-4.0, 4.0)))
+
+
+@settings(max_examples=25)
+@given(line=ordinary_lines(), part=st.floats(0.01, 0.04), model=st.sampled_from(GOOD))
+def test_any_line_manoeuvre(line: LineManoeuvre, part: float, model: str) -> None:
+    step = part * line.t2
+    shares = capsule.regularisation(problem_of(line), line.t2, METHODS[model], step)
+    allowed = sum(shares["displacement"].values())
+    seen, told = moved(line, model, step), float(step_error(line, step, "mean"))
+    assert abs(seen["displacement"] - line.displacement - told) <= allowed
+    assert allowed < 0.5 * line.closed.braking * step**2 + 1e-12  # and that says something
+    if model == "feet":
+        assert abs(seen["heading"]) <= sum(shares["heading"].values())
+
+
+@pytest.mark.parametrize("model", ["feet", "side", "pivots"])
+@pytest.mark.parametrize("slider_mass", [0.003, 0.3, 30.0])
+def test_without_friction_the_common_centre_stays(model: str, slider_mass: float) -> None:
+    body = replace(CHECK, friction=0.0, slider_mass=slider_mass)
+    line = LineManoeuvre(body, 3 * LIMIT, 0.8 * LIMIT, 0.03, 0.87)
+    # 1e-12 m is asked for
+    seen = moved(line, model, 3e-4)
+    assert abs(seen["displacement"] + body.mass_ratio * seen["stroke"]) < 1e-14
+    assert abs(seen["displacement"]) > 1e-4
+
+
+TEETH = [("friction", 1.0 + 1e-4), ("slider_mass", 1.0 + 1e-4), ("w1", 1.0 + 1e-4)]
+
+
+@pytest.mark.parametrize("model", GOOD)
+@pytest.mark.parametrize(("name", "factor"), TEETH)
+def test_a_parameter_off_by_a_ten_thousandth(name: str, factor: float, model: str) -> None:
+    right = find_scene("capsule-line/at-50")
+    changed: Scene = find_scene(right.name, {name: right.parameters[name] * factor})
+    assert verdict(run(right.name, model, 1e-3)[0], model) == "pass"
+    assert verdict(run(right.name, model, 1e-3, changed)[0], model) == "fail"
+
+
+def test_a_body_without_the_reaction_does_not_move() -> None:
+    built = capsule.build(problem_of(LINE), METHODS["feet"], 1e-3)
+    assert built.act is not None
+    joint = next(c for c in built.space.constraints if c.b.mass == CHECK.slider_mass)
+    built.space.remove(joint)
+    for n in range(150):
+        built.act(n * 1e-3)
+        built.space.step(1e-3)
+    assert abs(built.read()["displacement"]) < 1e-6 * abs(LINE.displacement)
+
+
+def test_what_cannot_be_built() -> None:
+    rotation = find_scene("capsule-coast/rotation")
+    problem = system_of(rotation).problem(rotation.parameters)
+    with pytest.raises(Unsupported, match="one line"):
+        capsule.build(problem, METHODS["side"], 1e-3)
+    tight = next(m for m in ENGINE.methods if m.name == "pymunk/tight")
+    with pytest.raises(Unsupported, match="no model"):
+        capsule.build(problem, tight, 1e-3)
