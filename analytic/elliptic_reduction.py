@@ -164,15 +164,14 @@ def _landscape(potential: TrigonometricPotential) -> Vector:
     rough = TrigonometricPotential(*(np.asarray(double(v))[..., None] for v in coefficients))
     angles = double(points)
     value, curvature = rough.value(angles), rough.curvature(angles)
-    crests, wells = curvature < 0.0, curvature >= 0.0
-    order = np.argsort(np.where(crests, -value, np.inf), axis=-1, kind="stable")
-    ranked = np.take_along_axis(points, order, -1)
-    count = crests.sum(axis=-1)
-    shallow = np.where(wells, -value, np.inf).argmin(axis=-1)[..., None]
+    crests = curvature < 0.0
+    count, wells = crests.sum(axis=-1), (curvature >= 0.0).sum(axis=-1)
+    height = value + crests * (4.0 * np.asarray(potential.scale)[..., None])  # crests before wells
+    ranked = np.take_along_axis(points, np.argsort(-height, axis=-1, kind="stable"), -1)
     return (
         choose(count > 0, ranked[..., 0], _ZERO),
         choose(count > 1, ranked[..., 1], _NONE),
-        choose(wells.sum(axis=-1) > 1, np.take_along_axis(points, shallow, -1)[..., 0], _NONE),
+        choose(wells > 1, ranked[..., 2], _NONE),
     )
 
 

@@ -23,10 +23,11 @@ def quad(value: Any) -> Quad:
     arithmetic costs a fifth of an array's."""
     if isinstance(value, quaddtype.QuadPrecision):
         return value
-    if np.ndim(value) == 0:
-        scalar = getattr(value, "dtype", None) == _DTYPE
-        return value[()] if scalar else quaddtype.QuadPrecision(float(value))
-    return value if getattr(value, "dtype", None) == _DTYPE else np.asarray(value).astype(_DTYPE)
+    if isinstance(value, (float, int)):
+        return quaddtype.QuadPrecision(value)
+    array = np.asarray(value)
+    array = array if array.dtype == _DTYPE else array.astype(_DTYPE)
+    return array if array.ndim else array[()]
 
 
 def double(value: Quad) -> Any:

@@ -51,12 +51,12 @@ def critical_points(potential: TrigonometricPotential) -> Quad:
     """Angles in (-pi, pi] where dV/dtheta = 0, in 34 digits, ascending but for places
     without one, which hold NaN, shape (..., 4)."""
     given = (potential.a, potential.b, potential.c)
-    exact = TrigonometricPotential(*(x if np.ndim(x) == 0 else x[..., None] for x in given))
-    rough = TrigonometricPotential(*(np.asarray(double(x))[..., None] for x in given))
-    scale = np.asarray(potential.scale)[..., None]
+    exact = TrigonometricPotential(*(x[..., None] if np.ndim(x) else x for x in given))
+    a, b, c = (np.asarray(double(x))[..., None] for x in given)
+    rough, scale = TrigonometricPotential(a, b, c), np.abs(a) + np.abs(b) + np.abs(c)
     with np.errstate(all="ignore"):
         fine = _polished(exact, quad(np.sort(_approximate(rough), axis=-1)))
-        if (level := rough.b == 0.0).any():
+        if (level := b == 0.0).any():
             fine = np.where(level, _symmetric(potential), fine)
         close = double(fine)
         # What is no root shows in the slope that is left; what is one twice, in the distance.

@@ -197,3 +197,12 @@ def test_a_change_of_2e_11_goes_red(change: str, theta_dot: float) -> None:
     found = errors(pendulum.motion, orbit, PERIODS * pendulum.motion.period)
     for name in ("period", "action", "theta", "theta_dot"):
         assert found[name] > 1.0, name
+
+
+@pytest.mark.parametrize("name", ["excess", "theta_from_top"])
+def test_a_change_of_5e_11_next_to_the_top_goes_red(name: str) -> None:
+    motion, _ = simple(math.pi, 1.0 if name == "excess" else 0.0, **{name: 1e-9})
+    _, orbit = simple(math.pi, 1.0 if name == "excess" else 0.0, **{name: 1e-9 * (1 + 5e-11)})
+    found = errors(motion, orbit, PERIODS * motion.period)
+    for quantity in ("period", "theta", "theta_dot"):
+        assert found[quantity] > 1.0, quantity
