@@ -8,10 +8,10 @@ import numpy as np
 
 from analytic.reference import Array
 from analytic.slider_path import Piece
+from analytic.three_point_element import Guess
 from analytic.three_point_equations import Configuration, Mechanics, configuration
 from analytic.three_point_pivoting import pivot_motion
 from analytic.three_point_rest import EDGE, Onset, needed_wrench, onset, slip_onset
-from analytic.three_point_sliding import Guess
 from analytic.three_point_stretch import Mode, State, at_rest, com_of
 
 LATER = 1e-6  # of what is left of a piece: where a start that grows from nothing is looked at

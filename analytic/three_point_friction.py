@@ -16,6 +16,7 @@ from analytic.parameters import ParameterError, finite
 from analytic.reference import Array
 from analytic.slider_path import Piece, SliderPath, StraightPiece
 from analytic.three_point_collocation import scheme
+from analytic.three_point_element import STUCK, Accuracy
 from analytic.three_point_equations import Mechanics, configuration, mechanics
 from analytic.three_point_events import (
     Now,
@@ -27,7 +28,7 @@ from analytic.three_point_events import (
 from analytic.three_point_holding import held_until
 from analytic.three_point_motion import Event, ThreePointMotion
 from analytic.three_point_pivoting import pivot
-from analytic.three_point_sliding import STUCK, Accuracy, slide
+from analytic.three_point_sliding import slide
 from analytic.three_point_stretch import State, Stretch, at_rest, com_of
 
 EVENTS = 500  # in one piece, before giving up

@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 from analytic.reference import Array
 from analytic.slider_path import Piece
 from analytic.three_point_collocation import Scheme, evaluate, tail
+from analytic.three_point_element import Accuracy
 from analytic.three_point_equations import (
     Complex,
     Configuration,
@@ -23,7 +24,6 @@ from analytic.three_point_equations import (
     configuration,
     cross,
 )
-from analytic.three_point_sliding import Accuracy
 from analytic.three_point_stretch import State, Stretch, fitted, state_at
 
 SAMPLES = 129  # of an element, for changes of sign

@@ -94,7 +94,11 @@ def fitted(rule: Scheme, body: Mechanics, piece: Piece, first: State, slopes: Ar
 
 def state_at(coefficients: Array, place: float) -> State:
     """The state at parameter `place` of a stretch's polynomials."""
-    px, py, omega, time, heading, x, y = evaluate(coefficients, np.array([place]))[0]
+    if place == 1.0:
+        values = coefficients.sum(axis=0)
+    else:
+        values = evaluate(coefficients, np.array([place]))[0]
+    px, py, omega, time, heading, x, y = values
     return State(float(time), complex(px, py), float(omega), float(heading), complex(x, y))
 
 

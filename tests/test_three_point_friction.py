@@ -148,8 +148,8 @@ def gradual(motion: ThreePointMotion) -> bool:
 def test_smoothed_friction_finds_the_same_pose(request: pytest.FixtureRequest) -> None:
     """50 slides with `--profile full`, a few otherwise; 1e-9 is what the smoothed motion is good
     for, whose own error is seen to be up to 1e-10."""
-    # A pivot and two slides; a support that passes through rest; coasting.
-    seeds = range(50) if request.config.getoption("--profile") == "full" else (4, 24)
+    # 24: a support passes through rest; coasting ends in a pivot.
+    seeds = range(50) if request.config.getoption("--profile") == "full" else (24,)
     cases = [*((slide(seed), str(seed)) for seed in seeds), (COAST, "coast")]
     for case, name in cases:
         motion = case.motion()
