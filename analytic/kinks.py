@@ -49,18 +49,20 @@ def bends(kinks: Iterable[Kink], step: float, times: Array) -> Array:
     return total
 
 
-def rk4_stop(stop: float, deceleration: float, step: float, times: Array) -> tuple[Array, Array]:
+def rk4_stop(
+    stop: float, deceleration: float, step: float, times: Array, since: float = 0.0
+) -> tuple[Array, Array]:
     """Errors of way [m or rad] and speed, both along the motion, at grid `times` [s], shape (n,),
     of RK4 with Coulomb friction that asks for rest within a step; the exact motion comes to rest
-    at `stop` [s] under `deceleration`.
+    at `stop` [s] under `deceleration`, which is on from `since`, a grid time.
 
     The scheme follows v' = -min(a, v/dt): its last a dt dies in a geometric series, and it goes
     about a dt^2/2 too far.
     """
-    whole = math.floor(stop / step)
-    ways, speeds = _rk4_course(2.0 + stop / step - whole)
-    since = np.rint(np.asarray(times, dtype=np.float64) / step) - (whole - 2)
-    place = np.clip(since, 0, DECAYED).astype(np.int64)
+    begin = max(math.floor(stop / step) - 2, round(since / step))
+    ways, speeds = _rk4_course(max(stop / step - begin, 0.0))
+    after = np.rint(np.asarray(times, dtype=np.float64) / step) - begin
+    place = np.clip(after, 0, DECAYED).astype(np.int64)
     return deceleration * step**2 * ways[place], deceleration * step * speeds[place]
 
 

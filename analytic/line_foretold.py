@@ -11,6 +11,8 @@ from analytic.kinks import bends, rk4_stop, scheme_lead
 from analytic.line_manoeuvre import LineManoeuvre
 from analytic.reference import Array
 
+GRID = 1e-6  # of a step: how near to a grid time a switch is taken to be on it
+
 # With w averaged over the step the velocities at grid times are exact while the body slides, for
 # every acceleration is constant between the switches; it stops in the step that has t_star in it.
 # What is left of a place's error are its lead and the bends of the velocity.
@@ -35,8 +37,11 @@ def line_foretold(
     told = {"stroke": slid, "stroke_rate": still, "heading": still, "sideways": still}
     slopes = load_slopes(line.capsule, line.direction)
     told |= {f"normal_force_{i + 1}": slope * slid for i, slope in enumerate(slopes)}
-    if scheme.partition("+")[0] == "rk4":
-        late, fast = rk4_stop(closed.t_star, closed.braking, step, times)
+    if scheme.partition("+")[0] == "rk4" and line.capsule.friction > 0.0:
+        on_grid = abs(line.t1 / step - round(line.t1 / step)) < GRID
+        if closed.braking_time < 3 * step and not on_grid:
+            return told  # push and stop within the stages of one step, or of two
+        late, fast = rk4_stop(closed.t_star, closed.braking, step, times, line.t1)
         pushed = bends([(line.t1, closed.backward + closed.braking)], step, times)
         return {**told, "displacement": pushed - late, "velocity": -fast}
     kinks = [(line.t1, closed.backward + closed.braking), (closed.t_star, -closed.braking)]

@@ -22,7 +22,9 @@ from engines.trajectory import Trajectory
 from tests.cone_scene import DEFAULT, MJCF, SYSTEM, THETA, THETA_DOT, scene
 
 # nothing is controlled here: the methods that differ in a control are left out
-METHODS = {m.name: m for m in ENGINE.methods if "control_at" not in m.settings}
+METHODS = {
+    m.name: m for m in ENGINE.methods if not {"control_at", "contact", "model"} & m.settings.keys()
+}
 RK4, EULER = METHODS["mujoco/rk4"], METHODS["mujoco/euler"]
 END = np.array([0.5])
 

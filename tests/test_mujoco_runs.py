@@ -23,7 +23,9 @@ from tests.cone_scene import SYSTEM, scene
 from tests.one_hinge import HINGE
 
 # nothing is controlled here: the methods that differ in a control are left out
-METHODS = {m.name: m for m in ENGINE.methods if "control_at" not in m.settings}
+METHODS = {
+    m.name: m for m in ENGINE.methods if not {"control_at", "contact", "model"} & m.settings.keys()
+}
 RK4, EULER = METHODS["mujoco/rk4"], METHODS["mujoco/euler"]
 
 PUSHED = """

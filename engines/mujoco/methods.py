@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from engines.method import Method
 
+PENDULUMS = ("*-pendulum",)
+CAPSULE = ("capsule-*",)
 EULER = "semi-implicit-euler+implicit-damping"
 RK4 = "rk4"
+MEAN = "mean-control"
 
 # Without springs `implicitfast` and `discrete` take Euler's step bit for bit, and all treat a
 # joint's damping implicitly; `implicit` adds the velocity derivative of the Coriolis forces, which
@@ -13,9 +18,15 @@ RK4 = "rk4"
 # treats a joint's spring implicitly too, and so damps what it should not.
 # A control is held over a step: read at its start, it leaves RK4 of first order, and read at its
 # middle of second. Where nothing is controlled, the two are the same.
-METHODS = (
+PLAIN = (
     Method("mujoco/euler", f"{EULER}+start-control", 1, settings={"integrator": "Euler"}),
-    Method("mujoco/implicit", f"{EULER}+start-control", 1, settings={"integrator": "implicit"}),
+    Method(
+        "mujoco/implicit",
+        f"{EULER}+start-control",
+        1,
+        settings={"integrator": "implicit"},
+        systems=PENDULUMS,
+    ),
     Method(
         "mujoco/implicitfast", f"{EULER}+start-control", 1, settings={"integrator": "implicitfast"}
     ),
@@ -24,6 +35,7 @@ METHODS = (
         f"{EULER}+implicit-spring+start-control",
         1,
         settings={"integrator": "discrete"},
+        systems=PENDULUMS,
     ),
     Method("mujoco/rk4", f"{RK4}+start-control", 4, settings={"integrator": "RK4"}),
     Method(
@@ -31,11 +43,49 @@ METHODS = (
         f"{EULER}+midpoint-control",
         1,
         settings={"integrator": "Euler", "control_at": 0.5},
+        systems=PENDULUMS,
     ),
     Method(
         "mujoco/rk4+midpoint",
         f"{RK4}+midpoint-control",
         4,
         settings={"integrator": "RK4", "control_at": 0.5},
+        systems=PENDULUMS,
     ),
+)
+
+
+def _capsule(
+    variant: str, integrator: str = "Euler", systems: tuple[str, ...] = CAPSULE, **settings: Any
+) -> Method:
+    scheme, order = (RK4, 4) if integrator == "RK4" else (EULER, 1)
+    return Method(
+        f"mujoco/{integrator.lower()}+{variant}",
+        f"{scheme}+{MEAN}",
+        order,
+        settings={"integrator": integrator, **settings},
+        systems=systems,
+    )
+
+
+# On the capsule the plain methods have contacts as MuJoCo ships them. Every method's control is
+# its mean over the step there. Turned about, a line stays a line, and the reduced model need not
+# run every heading.
+_ONE_LINE = (
+    *("capsule-line/[!h]*", "capsule-line/heavy-slider", "capsule-hold", "capsule-train"),
+    "capsule-coast/translation",
+)
+METHODS = (
+    *PLAIN,
+    _capsule("pyramidal", contact="pyramidal"),
+    _capsule("elliptic", contact="elliptic"),
+    _capsule("elliptic+noslip", contact="elliptic+noslip"),
+    _capsule("coulomb", contact="coulomb"),
+    _capsule("coulomb+noslip", contact="coulomb+noslip"),
+    _capsule("coulomb", "implicitfast", contact="coulomb"),
+    _capsule("coulomb", "RK4", contact="coulomb"),
+    _capsule("reduced", model="reduced", systems=_ONE_LINE),
+    _capsule("reduced", "RK4", model="reduced", systems=_ONE_LINE),
+    _capsule("tall", contact="coulomb", height=0.05, systems=("capsule-line/at-*",)),
+    _capsule("planar", contact="coulomb", model="planar", systems=("capsule-line/off-centroid",)),
 )

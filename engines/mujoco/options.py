@@ -16,7 +16,12 @@ CHOICES: tuple[tuple[str, type[Any], str], ...] = (
     ("solver", mujoco.mjtSolver, "mjSOL_"),
     ("jacobian", mujoco.mjtJacobian, "mjJAC_"),
 )
-ELSEWHERE = ("contact", "control_at")  # settings that builders and runs read, and no option
+ELSEWHERE = (
+    "contact",
+    "control_at",
+    "height",
+    "model",
+)  # settings that builders and runs read, and no option
 
 
 def apply(spec: mujoco.MjSpec, settings: Mapping[str, Any], step: float) -> None:

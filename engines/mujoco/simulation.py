@@ -41,6 +41,13 @@ class MujocoSimulation:
         if self.translation.felt is not None:
             sensed = stepping.sensed(self.model, self.data, course.states)
             observables = {**observables, **self.translation.felt(sensed)}
+        if self.translation.probe is not None:
+            with messages.collected():  # as the run's own
+                found = stepping.probed(
+                    self.model, self.data, course.states, self._held(course.steps),
+                    self.translation.probe,
+                )  # fmt: skip
+            observables, channels = {**observables, **found[0]}, {**channels, **found[1]}
         trajectory = Trajectory(
             times=course.steps.astype(np.float64) * self.step,
             observables=observables,
@@ -58,6 +65,12 @@ class MujocoSimulation:
         given = np.concatenate([self.translation.qpos, self.translation.qvel])
         start[1 : 1 + len(given)] = given
         return start
+
+    def _held(self, steps: sampling.Indices) -> Array:
+        """Controls of the steps that begin at the samples with these indices, shape (n, nu)."""
+        if self.translation.control is None:
+            return np.zeros((len(steps), self.model.nu))
+        return self._control(steps)
 
     def _control(self, steps: sampling.Indices) -> Array:
         """Controls held over each of the steps with these indices, shape (n, nu)."""

@@ -12,7 +12,7 @@ from mujoco.rollout import Rollout
 
 from analytic.reference import Array
 from engines import sampling
-from engines.mujoco.translation import LARGEST
+from engines.mujoco.translation import LARGEST, Named, Probe, Values
 
 BLOCK = 8192  # steps in one call: its states stay in the cache, and the call itself costs nothing
 STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS  # time, qpos, qvel and what follows, one row a step
@@ -87,6 +87,25 @@ def sensed(model: mujoco.MjModel, data: mujoco.MjData, states: Array) -> Array:
         row[:] = data.sensordata
     model.opt.disableflags = flags
     return rows
+
+
+def probed(
+    model: mujoco.MjModel, data: mujoco.MjData, states: Array, controls: Array, probe: Probe
+) -> tuple[Named, Named]:
+    """What `probe` reads in each of `states`, shape (n, nstate), with the forces that begin there
+    under `controls`, shape (n, nu): observables and channels, of shape (n,) each."""
+    read, reading = [], probe(model, data)
+    for state, ctrl in zip(states, controls, strict=True):
+        mujoco.mj_setState(model, data, state, STATE)
+        data.ctrl[:] = ctrl
+        mujoco.mj_forward(model, data)
+        read.append(reading())
+    seen, extra = ([one[i] for one in read] for i in (0, 1))
+    return _columns(seen), _columns(extra)
+
+
+def _columns(rows: list[Values]) -> Named:
+    return {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else {})}
 
 
 def believable(states: Array) -> bool:

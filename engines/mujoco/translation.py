@@ -16,6 +16,8 @@ from engines.method import Method, Unsupported
 from models.scene import System
 
 Named = Mapping[str, Array]
+Values = Mapping[str, float]
+Probe = Callable[[mujoco.MjModel, mujoco.MjData], Callable[[], tuple[Values, Values]]]
 LARGEST = 1e10  # what MuJoCo itself takes for huge
 
 
@@ -35,6 +37,11 @@ class Translation:
     control_at: float = 0.0  # where in its step the control is read: 0 start, 0.5 middle
     felt: Callable[[Array], Named] | None = None
     """Sensor data at the samples, shape (n, nsensordata) -> what they add to the observables."""
+    probe: Probe | None = None
+    """Model and data -> a reading of what they add to the observables and to the channels, with the
+    data at a sample, forces of the step that begins there included."""
+    whole: mujoco.MjSpec | None = None
+    """The model with the parts that are only seen; None where the builder's `whole` is that."""
     tune: Callable[[mujoco.MjModel], None] = lambda model: None
     """Changes that only the compiled model takes."""
 

@@ -1,0 +1,124 @@
+"""The capsule's model file with a problem's numbers in it: body, supports, contacts, slider."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from engines.mujoco import options
+from engines.mujoco.contact_profiles import ContactProfile, profile
+from engines.mujoco.translation import read
+from models.tripod_capsule.staging import CapsuleProblem, Staging
+
+HOLD = 1e10  # least ratio of the slider's armature to its mass: its acceleration is off by 1/HOLD
+POINT = 1e-14  # [kg m^2] of the slider about itself: MuJoCo wants more than 1e-15
+PAIR = ("solimp", "solref", "solreffriction")
+OPTIONS = ("cone", "impratio", "noslip_iterations", "tolerance", "noslip_tolerance")
+
+
+def whole(
+    mjcf: Path,
+    problem: CapsuleProblem,
+    settings: Mapping[str, Any] | None = None,
+    step: float = 1e-4,
+) -> mujoco.MjSpec:
+    """The model in the file `mjcf` with the numbers of `problem`, what is only seen included, and
+    the contacts that `settings` name at `step` [s]: those that converge unless it says otherwise.
+
+    The height of C and of the slider above the plane is `settings["height"]` [m]; zero, as in the
+    source, unless given.
+    """
+    given = settings or {"contact": "coulomb"}
+    spec, staging, height = read(mjcf), problem.staging, float(given.get("height", 0.0))
+    capsule, body = staging.capsule, spec.body("body")
+    spec.option.gravity = gravity(staging)
+    across = tilt_inertia(problem)
+    body.pos = [0.0, 0.0, height]
+    body.mass, body.inertia = capsule.body_mass, [across, across, capsule.inertia]
+    for i, (x, y) in enumerate(capsule.supports):
+        support = spec.geom(f"support_{i + 1}")
+        support.pos = [x, y, support.size[0] - height]
+    set_contacts(spec, profile(given), capsule.friction, step)
+    spec.body("slider").pos = [*staging.slider, 0.0]
+    set_slider(spec, staging, (math.cos(staging.direction), math.sin(staging.direction)))
+    spec.body("slider").inertia = [POINT] * 3
+    for key in tuple(spec.keys):  # the start is where the body rests, which is found by settling
+        spec.delete(key)
+    return spec
+
+
+def set_slider(spec: mujoco.MjSpec, staging: Staging, axis: tuple[float, float]) -> None:
+    """Give the slider its mass, and the joint on its `axis` the armature that imposes its motion;
+    without a motion to impose the slider is fixed in the body.
+
+    The solver's tolerance goes with the armature: termination is scaled by the trace of the mass
+    matrix, which the armature inflates, and what is meant to be 1e-8 would be 1e2.
+    """
+    capsule, joint = staging.capsule, spec.joint("slider")
+    spec.body("slider").mass = capsule.slider_mass
+    if staging.relative_velocity is None:
+        spec.delete(spec.actuator("slider"))
+        spec.delete(joint)
+        return
+    hold = armature(staging)
+    joint.axis, joint.armature = [*axis, 0.0], hold
+    spec.actuator("slider").gear[0] = hold
+    scale = (capsule.body_mass + capsule.slider_mass) / hold
+    spec.option.tolerance *= scale
+    spec.option.noslip_tolerance *= scale
+
+
+def set_contacts(spec: mujoco.MjSpec, chosen: ContactProfile, friction: float, step: float) -> None:
+    """Set every contact pair, and the options that go with it, to a profile at `step` [s]; what
+    the profile leaves open is as MuJoCo ships it, whatever the file says."""
+    shipped = mujoco.MjSpec()
+    pair = shipped.add_pair()
+    fields = {name: np.array(getattr(pair, name)) for name in PAIR} | dict(chosen.pair(step))
+    for name in OPTIONS:
+        setattr(spec.option, name, getattr(shipped.option, name))
+    options.apply(spec, chosen.options, step)
+    for contact in spec.pairs:
+        contact.friction[:2] = friction
+        contact.condim = 3 if friction > 0.0 else 1  # MuJoCo lifts a friction of 0 to 1e-5
+        for name, value in fields.items():
+            setattr(contact, name, value)
+
+
+def gravity(staging: Staging) -> list[float]:
+    """Gravity in the world [m/s^2], shape (3,): pulling along the line, pressing onto the plane."""
+    line = staging.heading + staging.direction
+    return [staging.pull * math.cos(line), staging.pull * math.sin(line), -staging.press]
+
+
+def armature(staging: Staging) -> float:
+    """Armature of the slider's joint [kg]: a power of ten, HOLD times the slider's mass or more."""
+    return float(10.0 ** math.ceil(math.log10(HOLD * staging.capsule.slider_mass)))
+
+
+def tilt_inertia(problem: CapsuleProblem) -> float:
+    """Moments of inertia of the body about axes across the vertical [kg m^2], in two digits.
+
+    They have no part in a motion without heights, and are free: (M + m)/3 sum |A_i - mu r|^2 keeps
+    every tilting of the body on its contacts as slow as twice its heaving, or slower, whatever the
+    triangle and wherever the slider is; and J/2 at least, or no such body could be.
+    """
+    capsule = problem.staging.capsule
+    centres = capsule.mass_ratio * slider_ends(problem)
+    arms = np.asarray(capsule.supports)[None] - centres[:, None]
+    spread = float(np.square(arms).sum(axis=(1, 2)).max())
+    least = max((capsule.body_mass + capsule.slider_mass) / 3 * spread, capsule.inertia / 2)
+    unit = 10.0 ** (math.floor(math.log10(least)) - 1)
+    return float(f"{math.ceil(least / unit * (1 - 1e-12)) * unit:.1e}")
+
+
+def slider_ends(problem: CapsuleProblem) -> Any:
+    """The two ends of the slider's path relative to C [m], shape (2, 2)."""
+    path = getattr(getattr(problem.motion, "manoeuvre", problem.motion), "path", None)
+    if path is None:
+        return np.array([problem.staging.slider] * 2)
+    return np.array([path.start, path.end])

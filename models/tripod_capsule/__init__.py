@@ -1,0 +1,7 @@
+"""The capsule on three supports with a moving mass inside: its systems, their scenes as data."""
+
+from __future__ import annotations
+
+from models.tripod_capsule import coast, hold, line, train
+
+SYSTEMS = (line.SYSTEM, hold.SYSTEM, coast.SYSTEM, train.SYSTEM)

@@ -1,0 +1,119 @@
+"""The slider fixed, the body coasting to rest: capsule-coast."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from analytic.parameters import ParameterError, finite
+from analytic.reference import Array
+from analytic.residual_motion import spin, translation
+from models.ladder import ladder
+from models.scene import Observable, Parameters, Scene, System
+from models.tripod_capsule.line import MJCF
+from models.tripod_capsule.parameters import (
+    BODY,
+    CHECK,
+    SOURCE,
+    capsule,
+    check_names,
+    heading,
+    place,
+)
+from models.tripod_capsule.staging import CapsuleProblem, Staging
+
+NAMES = (*BODY, "slider", "velocity_x", "velocity_y", "heading_rate", "heading")
+_CHECK: Parameters = MappingProxyType({
+    **CHECK, "slider": (0.12, 0.0), "velocity_x": 0.0, "velocity_y": 0.0, "heading_rate": 0.0,
+})  # fmt: skip
+_ARM = 0.18
+_ROUND = tuple((_ARM * math.cos(a), _ARM * math.sin(a)) for a in (0.3, 2.2, 4.6))
+
+
+def problem(parameters: Parameters) -> CapsuleProblem:
+    """Residual motion that parameters describe; raises ParameterError, also where spin and
+    translation are coupled and no formula exists."""
+    check_names(parameters, NAMES)
+    body, slider, turned = capsule(parameters), place(parameters), heading(parameters)
+    vx, vy = (finite(name, parameters[name]) for name in ("velocity_x", "velocity_y"))
+    rate = finite("heading_rate", parameters["heading_rate"])
+    if rate == 0.0:
+        motion = translation(body, slider, math.hypot(vx, vy), math.atan2(vy, vx))
+    else:
+        motion = spin(body, slider, rate)
+        x, y = motion.centre or (0.0, 0.0)
+        if not math.isclose(vx, rate * y, abs_tol=1e-12) or not math.isclose(
+            vy, -rate * x, abs_tol=1e-12
+        ):
+            raise ParameterError(
+                "velocity_x, velocity_y",
+                (vx, vy),
+                f"{rate * y:.17g}, {-rate * x:.17g} m/s: a turn about the combined centre alone",
+            )
+    line = math.atan2(vy, vx)
+    staging = Staging(body, slider, line, turned, (vx, vy), rate, press=body.gravity)
+    return CapsuleProblem(motion, motion, staging)
+
+
+def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+    """How much the kinetic energy rises from one sample to the next, over that at the start."""
+    body, (x, y) = problem.staging.capsule, problem.staging.slider
+    vx, vy = observed["velocity_x"], observed["velocity_y"]
+    still = np.zeros_like(vx)  # for a model that has no turn
+    rate, turn = (observed.get(name, still) for name in ("heading_rate", "heading"))
+    cos, sin = np.cos(turn), np.sin(turn)
+    qx, qy = vx - rate * (x * sin + y * cos), vy + rate * (x * cos - y * sin)
+    energy = 0.5 * body.body_mass * (vx**2 + vy**2) + 0.5 * body.inertia * rate**2
+    energy = energy + 0.5 * body.slider_mass * (qx**2 + qy**2)
+    return {"energy_gained": np.maximum(np.diff(energy), 0.0) / energy[0]}
+
+
+def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
+    """How far and how long the body coasts."""
+    motion = problem.motion
+    end = motion.observe(np.array([motion.duration]))
+    return {
+        "t_rest": motion.duration,
+        "rest": {name: float(end[name][0]) for name in ("x", "y", "heading")},
+        "distance": motion.coasting.distance,
+        "deceleration": motion.coasting.deceleration,
+    }
+
+
+def _scene(case: str, summary: str, duration: float, profile: Any, **values: Any) -> Scene:
+    parameters = {**_CHECK, **values}
+    steps = ladder(1e-3, 1e-5)
+    return Scene(f"capsule-coast/{case}", summary, parameters, duration, steps, SOURCE, profile)
+
+
+SCENES = (
+    _scene("translation", "without spin, Q off C: over v^2/(2 f g), wherever Q is", 0.2, "quick",
+           velocity_x=0.4, velocity_y=0.2),
+    _scene("rotation", "a turn about C with supports equally far from it, Q at C", 0.1, "quick",
+           supports=_ROUND, slider=(0.0, 0.0), heading_rate=6.0),
+)  # fmt: skip
+
+SYSTEM = System(
+    name="capsule-coast",
+    title="Capsule coasting to rest",
+    observables=(
+        Observable("x", "m"),
+        Observable("y", "m"),
+        Observable("velocity_x", "m/s"),
+        Observable("velocity_y", "m/s"),
+        Observable("heading", "rad"),
+        Observable("heading_rate", "rad/s"),
+    ),
+    parameters=NAMES,
+    scenes=SCENES,
+    default="translation",
+    problem=problem,
+    reference=lambda problem: problem.reference,
+    invariants=invariants,
+    facts=facts,
+    mjcf=MJCF,
+)

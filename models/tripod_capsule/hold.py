@@ -1,0 +1,125 @@
+"""A body for friction to hold, gravity tilted or the slider moving: capsule-hold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from analytic.parameters import finite
+from analytic.reference import Array
+from analytic.slow_motion import SlowStroke
+from analytic.tilted_hold import TiltedHold, tilt_angle
+from models.ladder import ladder
+from models.scene import Parameters, Scene, System
+from models.tripod_capsule.line import MJCF
+from models.tripod_capsule.parameters import (
+    ALONG,
+    BODY,
+    CHECK,
+    SOURCE,
+    along,
+    capsule,
+    change,
+    check_names,
+    heading,
+    place,
+)
+from models.tripod_capsule.staging import CapsuleProblem, Staging
+
+NAMES = (*BODY, "fraction", "direction", "support", "slider", "length", "start", "heading")
+_TILTED: Parameters = MappingProxyType({**CHECK, "direction": 0.7, "slider": (0.05, 0.03)})
+
+
+def problem(parameters: Parameters) -> CapsuleProblem:
+    """Body under tilted gravity, or if a `length` is given in a slow motion; raises
+    ParameterError."""
+    check_names(parameters, NAMES)
+    if "length" in parameters:
+        return _stroke(parameters)
+    body, turned = capsule(parameters), heading(parameters)
+    slider, line = place(parameters), along(parameters, body)
+    hold = TiltedHold(body, finite("fraction", parameters["fraction"]), line, slider)
+    angle = tilt_angle(body, hold.fraction)
+    pull, press = body.gravity * math.sin(angle), body.gravity * math.cos(angle)
+    return CapsuleProblem(hold, hold, Staging(body, slider, line, turned, pull=pull, press=press))
+
+
+def _stroke(parameters: Parameters) -> CapsuleProblem:
+    body, turned = capsule(parameters), heading(parameters)
+    line = along(parameters, body)
+    stroke = SlowStroke(
+        body, parameters["length"], parameters["fraction"], line, parameters.get("start", 0.0)
+    )
+    x, y = stroke.path.start
+    return CapsuleProblem(
+        stroke,
+        stroke,
+        Staging(
+            body,
+            (x, y),
+            line,
+            turned,
+            press=body.gravity,
+            relative_velocity=stroke.relative_velocity,
+        ),
+    )
+
+
+def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+    """None: nothing is to move, which the observables say."""
+    return {}
+
+
+def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
+    """What friction is to hold, and what it could."""
+    body, hold = problem.staging.capsule, problem.motion
+    about: dict[str, Any] = {
+        "displacement": 0.0,
+        "fraction": hold.fraction,
+        "holding_acceleration": body.holding_acceleration,
+    }
+    if isinstance(hold, SlowStroke):
+        return {**about, "stroke": hold.length, "t_rest": hold.duration}
+    return {
+        **about,
+        "tilt_angle": tilt_angle(body, hold.fraction),
+        "force": body.weight * math.sin(tilt_angle(body, hold.fraction)),
+        "note": "fraction of the largest tilt: tan(angle) = fraction f, wherever Q is fixed",
+    }
+
+
+def _scene(case: str, summary: str, duration: float, **values: Any) -> Scene:
+    profile, hard = values.pop("profile", "full"), values.pop("hard", "")
+    steps = values.pop("steps", ladder(5e-3, 1e-4))
+    return Scene(
+        f"capsule-hold/{case}", summary, change(_TILTED, values), duration, steps, SOURCE, profile,
+        hard,
+    )  # fmt: skip
+
+
+SCENES = (
+    *(_scene(str(fraction), f"10 s at {fraction} of the tilt that friction holds", 10.0,
+             fraction=fraction, profile="quick" if fraction == 0.999 else "full",
+             hard="friction all but used up" if fraction == 0.999 else "")
+      for fraction in (0.5, 0.9, 0.99, 0.999)),
+    Scene("capsule-hold/slow-motion", "the slider out and back at 0.999 of f g/mu",
+          {**CHECK, "direction": 0.7, "length": 0.08, "fraction": 0.999}, 0.4,
+          ladder(1e-3, 1e-5), SOURCE),
+)  # fmt: skip
+
+SYSTEM = System(
+    name="capsule-hold",
+    title="Capsule held by friction",
+    observables=ALONG,
+    parameters=NAMES,
+    scenes=SCENES,
+    default="0.999",
+    problem=problem,
+    reference=lambda problem: problem.reference,
+    invariants=invariants,
+    facts=facts,
+    mjcf=MJCF,
+    change=change,
+)

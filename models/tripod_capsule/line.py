@@ -1,0 +1,170 @@
+"""One push and one brake of the slider along a line through C: capsule-line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from analytic.capsule import lowest_normal_forces, source_assumption
+from analytic.line_manoeuvre import printed_body_velocity
+from analytic.line_reference import LineReference, condition_number
+from analytic.reference import Array
+from models.ladder import ladder
+from models.scene import Parameters, Scene, System
+from models.tripod_capsule.parameters import (
+    ALONG,
+    BODY,
+    CHECK,
+    LINE,
+    SOURCE,
+    change,
+    check_names,
+    heading,
+    manoeuvre,
+    threshold,
+)
+from models.tripod_capsule.staging import CapsuleProblem, Staging
+
+MJCF = Path(__file__).parent / "tripod_capsule.xml"
+NAMES = (*BODY, *LINE, "heading")
+_HOLDING = threshold({})
+_LINE: Parameters = MappingProxyType({
+    **CHECK, "w1": 3 * _HOLDING, "w2": 0.8 * _HOLDING, "t1": 0.03, "support": 1,
+})  # fmt: skip
+
+
+def problem(parameters: Parameters) -> CapsuleProblem:
+    """The line manoeuvre that parameters describe; raises ParameterError."""
+    check_names(parameters, NAMES)
+    line, turned = manoeuvre(parameters), heading(parameters)
+    x, y = line.path.start
+    return CapsuleProblem(
+        line,
+        LineReference(line),
+        Staging(
+            line.capsule,
+            (x, y),
+            line.direction,
+            turned,
+            press=line.capsule.gravity,
+            relative_velocity=line.relative_velocity,
+        ),
+    )
+
+
+def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+    """What holds whatever the motion: friction is f (M + m) g at most (by how much of that it is
+    beyond), and without any the common centre of mass stays where it is (over the body's way)."""
+    body = problem.staging.capsule
+    if body.friction == 0.0:
+        shift = observed["displacement"] + body.mass_ratio * observed["stroke"]
+        return {"centre_of_mass": shift / (float(np.abs(observed["displacement"]).max()) or 1.0)}
+    if "friction_force" not in observed:
+        return {}
+    most = body.friction * body.weight
+    return {"friction_beyond": np.maximum(np.abs(observed["friction_force"]) / most - 1.0, 0.0)}
+
+
+def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
+    """Displacement, stroke and times of the manoeuvre; loads; and what the source prints wrong."""
+    line = problem.motion
+    lowest, _ = lowest_normal_forces(line.capsule, (line.path,))
+    late = np.array([line.t_star])
+    return {
+        "displacement": line.displacement,
+        "stroke": line.stroke,
+        "t2": line.t2,
+        "t_star": line.t_star,
+        "t_rest": line.t_star,
+        "direction": line.direction,
+        "holding_acceleration": line.capsule.holding_acceleration,
+        "condition_number": condition_number(line),
+        "lowest_normal_forces": [float(force) for force in lowest],
+        "source_assumption": asdict(source_assumption(line.capsule, (line.path,))),
+        "findings": {
+            "eq_18": "printed with an angular velocity, omega_2, where eq. 17 gives w2",
+            "eq_19": "second line printed with t where eqs. 11 and 20 give t1 in its first term: "
+            f"as printed the body moves at {float(printed_body_velocity(line, late)[0]):.6g} m/s "
+            "when eq. 20 has it at rest",
+            "eq_22": "holds along every line through C, not only C-A_i: friction has no moment "
+            "about C while Q is on the line",
+        },
+    }
+
+
+def _scene(case: str, summary: str, hard: str = "", **values: Any) -> Scene:
+    profile, duration = values.pop("profile", "full"), values.pop("duration", 0.15)
+    steps = values.pop("steps", ladder(1e-3, 1e-5))
+    return Scene(
+        f"capsule-line/{case}", summary, change(_LINE, values), duration, steps, SOURCE, profile,
+        hard,
+    )  # fmt: skip
+
+
+def _mass_ratio(case: str, slider_mass: float, summary: str, t1: float, **values: Any) -> Scene:
+    """A slider of another mass, its accelerations the same multiples of f g/mu."""
+    holding = threshold({"slider_mass": slider_mass})
+    return _scene(
+        case, summary, hard="mu is nearly 0 or 1: the actuator's reaction is all or nothing",
+        slider_mass=slider_mass, w1=3 * holding, w2=0.8 * holding, t1=t1, **values,
+    )  # fmt: skip
+
+
+def _start(reach: float) -> float:
+    """Where the slider starts [m], for the combined centre to end at `reach` [m] from C."""
+    line = manoeuvre(_LINE)
+    return reach / line.capsule.mass_ratio - line.stroke
+
+
+_OFF_CENTROID = ((0.2, 0.0), (-0.05, 0.15), (-0.12, -0.1))
+
+SCENES = (
+    _scene("ca1", "along C-A1, the source's Fig. 2", profile="quick"),
+    _scene("ca2", "along C-A2", support=2),
+    _scene("ca3", "along C-A3", support=3),
+    _scene("at-50", "along a line 50 degrees off C-A1", direction=math.radians(50)),
+    _scene("at-123", "along a line 123 degrees off C-A1", profile="quick",
+           direction=math.radians(123)),
+    _scene("at-222", "along a line 222 degrees off C-A1", direction=math.radians(222)),
+    *(_scene(f"heading-{angle:03d}", f"along C-A1, all of it turned by {angle} degrees",
+             heading=math.radians(angle), profile="quick" if angle in (0, 30) else "full",
+             steps=ladder(1e-3, 1e-4)) for angle in range(0, 360, 15)),
+    _scene("off-centroid", "a triangle whose centroid is not C, along 50 degrees",
+           supports=_OFF_CENTROID, direction=math.radians(50)),
+    _scene("frictionless", "no friction: only the reaction moves the body", friction=0.0,
+           profile="quick"),
+    _scene("w2-threshold", "a brake that uses friction up", w2=_HOLDING,
+           hard="w2 = f g/mu: the body is held by all the friction there is"),
+    _scene("w1-threshold", "a push that hardly moves the body", w1=_HOLDING * (1 + 1e-6),
+           hard="w1 = f g/mu (1 + 1e-6): a motion of 1e-9 m, of condition 1e6", duration=0.07),
+    _mass_ratio("light-slider", 1e-3, "m/M = 1e-3", 0.002, duration=0.01,
+                steps=ladder(5e-5, 5e-7)),
+    _mass_ratio("heavy-slider", 1e3, "m/M = 1e3", 0.03),
+    _scene("near-edge", "the combined centre ends 0.1 mm inside an edge", hard="N_1 -> 0",
+           direction=math.pi, start=_start(0.0999)),
+    _scene("near-vertex", "the combined centre ends 0.1 mm inside a vertex",
+           hard="N_2 and N_3 -> 0", start=_start(0.1999)),
+    _scene("off-grid", "t1 = 0.0317 s: on the grid of no step", t1=0.0317,
+           hard="the control switches inside a step"),
+)  # fmt: skip
+
+SYSTEM = System(
+    name="capsule-line",
+    title="Capsule on a line",
+    observables=ALONG,
+    parameters=NAMES,
+    scenes=SCENES,
+    default="ca1",
+    problem=problem,
+    reference=lambda problem: problem.reference,
+    invariants=invariants,
+    facts=facts,
+    mjcf=MJCF,
+    change=change,
+)
