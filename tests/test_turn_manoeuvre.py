@@ -11,17 +11,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analytic import turn_correction as theory
-from analytic.capsule import Capsule, validity
+from analytic.capsule import validity
 from analytic.parameters import ParameterError
 from analytic.reference import Array
 from analytic.slider_path import fixed
-from analytic.three_point_equations import Complex
 from analytic.three_point_friction import three_point_motion
 from analytic.turn_correction import TurnPose, leading_friction
 from analytic.turn_manoeuvre import TurnManoeuvre, turn_of
 from tests.random_capsules import CHECK
-from tests.random_slides import moved_support
 
 EPSILONS = (0.1, 0.03, 0.01, 0.003)
 # The check manoeuvre; one that turns half a radian the other way from another place; one more.
@@ -179,36 +176,6 @@ def test_a_mirrored_turn_is_mirrored() -> None:
         (one.correction.at_rest, other.correction.at_rest),
     ):
         np.testing.assert_allclose(numbers(left), numbers(right) * mirror, rtol=1e-9, atol=1e-9)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [replace(CHECK, friction=CHECK.friction * (1 + 1e-4)), moved_support(CHECK, 1e-4)],
-)
-def test_teeth_of_the_check_values(wrong: Capsule) -> None:
-    """1e-4 of the friction, or of a support's arm, is seen at 1e-8."""
-    turn = turn_of(CHECK, 0.12, 0.1)
-    other = TurnManoeuvre(wrong, 0.12, turn.angular_acceleration, turn.half_time)
-    assert abs(exact(other)[0][2] - exact(turn)[0][2]) > 1e-8
-    coefficient = turn.correction.at_stop.heading
-    assert abs(other.correction.at_stop.heading / coefficient - 1) > 5e-6
-
-
-def test_teeth_of_the_moment_about_the_combined_centre(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With CA_i for CA_i - mu r in eq. 25 the coefficient is another one."""
-    turn = turn_of(CHECK, 0.12, 0.1)
-    right = turn.characteristic_time**2 * turn.correction.at_stop.heading
-
-    def about_com(
-        capsule: Capsule, radius: float, slider_angles: Array, sense: float
-    ) -> tuple[Complex, Array]:
-        force, moment = leading_friction(capsule, radius, slider_angles, sense)
-        r = radius * np.exp(1j * slider_angles)
-        return force, moment + capsule.mass_ratio * (r.conjugate() * force).imag
-
-    monkeypatch.setattr(theory, "leading_friction", about_com)
-    wrong = theory.turn_correction(CHECK, 0.12, turn.slider_angle).at_stop.heading
-    assert abs(turn.characteristic_time**2 * wrong - right) > 0.1
 
 
 @pytest.mark.parametrize(
