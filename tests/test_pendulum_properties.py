@@ -62,6 +62,8 @@ def test_energy_is_conserved(motion: PendulumMotion) -> None:
 @given(motions(), st.floats(-3.0, 3.0))
 def test_state_carries_on_from_any_of_its_states(motion: PendulumMotion, share: float) -> None:
     """The flow is a group: from theta(s), in t, to theta(s + t)."""
+    # Next to a separatrix a rounded state is another motion.
+    assume((np.abs(double(motion.energy - motion.barriers)) > 1e-9 * scale(motion)).all())
     times = times_of(motion)
     later = float(times[-1]) * share / 3.0
     theta, theta_dot = (float(v[0]) for v in motion.state(np.array([later])))
