@@ -93,7 +93,7 @@ def _scene(case: str, summary: str, duration: float, profile: Any, **values: Any
 SCENES = (
     _scene("translation", "without spin, Q off C: over v^2/(2 f g), wherever Q is", 0.2, "quick",
            velocity_x=0.4, velocity_y=0.2),
-    _scene("rotation", "a turn about C with supports equally far from it, Q at C", 0.1, "quick",
+    _scene("rotation", "a turn about C with supports equally far from it, Q at C", 0.2, "quick",
            supports=_ROUND, slider=(0.0, 0.0), heading_rate=6.0),
 )  # fmt: skip
 
