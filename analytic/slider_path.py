@@ -117,7 +117,7 @@ class ArcPiece:
 
 @dataclass(frozen=True)
 class SmoothPiece:
-    """Any motion given as a function of local time that is smooth on (0, duration)."""
+    """Any motion given as a function of local time, smooth on (0, duration) and a little beyond."""
 
     duration: float
     motion: Callable[[Array], Kinematics]
