@@ -107,7 +107,7 @@ def test_the_planar_model_shares_the_weight_equally() -> None:
     found, moved = run("capsule-line/off-centroid", "euler+planar", 1e-4)
     shares = np.stack([moved.observables[load] for load in LOADS])
     assert np.ptp(shares, axis=0).max() < 1e-4  # of 4.25 N, while slip grows
-    assert found.errors["normal_force_2"].largest > 1.0
+    assert found.errors["normal_force_3"].largest > 0.9
     assert found.errors["heading"].largest > 5e-4
     assert verdict(found, "euler+planar") == "fail"
     full, _ = run("capsule-line/off-centroid", "euler+coulomb", 1e-4)
