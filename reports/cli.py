@@ -13,7 +13,7 @@ from typing import NoReturn
 
 USAGE = 2
 COMMANDS = (
-    "list", "validate", "solve", "run", "recommend", "compare", "models", "cite",
+    "list", "validate", "solve", "run", "recommend", "compare", "plan", "models", "cite",
 )  # fmt: skip
 
 
