@@ -19,7 +19,7 @@ validate: .venv/.run  ## run the validation and write its page (ARGS go to `plum
 	$(BIN)/plumbob validate $(ARGS)
 
 test: .venv/.develop  ## run the tests (ARGS go to pytest)
-	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m pytest --numprocesses auto $(ARGS)
 
 check: .venv/.develop  ## lint, check the types, hold the tree to its folder contracts
 	$(BIN)/ruff check .
