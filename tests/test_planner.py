@@ -170,7 +170,7 @@ def test_slow_motions_use_up_friction_and_no_more(body: Capsule) -> None:
 @given(
     st.sampled_from([CHECK, SCALENE]),
     st.sampled_from(["free", "curve"]),
-    st.tuples(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(-7.0, 7.0)),
+    st.tuples(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(-2.0, 2.0)),
     st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-4.0, 4.0)),
     st.sampled_from([(0.0, 0.0), (0.15, 0.0)]),
 )
@@ -178,7 +178,7 @@ def test_any_pose_from_any_pose(body, track, step, begin, slider) -> None:  # ty
     if body is SCALENE:
         slider = (0.0, 0.0)  # the other place is off its curve
     start = RestPose(begin[0], begin[1], begin[2], slider)
-    goal = RestPose(begin[0] + step[0], begin[1] + step[1], step[2])
+    goal = RestPose(begin[0] + step[0], begin[1] + step[1], begin[2] + step[2])
     assert max(plan(body, goal, FAR, track, start).error) <= REACHED
 
 
