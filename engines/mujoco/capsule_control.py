@@ -21,7 +21,9 @@ def control(staging: Staging, step: float) -> Callable[[Array], Array] | None:
         return None
 
     def mean(times: Array) -> Array:
-        edges = np.stack([times, times + step])
+        # By index: the velocity that one step ends with is the one that the next begins with.
+        first = np.rint(times / step)
+        edges = np.stack([first, first + 1.0]) * step
         return np.asarray(np.diff(velocity(edges), axis=0)[0] / step)[:, None]
 
     return mean

@@ -19,7 +19,7 @@ from analytic.line_manoeuvre import LineManoeuvre
 from analytic.manoeuvre_train import ManoeuvreTrain
 from analytic.reference import Array
 from analytic.residual_motion import ResidualMotion
-from engines.mujoco.capsule_model import tilt_inertia
+from engines.mujoco.capsule_model import armature, tilt_inertia
 from engines.mujoco.contact_profiles import STIFFNESS
 from models.tripod_capsule.staging import CapsuleProblem
 
@@ -75,7 +75,13 @@ def sag_bounds(
         wobble = abs(inertia - capsule.inertia) * motion.coasting.rate**2 * leaning
         push = grip * wobble * float(np.abs(slopes).sum()) / both
         pace, gone = pace + push * motion.duration, gone + 0.5 * push * motion.duration**2
+    # The slider's own weight pulls it down its tilted track.
+    lean = float(np.hypot(*(compliance * slopes.T @ loads)).max())
+    drift = capsule.slider_mass / armature(problem.staging) * capsule.gravity * lean
+    lost = lost + 0.5 * drift * duration**2 * np.abs(slopes @ along) * capsule.weight
     return {
+        "stroke": 0.5 * drift * duration**2,
+        "stroke_rate": drift * duration,
         **dict.fromkeys(("velocity", "velocity_x", "velocity_y"), pace),
         **dict.fromkeys(("displacement", "x", "y"), gone * count),
         "friction_force": SWING * grip * both * unsteady + both * pace / step,

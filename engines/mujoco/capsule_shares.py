@@ -118,14 +118,17 @@ def _yielding(problem: CapsuleProblem, duration: float, count: int) -> Mapping[s
     seen = problem.reference.observe(times)
     way = float((np.abs(seen["stroke"]) + np.abs(seen["displacement"])).max())
     rate = float((np.abs(seen["stroke_rate"]) + np.abs(seen["velocity"])).max())
-    line, moved = getattr(motion, "manoeuvre", motion), 0.0
+    line, moved, late = getattr(motion, "manoeuvre", motion), 0.0, 0.0
     if isinstance(line, LineManoeuvre):
         moved = condition_number(line) * abs(line.displacement) * count
+        late = (
+            4 * ROUNDOFF * duration * line.w1
+        )  # velocity left by times rounded ever more coarsely
     slope = float(np.abs(load_slopes(staging.capsule, staging.direction)).max())
     return {
-        "stroke": part * way,
+        "stroke": part * way + late * duration,
         "stroke_rate": (part + 16 * ROUNDOFF) * rate,
         "displacement": part * moved,
         "velocity": part * rate,
-        **{f"normal_force_{i}": part * way * slope for i in (1, 2, 3)},
+        **{f"normal_force_{i}": (part * way + late * duration) * slope for i in (1, 2, 3)},
     }
