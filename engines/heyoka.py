@@ -97,4 +97,4 @@ def regularisation(
     return {}
 
 
-ENGINE = Engine("heyoka", "heyoka", METHODS, prepare, regularisation)
+ENGINE = Engine("heyoka", "heyoka", METHODS, prepare, regularisation, optional=True)

@@ -59,3 +59,4 @@ class Engine:
     prepare: Callable[[System, Scene, Method, float], Simulation]  # raises Unsupported
     regularisation: Callable[[System, Scene, Method, float], Mapping[str, Mapping[str, float]]]
     """{observable: {reason: absolute bound}}: what the model itself adds, apart from the step."""
+    optional: bool = False  # a peer: not missed unless it is asked for by name

@@ -13,6 +13,7 @@ from typing import Any
 
 from analytic.parameters import ParameterError
 from engines import store
+from engines.registry import engine_of, installed
 from engines.registry import methods as find_methods
 from engines.study import Study, pairs, run_study
 from models.registry import scenes as find_scenes
@@ -49,6 +50,8 @@ def command(chosen: argparse.Namespace) -> int:
     """Run the study, print the verdicts, write the page."""
     scenes = find_scenes(chosen.scenes, chosen.profile)
     methods = find_methods(chosen.methods)
+    if chosen.methods == "*":
+        methods = tuple(m for m in methods if installed(engine_of(m)) or not engine_of(m).optional)
     jobs = _jobs(chosen.jobs)
     out = _writable(Path(chosen.out))
     if chosen.junitxml:
