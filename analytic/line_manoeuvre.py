@@ -16,6 +16,8 @@ from analytic.reference import Array
 # w2 = f g/mu is allowed and w1 = f g/mu is not; as a product of doubles either may come out a few
 # roundings off.
 THRESHOLD_ROUNDING = 4 * Fraction(2) ** -52
+# A time that is a switch's but for some roundings is the switch's: a step that begins there does.
+SNAP = 2.0**-48
 
 
 @dataclass(frozen=True)
@@ -130,7 +132,8 @@ class LineManoeuvre:
 
     def relative_acceleration(self, times: Array) -> Array:
         """Slider's acceleration in the body w [m/s^2] at `times` [s], shape (n,) (eq. 14)."""
-        return np.select([times < self.t1, times < self.t2], [self.w1, -self.w2], 0.0)
+        late = times * (1.0 + SNAP)
+        return np.select([late < self.t1, late < self.t2], [self.w1, -self.w2], 0.0)
 
     def relative_velocity(self, times: Array) -> Array:
         """Slider's velocity in the body v [m/s] at `times` [s], shape (n,) (eq. 16)."""
@@ -184,7 +187,8 @@ class LineManoeuvre:
         """Resultant of friction on the body [N] at `times` [s], shape (n,): f (M + m) g while it
         slides backward, and at rest what holds it against the actuator, m w (eqs. 1, 8)."""
         held = self.capsule.slider_mass * self.relative_acceleration(times)
-        return np.where(times < self.t_star, self.capsule.friction * self.capsule.weight, held)
+        sliding = times * (1.0 + SNAP) < self.t_star
+        return np.where(sliding, self.capsule.friction * self.capsule.weight, held)
 
     def support_friction(self, times: Array) -> Array:
         """Friction f N_i at each support [N] at `times` [s], shape (n, 3), while the body slides

@@ -78,10 +78,6 @@ class LineReference:
         slid = w1 * (0.5 * pushed**2 + pushed * long) + 0.5 * w2 * long**2
         slid_rate = w1 * pushed + w2 * long
         stroke = (1 + ARITHMETIC) * slid + after * (w1 + w2) * long + times * rate
-        jump = np.zeros_like(times)
-        for switch in (t1, line.t_star, line.t2):
-            near = np.abs(times - switch) <= ARITHMETIC * ROUNDOFF * switch
-            jump[near] = capsule.friction * capsule.weight + capsule.slider_mass * w2
         slack = normal_force_uncertainty(capsule, abs(line.start) + line.stroke)
         zero = np.zeros_like(times)
         return {
@@ -95,7 +91,7 @@ class LineReference:
             "heading": zero,
             "sideways": zero,
             **{f"normal_force_{i + 1}": zero + slack for i in range(3)},
-            "friction_force": jump + ARITHMETIC * ROUNDOFF * capsule.friction * capsule.weight,
+            "friction_force": zero + ARITHMETIC * ROUNDOFF * capsule.friction * capsule.weight,
         }
 
     def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:

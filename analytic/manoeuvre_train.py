@@ -10,7 +10,7 @@ import numpy as np
 
 from analytic.capsule import ROUNDOFF, load_slopes, steepest_load
 from analytic.kinks import position_lead, scheme_lead
-from analytic.line_manoeuvre import LineManoeuvre
+from analytic.line_manoeuvre import SNAP, LineManoeuvre
 from analytic.line_reference import LineReference
 from analytic.parameters import ParameterError, non_negative
 from analytic.reference import Array
@@ -63,7 +63,7 @@ class ManoeuvreTrain:
 
     def relative_acceleration(self, times: Array) -> Array:
         """Slider's acceleration in the body w [m/s^2] at `times` [s], shape (n,)."""
-        _, local = self._local(times)
+        _, local = self._local(times * (1.0 + SNAP))
         there = self.manoeuvre.relative_acceleration(local)
         back = self.returning.relative_acceleration(local - self.manoeuvre.t2)
         return np.where(local < self.manoeuvre.t2, there, back)
@@ -88,8 +88,23 @@ class ManoeuvreTrain:
         back["stroke"] = back["stroke"] + self.manoeuvre.stroke
         early = local < self.manoeuvre.t2
         seen = {name: np.where(early, there[name], back[name]) for name in there}
+        seen["friction_force"] = self._friction(times)
         seen["displacement"] = seen["displacement"] + done * self.manoeuvre.displacement
         return seen
+
+    def _friction(self, times: Array) -> Array:
+        """Friction [N] over what begins at `times`, a start that is late by roundings included."""
+        _, local = self._local(times * (1.0 + SNAP))
+        held = self.manoeuvre.capsule.slider_mass * self.relative_acceleration(times)
+        moving = local < self.manoeuvre.t_star
+        return np.where(moving, self.manoeuvre.friction_force(local), held)
+
+    def _momentum(self, times: Array) -> Array:
+        """Momentum of body and slider [kg m/s] at `times` [s], any shape."""
+        capsule, (_, local) = self.manoeuvre.capsule, self._local(times)
+        both = capsule.body_mass + capsule.slider_mass
+        inner = capsule.slider_mass * self.relative_velocity(times)
+        return np.asarray(both * self.manoeuvre.body_velocity(local) + inner)
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
@@ -113,11 +128,6 @@ class ManoeuvreTrain:
         slope = steepest_load(line.capsule) * np.abs(seen["stroke_rate"])
         for i in range(3):
             total[f"normal_force_{i + 1}"] = total[f"normal_force_{i + 1}"] + shift * slope
-        middle, end = line.t2 + 0.5 * self.returning.duration, line.t2 + self.returning.duration
-        jump = 2 * line.capsule.friction * line.capsule.weight
-        for switch in (0.0, line.t1, line.t_star, line.t2, middle, end, self.period):
-            near = np.abs(local - switch) <= shift
-            total["friction_force"] = total["friction_force"] + np.where(near, jump, 0.0)
         return total
 
     def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
@@ -136,6 +146,7 @@ class ManoeuvreTrain:
         w averaged over each step and every start on the grid: it adds up over the manoeuvres."""
         if scheme_lead(scheme) is None:
             return {}
+        times = np.asarray(times, dtype=np.float64)
         done, local = self._local(times)
         line, back, end = LineReference(self.manoeuvre), self.returning, np.array([self.period])
         told = dict(line.foretold(scheme, step, local))
@@ -148,7 +159,8 @@ class ManoeuvreTrain:
         for i, slope in enumerate(slopes):
             told[f"normal_force_{i + 1}"] = slope * told["stroke"]
         if "friction_force" in told:
-            told["friction_force"] = told["friction_force"] + after["friction_force"]
+            gained = np.diff(self._momentum(np.stack([times, times + step])), axis=0)[0]
+            told["friction_force"] = gained / step - self._friction(times)
         return told
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:

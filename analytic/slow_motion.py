@@ -19,7 +19,7 @@ from analytic.capsule import (
     validity,
 )
 from analytic.kinks import Kink, bends, position_lead, scheme_lead
-from analytic.line_manoeuvre import LineManoeuvre
+from analytic.line_manoeuvre import SNAP, LineManoeuvre
 from analytic.parameters import ParameterError, finite, positive
 from analytic.reference import Array
 
@@ -92,6 +92,7 @@ class SlowStroke:
     def relative_acceleration(self, times: Array) -> Array:
         """Slider's acceleration in the body w [m/s^2] at `times` [s], shape (n,); a time at which
         it switches counts to the interval that it opens."""
+        times = times * (1.0 + SNAP)
         back, outward = self._outward(times)
         half = 0.5 * self.one_way
         speeding = (outward < half) | (back & (outward == half))
@@ -144,14 +145,12 @@ class SlowStroke:
         reach = abs(self.start) + abs(self.length)
         slack = still + normal_force_uncertainty(self.capsule, reach)
         pull = self.capsule.slider_mass * self.acceleration
-        quarters = 2 * times / self.one_way
-        at_switch = np.abs(quarters - np.round(quarters)) <= few * np.maximum(quarters, 1.0)
         return {
             **dict.fromkeys(("displacement", "velocity", "heading", "sideways"), still),
             "stroke": still + few * abs(self.length),
             "stroke_rate": still + few * self.acceleration * self.duration,
             **{f"normal_force_{i + 1}": slack for i in range(3)},
-            "friction_force": few * pull + np.where(at_switch, 2 * pull, 0.0),
+            "friction_force": still + few * pull,
         }
 
     def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
