@@ -20,7 +20,7 @@ from analytic.parameters import ParameterError
 from analytic.reference import Array
 from models.registry import unknown
 
-STIFFNESS = 0.4  # natural frequency of a contact times the step; stable below 0.6 on any body
+STIFFNESS = 0.4  # natural frequency of a contact times the step; up to 0.41 no body rings on three
 DAMPING = 0.3  # its damping ratio: 0.5 for the heave of a body on three
 IMPEDANCE = 1e-4  # the least that MuJoCo takes: the normal's regularisation is 1e4 of its inertia
 SOFTENING = 1e2  # and this times as much, set after compiling
