@@ -13,10 +13,15 @@ from functools import cached_property
 
 import numpy as np
 
+from analytic.arithmetic.quad import Quad, double, quad
+from analytic.elliptic.trigonometric_potential import (
+    Kind,
+    TrigonometricPotential,
+    critical_points,
+    kind,
+)
 from analytic.parameters import ParameterError, finite, non_negative, positive
-from analytic.pendulum_motion import PendulumMotion
-from analytic.quad import Quad, double, quad
-from analytic.trigonometric_potential import Kind, TrigonometricPotential, critical_points, kind
+from analytic.pendulums.pendulum_motion import PendulumMotion
 
 
 @dataclass(frozen=True)

@@ -13,14 +13,14 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from functools import cached_property
 
-from analytic.driven_rotor import DrivenRotor
+from analytic.arithmetic.quad import quad
+from analytic.elliptic.trigonometric_potential import TrigonometricPotential
 from analytic.parameters import finite, non_negative, positive
-from analytic.pendulum_motion import PendulumMotion
-from analytic.quad import quad
+from analytic.pendulums.pendulum_motion import PendulumMotion
+from analytic.pendulums.rod_tension import MASS, RodMotion
+from analytic.pendulums.unending_motion import UnendingMotion
 from analytic.reference import Reference
-from analytic.rod_tension import MASS, RodMotion
-from analytic.trigonometric_potential import TrigonometricPotential
-from analytic.unending_motion import UnendingMotion
+from analytic.rotor.driven_rotor import DrivenRotor
 
 
 @dataclass(frozen=True)

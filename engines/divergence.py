@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from analytic.driven_rotor import DrivenRotor
+from analytic.rotor.driven_rotor import DrivenRotor
 from engines.trajectory import Trajectory
 
 BEYOND = 10.0  # times what is possible: wrong that far is diverged, less far is an error to measure

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from analytic.driven_rotor import DrivenRotor
 from analytic.parameters import ParameterError, positive
+from analytic.rotor.driven_rotor import DrivenRotor
 from engines.method import Engine, Method, Simulation, Unsupported
 from engines.sampling import SAMPLES
 from engines.trajectory import Trajectory

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from analytic.driven_rotor import DrivenRotor
+from analytic.rotor.driven_rotor import DrivenRotor
 from engines.divergence import BEYOND, possible_speed
 
 

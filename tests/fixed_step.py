@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from analytic.driven_rotor import DrivenRotor
 from analytic.reference import Array
+from analytic.rotor.driven_rotor import DrivenRotor
 
 
 def run(

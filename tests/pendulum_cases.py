@@ -10,11 +10,11 @@ from types import MappingProxyType
 import numpy as np
 from hypothesis import strategies as st
 
-from analytic import taylor_series
 from analytic.cone_pendulum import cone
-from analytic.driven_motion import DrivenMotion
-from analytic.driven_rotor import DrivenRotor
+from analytic.pendulums.driven_motion import DrivenMotion
 from analytic.reference import Array
+from analytic.rotor import taylor_series
+from analytic.rotor.driven_rotor import DrivenRotor
 
 DEGREE = math.pi / 180
 GRAVITY = 9.8

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from analytic.line_manoeuvre import LineManoeuvre
-from analytic.line_reference import LineReference
+from analytic.manoeuvres.line_manoeuvre import LineManoeuvre
+from analytic.manoeuvres.line_reference import LineReference
 from engines.measurement import Measurement, measure
 from engines.pymunk import ENGINE, capsule
 from engines.trajectory import Trajectory

@@ -8,7 +8,7 @@ from dataclasses import replace
 from hypothesis import strategies as st
 
 from analytic.capsule import Capsule
-from analytic.line_manoeuvre import LineManoeuvre
+from analytic.manoeuvres.line_manoeuvre import LineManoeuvre
 
 CHECK = Capsule(1.0, 0.3, 0.02, ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15)), 0.3, 9.81)
 LIMIT = CHECK.holding_acceleration

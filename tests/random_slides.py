@@ -19,8 +19,8 @@ from analytic.slider_path import (
     line_stroke,
     straight,
 )
-from analytic.three_point_friction import Start, three_point_motion
-from analytic.three_point_motion import ThreePointMotion
+from analytic.three_points.friction import Start, three_point_motion
+from analytic.three_points.motion import ThreePointMotion
 from tests.random_capsules import CHECK
 
 

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analytic.line_manoeuvre import LineManoeuvre
-from analytic.line_reference import LineReference
-from analytic.manoeuvre_train import ManoeuvreTrain
+from analytic.manoeuvres.line_manoeuvre import LineManoeuvre
+from analytic.manoeuvres.line_reference import LineReference
+from analytic.manoeuvres.manoeuvre_train import ManoeuvreTrain
+from analytic.manoeuvres.residual_motion import translation
+from analytic.manoeuvres.slow_motion import SlowStroke
+from analytic.manoeuvres.tilted_hold import TiltedHold
 from analytic.reference import Array, StepReference
-from analytic.residual_motion import translation
-from analytic.slow_motion import SlowStroke
-from analytic.tilted_hold import TiltedHold
 from tests.random_capsules import CHECK, LIMIT, LINE
 
 EULER, RK4 = "semi-implicit-euler", "rk4"

@@ -14,8 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analytic.capsule import direction_to
-from analytic.line_manoeuvre import LineManoeuvre, printed_body_velocity
-from analytic.line_reference import LineReference, condition_number
+from analytic.manoeuvres.line_manoeuvre import LineManoeuvre, printed_body_velocity
+from analytic.manoeuvres.line_reference import LineReference, condition_number
 from analytic.parameters import ParameterError
 from tests.random_capsules import CHECK, LIMIT, LINE, lines
 

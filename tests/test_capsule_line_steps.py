@@ -9,18 +9,18 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from analytic.line_manoeuvre import LineManoeuvre
-from analytic.line_reference import LineReference
-from analytic.line_step_error import (
+from analytic.manoeuvres.line_manoeuvre import LineManoeuvre
+from analytic.manoeuvres.line_reference import LineReference
+from analytic.manoeuvres.line_step_error import (
     Sampling,
     leftover_stroke_rate,
     step_error,
     step_error_envelope,
 )
-from analytic.manoeuvre_train import ManoeuvreTrain
+from analytic.manoeuvres.manoeuvre_train import ManoeuvreTrain
+from analytic.manoeuvres.residual_motion import Coasting
 from analytic.parameters import ParameterError
 from analytic.reference import Array
-from analytic.residual_motion import Coasting
 from tests.random_capsules import CHECK, LINE, lines
 
 

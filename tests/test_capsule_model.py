@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from analytic.line_step_error import step_error
+from analytic.manoeuvres.line_step_error import step_error
 from analytic.parameters import ParameterError
 from engines.mujoco.capsule_model import HOLD, armature, tilt_inertia, whole
 from engines.mujoco.contact_profiles import PROFILES, coulomb_pair

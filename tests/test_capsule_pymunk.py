@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analytic.line_step_error import step_error
-from analytic.manoeuvre_train import ManoeuvreTrain
+from analytic.manoeuvres.line_step_error import step_error
+from analytic.manoeuvres.manoeuvre_train import ManoeuvreTrain
 from engines.pymunk import capsule
 from models.registry import scene as find_scene
 from models.registry import system_of

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analytic.capsule import Capsule
-from analytic.line_manoeuvre import LineManoeuvre
-from analytic.line_step_error import step_error
+from analytic.manoeuvres.line_manoeuvre import LineManoeuvre
+from analytic.manoeuvres.line_step_error import step_error
 from engines.method import Unsupported
 from engines.pymunk import ENGINE, capsule
 from models.registry import scene as find_scene

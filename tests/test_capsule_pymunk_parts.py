@@ -11,7 +11,7 @@ import pytest
 
 from analytic.capsule import Capsule
 from analytic.slider_path import arc_stroke, fixed
-from analytic.three_point_friction import Start, three_point_motion
+from analytic.three_points.friction import Start, three_point_motion
 from engines.pymunk.capsule_drive import aims, driven, driven_along
 from engines.pymunk.capsule_feet import feet, feet_left_by_sweep, foot_mass
 from engines.pymunk.capsule_reading import centre_of, in_the_plane, momentum

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from analytic.capsule import Capsule, Point, normal_forces
+from analytic.manoeuvres.residual_motion import ResidualMotion, pivoting, spin, translation
 from analytic.parameters import ParameterError
 from analytic.reference import Array
-from analytic.residual_motion import ResidualMotion, pivoting, spin, translation
 from tests.random_capsules import CHECK, capsules
 
 CENTRE, ARM = (0.03, 0.02), 0.2  # a triangle with its circumcentre away from C

@@ -11,11 +11,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from analytic.capsule import Capsule, normal_forces, validity
-from analytic.line_reference import LineReference
-from analytic.manoeuvre_train import ManoeuvreTrain
+from analytic.manoeuvres.line_reference import LineReference
+from analytic.manoeuvres.manoeuvre_train import ManoeuvreTrain
+from analytic.manoeuvres.slow_motion import SlowStroke, slow_return
+from analytic.manoeuvres.tilted_hold import TiltedHold, tilt_angle, tilted_gravity
 from analytic.parameters import ParameterError
-from analytic.slow_motion import SlowStroke, slow_return
-from analytic.tilted_hold import TiltedHold, tilt_angle, tilted_gravity
 from tests.random_capsules import CHECK, LIMIT, LINE, capsules
 
 angles, spans = st.floats(-7.0, 7.0), st.floats(-0.2, 0.2)

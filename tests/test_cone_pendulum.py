@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from gmpy2 import mpfr
 
+from analytic.arithmetic.quad import double
 from analytic.cone_pendulum import Body, ConePendulum, cone
 from analytic.parameters import ParameterError
-from analytic.quad import double
 from tests.high_precision import orbit_of
 from tests.random_pendulums import pendulums
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from analytic import gauss_collocation, taylor_series
-from analytic.driven_motion import DrivenMotion
-from analytic.driven_rotor import DrivenRotor
 from analytic.parameters import ParameterError
+from analytic.pendulums.driven_motion import DrivenMotion
+from analytic.rotor import gauss_collocation, taylor_series
+from analytic.rotor.driven_rotor import DrivenRotor
 from tests.pendulum_cases import CASES, Case, cases, endpoint, motion
 
 # Theta and theta_dot after 50 s with 32 digits: Taylor series of order 40, 800 steps (`_advance`).

@@ -8,11 +8,11 @@ import math
 import numpy as np
 import pytest
 
-from analytic.driven_motion import DrivenMotion
-from analytic.driven_rotor import DrivenRotor
-from analytic.jointed_error import TERMS, JointedSeries
-from analytic.jointed_euler import CLOSING
+from analytic.pendulums.driven_motion import DrivenMotion
 from analytic.reference import Array
+from analytic.rotor.driven_rotor import DrivenRotor
+from analytic.stepping.jointed_error import TERMS, JointedSeries
+from analytic.stepping.jointed_euler import CLOSING
 from tests.pendulum_cases import CASES
 
 NAMES = ("theta", "theta_dot", "excess")

@@ -13,10 +13,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analytic.driven_motion import DrivenMotion
-from analytic.linear_oscillator import LinearOscillator
 from analytic.parameters import ParameterError
+from analytic.pendulums.driven_motion import DrivenMotion
 from analytic.reference import Array
+from analytic.rotor.linear_oscillator import LinearOscillator
 
 DIGITS = 60
 TIMES = np.concatenate([np.linspace(0.0, 50.0, 26), 10.0 ** np.linspace(-9.0, 0.9, 20)])

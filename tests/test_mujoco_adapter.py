@@ -44,7 +44,7 @@ def error(method: Method, step: float, **given: Any) -> float:
 
 
 def predicted(method: Method, step: float) -> float:
-    """What the first two terms of the scheme's error say (analytic.scheme_error)."""
+    """What the first two terms of the scheme's error say (analytic.stepping.scheme_error)."""
     terms = DEFAULT.motion.leading_error(method.scheme, END)
     return sum(float(values["theta"][0]) * step**power for power, values in terms.items())
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from analytic.cone_pendulum import cone
-from analytic.driven_rotor import DrivenRotor
 from analytic.parameters import ParameterError
-from analytic.pendulum_motion import PendulumMotion
-from analytic.scheme_error import leading_error
-from analytic.taylor_series import integrate
+from analytic.pendulums.pendulum_motion import PendulumMotion
+from analytic.rotor.driven_rotor import DrivenRotor
+from analytic.rotor.taylor_series import integrate
+from analytic.stepping.scheme_error import leading_error
 from engines.divergence import possible_speed
 from engines.method import Method, Unsupported
 from engines.mujoco import ENGINE as MUJOCO

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from gmpy2 import mpfr
 
+from analytic.arithmetic.quad import double
 from analytic.cone_pendulum import ConePendulum, cone
+from analytic.elliptic.trigonometric_potential import TrigonometricPotential
 from analytic.parameters import ParameterError
-from analytic.pendulum_motion import PendulumMotion
-from analytic.quad import double
-from analytic.trigonometric_potential import TrigonometricPotential
+from analytic.pendulums.pendulum_motion import PendulumMotion
 from tests.high_precision import orbit_of
 from tests.random_pendulums import pendulums
 

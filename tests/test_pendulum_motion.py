@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 from gmpy2 import mpfr
 
+from analytic.arithmetic.quad import double
 from analytic.cone_pendulum import ConePendulum, cone
-from analytic.pendulum_motion import PendulumMotion
-from analytic.quad import double
+from analytic.elliptic.trigonometric_potential import TrigonometricPotential
+from analytic.pendulums.pendulum_motion import PendulumMotion
 from analytic.reference import Array
-from analytic.trigonometric_potential import TrigonometricPotential
 from tests.high_precision import Orbit, orbit_of, started
 from tests.random_pendulums import REGIMES, pendulums
 

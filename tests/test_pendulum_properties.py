@@ -10,11 +10,11 @@ import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from analytic.elliptic_reduction import solve
-from analytic.pendulum_motion import PendulumMotion
-from analytic.quad import double, quad
+from analytic.arithmetic.quad import double, quad
+from analytic.elliptic.reduction import solve
+from analytic.elliptic.trigonometric_potential import TrigonometricPotential
+from analytic.pendulums.pendulum_motion import PendulumMotion
 from analytic.reference import Array
-from analytic.trigonometric_potential import TrigonometricPotential
 
 signs = st.sampled_from([-1.0, 1.0])
 sizes = st.one_of(st.floats(1e-2, 100.0), st.floats(1e-10, 1e-2))

@@ -13,14 +13,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analytic.capsule import Capsule, lowest_normal_forces
-from analytic.line_manoeuvre import closed_form
+from analytic.manoeuvres.line_manoeuvre import closed_form
 from analytic.planner import POSES, Limits, Plan, RestPose, plan, pose_error, simulate
-from analytic.planner_coordinate import along_curve
-from analytic.planner_lines import quickest_push
-from analytic.planner_manoeuvre import slow_arc, slow_line
-from analytic.planner_turns import outcome, quickest_drive
+from analytic.planner.coordinate import along_curve
+from analytic.planner.lines import quickest_push
+from analytic.planner.manoeuvre import slow_arc, slow_line
+from analytic.planner.turns import outcome, quickest_drive
 from analytic.slider_path import ArcPiece, SliderPath, StraightPiece, arc, straight
-from analytic.three_point_friction import three_point_motion
+from analytic.three_points.friction import three_point_motion
 from tests.random_capsules import CHECK
 
 PLACES = dict(POSES)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analytic.jointed_euler import DRIFT
-from analytic.rod_tension import tension
+from analytic.pendulums.rod_tension import tension
+from analytic.stepping.jointed_euler import DRIFT
 from engines.measurement import Measurement, measure
 from engines.method import Method, Unsupported
 from engines.pymunk import ENGINE, prepare

@@ -7,7 +7,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from analytic.quad import PI, choose, double, everywhere, quad, split
+from analytic.arithmetic.quad import PI, choose, double, everywhere, quad, split
 
 MP = mpmath.MPContext()
 MP.dps = 50

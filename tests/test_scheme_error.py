@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from analytic.driven_motion import DrivenMotion
-from analytic.driven_rotor import DrivenRotor
-from analytic.energy_drift import energy_drift_rate
 from analytic.parameters import ParameterError
+from analytic.pendulums.driven_motion import DrivenMotion
 from analytic.reference import Array
-from analytic.scheme_error import expansion, leading_error
-from analytic.schemes import find_scheme
-from analytic.sensitivity import sensitivity
+from analytic.rotor.driven_rotor import DrivenRotor
+from analytic.rotor.sensitivity import sensitivity
+from analytic.stepping.energy_drift import energy_drift_rate
+from analytic.stepping.scheme_error import expansion, leading_error
+from analytic.stepping.schemes import find_scheme
 from tests.fixed_step import run
 from tests.pendulum_cases import CASES, GRAVITY, Case
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from analytic import lyapunov
-from analytic.driven_rotor import DrivenRotor
-from analytic.sensitivity import condition, parameter_sensitivity, sensitivity
+from analytic.rotor import lyapunov
+from analytic.rotor.driven_rotor import DrivenRotor
+from analytic.rotor.sensitivity import condition, parameter_sensitivity, sensitivity
 from tests.pendulum_cases import CASES, Case, cases, endpoint, motion
 
 PARAMETERS = [field.name for field in fields(DrivenRotor)]

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analytic.energy_drift import energy_drift_rate
-from analytic.rod_tension import tension
+from analytic.pendulums.rod_tension import tension
+from analytic.stepping.energy_drift import energy_drift_rate
 from engines.climb import climb
 from engines.measurement import Measurement, measure
 from engines.method import Method, Unsupported

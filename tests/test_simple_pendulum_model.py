@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from analytic.rod_tension import MASS
+from analytic.pendulums.rod_tension import MASS
 from analytic.simple_pendulum import SimplePendulum
 from engines.mujoco import linear_pendulum, simple_pendulum
 from engines.mujoco.flags import needless

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from analytic.parameters import ParameterError
-from analytic.unending_motion import UnendingMotion
+from analytic.pendulums.unending_motion import UnendingMotion
 from engines.measurement import measure
 from engines.registry import method as find_method
 from models.registry import scene as find_scene

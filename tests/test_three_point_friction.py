@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from analytic.capsule import Capsule, Point
-from analytic.line_manoeuvre import LineManoeuvre
+from analytic.manoeuvres.line_manoeuvre import LineManoeuvre
+from analytic.manoeuvres.residual_motion import ResidualMotion, pivoting, spin, translation
 from analytic.parameters import ParameterError
 from analytic.reference import Array
-from analytic.residual_motion import ResidualMotion, pivoting, spin, translation
 from analytic.slider_path import (
     SliderPath,
     SmoothPiece,
@@ -24,9 +24,9 @@ from analytic.slider_path import (
     fixed,
     line_stroke,
 )
-from analytic.smoothed_friction import smoothed_pose
-from analytic.three_point_friction import Start, three_point_motion
-from analytic.three_point_motion import ThreePointMotion
+from analytic.three_points.friction import Start, three_point_motion
+from analytic.three_points.motion import ThreePointMotion
+from analytic.three_points.smoothed_friction import smoothed_pose
 from tests.random_capsules import CHECK, LIMIT
 from tests.random_slides import COAST, ending, moved_support, pose, slide
 

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from analytic.reference import Array
 from analytic.slider_path import Kinematics, Piece, SliderPath, SmoothPiece
-from analytic.three_point_balance import balance
-from analytic.three_point_forces import loading
-from analytic.three_point_friction import Start, three_point_motion
+from analytic.three_points.balance import balance
+from analytic.three_points.forces import loading
+from analytic.three_points.friction import Start, three_point_motion
 from tests.random_slides import COAST, ending, pose, slide
 
 SEEDS = st.integers(0, 10**6)

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analytic.reference import Array
-from analytic.three_point_equations import Complex
-from analytic.three_point_rest import load_factor, onset, slip_onset
+from analytic.three_points.equations import Complex
+from analytic.three_points.rest import load_factor, onset, slip_onset
 
 RATES = st.floats(-3.0, 3.0)
 ANGLES = st.floats(0.0, 2 * math.pi)

@@ -12,12 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analytic.capsule import validity
+from analytic.manoeuvres.turn_correction import TurnPose, leading_friction
+from analytic.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
 from analytic.parameters import ParameterError
 from analytic.reference import Array
 from analytic.slider_path import fixed
-from analytic.three_point_friction import three_point_motion
-from analytic.turn_correction import TurnPose, leading_friction
-from analytic.turn_manoeuvre import TurnManoeuvre, turn_of
+from analytic.three_points.friction import three_point_motion
 from tests.random_capsules import CHECK
 
 EPSILONS = (0.1, 0.03, 0.01, 0.003)

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analytic import three_point_element
-from analytic import turn_correction as theory
 from analytic.capsule import Capsule
+from analytic.manoeuvres import turn_correction as theory
+from analytic.manoeuvres.turn_correction import leading_friction
+from analytic.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
 from analytic.reference import Array
-from analytic.three_point_equations import (
+from analytic.three_points import element as three_point_element
+from analytic.three_points.equations import (
     Complex,
     Configuration,
     Mechanics,
@@ -20,9 +22,7 @@ from analytic.three_point_equations import (
     sliding_rates,
     support_velocities,
 )
-from analytic.three_point_friction import three_point_motion
-from analytic.turn_correction import leading_friction
-from analytic.turn_manoeuvre import TurnManoeuvre, turn_of
+from analytic.three_points.friction import three_point_motion
 from tests.random_capsules import CHECK
 from tests.random_slides import moved_support, pose
 

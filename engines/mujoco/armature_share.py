@@ -23,8 +23,8 @@ from typing import Any
 
 import numpy as np
 
-from analytic.taylor_series import integrate
-from analytic.variational import TangentFlow
+from analytic.rotor.taylor_series import integrate
+from analytic.rotor.variational import TangentFlow
 
 
 @lru_cache(maxsize=64)  # every method and step of a scene asks for the same

@@ -8,7 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from analytic.residual_motion import ResidualMotion
+from analytic.manoeuvres.residual_motion import ResidualMotion
 from engines.method import Method
 from engines.mujoco import capsule_reduced, capsule_shares
 from engines.mujoco.capsule_control import control

@@ -8,8 +8,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from analytic.manoeuvres.residual_motion import ResidualMotion
 from analytic.reference import Array
-from analytic.residual_motion import ResidualMotion
 from engines.method import Unsupported
 from engines.mujoco.capsule_control import control
 from engines.mujoco.capsule_model import set_slider

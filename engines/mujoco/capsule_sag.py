@@ -15,10 +15,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from analytic.capsule import ROUNDOFF, load_shares, normal_forces
-from analytic.line_manoeuvre import LineManoeuvre
-from analytic.manoeuvre_train import ManoeuvreTrain
+from analytic.manoeuvres.line_manoeuvre import LineManoeuvre
+from analytic.manoeuvres.manoeuvre_train import ManoeuvreTrain
+from analytic.manoeuvres.residual_motion import ResidualMotion
 from analytic.reference import Array
-from analytic.residual_motion import ResidualMotion
 from engines.mujoco.capsule_model import armature, tilt_inertia
 from engines.mujoco.contact_profiles import STIFFNESS
 from models.tripod_capsule.staging import CapsuleProblem

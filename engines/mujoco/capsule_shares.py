@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from analytic.capsule import ROUNDOFF, load_slopes
-from analytic.line_manoeuvre import LineManoeuvre
-from analytic.line_reference import condition_number
-from analytic.residual_motion import ResidualMotion
+from analytic.manoeuvres.line_manoeuvre import LineManoeuvre
+from analytic.manoeuvres.line_reference import condition_number
+from analytic.manoeuvres.residual_motion import ResidualMotion
 from engines.mujoco import capsule_reduced
 from engines.mujoco.capsule_model import armature
 from engines.mujoco.capsule_sag import (

@@ -9,7 +9,7 @@ from typing import Any
 
 import mujoco
 
-from analytic.rod_tension import MASS
+from analytic.pendulums.rod_tension import MASS
 from engines.method import Method
 from engines.mujoco import simple_pendulum
 from engines.mujoco.translation import Translation

@@ -10,8 +10,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from analytic.pendulums.rod_tension import MASS
 from analytic.reference import Array
-from analytic.rod_tension import MASS
 from engines.method import Method
 from engines.mujoco.translation import Named, Translation, read
 from engines.swing_limit import limits

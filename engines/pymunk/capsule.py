@@ -7,8 +7,8 @@ from types import MappingProxyType
 
 import numpy as np
 
+from analytic.manoeuvres.residual_motion import ResidualMotion
 from analytic.reference import Array
-from analytic.residual_motion import ResidualMotion
 from engines.method import Method, Unsupported
 from engines.pymunk import capsule_drive, capsule_pressure, capsule_reading, capsule_shares
 from engines.pymunk.capsule_feet import feet, feet_left_by_sweep

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 from analytic.capsule import ROUNDOFF, steepest_load
-from analytic.line_manoeuvre import LineManoeuvre
-from analytic.manoeuvre_train import ManoeuvreTrain
-from analytic.residual_motion import ResidualMotion
-from analytic.slow_motion import SlowStroke
+from analytic.manoeuvres.line_manoeuvre import LineManoeuvre
+from analytic.manoeuvres.manoeuvre_train import ManoeuvreTrain
+from analytic.manoeuvres.residual_motion import ResidualMotion
+from analytic.manoeuvres.slow_motion import SlowStroke
 from engines.pymunk.capsule_feet import few_feet_left_by_sweep
 from engines.pymunk.capsule_side import DEPTH, foot_reach
 from models.tripod_capsule.staging import CapsuleProblem

@@ -8,7 +8,7 @@ from engines.pymunk.capsule_methods import CAPSULE
 
 # Moves first, then solves the velocities. Left alone, a joint closes at a rate of 6.3/s: it stays
 # open by some h w^2 L / 13, which lengthens the rod and takes energy. With error_bias 0 it closes
-# in one step (analytic/jointed_euler.py has both).
+# in one step (analytic/stepping/jointed_euler.py has both).
 SYSTEMS = ("simple-pendulum",)
 METHODS = (
     Method("pymunk/default", "jointed-euler+drift", 1, systems=SYSTEMS),

@@ -9,8 +9,8 @@ from typing import Any
 
 import pymunk
 
-from analytic.jointed_euler import DRIFT
-from analytic.rod_tension import MASS
+from analytic.pendulums.rod_tension import MASS
+from analytic.stepping.jointed_euler import DRIFT
 from engines.method import Method
 from engines.pymunk.translation import Translation
 from engines.swing_limit import fastest, limits

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from analytic.arithmetic.quad import double
 from analytic.cone_pendulum import Body, ConePendulum, cone
 from analytic.parameters import known
-from analytic.pendulum_motion import PendulumMotion
-from analytic.quad import double
+from analytic.pendulums.pendulum_motion import PendulumMotion
 from analytic.reference import Array
 from models.ladder import ladder
 from models.scene import Observable, Parameters, Scene, System, replaced

@@ -9,8 +9,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
 
+from analytic.arithmetic.quad import double
 from analytic.parameters import known
-from analytic.quad import double
 from analytic.reference import Array, Reference
 from analytic.simple_pendulum import SimplePendulum
 from models.ladder import ladder

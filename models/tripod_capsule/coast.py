@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from analytic.manoeuvres.residual_motion import spin, translation
 from analytic.parameters import ParameterError, finite
 from analytic.reference import Array
-from analytic.residual_motion import spin, translation
 from models.ladder import ladder
 from models.scene import Observable, Parameters, Scene, System
 from models.tripod_capsule.line import MJCF

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
+from analytic.manoeuvres.slow_motion import SlowStroke
+from analytic.manoeuvres.tilted_hold import TiltedHold, tilt_angle
 from analytic.parameters import finite
 from analytic.reference import Array
-from analytic.slow_motion import SlowStroke
-from analytic.tilted_hold import TiltedHold, tilt_angle
 from models.ladder import ladder
 from models.scene import Parameters, Scene, System
 from models.tripod_capsule.line import MJCF

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from analytic.capsule import lowest_normal_forces, source_assumption
-from analytic.line_manoeuvre import printed_body_velocity
-from analytic.line_reference import LineReference, condition_number
+from analytic.manoeuvres.line_manoeuvre import printed_body_velocity
+from analytic.manoeuvres.line_reference import LineReference, condition_number
 from analytic.reference import Array
 from models.ladder import ladder
 from models.scene import Parameters, Scene, System

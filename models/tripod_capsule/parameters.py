@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import Any
 
 from analytic.capsule import Capsule, direction_to
-from analytic.line_manoeuvre import LineManoeuvre
+from analytic.manoeuvres.line_manoeuvre import LineManoeuvre
 from analytic.parameters import ParameterError, finite, known
 from models.scene import Observable, Parameters, replaced
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from analytic.manoeuvre_train import ManoeuvreTrain
+from analytic.manoeuvres.manoeuvre_train import ManoeuvreTrain
 from analytic.reference import Array
 from models.scene import Parameters, Scene, System
 from models.tripod_capsule import line

@@ -16,8 +16,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from analytic.cone_pendulum import ConePendulum, cone
-from analytic.orbit_table import orbit_table
-from analytic.pendulum_motion import PendulumMotion
+from analytic.elliptic.orbit_table import orbit_table
+from analytic.pendulums.pendulum_motion import PendulumMotion
 from analytic.reference import Array
 from tests.high_precision import orbit_of
 

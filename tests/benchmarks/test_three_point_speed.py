@@ -11,10 +11,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from analytic.manoeuvres.turn_manoeuvre import turn_of
 from analytic.slider_path import arc_stroke, concatenate, fixed
-from analytic.smoothed_friction import smoothed_motion
-from analytic.three_point_friction import three_point_motion
-from analytic.turn_manoeuvre import turn_of
+from analytic.three_points.friction import three_point_motion
+from analytic.three_points.smoothed_friction import smoothed_motion
 from tests.random_capsules import CHECK
 from tests.random_slides import COAST
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from analytic.pendulum_motion import PendulumMotion
-from analytic.quad import double
+from analytic.arithmetic.quad import double
+from analytic.pendulums.pendulum_motion import PendulumMotion
 from reports.content import Cell, Finding, Table
 from reports.notation import number
 from reports.sections.cone_pendulum.problems import RESTING, ROTATING, case

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analytic.cone_pendulum import ConePendulum
-from analytic.energy_drift import energy_drift_rate
+from analytic.stepping.energy_drift import energy_drift_rate
 from engines.registry import method as find_method
 from engines.trajectory import Trajectory
 from models.registry import scene as find_scene

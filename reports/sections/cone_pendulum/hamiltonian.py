@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from analytic.pendulum_motion import PendulumMotion
+from analytic.pendulums.pendulum_motion import PendulumMotion
 from engines.trajectory import Trajectory
 from reports.content import Cell, Figure, Finding, Table, row
 from reports.notation import number

@@ -7,11 +7,11 @@ from functools import cache
 
 import numpy as np
 
+from analytic.arithmetic.quad import double
 from analytic.cone_pendulum import ConePendulum
-from analytic.pendulum_motion import PendulumMotion
-from analytic.quad import double
+from analytic.elliptic.trigonometric_potential import TrigonometricPotential
+from analytic.pendulums.pendulum_motion import PendulumMotion
 from analytic.reference import Array
-from analytic.trigonometric_potential import TrigonometricPotential
 from engines.registry import engine_of, installed
 from engines.registry import method as find_method
 from engines.trajectory import Trajectory

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from analytic.pendulum_motion import PendulumMotion
-from analytic.quad import double
+from analytic.arithmetic.quad import double
+from analytic.pendulums.pendulum_motion import PendulumMotion
 from analytic.reference import Array
 from engines.trajectory import Trajectory
 from reports.content import Figure

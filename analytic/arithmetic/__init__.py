@@ -1,0 +1,1 @@
+"""Numbers: 34 digits, error-free sums, power series, collocation."""

@@ -1,0 +1,1 @@
+"""Motion in a trigonometric potential in closed form, by Jacobi's functions."""

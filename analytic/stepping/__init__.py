@@ -1,0 +1,1 @@
+"""What a fixed step makes of a motion: schemes, global errors, drifts, kinks."""

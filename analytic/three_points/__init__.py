@@ -1,0 +1,1 @@
+"""A rigid body on three Coulomb points, event after event, and an independent check of it."""
