@@ -10,14 +10,15 @@ linear companion has theta for sin theta.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
-from analytic.arithmetic.quad import quad
+from analytic.arithmetic.quad import PI, double, quad
 from analytic.elliptic.trigonometric_potential import TrigonometricPotential
-from analytic.parameters import finite, non_negative, positive
+from analytic.parameters import ParameterError, finite, non_negative, positive
 from analytic.pendulums.pendulum_motion import PendulumMotion
 from analytic.pendulums.rod_tension import MASS, RodMotion
+from analytic.pendulums.rounded_start import RoundedStart
 from analytic.pendulums.unending_motion import UnendingMotion
 from analytic.reference import Reference
 from analytic.rotor.driven_rotor import DrivenRotor
@@ -27,7 +28,9 @@ from analytic.rotor.driven_rotor import DrivenRotor
 class SimplePendulum:
     """A mass of 1 kg at `length` [m] under `gravity` [m/s^2], damped at damping_rate [1/s], forced
     with forcing_amplitude [rad/s^2] at forcing_frequency [rad/s], started at theta [rad] with
-    theta_dot [rad/s]; `linear` has theta for sin theta. Raises ParameterError."""
+    theta_dot [rad/s]; `linear` has theta for sin theta. Next to the top a double of theta has few
+    digits of the distance: `theta_from_top` [rad], the start's angle from pi, stands in for theta
+    where nothing is linear, damped or forced. Raises ParameterError."""
 
     length: float
     gravity: float
@@ -37,13 +40,27 @@ class SimplePendulum:
     theta: float
     theta_dot: float
     linear: bool = False
+    theta_from_top: float | None = None
 
     def __post_init__(self) -> None:
-        for field in fields(self)[:-1]:
+        for field in fields(self)[:-2]:
             finite(field.name, getattr(self, field.name))
         positive("length", self.length)
         non_negative("gravity", self.gravity)
         non_negative("damping_rate", self.damping_rate)
+        if self.theta_from_top is not None:
+            finite("theta_from_top", self.theta_from_top)
+            if self.linear or not self.rotor.conservative or not self.gravity:
+                wanted = "left out, for theta, where it is linear, damped, forced or weightless"
+                raise ParameterError("theta_from_top", self.theta_from_top, wanted)
+
+    @property
+    def started(self) -> SimplePendulum:
+        """The same problem with theta in place of `theta_from_top`, rounded to double: where an
+        engine starts."""
+        if self.theta_from_top is None:
+            return self
+        return replace(self, theta=float(double(PI + self.theta_from_top)), theta_from_top=None)
 
     @property
     def rotor(self) -> DrivenRotor:
@@ -68,13 +85,17 @@ class SimplePendulum:
             self.length**2,
             self.theta,
             self.theta_dot,
+            theta_from_top=self.theta_from_top,
         )
 
     @cached_property
     def motion(self) -> Reference:
         """The exact motion; that of a rod knows its tension."""
-        start = self.theta, self.theta_dot
-        angle = self.elliptic or UnendingMotion(self.rotor, *start)
+        beside = self.started
+        start = beside.theta, beside.theta_dot
+        angle: Reference = self.elliptic or UnendingMotion(self.rotor, *start)
         if self.linear:
             return angle
+        if beside.elliptic is not None and beside is not self:
+            angle = RoundedStart(angle, beside.elliptic)
         return RodMotion(angle, self.rotor, *start, self.length, self.gravity)

@@ -22,6 +22,7 @@ _ULP = 2.0**-52
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a pendulum; `problem` is an analytic.simple_pendulum.SimplePendulum."""
+    problem = problem.started
     spec = whole(mjcf, problem)
     for shown in tuple(spec.geoms):  # seen, not felt: without them a step costs less
         spec.delete(shown)
@@ -43,6 +44,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, what is only seen included."""
+    problem = problem.started
     spec, length = read(mjcf), problem.length
     moment, bob, joint = MASS * length**2, spec.body("bob"), spec.joint("theta")
     spec.option.gravity = [0.0, 0.0, -problem.gravity]

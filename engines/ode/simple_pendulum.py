@@ -13,6 +13,7 @@ from engines.swing_limit import fastest, limits
 def build(problem: Any, method: Method) -> Equation:
     """theta'' = A sin(Omega t) - xi theta' - (g/L) sin theta, or theta for sin theta; `problem` is
     an analytic.simple_pendulum.SimplePendulum."""
+    problem = problem.started
     pull, damping = float(problem.gravity / problem.length), float(problem.damping_rate)
     amplitude, frequency = float(problem.forcing_amplitude), float(problem.forcing_frequency)
     sin = math.sin

@@ -24,6 +24,7 @@ _ULP = 2.0**-52
 
 def build(problem: Any, method: Method, step: float) -> Translation:
     """Translate an analytic.simple_pendulum.SimplePendulum; raises Unsupported."""
+    problem = problem.started
     length, gravity = problem.length, problem.gravity
     space = pymunk.Space()
     space.gravity = (0.0, -gravity)

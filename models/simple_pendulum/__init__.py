@@ -10,11 +10,11 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from analytic.arithmetic.quad import double
-from analytic.parameters import known
+from analytic.parameters import ParameterError, finite, known
 from analytic.reference import Array, Reference
 from analytic.simple_pendulum import SimplePendulum
 from models.ladder import ladder
-from models.scene import Observable, Parameters, Scene, System
+from models.scene import Observable, Parameters, Scene, System, replaced
 
 SOURCE = (
     "Pêndulo Simples, course notebook: the simple pendulum, linear and non-linear, free, damped "
@@ -24,6 +24,7 @@ PARAMETERS = (
     "length", "gravity", "damping_rate", "forcing_amplitude", "forcing_frequency", "theta",
     "theta_dot",
 )  # fmt: skip
+FROM_TOP = "theta_from_top"  # in place of theta
 _REST: Parameters = MappingProxyType(
     {"length": 1.0, "gravity": 9.8, "damping_rate": 0.0, "forcing_amplitude": 0.0,
      "forcing_frequency": 0.0, "theta": 0.0, "theta_dot": 0.0}
@@ -34,8 +35,22 @@ _DEGREE = math.pi / 180
 
 def problem(parameters: Parameters, linear: bool = False) -> SimplePendulum:
     """The pendulum that parameters describe; raises ParameterError."""
-    known(parameters, PARAMETERS)
+    known(parameters, PARAMETERS if linear else (*PARAMETERS, FROM_TOP))
+    if FROM_TOP in parameters:
+        finite(FROM_TOP, parameters[FROM_TOP])
+        if "theta" in parameters:
+            raise ParameterError(FROM_TOP, parameters[FROM_TOP], "left out where theta is given")
+        parameters = {**parameters, "theta": math.pi}  # which only says near which turn
     return SimplePendulum(**parameters, linear=linear)
+
+
+def change(parameters: Parameters, changes: Parameters) -> Parameters:
+    """Parameters with some values changed; of theta and theta_from_top one takes the other's
+    place."""
+    if given := {"theta", FROM_TOP}.intersection(changes):
+        kept = {n: v for n, v in parameters.items() if n not in ("theta", FROM_TOP) or n in given}
+        return {**kept, **changes}
+    return replaced(parameters, changes)
 
 
 @lru_cache(maxsize=64)  # every method and step of a scene asks for the same
@@ -50,7 +65,8 @@ def invariants(problem: SimplePendulum, observed: Mapping[str, Array]) -> Mappin
     if not rotor.conservative:
         return {}
     energy = rotor.energy(observed["theta"], observed["theta_dot"])
-    span = max(2 * rotor.sin, abs(float(rotor.energy(problem.theta, problem.theta_dot))))
+    start = problem.started
+    span = max(2 * rotor.sin, abs(float(rotor.energy(start.theta, start.theta_dot))))
     return {"energy": (energy - energy[0]) / (span or 1.0)}
 
 
@@ -91,7 +107,8 @@ def _scene(name: str, summary: str, **values: Any) -> Scene:
     profile: Literal["quick", "full"] = values.pop("profile", "full")
     hard, duration = values.pop("hard", ""), values.pop("duration", 50.0)
     steps = values.pop("steps", _STEPS)
-    return Scene(name, summary, {**_REST, **values}, duration, steps, SOURCE, profile, hard)
+    given = change(_REST, values)
+    return Scene(name, summary, given, duration, steps, SOURCE, profile, hard)
 
 
 def _both(
@@ -113,8 +130,9 @@ def _near_top(k: int) -> Scene:
         duration=float(math.ceil(0.75 * k + 1.5)),
         steps=ladder(2e-2, 2e-4),
         profile="quick" if k == 6 else "full",
-        hard=f"errors grow as e^(3.13 t) at the top; period grows as ln(10^{k})",
-        theta=math.pi - 10.0**-k,
+        hard=f"errors grow as e^(3.13 t) at the top; period grows as ln(10^{k}); a double of theta "
+        "holds the distance to 4e-16 rad",
+        theta_from_top=-float(f"1e-{k}"),
     )
 
 
@@ -149,7 +167,7 @@ _SCENES = (
     _scene("simple-pendulum/million-steps", "the large swing of case 2, for 181 periods",
            theta=_LARGE, duration=500.0, steps=(8e-3, 4e-3, 2e-3, 1e-3, 5e-4),
            hard="10^6 steps of 5e-4 s: energy bounded, or drifting at a rate"),
-    *(_near_top(k) for k in range(2, 13)),
+    *(_near_top(k) for k in range(1, 13)),
     *_both("overdamped", "damped at 10/s, more than 2 sqrt(g/L): creeps down without a swing",
            "the same, linear", duration=10.0, steps=ladder(5e-2, 1e-4), theta=_LARGE,
            damping_rate=10.0, linear_profile="quick", hard="rates of 1.1/s and 8.9/s side by side"),
@@ -164,7 +182,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         name=name,
         title=title,
         observables=observables,
-        parameters=PARAMETERS,
+        parameters=PARAMETERS if linear else (*PARAMETERS, FROM_TOP),
         scenes=tuple(scene for scene in _SCENES if scene.system == name),
         default="free-large",
         problem=partial(problem, linear=linear),
@@ -172,6 +190,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         invariants=invariants,
         facts=facts,
         mjcf=Path(__file__).parent / "simple_pendulum.xml",
+        change=change,
     )
 
 
