@@ -3,6 +3,7 @@ them, and the scenes that stand beside them."""
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -200,7 +201,7 @@ def test_support_and_direction_exclude_each_other() -> None:
         ("capsule-line", {"w3": 1.0}, "^w3 = 1.0: must be one of"),
         ("capsule-hold", {"fraction": 1.5}, "^fraction = 1.5"),
         ("capsule-hold", {"slider": 3}, r"^slider = 3: must be a point"),
-        ("capsule-coast", {"heading_rate": 2.0}, "^supports = "),
+        ("capsule-coast", {"heading_rate": math.nan}, "^heading_rate = "),
         ("capsule-train", {"count": 0}, "^count = 0"),
     ],
 )

@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
-from models.tripod_capsule import coast, hold, line, train
+from models.tripod_capsule import coast, hold, line, plan, train, turn
 
-SYSTEMS = (line.SYSTEM, hold.SYSTEM, coast.SYSTEM, train.SYSTEM)
+SYSTEMS = (
+    line.SYSTEM,
+    turn.SYSTEM,
+    hold.SYSTEM,
+    coast.SYSTEM,
+    train.SYSTEM,
+    plan.SYSTEM,
+)

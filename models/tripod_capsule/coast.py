@@ -1,4 +1,4 @@
-"""The slider fixed, the body coasting to rest: capsule-coast."""
+"""The slider fixed, the body coasting to rest, in closed form or not: capsule-coast."""
 
 from __future__ import annotations
 
@@ -9,9 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from analytic.manoeuvres.residual_motion import spin, translation
+from analytic.capsule import Capsule, Point
+from analytic.manoeuvres.residual_motion import ResidualMotion, spin, translation
 from analytic.parameters import ParameterError, finite
 from analytic.reference import Array
+from analytic.slider_path import fixed
+from analytic.three_points.friction import Start, three_point_motion
+from analytic.three_points.motion import ThreePointMotion
+from analytic.three_points.reference import PlaneReference
 from models.ladder import ladder
 from models.scene import Observable, Parameters, Scene, System
 from models.tripod_capsule.line import MJCF
@@ -35,28 +40,40 @@ _ROUND = tuple((_ARM * math.cos(a), _ARM * math.sin(a)) for a in (0.3, 2.2, 4.6)
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """Residual motion that parameters describe; raises ParameterError, also where spin and
-    translation are coupled and no formula exists."""
+    """Residual motion that parameters describe, by its formula where it has one; raises
+    ParameterError."""
     check_names(parameters, NAMES)
     body, slider, turned = capsule(parameters), place(parameters), heading(parameters)
     vx, vy = (finite(name, parameters[name]) for name in ("velocity_x", "velocity_y"))
     rate = finite("heading_rate", parameters["heading_rate"])
-    if rate == 0.0:
-        motion = translation(body, slider, math.hypot(vx, vy), math.atan2(vy, vx))
-    else:
-        motion = spin(body, slider, rate)
-        x, y = motion.centre or (0.0, 0.0)
-        if not math.isclose(vx, rate * y, abs_tol=1e-12) or not math.isclose(
-            vy, -rate * x, abs_tol=1e-12
-        ):
-            raise ParameterError(
-                "velocity_x, velocity_y",
-                (vx, vy),
-                f"{rate * y:.17g}, {-rate * x:.17g} m/s: a turn about the combined centre alone",
-            )
     line = math.atan2(vy, vx)
-    staging = Staging(body, slider, line, turned, (vx, vy), rate, press=body.gravity)
-    return CapsuleProblem(motion, motion, staging)
+    staging = Staging(body, slider, line, turned, (vx, vy), rate, press=body.gravity, in_plane=True)
+    closed = _closed_form(body, slider, (vx, vy), rate)
+    if closed is not None:
+        return CapsuleProblem(closed, closed, staging)
+    begun = Start(velocity=(vx, vy), angular_velocity=rate)
+    motion = three_point_motion(body, fixed(slider), begun)
+    return CapsuleProblem(motion, PlaneReference(motion), staging)
+
+
+def _closed_form(
+    body: Capsule, slider: Point, velocity: Point, rate: float
+) -> ResidualMotion | None:
+    """The formula for a start with C at `velocity` [m/s] and a turn at `rate` [rad/s], or None
+    where spin and translation are coupled."""
+    vx, vy = velocity
+    if rate == 0.0:
+        return translation(body, slider, math.hypot(vx, vy), math.atan2(vy, vx))
+    mu = body.mass_ratio
+    (gx, gy), same = (mu * slider[0], mu * slider[1]), 1e-12
+    if abs(vx - rate * gy) > same or abs(vy + rate * gx) > same:
+        return None
+    try:
+        return spin(body, slider, rate)
+    except ParameterError as unequal:  # arms: a turn about the combined centre sets it going too
+        if unequal.name != "supports":
+            raise
+        return None
 
 
 def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
@@ -75,13 +92,18 @@ def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mappin
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """How far and how long the body coasts."""
     motion = problem.motion
-    end = motion.observe(np.array([motion.duration]))
-    return {
-        "t_rest": motion.duration,
-        "rest": {name: float(end[name][0]) for name in ("x", "y", "heading")},
-        "distance": motion.coasting.distance,
-        "deceleration": motion.coasting.deceleration,
-    }
+    if isinstance(motion, ThreePointMotion):
+        lasting, about = motion.rest_time, {"events": [
+            {"t": e.time, "mode": e.mode, "support": e.support + 1} for e in motion.events
+        ]}  # fmt: skip
+    else:
+        lasting, about = motion.duration, {
+            "distance": motion.coasting.distance,
+            "deceleration": motion.coasting.deceleration,
+        }  # fmt: skip
+    end = problem.reference.observe(np.array([lasting]))
+    rest = {name: float(end[name][0]) for name in ("x", "y", "heading")}
+    return {"t_rest": lasting, "rest": rest, **about}
 
 
 def _scene(case: str, summary: str, duration: float, profile: Any, **values: Any) -> Scene:
@@ -95,6 +117,8 @@ SCENES = (
            velocity_x=0.4, velocity_y=0.2),
     _scene("rotation", "a turn about C with supports equally far from it, Q at C", 0.2, "quick",
            supports=_ROUND, slider=(0.0, 0.0), heading_rate=6.0),
+    _scene("spin", "spin and translation at once, coupled by friction: no formula", 0.35, "full",
+           velocity_x=0.4, velocity_y=0.2, heading_rate=6.0),
 )  # fmt: skip
 
 SYSTEM = System(

@@ -28,15 +28,22 @@ class Staging:
     press: float = 0.0  # of gravity onto the plane [m/s^2]
     relative_velocity: Callable[[Array], Array] | None = None
     """Imposed velocity of the slider in the body along `direction` [m/s] at times [s], shape (n,);
-    None where it stays put."""
+    None where it does not move, or not along one line."""
+    in_plane: bool = False
+    """Whether x, y, heading and their rates are observed, not what is signed along one line."""
+    plane_velocity: Callable[[Array], Array] | None = None
+    """Imposed velocity of the slider in the body [m/s], body axes, shape (n, 2), at times [s],
+    shape (n,); None where it does not move, or along one line only."""
+    plane_place: Callable[[Array], Array] | None = None
+    """Its place relative to C [m], body axes, shape (n, 2), at the same times."""
 
 
 @dataclass(frozen=True)
 class CapsuleProblem:
     """A motion of the capsule, the exact answer to it, and what it asks of an engine."""
 
-    motion: (
-        Any  # of analytic: LineManoeuvre, SlowStroke, TiltedHold, ManoeuvreTrain, ResidualMotion
-    )
+    motion: Any
+    """Of analytic: LineManoeuvre, SlowStroke, TiltedHold, ManoeuvreTrain; in the plane
+    ResidualMotion, ThreePointMotion (coasting), TurnTrain, Plan."""
     reference: Reference
     staging: Staging

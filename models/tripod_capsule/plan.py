@@ -1,0 +1,134 @@
+"""A plan that brings the capsule from one rest pose to another: capsule-plan."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields
+from functools import cache
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from analytic.capsule import Capsule
+from analytic.parameters import ParameterError
+from analytic.planner import POSES, Limits, Plan, RestPose
+from analytic.planner import plan as find_plan
+from analytic.planner.result import TrackName
+from analytic.reference import Array
+from analytic.three_points.reference import PlaneReference
+from models.scene import Observable, Parameters, Scene, System
+from models.tripod_capsule.line import MJCF
+from models.tripod_capsule.parameters import BODY, CHECK, SOURCE, capsule, check_names
+from models.tripod_capsule.staging import CapsuleProblem, Staging
+from models.tripod_capsule.turn import OBSERVED
+
+LIMITS = tuple(field.name for field in fields(Limits))
+NAMES = (*BODY, *LIMITS, "to", "track", "start", "slider", "slider_at_end")
+STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5)
+# Whole steps of every size, a little after the last manoeuvre has ended.
+_LASTING: Mapping[str, tuple[float, float]] = MappingProxyType({
+    "near": (1.65, 6.95), "half-turn": (1.95, 18.55), "aside": (3.65, 14.75),
+    "behind": (5.0, 6.15), "ahead": (3.65, 6.95),
+})  # fmt: skip
+
+
+@cache
+def _planned(
+    body: Capsule, goal: RestPose, limits: Limits, track: TrackName, start: RestPose
+) -> Plan:
+    return find_plan(body, goal, limits, track, start)
+
+
+def _pose(name: str, given: Any) -> tuple[float, float, float]:
+    try:
+        x, y, psi = given
+    except (TypeError, ValueError):
+        raise ParameterError(name, given, "a pose [x, y, psi]") from None
+    return x, y, psi
+
+
+def _point(given: Any) -> Any:
+    return tuple(given) if isinstance(given, list) else given
+
+
+def planned(parameters: Parameters) -> Plan:
+    """The plan that parameters ask for, found once; raises ParameterError."""
+    check_names(parameters, NAMES)
+    if "to" not in parameters:
+        raise ParameterError("to", None, "a pose [x, y, psi]")
+    slider = _point(parameters.get("slider", (0.0, 0.0)))
+    start = RestPose(*_pose("start", parameters.get("start", (0.0, 0.0, 0.0))), slider)
+    end = _point(parameters.get("slider_at_end", slider))
+    goal = RestPose(*_pose("to", parameters["to"]), end)
+    limits = Limits(**{name: parameters[name] for name in LIMITS if name in parameters})
+    return _planned(capsule(parameters), goal, limits, parameters.get("track", "free"), start)
+
+
+def problem(parameters: Parameters) -> CapsuleProblem:
+    """The plan as a motion in the axes of its start; raises ParameterError."""
+    found = planned(parameters)
+    staging = Staging(
+        found.capsule,
+        found.start.slider,
+        heading=found.start.heading,
+        press=found.capsule.gravity,
+        in_plane=True,
+        plane_velocity=found.relative_velocity,
+        plane_place=found.slider,
+    )
+    return CapsuleProblem(found, PlaneReference(found.motion), staging)
+
+
+def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+    """None: friction and the actuator do work."""
+    return {}
+
+
+def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
+    """Its manoeuvres, how long it takes, and how far from the goal the exact motion ends."""
+    found = problem.motion
+    distance, angle = found.error
+    return {
+        "t_rest": found.duration,
+        "turns": found.turns,
+        "lines": found.lines,
+        "manoeuvres": len(found.manoeuvres),
+        "position_error": distance,
+        "heading_error": angle,
+        "ends": np.asarray(found.ends),
+    }
+
+
+def _scene(case: str, goal: RestPose, track: TrackName) -> Scene:
+    to = (goal.x, goal.y, goal.heading)
+    where = "on a free plane" if track == "free" else "along the source's single curve"
+    half = " (half a turn)" if abs(abs(goal.heading) - math.pi) < 1e-9 else ""
+    return Scene(
+        f"capsule-plan/{case}-{track}",
+        f"to {goal.x:g}, {goal.y:g} m and {goal.heading:.4g} rad{half}, the slider {where}",
+        MappingProxyType({**CHECK, "to": to, "track": track}),
+        _LASTING[case][track == "curve"],
+        STEPS,
+        SOURCE,
+        "quick" if (case, track) == ("near", "free") else "full",
+    )
+
+
+_TRACKS: tuple[TrackName, ...] = ("free", "curve")
+SCENES = tuple(_scene(case, goal, track) for case, goal in POSES for track in _TRACKS)
+
+SYSTEM = System(
+    name="capsule-plan",
+    title="Capsule brought to a pose",
+    observables=(Observable("heading", "rad"), *OBSERVED),
+    parameters=NAMES,
+    scenes=SCENES,
+    default="near-free",
+    problem=problem,
+    reference=lambda problem: problem.reference,
+    invariants=invariants,
+    facts=facts,
+    mjcf=MJCF,
+)

@@ -1,0 +1,157 @@
+"""The slider round a circle, the body turning the other way: capsule-turn."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from analytic.capsule import lowest_normal_forces
+from analytic.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
+from analytic.manoeuvres.turn_train import TurnTrain
+from analytic.reference import Array
+from analytic.three_points.reference import PlaneReference
+from models.scene import Observable, Parameters, Scene, System
+from models.tripod_capsule.line import MJCF
+from models.tripod_capsule.parameters import BODY, CHECK, SOURCE, capsule, check_names, heading
+from models.tripod_capsule.staging import CapsuleProblem, Staging
+
+TURN = ("radius", "angular_acceleration", "half_time", "start", "count", "pause")
+NAMES = (*BODY, *TURN, "heading")
+EPSILONS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
+LASTING = 5.0  # half times: a residual motion ends by 4.2 of them
+PARTS = (50, 100, 200, 400, 800, 1600, 3200)  # steps in a half time; samples fall on 2 tau
+OBSERVED = (
+    Observable("x", "m"),
+    Observable("y", "m"),
+    Observable("velocity_x", "m/s"),
+    Observable("velocity_y", "m/s"),
+    Observable("heading_rate", "rad/s"),
+)
+
+
+def problem(parameters: Parameters) -> CapsuleProblem:
+    """The turn manoeuvre, or train of them, that parameters describe; raises ParameterError."""
+    check_names(parameters, NAMES)
+    one = TurnManoeuvre(
+        capsule(parameters),
+        parameters["radius"],
+        parameters["angular_acceleration"],
+        parameters["half_time"],
+        parameters.get("start", 0.0),
+    )
+    train = TurnTrain(one, parameters.get("count", 1), parameters.get("pause", 0.0))
+    x, y = train.slider(np.zeros(1))[0]
+    staging = Staging(
+        one.capsule,
+        (float(x), float(y)),
+        heading=heading(parameters),
+        press=one.capsule.gravity,
+        in_plane=True,
+        plane_velocity=train.relative_velocity,
+        plane_place=train.slider,
+    )
+    return CapsuleProblem(train, PlaneReference(train), staging)
+
+
+def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+    """Without friction the common centre of mass stays where it is (over the body's way)."""
+    if problem.staging.capsule.friction > 0.0:
+        return {}
+    begin, mu = complex(*problem.staging.slider), problem.staging.capsule.mass_ratio
+    path = problem.motion.slider(np.linspace(0.0, problem.motion.period, len(observed["x"])))
+    arm = mu * (path @ [1.0, 1j]) * np.exp(1j * observed["body_angle"])
+    shift = observed["x"] + 1j * observed["y"] + arm - mu * begin
+    return {"centre_of_mass": np.abs(shift) / (float(np.abs(arm).max()) or 1.0)}
+
+
+def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
+    """Angle at 2 tau and at rest, exact and by the formulas; sizes; loads."""
+    train = problem.motion
+    one, stop = train.manoeuvre, np.array([2.0 * train.manoeuvre.half_time])
+    events = [(e.time, e.mode, e.support + 1) for e in train.one.events]
+    lowest, _ = lowest_normal_forces(one.capsule, one.track)
+    return {
+        "body_angle": float(train.one.at(stop).heading[0]),
+        "body_angle_at_rest": float(train.one.at(np.array([train.one.rest_time])).heading[0]),
+        "body_angle_formula": one.body_angle,
+        "body_angle_corrected": one.corrected_pose.heading,
+        "body_angle_corrected_at_rest": one.corrected_pose_at_rest.heading,
+        "stop_time": float(stop[0]),
+        "rest_time": train.duration,
+        "epsilon": one.epsilon,
+        "slider_angle": one.slider_angle,
+        "inertia_ratio": one.inertia_ratio,
+        "friction_bound": one.friction_bound,
+        "drive_ratio": one.drive_ratio,
+        "count": train.count,
+        "lowest_normal_forces": [float(force) for force in lowest],
+        "events": [{"t": t, "mode": mode, "support": support} for t, mode, support in events],
+    }
+
+
+def _parameters(epsilon: float, body_angle: float, **values: Any) -> dict[str, Any]:
+    """A turn with tau = epsilon T through `body_angle` [rad] to leading order."""
+    given: dict[str, Any] = {**CHECK, "radius": 0.12, "start": 0.0, **values}
+    made = turn_of(capsule(given), given["radius"], epsilon, body_angle, given["start"])
+    drive = {"angular_acceleration": made.angular_acceleration, "half_time": made.half_time}
+    return given | drive
+
+
+def _scene(case: str, summary: str, parameters: Parameters, hard: str = "", **values: Any) -> Scene:
+    tau, profile = parameters["half_time"], values.pop("profile", "full")
+    parts, lasting = values.pop("parts", PARTS), values.pop("lasting", LASTING)
+    steps = tuple(tau / part for part in parts)
+    duration = lasting * tau
+    return Scene(
+        f"capsule-turn/{case}", summary, MappingProxyType(dict(parameters)), duration, steps,
+        SOURCE, profile, hard,
+    )  # fmt: skip
+
+
+def _epsilon(epsilon: float, *, stop: bool) -> Scene:
+    hard = "" if epsilon >= 0.03 else "centripetal forces of up to 1e5 N, and slips of micrometres"
+    return _scene(
+        f"{epsilon}{'-stop' if stop else ''}",
+        f"epsilon {epsilon}, until {'the slider stops, at 2 tau' if stop else 'all is at rest'}",
+        _parameters(epsilon, -1.0),
+        hard,
+        lasting=2.0 if stop else LASTING,
+        profile="quick" if epsilon in (0.3, 0.03) else "full",
+    )
+
+
+def _circles(count: int) -> dict[str, Any]:
+    """Turns for which the slider goes round one whole circle."""
+    ratio = turn_of(capsule(CHECK), 0.12, 1.0).inertia_ratio
+    given = _parameters(0.1, -ratio * 2.0 * math.pi)
+    return {**given, "count": count, "pause": (LASTING - 2.0) * given["half_time"]}
+
+
+SCENES = (
+    *(_epsilon(epsilon, stop=stop) for epsilon in EPSILONS for stop in (False, True)),
+    _scene("thousand", "1000 turns by whole circles, the residual motion waited out after each",
+           _circles(1000), "1000 turns in a row", lasting=1000 * LASTING, parts=(25, 50, 100, 200)),
+    _scene("pivot", "a drive that friction all but holds: the body rests, slides, then pivots",
+           _parameters(3.0, -1.0), "one support at rest while the body pivots about it"),
+    _scene("unloaded", "the common centre of mass within 0.1 % of an edge of the triangle",
+           _parameters(0.1, -1.0, radius=0.999 * 0.03 / math.hypot(0.3, 0.15) / (0.3 / 1.3)),
+           "one normal force goes to zero"),
+)  # fmt: skip
+
+SYSTEM = System(
+    name="capsule-turn",
+    title="Capsule on a turn manoeuvre",
+    observables=(Observable("body_angle", "rad"), *OBSERVED),
+    parameters=NAMES,
+    scenes=SCENES,
+    default="0.1",
+    problem=problem,
+    reference=lambda problem: problem.reference,
+    invariants=invariants,
+    facts=facts,
+    mjcf=MJCF,
+)
