@@ -9,6 +9,7 @@ import pytest
 
 from models.registry import scene as find_scene
 from models.registry import system_of
+from reports.energy_drift import measured
 from reports.sections.cone_pendulum import claims, energy, hamiltonian, inertia, saddle
 from reports.sections.cone_pendulum.problems import ROTATING, case
 from tests.studies import quick
@@ -44,7 +45,9 @@ def test_claims_in_numbers() -> None:
 
 
 def test_energy_is_bounded_or_drifts_as_foretold() -> None:
-    _, _, drifts = energy.measured(ROTATING, energy.STEP, energy.DURATION)
+    _, _, drifts = measured(
+        ROTATING, case(ROTATING).correct, energy.METHODS, energy.STEP, energy.DURATION
+    )
     assert {name for name, d in drifts.items() if d.secular} == {"mujoco/rk4"}
     drift = drifts["mujoco/rk4"]
     # Ripple that a line through whole turns and a part of one does not average out: 0.2 %.

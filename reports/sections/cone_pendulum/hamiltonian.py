@@ -9,6 +9,8 @@ import numpy as np
 from analytic.pendulums.pendulum_motion import PendulumMotion
 from engines.trajectory import Trajectory
 from reports.content import Cell, Figure, Finding, Table, row
+from reports.energy_drift import energy
+from reports.fresh_runs import run
 from reports.notation import number
 from reports.sections.cone_pendulum.problems import (
     BLACK,
@@ -22,8 +24,6 @@ from reports.sections.cone_pendulum.problems import (
     ROTATING,
     Case,
     case,
-    energy,
-    run,
 )
 from reports.traces import Trace, curve, figure, linear, logarithmic, positive
 
@@ -116,7 +116,7 @@ def _conserved(both: Case, held: Held) -> Table:
     rows = []
     for name, found in held.items():
         spreads = [
-            float(np.ptp(energy(both.problem, motion.potential, found)))
+            float(np.ptp(energy(motion.potential, motion.inertia, found)))
             for motion in (both.correct, both.printed)
         ]
         rows.append(row(name, *map(_cell, spreads)))

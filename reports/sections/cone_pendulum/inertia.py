@@ -8,7 +8,8 @@ import numpy as np
 
 from reports import notation
 from reports.content import Cell, Finding, Table, row
-from reports.sections.cone_pendulum.problems import MUJOCO, MUJOCO_STEP, case, run
+from reports.fresh_runs import run
+from reports.sections.cone_pendulum.problems import MUJOCO, MUJOCO_STEP, case
 
 SCENE = "cone-pendulum/unequal-inertia"
 END = 0.5  # [s]

@@ -11,6 +11,8 @@ from analytic.pendulums.pendulum_motion import PendulumMotion
 from analytic.reference import Array
 from engines.trajectory import Trajectory
 from reports.content import Figure
+from reports.energy_drift import in_double
+from reports.fresh_runs import run
 from reports.notation import number
 from reports.sections.cone_pendulum.problems import (
     BLACK,
@@ -21,8 +23,6 @@ from reports.sections.cone_pendulum.problems import (
     RESTING,
     ROTATING,
     case,
-    in_double,
-    run,
 )
 from reports.traces import Trace, curve, figure, linear
 
