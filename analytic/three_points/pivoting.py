@@ -33,6 +33,7 @@ ROUGH = (
     1e-3  # speed gained by the least unbalanced start, over what its balanced moments would give
 )
 ROUNDING = 1e-15
+SHORTEST = 1e-13  # element over what is left of the piece: a pivot shorter than that is none
 
 
 Ending = Literal["time", "stop", "slip"]
@@ -211,6 +212,10 @@ def pivot(
                     )
                 found.append((place, endings[which]))
         place, ending = min(found)
+        if ending == "stop" and place == 0.0 and size > SHORTEST * min(remaining, 1.0):
+            # It turns and stops before the first sample, or from rest it would never begin.
+            size *= 0.5
+            continue
         reached = state_at(coefficients, place)
         end = duration if ending == "time" and size == remaining else reached.time
         if place > 0.0:
