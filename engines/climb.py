@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,8 @@ from models.registry import system_of
 from models.scene import Scene
 
 TRACE = 160  # points of an error curve: as many as a plot can show
+SHIPPED = ("mujoco/euler", 2e-3)  # MuJoCo as it comes: method and step [s] of a bare model
+FURTHER = 8  # times the most steps, for a method with steps of its own: three halvings
 
 
 @dataclass(frozen=True)
@@ -46,17 +49,11 @@ def climb(scene: Scene, method: Method, most_steps: int, ladder: tuple[float, ..
     system = system_of(scene)
     exact = system.reference(system.problem(scene.parameters))
     leading = system.observables[0].name
-    rungs = ladder or method.ladder or scene.steps
+    chosen = rungs(scene, method, most_steps, ladder)
     taken: list[Measurement] = []
     trace = None
     at_floor = 0
-    cut = False
-    for step in rungs:
-        if method.control == "step" and scene.duration / step > most_steps:
-            cut = True
-            continue
-        if step > scene.duration:
-            continue
+    for step in chosen:
         found, run = measure(system, scene, method, step, exact)
         taken.append(found)
         if found.status in ("unsupported", "missing"):
@@ -69,9 +66,36 @@ def climb(scene: Scene, method: Method, most_steps: int, ladder: tuple[float, ..
         at_floor += error.largest <= 3.0 * floor(error, found.steps)
         if at_floor > 2:
             break
+    cut = at_floor <= 2 and len(chosen) < len(rungs(scene, method, math.inf, ladder))
     return Climb(
         scene.name, method.name, tuple(taken), *_orders(taken, leading, method), trace, cut
     )
+
+
+def rungs(
+    scene: Scene, method: Method, most_steps: float, ladder: tuple[float, ...] = ()
+) -> tuple[float, ...]:
+    """The steps [s], or tolerances, that a climb may run, coarse to fine: the ladder given, the
+    method's own or the scene's, but for steps longer than the scene and steps that would take more
+    than `most_steps`. The step that a method is asked about is never too fine: the first of its
+    own, and MuJoCo's default for its default method."""
+    every = ladder or method.ladder or scene.steps
+    if method.control == "tolerance":
+        return every
+    asked, most = math.nan, most_steps
+    if own_steps(method):
+        asked, most = method.ladder[0], FURTHER * most_steps
+    elif method.name == SHIPPED[0] and not ladder:
+        asked = SHIPPED[1]
+        every = tuple(sorted({*every, asked}, reverse=True))
+    short = (h for h in every if h <= scene.duration)
+    return tuple(h for h in short if scene.duration / h <= most or h == asked)
+
+
+def own_steps(method: Method) -> bool:
+    """Whether a method brings its own fixed steps, as a user's settings do, the first of which is
+    the one that is asked about."""
+    return method.control == "step" and bool(method.ladder)
 
 
 def _orders(

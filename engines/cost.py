@@ -12,6 +12,9 @@ from engines.registry import engine_of, installed
 from models.scene import Scene, System
 
 Key = tuple[str, str]  # scene, method
+TRIAL = 2000  # steps of a first trial
+PIECES = 64  # of a scene, one of which is an adaptive solver's first trial
+EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of a long run's
 
 
 @dataclass(frozen=True)
@@ -42,9 +45,8 @@ def costs(
     for system, scene, method, step in tasks:
         if not installed(engine_of(method)):
             continue
-        short = _shortened(system, scene, method, step, budget)
         try:
-            ready[scene.name, method.name] = engine_of(method).prepare(system, short, method, step)
+            ready[scene.name, method.name] = _sized(system, scene, method, step, budget)
         except Unsupported:
             continue
     rule = yardstick()
@@ -82,19 +84,24 @@ def yardstick(steps: int = 10_000) -> Callable[[], float]:
     return once
 
 
-def _shortened(system: System, scene: Scene, method: Method, step: float, budget: float) -> Scene:
-    """The scene cut to about `budget` seconds of wall time, by one trial run of a short piece."""
-    if method.control == "tolerance":
-        return scene
-    piece = min(scene.duration, 2000 * step)
-    trial = replace(scene, duration=piece)
-    try:
-        run = engine_of(method).prepare(system, trial, method, step).run()
-    except Unsupported:
-        return scene
-    rate = run.seconds / max(run.steps, 1)
-    wanted = budget / max(rate, 1e-9) * step
-    return replace(scene, duration=min(scene.duration, max(wanted, piece)))
+def _sized(system: System, scene: Scene, method: Method, step: float, budget: float) -> Simulation:
+    """The scene, compiled, cut to about `budget` seconds of wall time by trial runs of longer and
+    longer pieces; raises Unsupported."""
+    engine = engine_of(method)
+    adaptive = method.control == "tolerance"
+    piece = scene.duration / PIECES if adaptive else min(scene.duration, TRIAL * step)
+    while True:
+        simulation = engine.prepare(system, replace(scene, duration=piece), method, step)
+        run = simulation.run()
+        enough = run.seconds >= budget and (not adaptive or run.steps >= EVALUATIONS)
+        if enough or piece >= scene.duration:
+            return simulation
+        longer = 2.0 * piece
+        if not adaptive:
+            longer = budget / max(run.seconds / max(run.steps, 1), 1e-9) * step
+            if longer <= 1.5 * piece:
+                return simulation
+        piece = min(longer, scene.duration)
 
 
 def _cost(values: Sequence[float], unit: float, compile_seconds: float) -> Cost:

@@ -6,6 +6,7 @@ import fnmatch
 from dataclasses import dataclass
 
 from engines.method import Method
+from engines.mujoco.like import NAME
 from models.scene import Scene
 from reports.verdict import Judgement, Verdict
 
@@ -66,9 +67,11 @@ def expected(scene: str, method: str) -> Expectation:
 
 
 def as_expected(scene: Scene, method: Method, found: Judgement) -> bool:
-    """Whether a verdict is the expected one. What cannot be run breaks no promise; and a hard scene
-    may be beyond every step of its ladder, or a quick profile beyond its own, which the page says,
-    and which claims nothing."""
+    """Whether a verdict is the expected one. What cannot be run breaks no promise, nor do a user's
+    own settings, of which nothing is promised; and a hard scene may be beyond every step of its
+    ladder, or a quick profile beyond its own, which the page says, and which claims nothing."""
+    if method.name == NAME:
+        return True
     if found.verdict in ("unsupported", "missing"):
         return True
     if found.verdict == "coarse" and (scene.hard or found.cut):

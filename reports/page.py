@@ -25,6 +25,7 @@ from reports.sections import section as own_section
 from reports.trimming import trimming
 from reports.verdict import judge_climb
 from reports.work_precision import points
+from reports.yours import table as own_table
 
 NAME = "index.html"
 TEMPLATES = Path(__file__).parent / "templates"
@@ -102,6 +103,7 @@ def render(
         views=views,
         findings=[finding for view in views for finding in view.findings],
         counts=_counts(found.values()),
+        yours=own_table(study),
         verdicts=[overview.verdicts(view.system, study, found) for view in views],
         recommendations=overview.recommendations(study),
         styles=styles(study.methods),

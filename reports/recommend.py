@@ -15,15 +15,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from analytic.parameters import ParameterError, positive
-from engines.climb import Climb
+from engines.climb import SHIPPED, Climb
 from engines.method import Method
 from engines.study import Study
 from models.registry import system_of
 from models.registry import unknown as unknown_name
 from reports.work_precision import Point, of_method, points
 
-DEFAULT_STEP = 0.002  # [s] of a MuJoCo model that does not say
-DEFAULT_METHOD = "mujoco/euler"
+DEFAULT_METHOD, DEFAULT_STEP = SHIPPED
 EXACT = "closed-form"  # the scheme of what is no simulation, and is not recommended as one
 _DIGITS = 2  # of an interpolated step, rounded down
 # Between rungs a run ends up to half a step before or after the ones beside it, and its largest
@@ -92,7 +91,7 @@ def cheapest(study: Study, scene: str, error: float) -> Recommendation:
         choice,
         reached[1] if len(reached) > 1 else None,
         tuple(by_engine.values()),
-        _chosen(by_name[best.method], best) if best else None,
+        chosen(by_name[best.method], best) if best else None,
         tuple(sorted(defaults, key=lambda c: c.method != DEFAULT_METHOD)),
     )
 
@@ -120,7 +119,7 @@ def _coarsest(
     if not within:
         return None
     if method.control == "tolerance":  # a looser tolerance need not be the cheaper one
-        return _chosen(method, min((curve[i] for i in within), key=lambda p: p.ns_per_second))
+        return chosen(method, min((curve[i] for i in within), key=lambda p: p.ns_per_second))
     i = within[-1]
     slope = min(steepest, _slope(curve, i)) if i + 1 < len(curve) else 0.0
     if slope > 0.0:
@@ -128,7 +127,7 @@ def _coarsest(
         step = coarse.step * (error / (_MARGIN * coarse.error)) ** (1.0 / slope)
         if step > curve[i].step and (step := _rounded(step)) > curve[i].step:
             return _between(method, curve, i, step, slope)
-    return _chosen(method, curve[i])
+    return chosen(method, curve[i])
 
 
 def _slope(curve: Sequence[Point], i: int) -> float:
@@ -165,7 +164,7 @@ def _at_default(method: Method, curve: Sequence[Point], steepest: float) -> Choi
         return None
     for i, p in enumerate(curve):
         if math.isclose(p.step, DEFAULT_STEP, rel_tol=1e-9):
-            return _chosen(method, p)
+            return chosen(method, p)
         if p.step > DEFAULT_STEP:
             if not i or not math.isfinite(p.error):
                 return None
@@ -175,7 +174,8 @@ def _at_default(method: Method, curve: Sequence[Point], steepest: float) -> Choi
     return None
 
 
-def _chosen(method: Method, p: Point) -> Choice:
+def chosen(method: Method, p: Point) -> Choice:
+    """What was run, as a choice."""
     return Choice(method.name, method.control, p.step, p.error, p.ns_per_second, True)
 
 

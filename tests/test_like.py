@@ -64,7 +64,8 @@ def test_options_are_taken(integrator: str, tmp_path: Path) -> None:
     assert spec.option.integrator == getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
     assert spec.option.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
     assert spec.option.solver == mujoco.mjtSolver.mjSOL_CG
-    assert (spec.option.impratio, spec.option.tolerance) == (30.0, 1e-11)
+    assert spec.option.impratio == 30.0
+    assert found.settings["contact"]["tolerance"] == 1e-11  # with the contacts: scaled there
     assert (spec.option.iterations, spec.option.noslip_iterations) == (77, 4)
     # what a scene is, and how long its step, is not the user's file's to say
     assert [*spec.option.gravity, spec.option.density] == before
@@ -84,10 +85,9 @@ def test_overridden_contacts_are_taken(tmp_path: Path) -> None:
     path = written(tmp_path, flags='override="enable" energy="enable"')
     path.write_text(path.read_text("utf-8").replace('cone="', 'o_solref="-500 -9" cone="'), "utf-8")
     found = mine(path)
-    spec = mujoco.MjSpec.from_string("<mujoco/>")
-    options.apply(spec, found.settings, 1e-3)
-    assert spec.option.enableflags == int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)
-    assert tuple(spec.option.o_solref) == (-500.0, -9.0)
+    assert found.settings["contact"]["solref"] == (-500.0, -9.0)
+    assert found.settings["contact"]["condim"] == 4  # which no option overrides
+    assert found.settings["enableflags"] == 0  # the flag would override the scene's friction too
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from analytic.parameters import ParameterError
-from analytic.reference import Array
 from models.registry import unknown
 
 STIFFNESS = 0.4  # natural frequency of a contact times the step; up to 0.41 no body rings on three
@@ -27,7 +26,9 @@ SOFTENING = 1e2  # and this times as much, set after compiling
 GRIP = 1e9  # of the normal's regularisation over friction's
 TOLERANCE = 1e-16  # of the solver: it costs hardly an iteration more than the 1e-8 as shipped
 
-PairFields = Mapping[str, Array]
+PairFields = Mapping[str, Any]
+OWN_OPTIONS = ("cone", "impratio", "noslip_iterations")  # of a model's, those its contacts feel
+OWN_ENDS = ("tolerance", "noslip_tolerance")  # of the solver, given beside the contacts
 
 
 @dataclass(frozen=True)
@@ -88,11 +89,24 @@ PROFILES = MappingProxyType(
 
 
 def profile(settings: Mapping[str, Any]) -> ContactProfile:
-    """The contact profile that a method's settings name; raises ParameterError."""
+    """The contact profile that a method's settings name, or spell out as a mapping of fields of a
+    contact, which no theory covers; raises ParameterError."""
     name = settings.get("contact", "default")
+    if isinstance(name, Mapping):
+        return _own(name, settings)
     if name not in PROFILES:
         raise ParameterError("contact", name, unknown(str(name), list(PROFILES)))
     return PROFILES[name]
+
+
+def _own(contact: Mapping[str, Any], settings: Mapping[str, Any]) -> ContactProfile:
+    """A user's contacts: fields of a contact, with the options of the model that they feel."""
+    given = {name: settings[name] for name in OWN_OPTIONS if name in settings}
+    ends = {name: contact[name] for name in OWN_ENDS if name in contact}
+    fields = {name: value for name, value in contact.items() if name not in OWN_ENDS}
+    if fields.get("condim") == 3:  # the scene's own, which is 1 where it has no friction
+        del fields["condim"]
+    return ContactProfile({**given, **ends}, lambda step: fields)
 
 
 def convergent(settings: Mapping[str, Any]) -> bool:

@@ -8,32 +8,34 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-import mujoco
-
 from analytic.parameters import ParameterError
 from engines.method import Method
-from engines.mujoco import messages
 from engines.mujoco.methods import METHODS
-from engines.mujoco.options import CHOICES
 
 NAME = "mujoco/mine"
 HALVINGS = 6  # of the user's own step, so that it is seen whether a smaller one helps
 # What a scene is (gravity, wind, density) stays the scene's; so do the step and what a file needs
 # for its own geoms. The rest says how MuJoCo computes.
 NUMBERS = (
-    "impratio", "tolerance", "ls_tolerance", "noslip_tolerance", "ccd_tolerance", "iterations",
-    "ls_iterations", "noslip_iterations", "ccd_iterations", "o_margin", "o_solref", "o_solimp",
-    "o_friction",
+    "impratio", "ls_tolerance", "ccd_tolerance", "iterations", "ls_iterations",
+    "noslip_iterations", "ccd_iterations",
 )  # fmt: skip
 DISABLED = ("EULERDAMP", "REFSAFE", "WARMSTART", "ISLAND", "MIDPHASE", "NATIVECCD", "MULTICCD")
-ENABLED = ("OVERRIDE", "DIAGEXACT", "IPC")
+ENABLED = ("DIAGEXACT", "IPC")
 CONTACT = ("solref", "solimp", "condim", "margin", "gap")  # friction is the scene's
+OVERRIDDEN = ("solref", "solimp", "margin")  # by an option that overrides every contact's
+# Where the solver ends goes with the contacts: a scene's model scales it as its masses ask for.
+ENDS = ("tolerance", "noslip_tolerance")
 
 
 def mine(path: str | Path) -> Method:
     """The method whose settings are those of the model file `path`: its integrator, solver and
     other options, under "contact" its default contact parameters; its ladder begins with the
     file's own step. Raises ParameterError for a file that holds no MJCF model."""
+    import mujoco
+
+    from engines.mujoco.options import CHOICES
+
     spec = _read(path)
     settings: dict[str, Any] = {
         option: kind(int(getattr(spec.option, option))).name.removeprefix(prefix).lower()
@@ -44,8 +46,10 @@ def mine(path: str | Path) -> Method:
             settings[name] = _plain(getattr(spec.option, name))
     settings["disableflags"] = _kept(spec.option.disableflags, mujoco.mjtDisableBit, DISABLED)
     settings["enableflags"] = _kept(spec.option.enableflags, mujoco.mjtEnableBit, ENABLED)
-    geom = spec.default.geom
-    settings["contact"] = {name: _plain(getattr(geom, name)) for name in CONTACT}
+    contact = {name: _plain(getattr(spec.default.geom, name)) for name in CONTACT}
+    if spec.option.enableflags & int(mujoco.mjtEnableBit.mjENBL_OVERRIDE):
+        contact |= {name: _plain(getattr(spec.option, f"o_{name}")) for name in OVERRIDDEN}
+    settings["contact"] = contact | {name: getattr(spec.option, name) for name in ENDS}
     step = float(spec.option.timestep)
     if not step > 0.0:
         raise ParameterError("like", str(path), f"a model with a time step above 0, not {step:g}")
@@ -58,7 +62,11 @@ def mine(path: str | Path) -> Method:
     return replace(like, name=NAME, scheme=scheme, settings=settings, ladder=ladder, systems=())
 
 
-def _read(path: str | Path) -> mujoco.MjSpec:
+def _read(path: str | Path) -> Any:
+    import mujoco
+
+    from engines.mujoco import messages
+
     with messages.collected():
         try:
             spec = mujoco.MjSpec.from_file(str(path))

@@ -5,63 +5,104 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from typing import Any
 
-from engines.cost import costs
-from engines.measurement import measure
+from analytic.parameters import ParameterError
+from engines.cost import Cost, costs
+from engines.measurement import Measurement, measure
+from engines.method import Method
+from engines.mujoco.like import NAME
 from engines.registry import method as find_method
 from models.registry import scene as find_scene
 from models.registry import system_of
+from models.scene import Scene
 from reports.commands import values
+from reports.commands.like import add_like, own_method
 from reports.expectations import expected
 from reports.records import record
 from reports.verdict import judge
+
+INCOMPLETE = 3
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("scene", metavar="SCENE", help="system/case, or a system's default case")
-    parser.add_argument("method", metavar="METHOD", help="engine/name: see `plumbob list methods`")
-    parser.add_argument("--step", required=True, metavar="DT", help="step [s], or rtol (adaptive)")
+    parser.add_argument(
+        "method", metavar="METHOD", nargs="?", help="engine/name: see `plumbob list methods`"
+    )
+    parser.add_argument(
+        "--step", metavar="DT", help="step [s], or rtol (adaptive); with --like the file's own"
+    )
+    add_like(parser)
     values.add_changes(parser)
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
 def command(chosen: argparse.Namespace) -> int:
     """Print errors against the exact answer, their tolerances and the cost."""
-    method = find_method(chosen.method)
+    methods = _methods(chosen.method, chosen.like)
     scene = find_scene(chosen.scene, values.changes(chosen.changes))
-    step = values.positive_number("step", chosen.step)
-    system = system_of(scene)
-    found, _ = measure(system, scene, method, step)
-    timed = [(system, scene, method, step)] if found.status == "done" else []
-    measured, unit = costs(timed, repeats=5)
-    cost = measured.get((scene.name, method.name))
-    one = record(scene, method, found, None, cost)
+    if chosen.step is None and not chosen.like:
+        raise ParameterError("step", None, "given, or the step of the file that --like names")
+    own = methods[-1].ladder[:1] if chosen.step is None else ()
+    step = own[0] if own else values.positive_number("step", chosen.step)
+    codes, records = [], []
+    for method in methods:
+        found, _ = measure(system_of(scene), scene, method, step)
+        timed = [(system_of(scene), scene, method, step)] if found.status == "done" else []
+        measured, unit = costs(timed, repeats=5)
+        cost = measured.get((scene.name, method.name))
+        records.append(record(scene, method, found, None, cost))
+        codes.append(_code(scene, method, found, records[-1]["verdict"]))
+        if not chosen.json:
+            _print(scene, method, found, records[-1], cost, unit)
     if chosen.json:
-        json.dump(values.plain(one), sys.stdout, indent=1)
+        answer = records[0] if len(records) == 1 else records
+        json.dump(values.plain(answer), sys.stdout, indent=1)
         print()
-    else:
-        print(
-            f"{scene.name} with {method.name} at {step:g}: {one['verdict']}"
-            + (f" ({one['reason']})" if one["reason"] else "")
-        )
-        for name, bound in judge(found, system, method).tolerances.items():
-            print(
-                f"  {name}: error {found.errors[name].largest:.4g} {bound.unit}, "
-                f"allowed {bound.bound:.4g}"
-            )
-            for term in bound.terms:
-                print(f"    {term.value:10.3g}  {term.name}: {term.reason}")
-        for name, drift in found.invariants.items():
-            print(f"  {name}: relative drift {drift:.4g}")
-        if cost:
-            print(
-                f"  cost: {cost.ns_per_step:.0f} ns a step, {cost.ratio:.2f} of the yardstick's "
-                f"{unit:.0f} ns; {one['real_time_factor']:.0f} times real time"
-            )
-        for warning in found.warnings:
-            print(f"  {method.engine} says: {warning}")
+    return next((code for code in (1, INCOMPLETE) if code in codes), 0)
+
+
+def _methods(name: str | None, like: str | None) -> list[Method]:
+    """The method of that name, and the user's own."""
+    if name is None and like is None:
+        raise ParameterError("method", name, "given: engine/name, or --like FILE")
+    own = [own_method(like)] if like else []
+    return own if name in (None, *(m.name for m in own)) else [find_method(str(name)), *own]
+
+
+def _code(scene: Scene, method: Method, found: Measurement, verdict: str) -> int:
     if found.status == "missing":
-        return 3
-    good = ("coarse", expected(scene.name, method.name).verdict)
-    return 0 if one["verdict"] in good else 1
+        return INCOMPLETE
+    if method.name == NAME:  # nothing is promised of a user's own settings but that they run
+        return INCOMPLETE if found.status == "unsupported" else 0
+    return 0 if verdict in ("coarse", expected(scene.name, method.name).verdict) else 1
+
+
+def _print(
+    scene: Scene, method: Method, found: Measurement, one: dict[str, Any], cost: Cost | None,
+    unit: float,
+) -> None:  # fmt: skip
+    reason = f" ({one['reason']})" if one["reason"] else ""
+    print(f"{scene.name} with {method.name} at {found.step:g}: {one['verdict']}{reason}")
+    system = system_of(scene)
+    units = {o.name: o.unit for o in system.observables}
+    held = judge(found, system, method).tolerances
+    for name, error in found.errors.items():
+        if name not in held:
+            print(f"  {name}: error {error.largest:.4g} {units[name]}")
+            continue
+        bound = held[name]
+        print(f"  {name}: error {error.largest:.4g} {bound.unit}, allowed {bound.bound:.4g}")
+        for term in bound.terms:
+            print(f"    {term.value:10.3g}  {term.name}: {term.reason}")
+    for name, drift in found.invariants.items():
+        print(f"  {name}: relative drift {drift:.4g}")
+    if cost:
+        print(
+            f"  cost: {cost.ns_per_step:.0f} ns a step, {cost.ratio:.2f} of the yardstick's "
+            f"{unit:.0f} ns; {one['real_time_factor']:.0f} times real time"
+        )
+    for warning in found.warnings:
+        print(f"  {method.engine} says: {warning}")

@@ -13,18 +13,25 @@ from typing import Any
 
 from analytic.parameters import ParameterError
 from engines import store
+from engines.method import Method
+from engines.mujoco.like import NAME
 from engines.registry import engine_of, installed
 from engines.registry import methods as find_methods
 from engines.study import Study, pairs, run_study
 from models.registry import scenes as find_scenes
 from models.registry import system_of
 from reports.commands import values
+from reports.commands.like import METHODS as LIKE_METHODS
+from reports.commands.like import SCENES as LIKE_SCENES
+from reports.commands.like import add_like, own_method
 from reports.expectations import as_expected
 from reports.junit import write_junit
 from reports.progress import progress
 from reports.provenance import provenance
 from reports.records import record
 from reports.verdict import Judgement, judge_climb
+from reports.yours import instead
+from reports.yours import lines as own_lines
 
 INCOMPLETE = 3
 Pair = tuple[str, str]  # scene, method
@@ -38,8 +45,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         default="quick",
         help="quick (default): the main scenes; full: everything",
     )
-    parser.add_argument("--scenes", metavar="GLOB", default="*", help="only these; commas allowed")
-    parser.add_argument("--methods", metavar="GLOB", default="*", help="only these; commas allowed")
+    parser.add_argument("--scenes", metavar="GLOB", help="only these; commas allowed")
+    parser.add_argument("--methods", metavar="GLOB", help="only these; commas allowed")
+    add_like(parser)
     parser.add_argument("--jobs", metavar="N", help="processes for errors (default: all cores)")
     parser.add_argument("--out", metavar="DIR", default="plumbob-out", help="where the page goes")
     parser.add_argument("--json", action="store_true", help="print one JSON object a run")
@@ -48,10 +56,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Run the study, print the verdicts, write the page."""
-    scenes = find_scenes(chosen.scenes, chosen.profile)
-    methods = find_methods(chosen.methods)
-    if chosen.methods == "*":
-        methods = tuple(m for m in methods if installed(engine_of(m)) or not engine_of(m).optional)
+    scenes = find_scenes(chosen.scenes or (LIKE_SCENES if chosen.like else "*"), chosen.profile)
+    methods = _methods(chosen.methods, chosen.like)
     jobs = _jobs(chosen.jobs)
     out = _writable(Path(chosen.out))
     if chosen.junitxml:
@@ -72,8 +78,18 @@ def command(chosen: argparse.Namespace) -> int:
         print()
     else:
         _print(study, judged)
+        if own := own_lines(study):
+            print(f"\nYour settings, {chosen.like}", *own, sep="\n")
         print(f"\n{page}")
     return exit_code(study, judged)
+
+
+def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
+    """The methods that were asked for, the user's own among them."""
+    found = find_methods(pattern or (LIKE_METHODS if like else "*"))
+    if pattern in (None, "*"):
+        found = tuple(m for m in found if installed(engine_of(m)) or not engine_of(m).optional)
+    return (own_method(like), *found) if like else found
 
 
 def verdicts(study: Study) -> dict[Pair, Judgement]:
@@ -87,22 +103,29 @@ def verdicts(study: Study) -> dict[Pair, Judgement]:
 
 
 def records(study: Study) -> list[dict[str, Any]]:
-    """One record a run."""
+    """One record a run; that of the user's own settings at their own step says what would be
+    better."""
+    told = instead(study)
     by_scene = {scene.name: scene for scene in study.scenes}
     by_method = {method.name: method for method in study.methods}
     return [
         record(
             by_scene[c.scene], by_method[c.method], m, c.order, study.costs.get((c.scene, c.method))
         )
+        | told.get((c.scene, c.method, m.step), {})
         for c in study.climbs
         for m in c.measurements
     ]
 
 
 def exit_code(study: Study, judged: dict[Pair, Judgement]) -> int:
-    """1 when a verdict is not as expected, else 3 when an engine is missing, else 0."""
+    """1 when a verdict is not as expected, else 3 when an engine is missing or the user's own
+    settings ran nothing, else 0."""
     if surprises(study, judged):
         return 1
+    own = {found.verdict for (_, method), found in judged.items() if method == NAME}
+    if own and own <= {"unsupported", "missing"}:
+        return INCOMPLETE
     return INCOMPLETE if any(found.verdict == "missing" for found in judged.values()) else 0
 
 
