@@ -8,7 +8,6 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from analytic.manoeuvres.residual_motion import ResidualMotion
 from engines.method import Method
 from engines.mujoco import capsule_reduced, capsule_shares
 from engines.mujoco.capsule_control import control
@@ -48,16 +47,15 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
     rest = settled(spec, tune, staging.press, settling)
     qpos, qvel = start(staging, rest)
     size = float(np.abs(staging.capsule.supports).max())
-    coasting = isinstance(problem.motion, ResidualMotion)
     return Translation(
         spec,
         qpos=qpos,
         qvel=qvel,
-        observe=(plane if coasting else along)(staging, rest),
+        observe=(plane if staging.in_plane else along)(staging, rest),
         limits=dict.fromkeys(("displacement", "x", "y"), FAR * size),
         control=control(staging, step),
         whole=seen,
-        probe=reading(staging, not coasting),
+        probe=reading(staging),
         tune=tune,
     )
 

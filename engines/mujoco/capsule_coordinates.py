@@ -26,7 +26,8 @@ def start(staging: Staging, rest: Array) -> tuple[Array, Array]:
         qpos[3] = staging.heading
     vx, vy = _rotated(*staging.velocity, staging.heading)
     turn = [0.0, 0.0, staging.heading_rate] if len(rest) >= FREE else [staging.heading_rate]
-    slider = [] if staging.relative_velocity is None else [0.0]
+    slider = [0.0] if staging.relative_velocity is not None else []
+    slider = slider if staging.plane_velocity is None else [0.0, 0.0]
     return qpos, np.array([vx, vy, 0.0, *turn, *slider])
 
 
@@ -52,7 +53,7 @@ def along(staging: Staging, rest: Array) -> Observe:
 
 
 def plane(staging: Staging, rest: Array) -> Observe:
-    """Place of C and heading in the axes of the start."""
+    """Place of C and heading, which is also the source's body angle, in the axes of the start."""
 
     def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
         x, y = _rotated(qpos[:, 0], qpos[:, 1], -staging.heading)
@@ -60,7 +61,7 @@ def plane(staging: Staging, rest: Array) -> Observe:
         rate = qvel[:, 5] if qpos.shape[1] >= FREE else qvel[:, 3]
         turn = _turn(qpos, staging.heading)
         seen = {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy}
-        seen |= {"heading": turn, "heading_rate": rate}
+        seen |= {"heading": turn, "heading_rate": rate, "body_angle": turn}
         return seen, {"heave": qpos[:, 2] - rest[2]}
 
     return observe

@@ -17,6 +17,8 @@ from models.tripod_capsule.staging import CapsuleProblem, Staging
 
 HOLD = 1e10  # least ratio of the slider's armature to its mass: its acceleration is off by 1/HOLD
 POINT = 1e-14  # [kg m^2] of the slider about itself: MuJoCo wants more than 1e-15
+PLACES = 2001  # of the slider on its way, for the largest of a smooth function of them
+TURNING = "turning.xml"  # two sliding joints for the slider, along the axes of the body
 PAIR = ("solimp", "solref", "solreffriction")
 OPTIONS = ("cone", "impratio", "noslip_iterations", "tolerance", "noslip_tolerance")
 
@@ -27,14 +29,16 @@ def whole(
     settings: Mapping[str, Any] | None = None,
     step: float = 1e-4,
 ) -> mujoco.MjSpec:
-    """The model in the file `mjcf` with the numbers of `problem`, what is only seen included, and
-    the contacts that `settings` name at `step` [s]: those that converge unless it says otherwise.
+    """The model in the file `mjcf`, or beside it in TURNING where the slider leaves its line, with
+    the numbers of `problem`, what is only seen included, and the contacts that `settings` name at
+    `step` [s]: those that converge unless it says otherwise.
 
     The height of C and of the slider above the plane is `settings["height"]` [m]; zero, as in the
     source, unless given.
     """
     given = settings or {"contact": "coulomb"}
-    spec, staging, height = read(mjcf), problem.staging, float(given.get("height", 0.0))
+    staging, height = problem.staging, float(given.get("height", 0.0))
+    spec = read(mjcf if staging.plane_velocity is None else mjcf.with_name(TURNING))
     capsule, body = staging.capsule, spec.body("body")
     spec.option.gravity = gravity(staging)
     across = tilt_inertia(problem)
@@ -53,21 +57,24 @@ def whole(
 
 
 def set_slider(spec: mujoco.MjSpec, staging: Staging, axis: tuple[float, float]) -> None:
-    """Give the slider its mass, and the joint on its `axis` the armature that imposes its motion;
-    without a motion to impose the slider is fixed in the body.
+    """Give the slider its mass, and the joint on its `axis`, or the two of the plane, the armature
+    that imposes its motion; without a motion to impose the slider is fixed in the body.
 
     The solver's tolerance goes with the armature: termination is scaled by the trace of the mass
     matrix, which the armature inflates, and what is meant to be 1e-8 would be 1e2.
     """
-    capsule, joint = staging.capsule, spec.joint("slider")
+    capsule, in_plane = staging.capsule, staging.plane_velocity is not None
     spec.body("slider").mass = capsule.slider_mass
-    if staging.relative_velocity is None:
+    names = ("slider_x", "slider_y") if in_plane else ("slider",)
+    if staging.relative_velocity is None and not in_plane:
         spec.delete(spec.actuator("slider"))
-        spec.delete(joint)
+        spec.delete(spec.joint("slider"))
         return
     hold = armature(staging)
-    joint.axis, joint.armature = [*axis, 0.0], hold
-    spec.actuator("slider").gear[0] = hold
+    if not in_plane:
+        spec.joint("slider").axis = [*axis, 0.0]
+    for name in names:
+        spec.joint(name).armature = spec.actuator(name).gear[0] = hold
     scale = (capsule.body_mass + capsule.slider_mass) / hold
     spec.option.tolerance *= scale
     spec.option.noslip_tolerance *= scale
@@ -108,7 +115,7 @@ def tilt_inertia(problem: CapsuleProblem) -> float:
     triangle and wherever the slider is; and J/2 at least, or no such body could be.
     """
     capsule = problem.staging.capsule
-    centres = capsule.mass_ratio * slider_ends(problem)
+    centres = capsule.mass_ratio * slider_places(problem)
     arms = np.asarray(capsule.supports)[None] - centres[:, None]
     spread = float(np.square(arms).sum(axis=(1, 2)).max())
     least = max((capsule.body_mass + capsule.slider_mass) / 3 * spread, capsule.inertia / 2)
@@ -116,9 +123,13 @@ def tilt_inertia(problem: CapsuleProblem) -> float:
     return float(f"{math.ceil(least / unit * (1 - 1e-12)) * unit:.1e}")
 
 
-def slider_ends(problem: CapsuleProblem) -> Any:
-    """The two ends of the slider's path relative to C [m], shape (2, 2)."""
-    path = getattr(getattr(problem.motion, "manoeuvre", problem.motion), "path", None)
-    if path is None:
+def slider_places(problem: CapsuleProblem) -> Any:
+    """Places of the slider relative to C [m], shape (n, 2), among which are those farthest out: the
+    ends of its line, or many on its way in the plane."""
+    motion, place = problem.motion, problem.staging.plane_place
+    if place is not None:
+        return place(np.linspace(0.0, getattr(motion, "period", motion.duration), PLACES))
+    path = getattr(getattr(motion, "manoeuvre", motion), "path", None)
+    if path is None or problem.staging.relative_velocity is None:
         return np.array([problem.staging.slider] * 2)
     return np.array([path.start, path.end])
