@@ -11,6 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
+from reports.version import version
+
 USAGE = 2
 COMMANDS = (
     "list", "validate", "solve", "run", "recommend", "compare", "plan", "models", "cite",
@@ -34,8 +36,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     try:
         words = list(sys.argv[1:] if argv is None else argv)
-        known = words and words[0] in COMMANDS
-        chosen = parser(words[:1] if known else COMMANDS).parse_args(words)
+        first = [word for word in words[:1] if word in (*COMMANDS, "--version")]
+        chosen = parser(first or COMMANDS).parse_args(words)
         return int(chosen.command(chosen))
     except ParameterError as error:
         print(f"plumbob: {error}", file=sys.stderr)
@@ -69,8 +71,9 @@ def in_the_way() -> str | None:
 def parser(wanted: Sequence[str]) -> argparse.ArgumentParser:
     """The parser of the commands `wanted`, whose modules alone are loaded."""
     top = _Parser(prog="plumbob", description="Holds physics engines against exact answers.")
+    top.add_argument("--version", action="version", version=f"plumbob {version()}")
     commands = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
-    for name in wanted:
+    for name in (name for name in wanted if name in COMMANDS):
         module = importlib.import_module(f"reports.commands.{name}{'_' if name == 'list' else ''}")
         described = (module.__doc__ or "").partition(": ")[2].strip().rstrip(".")
         command = commands.add_parser(name, help=described, description=f"{described}.")

@@ -12,6 +12,7 @@ import pytest
 
 from models.registry import systems
 from reports.cli import main
+from reports.version import version
 
 
 def _run(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
@@ -143,3 +144,8 @@ def test_list_and_cite_name_everything(capsys: pytest.CaptureFixture[str]) -> No
         assert all(scene.name in out for scene in system.scenes)
     _, out, _ = _run(capsys, "cite")
     assert "Sudakov" in out
+
+
+def test_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = _run(capsys, "--version")
+    assert (code, out) == (0, f"plumbob {version()}\n")

@@ -15,9 +15,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def command(chosen: argparse.Namespace) -> int:
     """Print the suite's own entry, then each source once."""
     print(f"plumbob, version {version()}: a cross-validation suite for physics engines.")
-    sources = {
-        scene.source: system.title for system in systems().values() for scene in system.scenes
-    }
-    for source, title in sources.items():
-        print(f"\n{title}:\n  {source}")
+    titles: dict[str, list[str]] = {}
+    for system in systems().values():
+        for source in dict.fromkeys(scene.source for scene in system.scenes):
+            titles.setdefault(source, []).append(system.title)
+    for source, those in titles.items():
+        print(f"\n{'; '.join(those)}:\n  {source}")
     return 0
