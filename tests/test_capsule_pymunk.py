@@ -83,12 +83,12 @@ def test_error_at_random_steps(model: str) -> None:
 
 @pytest.mark.parametrize("model", GOOD)
 def test_the_models_own_shares_are_small(model: str) -> None:
-    # less than the sawtooth's largest value, so that a fault of the size of the step's error shows
+    # less than the sawtooth's largest value, so that a fault of the size of the step's error shows:
+    # 50 sweeps with one foot gripping leave 2 % of what the stop asks of them, contacts nothing
+    part = {"feet": 0.6, "side": 1e-3}[model]
     for step in (1e-3, 1e-4):
         shares = capsule.regularisation(problem_of(LINE), 0.15, METHODS[model], step)
-        assert (
-            sum(shares["displacement"].values()) < 0.06 * LINE.closed.braking * step**2 / 8 * 1.05
-        )
+        assert sum(shares["displacement"].values()) < part * LINE.closed.braking * step**2 / 8
 
 
 def test_every_heading_alike() -> None:

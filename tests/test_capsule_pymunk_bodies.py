@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from analytic.capsule import Capsule
@@ -14,6 +15,7 @@ from analytic.manoeuvres.line_manoeuvre import LineManoeuvre
 from analytic.manoeuvres.line_step_error import step_error
 from engines.method import Unsupported
 from engines.pymunk import ENGINE, capsule
+from engines.pymunk.capsule_feet import few_feet_left_by_sweep
 from models.registry import scene as find_scene
 from models.registry import system_of
 from models.scene import Scene
@@ -34,9 +36,7 @@ def ordinary_lines(draw: st.DrawFn) -> LineManoeuvre:
         mass * 10.0 ** draw(st.floats(-1.5, 0.7)),
         mass * spread * draw(st.floats(0.3, 1.5)),
         (a, b, c),
-        # At f = 1 and equal masses feet were seen 6.8e-7 m off what is foretold, where their share
-        # of the sweeps allows 3.0e-7 m: what that share misses there is not understood yet.
-        draw(st.floats(0.05, 0.5)),
+        draw(st.floats(0.05, 1.0)),
         9.81,
     )
     holding, way = body.holding_acceleration, 0.3 * min(arms) / body.mass_ratio
@@ -45,17 +45,55 @@ def ordinary_lines(draw: st.DrawFn) -> LineManoeuvre:
     return LineManoeuvre(body, w1, w2, t1, draw(st.floats(-4.0, 4.0)))
 
 
+# Two light feet: when the body is held from the other side they are at their limits.
+UNEVEN = Capsule(1.0, 1.0, 0.02, ((0.2, 0.0), (-0.05, 0.1), (-0.1, -0.25)), 1.0, 9.81)
+
+
+def uneven(friction: float) -> LineManoeuvre:
+    """A manoeuvre of that body, its accelerations in units of f g/mu and its times in f^(-1/2)."""
+    body = replace(UNEVEN, friction=friction)
+    holding = body.holding_acceleration
+    return LineManoeuvre(body, 3 * holding, 0.9 * holding, 0.01 / math.sqrt(friction), 2.45)
+
+
 @settings(max_examples=25)
 @given(line=ordinary_lines(), part=st.floats(0.01, 0.04), model=st.sampled_from(GOOD))
+@example(line=uneven(1.0), part=0.03, model="feet")
+@example(line=uneven(0.2), part=0.03, model="feet")
 def test_any_line_manoeuvre(line: LineManoeuvre, part: float, model: str) -> None:
-    step = part * line.t2
-    shares = capsule.regularisation(problem_of(line), line.t2, METHODS[model], step)
+    step, problem = part * line.t2, problem_of(line)
+    shares = capsule.regularisation(problem, line.t2, METHODS[model], step)
     allowed = sum(shares["displacement"].values())
+    times = np.array([line.t2])
+    rounded = (1 + 2 * part**-0.5) * float(problem.reference.uncertainty(times)["displacement"][0])
     seen, told = moved(line, model, step), float(step_error(line, step, "mean"))
-    assert abs(seen["displacement"] - line.displacement - told) <= allowed
-    assert allowed < 0.5 * line.closed.braking * step**2 + 1e-12  # and that says something
+    assert abs(seen["displacement"] - line.displacement - told) <= allowed + rounded
+    assert allowed < 0.25 * line.closed.braking * step**2 + 1e-12  # and that says something
     if model == "feet":
         assert abs(seen["heading"]) <= sum(shares["heading"].values())
+
+
+def test_friction_sets_the_unit_of_time_alone() -> None:
+    # Everything that the sweeps leave is the same part of the way for every f: no friction is hard.
+    ends = []
+    for friction in (0.1, 1.0):
+        line = uneven(friction)
+        ends.append(moved(line, "feet", 0.03 * line.t2)["displacement"])
+    assert ends[0] == pytest.approx(ends[1], rel=1e-12)
+
+
+def test_light_feet_leave_the_last_one_to_stop_the_body() -> None:
+    # The share is that of one foot gripping; with two of them the same body would be out of it.
+    line, method = uneven(1.0), METHODS["feet"]
+    step, problem = 0.03 * line.t2, problem_of(line)
+    count = capsule.iterations(problem, method)
+    off = moved(line, "feet", step)["displacement"] - line.displacement
+    off -= float(step_error(line, step, "mean"))
+    asked = line.closed.braking * step**2
+    one, two = (few_feet_left_by_sweep(line.capsule, grips) ** count for grips in (1, 2))
+    assert 10 * two * asked < off < one * asked
+    loads = line.normal_forces(np.array([line.t_star]))[0] / line.capsule.weight
+    assert sorted(loads)[1] < 0.3 < 0.5 < loads.max()
 
 
 @pytest.mark.parametrize("model", ["feet", "side", "pivots"])

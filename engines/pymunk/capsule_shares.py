@@ -1,11 +1,13 @@
 """What the capsule's models in pymunk add to the motion, apart from the step: bounds by reason.
 
-Sweeps: where the acceleration that friction is asked for changes, the sweeps of one step leave a
-share of what the velocity was to change by. While friction has some grip to spare, the share is
-what they leave with one foot slipping, and friction soon stops the body. With none to spare one
-foot after the other slips, the last is left to stop it all, and more sweeps hardly help: the share
-is below a hundredth (7e-3 with 50 sweeps, 5e-3 with 100). Rounding: a joint that closes what is
-open in one step makes a velocity of the last bit of a place.
+Sweeps: where friction is asked for something else than the step before, the sweeps of one step
+leave a share of what the velocity was to change by. They take the same from every foot, whatever
+its load, so when a body that slid comes to rest and is held from the other side its light feet
+reach their limit, and the last one has to stop it all: the share is what sweeps leave with one foot
+gripping. It is the same for every friction, which only sets the unit of time. With no friction to
+spare more sweeps hardly help: the share is below a hundredth (7e-3 with 50 sweeps, 5e-3 with 100).
+As the slider goes on a foot at its limit gives what its load does, and the sweeps follow that too.
+Rounding: a joint that closes what is open in one step makes a velocity of the last bit of a place.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ from engines.pymunk.capsule_feet import few_feet_left_by_sweep
 from engines.pymunk.capsule_side import DEPTH, foot_reach
 from models.tripod_capsule.staging import CapsuleProblem
 
-USED_UP = 0.02  # of friction to spare: below it, only one foot may be left to grip
+USED_UP = 0.02  # of friction to spare: below it, sweeps stall
 STALLED = 1e-2  # of a velocity that sweeps leave where friction is used up
 ROUNDINGS = 8  # on the way from places to a velocity
 LOOKED_AT = 101  # times of the motion, to know its size
@@ -35,8 +37,8 @@ Shares = dict[str, dict[str, float]]
 
 @dataclass(frozen=True)
 class Demand:
-    """What a motion asks of friction: how often and by how much the acceleration changes [m/s^2],
-    and the share of friction to spare while it holds or is overcome."""
+    """What a motion asks of friction: how often another force, by how much per mass it changes
+    [m/s^2], and the share of friction to spare while it holds or is overcome."""
 
     changes: int
     jump: float
@@ -52,10 +54,21 @@ def demand(motion: Any, grip: float) -> Demand:
     if isinstance(motion, LineManoeuvre):
         mu = motion.capsule.mass_ratio
         push, brake = mu * motion.w1, mu * motion.w2
-        return Demand(4, push + brake + grip, min(push - grip, abs(grip - brake)) / grip)
+        held, slid = abs(grip - brake) / grip, (push - grip) / grip
+        # A push that is well above its threshold has every foot slip at once, at its limit.
+        changes = 2 if slid > USED_UP else 3
+        return Demand(changes, brake + grip + _shifted(motion, motion.stroke), min(slid, held))
     if isinstance(motion, SlowStroke):
-        return Demand(5, 2 * motion.fraction * grip, 1.0 - motion.fraction)
+        asked = 2 * motion.fraction * grip + _shifted(motion, motion.length)
+        return Demand(5, asked, 1.0 - motion.fraction)
     return Demand(1, grip, 1.0) if isinstance(motion, ResidualMotion) else Demand(0, 0.0, 1.0)
+
+
+def _shifted(motion: LineManoeuvre | SlowStroke, way: float) -> float:
+    """Change of what a foot can give, per mass of all [m/s^2], as the slider goes `way` [m]."""
+    capsule = motion.capsule
+    shift = capsule.friction * steepest_load(capsule) * abs(way)
+    return shift / (capsule.body_mass + capsule.slider_mass)
 
 
 def left_by_sweeps(problem: CapsuleProblem, model: str, slowest: float, count: int) -> float:
@@ -64,9 +77,8 @@ def left_by_sweeps(problem: CapsuleProblem, model: str, slowest: float, count: i
     grip = capsule.friction * capsule.gravity
     if model == "side" or not grip:
         return slowest**count
-    if demand(motion, grip).spare < USED_UP:
-        return max(few_feet_left_by_sweep(capsule, 1) ** count, STALLED)
-    return max(few_feet_left_by_sweep(capsule, 2), slowest) ** count
+    left = max(few_feet_left_by_sweep(capsule, 1), slowest) ** count
+    return max(left, STALLED) if demand(motion, grip).spare < USED_UP else left
 
 
 def shares(
@@ -117,7 +129,7 @@ def _sweeps(
     asked = demand(problem.motion, grip)
     speed, spare = left * asked.jump * step, asked.spare * grip
     lasting = duration if speed >= spare * duration else speed / spare
-    way = asked.changes * speed * (lasting + 2 * step)
+    way = asked.changes * speed * (lasting + step)
     found = _spread(problem, way, 2 * speed, step, 2 * speed * step) | {"stroke_rate": speed}
     if model != "side":
         return found
