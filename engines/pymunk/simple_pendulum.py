@@ -40,8 +40,9 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     def read() -> Mapping[str, float]:
         theta, theta_dot = bob.angle, bob.angular_velocity
         rod = MASS * (length * theta_dot**2 + gravity * math.cos(theta))
-        if space.current_time_step:  # 0 before the first step; its impulse has no sign
-            rod = math.copysign(joint.impulse / space.current_time_step, rod)
+        if h := space.current_time_step:  # 0 before the first step; its impulse has no sign
+            late = MASS * gravity * h * theta_dot * math.sin(theta)  # of the step's start, nearly
+            rod = math.copysign(joint.impulse / h, rod + late)
         return {
             "theta": theta,
             "theta_dot": theta_dot,
