@@ -8,9 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
+from analytic.capsule import Capsule
 from analytic.manoeuvres.turn_manoeuvre import TurnManoeuvre
 from analytic.parameters import ParameterError, non_negative
 from analytic.reference import Array
+from analytic.slider_path import SliderPath, concatenate, fixed
 from analytic.three_points.friction import three_point_motion
 from analytic.three_points.motion import Pose, ThreePointMotion
 
@@ -53,6 +55,19 @@ class TurnTrain:
     def duration(self) -> float:
         """Time at which the body rests for good [s]."""
         return (self.count - 1) * self.period + self.one.rest_time
+
+    @property
+    def capsule(self) -> Capsule:
+        """The body that is turned."""
+        return self.manoeuvre.capsule
+
+    @cached_property
+    def path(self) -> SliderPath:
+        """What the slider does in the body, turn after turn."""
+        one = self.manoeuvre.path
+        if self.count == 1:
+            return one
+        return concatenate(*(self.count * (one, fixed(one.end, self.pause))))
 
     @cached_property
     def one(self) -> ThreePointMotion:

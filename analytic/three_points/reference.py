@@ -9,14 +9,29 @@ from typing import Protocol
 
 import numpy as np
 
+from analytic.capsule import Capsule
 from analytic.reference import Array
+from analytic.slider_path import SliderPath
+from analytic.stepping.plane_chords import POSITION_FIRST, chord_course
+from analytic.stepping.plane_steps import COLUMNS, MOST_STEPS, course, covered
+from analytic.three_points.friction import Start
 from analytic.three_points.motion import Pose
 
 ROUNDINGS = 8 * 2.0**-53  # of parameters and times, and of what turns a pose into the start's axes
 
 
 class PlaneMotion(Protocol):
-    """A motion of the body in the plane that knows its own error."""
+    """A motion of the body in the plane under a prescribed slider, that knows its own error."""
+
+    @property
+    def capsule(self) -> Capsule:
+        """The body that moves."""
+        ...
+
+    @property
+    def path(self) -> SliderPath:
+        """What the slider does in the body."""
+        ...
 
     def at(self, times: Array) -> Pose:
         """Pose and velocity of the body at `times` [s], shape (n,)."""
@@ -76,3 +91,29 @@ class PlaneReference:
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """None: no expansion of the error is claimed."""
         return 0.0
+
+    def foretold(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
+        """Error that steps of `step` [s] make of the motion at grid `times` [s], shape (n,), by
+        taking them (analytic.stepping.plane_steps, plane_chords); nothing for another scheme."""
+        times = np.asarray(times, dtype=np.float64)
+        taken = np.rint(times / step).astype(np.int64)
+        steps, driven = int(taken.max()), (self.motion.capsule, self.motion.path, self._begun)
+        if scheme == POSITION_FIRST and steps <= MOST_STEPS:
+            rows = chord_course(*driven, step, steps)[taken]
+        elif (name := covered(scheme, steps)) is not None:
+            rows = course(*driven, name, step, steps)[taken]
+        else:
+            return {}
+        found, exact = dict(zip(COLUMNS, rows.T, strict=True)), self.observe(times)
+        found["body_angle"] = found["heading"]
+        return {key: found[key] - values for key, values in exact.items()}
+
+    @property
+    def _begun(self) -> Start:
+        """The start in its own axes."""
+        begin, heading = self.motion.at(np.zeros(1)), self._start[1]
+        speed = complex(*begin.velocity[0]) * np.exp(-1j * heading)
+        return Start(
+            velocity=(float(speed.real), float(speed.imag)),
+            angular_velocity=float(begin.angular_velocity[0]),
+        )

@@ -7,8 +7,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from analytic.manoeuvres.residual_motion import ResidualMotion
 from analytic.reference import Array
+from analytic.three_points.reference import PlaneReference
 from engines.method import Method, Unsupported
 from engines.pymunk import capsule_drive, capsule_pressure, capsule_reading, capsule_shares
 from engines.pymunk.capsule_feet import feet, feet_left_by_sweep
@@ -17,9 +17,10 @@ from engines.pymunk.capsule_side import along, side_left_by_sweep, standing
 from engines.pymunk.capsule_space import Assembly, settle, told
 from engines.pymunk.capsule_sweeps import sweeps
 from engines.pymunk.translation import Translation
-from models.tripod_capsule.staging import CapsuleProblem
+from models.tripod_capsule.staging import CapsuleProblem, Staging
 
 FAR = 1e3  # [m]: no body that only slides gets there
+LOOKED_AT = 65  # places of a slider that does not keep to one line
 Read = capsule_reading.Read
 Seen = tuple[Read, Read | None]  # at a sample, and once the step that begins there is done
 LIMITS = MappingProxyType(dict.fromkeys(("displacement", "x", "y"), FAR))
@@ -44,7 +45,9 @@ def regularisation(
     if model != "pivots":
         slowest, count = left_by_sweep(problem, method), iterations(problem, method)
         left = capsule_shares.left_by_sweeps(problem, model, slowest, count)
-    return capsule_shares.shares(problem, duration, model, left, step)
+    if not isinstance(problem.reference, PlaneReference):
+        return capsule_shares.shares(problem, duration, model, left, step)
+    return {}
 
 
 def left_by_sweep(problem: CapsuleProblem, method: Method) -> float:
@@ -53,7 +56,7 @@ def left_by_sweep(problem: CapsuleProblem, method: Method) -> float:
     if method.settings["model"] == "side":
         ends = [along(staging, (x, y)) for x, y in slider_ends(problem)]
         return max(side_left_by_sweep(staging, end) for end in ends)
-    return max(feet_left_by_sweep(staging.capsule, end) for end in slider_ends(problem))
+    return max(feet_left_by_sweep(staging.capsule, place) for place in slider_places(problem))
 
 
 def iterations(problem: CapsuleProblem, method: Method) -> int:
@@ -65,6 +68,15 @@ def iterations(problem: CapsuleProblem, method: Method) -> int:
     return sweeps(left_by_sweep(problem, method), least)
 
 
+def slider_places(problem: CapsuleProblem) -> Array:
+    """Places of the slider on its way from C [m], shape (n, 2)."""
+    if (place := problem.staging.plane_place) is not None:
+        return place(np.linspace(0.0, problem.motion.duration, LOOKED_AT))
+    if problem.staging.in_plane:
+        return np.array([problem.staging.slider])
+    return slider_ends(problem)
+
+
 def slider_ends(problem: CapsuleProblem) -> Array:
     """The two ends of the slider's path from C [m], shape (2, 2)."""
     path = getattr(getattr(problem.motion, "manoeuvre", problem.motion), "path", None)
@@ -73,10 +85,15 @@ def slider_ends(problem: CapsuleProblem) -> Array:
     return np.array([path.start, path.end])
 
 
+def turns(staging: Staging) -> bool:
+    """Whether the body turns."""
+    return bool(staging.heading_rate) or staging.plane_velocity is not None
+
+
 def _above(problem: CapsuleProblem, method: Method, step: float) -> Translation:
     staging = problem.staging
     if method.settings["model"] == "feet":
-        assembly = feet(staging, step, turning=bool(staging.heading_rate))
+        assembly = feet(staging, step, turning=turns(staging))
     else:
         assembly = pivots(staging, step)
     assembly.space.iterations = iterations(problem, method)
@@ -84,9 +101,12 @@ def _above(problem: CapsuleProblem, method: Method, step: float) -> Translation:
     if (velocity := capsule_drive.on_the_line(staging)) is not None:
         aimed = capsule_drive.aims(velocity, staging.slider, step)
         act = capsule_drive.driven_along(assembly, aimed, staging.heading, tell)
+    elif staging.plane_velocity is not None:
+        aimed = capsule_drive.aims(staging.plane_velocity, staging.slider, step)
+        act = capsule_drive.driven(assembly, aimed, step, tell)
     settle(assembly, step)
     seen: Seen
-    if isinstance(problem.motion, ResidualMotion):
+    if staging.in_plane:
         seen = capsule_reading.in_the_plane(staging, assembly), None
     else:
         seen = capsule_reading.on_the_line(staging, assembly)
@@ -94,8 +114,8 @@ def _above(problem: CapsuleProblem, method: Method, step: float) -> Translation:
 
 
 def _beside(problem: CapsuleProblem, method: Method, step: float) -> Translation:
-    staging, motion = problem.staging, problem.motion
-    if isinstance(motion, ResidualMotion) and motion.centre is not None:
+    staging = problem.staging
+    if turns(staging):
         raise Unsupported("the side view has one line, and here the body turns")
     stand, act = standing(staging), None
     stand.assembly.space.iterations = iterations(problem, method)
@@ -106,7 +126,7 @@ def _beside(problem: CapsuleProblem, method: Method, step: float) -> Translation
         act = capsule_drive.driven_along(stand.assembly, aimed, 0.0, capsule_drive.untold)
     settle(stand.assembly, step)
     seen: Seen
-    if isinstance(motion, ResidualMotion):
+    if staging.in_plane:
         seen = capsule_pressure.in_the_plane(staging, stand), None
     else:
         seen = capsule_pressure.on_the_line(staging, stand)

@@ -61,6 +61,7 @@ def in_the_plane(staging: Staging, assembly: Assembly) -> Read:
             "velocity_x": velocity.real,
             "velocity_y": velocity.imag,
             "heading": body.angle - staging.heading,
+            "body_angle": body.angle - staging.heading,
             "heading_rate": body.angular_velocity,
             "opening_rate": opening_rate(assembly),
         }
