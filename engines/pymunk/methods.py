@@ -13,5 +13,7 @@ SYSTEMS = ("simple-pendulum",)
 METHODS = (
     Method("pymunk/default", "jointed-euler+drift", 1, systems=SYSTEMS),
     Method("pymunk/tight", "jointed-euler", 1, settings={"error_bias": 0.0}, systems=SYSTEMS),
+    # The linear pendulum is a body on a spring, with no joint to err: Euler's step and no more.
+    Method("pymunk/spring", "position-first-euler", 1, systems=("linear-pendulum",)),
     *CAPSULE,
 )

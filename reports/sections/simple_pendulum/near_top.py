@@ -36,7 +36,7 @@ def finding() -> Finding:
         f"double of π – 1e-12 swings up to {notation.number(gap)} rad from the motion that was "
         "asked for. With theta_from_top as the argument the period keeps 15 digits.",
         (
-            "The textbook's θ = 2 arcsin(k sn(K – ωt | m)) takes m = sin²(θ₀/2): 1 – 2.5e-11 at 1e-5; "
+            "The usual θ = 2 arcsin(k sn(K – ωt | m)) has m = sin²(θ₀/2): 1 – 2.5e-11 at 1e-5; "
             "it rounds to 1 from 1e-8 on, and ellipj gives up its period before that. The "
             "closed form here works from the distance to the top, in 34 digits, by arithmetic–"
             "geometric means of the complementary parameter.",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 
 import numpy as np
@@ -24,9 +24,9 @@ from reports.sections.simple_pendulum.problems import (
 from reports.traces import Trace, curve, figure, linear
 
 METHOD, STEP, DURATION = "ode/rk4", 0.05, 50.0  # the notebook's: 1000 steps
-SHOWN = 15.0  # [s] of an undamped motion: the rest is the same again
+SHOWN = 15.0  # [s] of an undamped motion, the rest of which is the same again
 POINTS = 300
-DOTS = 4  # steps from one dot to the next: 0.2 s
+DOTS = 3  # steps from one dot to the next: 0.15 s
 BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "#808080"
 
 
@@ -52,31 +52,39 @@ def _pair(name: str) -> Sequence[Figure]:
         (SIMPLE, "non-linear", BLUE, "solid"),
         (LINEAR, "linear", ORANGE, "dash"),
     ):
-        times = np.linspace(0.0, until, POINTS)
-        seen = case(prefix + name).exact.observe(times)
-        for paths, (x, y) in _both(times, seen["theta"], seen["theta_dot"], course, plane, prefix):
+        for paths, end in ((course, until), (plane, SHOWN)):
+            times = np.linspace(0.0, end, POINTS)
+            x, y = _path(prefix, times, case(prefix + name).exact.observe(times), paths is plane)
             paths.append(curve(x, y, colour=colour, dash=dash, name=f"{kind}, exact"))
-        if (found := notebook(prefix + name)) is not None:
-            kept = np.flatnonzero(found.times <= until)[::DOTS]
-            angle, speed = (found.observables[n][kept] for n in ("theta", "theta_dot"))
-            for paths, (x, y) in _both(found.times[kept], angle, speed, course, plane, prefix):
-                dotted = curve(x, y, colour=GREY, lines=False, marks=True, name=f"{kind}, RK4")
-                paths.append({**dotted, "marker": {**dotted["marker"], "size": 3.5}})
+            if (found := notebook(prefix + name)) is not None:
+                kept = np.flatnonzero(found.times <= end)[::DOTS]
+                seen = {n: values[kept] for n, values in found.observables.items()}
+                x, y = _path(prefix, found.times[kept], seen, paths is plane)
+                paths.append(_dotted(x, y, prefix == LINEAR))
     span = f"The first {until:g} s" if until < DURATION else f"All {until:g} s"
+    turns = "; a turn of the pendulum leads back to the left edge" if problem.theta_dot else ""
+    dots = f"Dots: the notebook's RK4, every {STEP * DOTS:g} s"
     return (
-        figure("θ(t)", f"{span}; dots: the notebook's RK4, every {STEP * DOTS:g} s.", course,
-               linear("time [s]"), linear("θ [rad]"), legend=True, height=300),
-        figure("Phase plane", "A turn of the pendulum leads back to the left edge." if
-               np.abs(course[0]["y"]).max() > np.pi else "Where the motion goes, and how fast.",
-               plane, linear("θ [rad]"), linear("dθ/dt [rad/s]"), legend=True, height=300),
+        figure("θ(t)", f"{span}. {dots}.", course, linear("time [s]"), linear("θ [rad]"),
+               legend=True, height=300),
+        figure("Phase plane", f"The first {SHOWN:g} s{turns}.", plane, linear("θ [rad]"),
+               linear("dθ/dt [rad/s]"), legend=True, height=300),
     )  # fmt: skip
 
 
-def _both(
-    times: Array, theta: Array, rate: Array, course: list[Trace], plane: list[Trace], prefix: str
-) -> Sequence[tuple[list[Trace], tuple[Array, Array]]]:
-    """Where a motion goes in either figure, and its path there."""
-    return (course, (times, theta)), (plane, _wound(theta, rate, prefix == SIMPLE))
+def _dotted(x: Array, y: Array, named: bool) -> Trace:
+    """Small dots; the name of both kinds stands in the legend once."""
+    dots = curve(x, y, colour=GREY, lines=False, marks=True, name="RK4")
+    return {**dots, "marker": {**dots["marker"], "size": 3.5}, "showlegend": named}
+
+
+def _path(
+    prefix: str, times: Array, seen: Mapping[str, Array], in_plane: bool
+) -> tuple[Array, Array]:
+    """Where a motion goes: over time, or in the phase plane."""
+    if not in_plane:
+        return times, seen["theta"]
+    return _wound(seen["theta"], seen["theta_dot"], prefix == SIMPLE)
 
 
 def _wound(theta: Array, rate: Array, pendulum: bool) -> tuple[Array, Array]:
@@ -103,7 +111,7 @@ def finding(study: Study) -> Finding:
     heads = ("case", "scene", "start", "error of RK4 [rad]", "foretold [rad]",
              "error of RK4, linear [rad]", "linear from non-linear [rad]")  # fmt: skip
     least, most = min(largest, key=lambda c: largest[c]), max(largest, key=lambda c: largest[c])
-    worse = notation.number(largest[most] / largest[least], 2)
+    worse = round(largest[most] / largest[least], -2)
     return Finding(
         "notebook-rk4",
         "What the notebook's own RK4 errs by: 2e-5 to 6e-2 rad, as theory foretells",
@@ -114,8 +122,8 @@ def finding(study: Study) -> Finding:
         (
             "The notebook shows curves and no error. The same integrator at the same step, held "
             "against the exact motion, is some "
-            f"{worse} times worse in case {most} than in case {least}: where nothing damps, RK4's "
-            "energy drift changes the speed, and the angle runs away with time; where something "
+            f"{worse:.0f} times worse in case {most} than in case {least}: where nothing damps, "
+            "RK4's energy drift changes the speed, and the angle runs away with time; where something "
             "does, its errors die with the motion.",
         ),
         (

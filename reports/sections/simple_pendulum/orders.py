@@ -8,6 +8,7 @@ from engines.climb import Climb
 from engines.study import Study
 from reports.content import Cell, Finding, Table, row
 from reports.sections.simple_pendulum.problems import CASES, FORCED, SIMPLE, climbs, order_text
+from reports.tolerance import TRUST
 
 METHODS = ("ode/rk4", "ode/leapfrog", "mujoco/euler", "pymunk/default", "pymunk/tight")
 
@@ -17,7 +18,7 @@ def finding(study: Study) -> Finding | None:
     known = climbs(study)
     names = [name for _, name, _ in CASES] + list(FORCED)
     found = {n: {m: c for m in METHODS if (c := known.get((SIMPLE + n, m)))} for n in names}
-    shown = {n: own for n, own in found.items() if any(c.order for c in own.values())}
+    shown = {n: own for n, own in found.items() if any(_reached(c) for c in own.values())}
     if not shown:
         return None
     methods = [m for m in METHODS if any(m in own for own in shown.values())]
@@ -26,7 +27,8 @@ def finding(study: Study) -> Finding | None:
         ("scene", *methods),
         tuple(row(name, *_cells(own, methods)) for name, own in shown.items()),
         "Foretold: the same fit to C₁h + C₂h² + … at the same steps. A dash: fewer than four steps "
-        "above round-off and within reach of the series.",
+        "above round-off, or not all of them within reach of the series; the full profile takes "
+        "finer ones.",
     )
     return Finding(
         "orders",
@@ -51,7 +53,7 @@ def finding(study: Study) -> Finding | None:
         (table,),
         (),
         tuple(
-            f"plumbob validate --scenes {SIMPLE}{name} --methods {','.join(methods)}"
+            f"plumbob validate --profile full --scenes {SIMPLE}{name} --methods {','.join(methods)}"
             for name in list(shown)[:2]
         ),
     )
@@ -62,8 +64,11 @@ def _cells(own: Mapping[str, Climb], methods: Sequence[str]) -> list[Cell]:
     for method in methods:
         found = own.get(method)
         order, told = (found.order, found.foretold_order) if found else (None, None)
-        below = f"\n{told.slope:.3f}" if order and told else ""
-        cells.append(Cell(order_text(order) + below, "number", "observed, then foretold"))
+        if found is not None and order and told and _reached(found):
+            text, hint = f"{order_text(order)}\n{told.slope:.3f}", "observed, then foretold"
+        else:
+            text, hint = "–", "too few steps that the series reaches"
+        cells.append(Cell(text, "number", hint))
     return cells
 
 
@@ -78,7 +83,7 @@ def _worst(shown: Mapping[str, Mapping[str, Climb]]) -> str:
 
 
 def _reached(found: Climb) -> bool:
-    """Whether theory reaches every step of the fit."""
+    """Whether an order was fitted, and theory reaches every step of the fit."""
     steps = found.order.steps if found.order else ()
     told = [m.errors["theta"].foretold for m in found.measurements if m.step in steps]
-    return all(f is not None and f.nonlinearity < 0.1 for f in told)
+    return bool(told) and all(f is not None and f.nonlinearity < TRUST for f in told)

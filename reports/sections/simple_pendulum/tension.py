@@ -97,11 +97,11 @@ def _plot() -> Figure:
     times = np.linspace(0.0, until, 240)
     exact = case(scene).exact.observe(times)["tension"]
     traces: list[Trace] = [curve(times, exact, colour="#808080", name="exact", width=3.0)]
-    for method, colour in (("mujoco/rk4", "#d55e00"), ("pymunk/tight", "#8a6a3a")):
+    for method, colour, size in (("mujoco/rk4", "#d55e00", 9), ("pymunk/tight", "#5a78d2", 4)):
         if (found := run(scene, method, step, until)) is not None:
             dots = found.times[1::6], found.observables["tension"][1::6]
             trace = curve(*dots, colour=colour, marks=True, lines=False, name=method)
-            traces.append({**trace, "marker": {**trace["marker"], "size": 5}})
+            traces.append({**trace, "marker": {**trace["marker"], "size": size}})
     return figure(
         "Tension of the rod in the large swing",
         f"Below zero the rod is pushed. Dots: steps of {notation.short(step)} s.",
