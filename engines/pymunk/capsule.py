@@ -13,6 +13,7 @@ from engines.method import Method, Unsupported
 from engines.pymunk import capsule_drive, capsule_pressure, capsule_reading, capsule_shares
 from engines.pymunk.capsule_feet import feet, feet_left_by_sweep
 from engines.pymunk.capsule_pivots import pivots
+from engines.pymunk.capsule_plane_shares import plane_shares
 from engines.pymunk.capsule_side import along, side_left_by_sweep, standing
 from engines.pymunk.capsule_space import Assembly, settle, told
 from engines.pymunk.capsule_sweeps import sweeps
@@ -42,12 +43,15 @@ def regularisation(
 ) -> Mapping[str, Mapping[str, float]]:
     """What the model adds to each observable, by reason; of bare pivots theory knows little."""
     model, left = method.settings["model"], 0.0
-    if model != "pivots":
-        slowest, count = left_by_sweep(problem, method), iterations(problem, method)
-        left = capsule_shares.left_by_sweeps(problem, model, slowest, count)
-    if not isinstance(problem.reference, PlaneReference):
+    if model == "pivots":
+        if isinstance(problem.reference, PlaneReference):
+            return {}
         return capsule_shares.shares(problem, duration, model, left, step)
-    return {}
+    slowest, count = left_by_sweep(problem, method), iterations(problem, method)
+    if isinstance(problem.reference, PlaneReference):
+        return plane_shares(problem, duration, slowest, count, step)
+    left = capsule_shares.left_by_sweeps(problem, model, slowest, count)
+    return capsule_shares.shares(problem, duration, model, left, step)
 
 
 def left_by_sweep(problem: CapsuleProblem, method: Method) -> float:
