@@ -44,7 +44,13 @@ _PIVOTS = (
     " is not along its velocity; no step and no number of sweeps mends it"
 )
 
+_LOSES = (
+    "a joint as it comes loses energy at first order: at 5e-5 s, a million steps, theta is still"
+    " off by 0.8 rad after 50 s, which is beyond a series in the step; error_bias 0 mends it"
+)
+
 EXPECTATIONS: tuple[Expectation, ...] = (
+    Expectation("simple-pendulum/free-large", "pymunk/default", "coarse", _LOSES),
     Expectation("capsule-line/frictionless", "pymunk/pivots", "pass", ""),
     Expectation("capsule-hold/0.5", "pymunk/pivots", "pass", ""),
     Expectation("capsule-hold/0.9", "pymunk/pivots", "pass", ""),
@@ -74,6 +80,6 @@ def as_expected(scene: Scene, method: Method, found: Judgement) -> bool:
         return True
     if found.verdict in ("unsupported", "missing"):
         return True
-    if found.verdict == "coarse" and (scene.hard or found.cut):
+    if found.verdict == "coarse" and (scene.hard or found.cut or method.control == "tolerance"):
         return True
     return found.verdict == expected(scene.name, method.name).verdict
