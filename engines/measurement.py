@@ -14,6 +14,7 @@ from engines.registry import engine_of, installed
 from engines.trajectory import Trajectory
 from models.scene import Scene, System
 
+ULP = 2.0**-52
 Status = Literal["done", "diverged", "unsupported", "missing"]
 
 
@@ -30,6 +31,15 @@ class Foretold:
 
 
 @dataclass(frozen=True)
+class Controlled:
+    """What a solver that controls its local error to a relative tolerance may do to an observable:
+    every step errs by the tolerance, and the motion carries that to the end."""
+
+    largest: float
+    nonlinearity: float  # see `Reference.nonlinearity`
+
+
+@dataclass(frozen=True)
 class ObservedError:
     """Error of one observable against the exact answer, in its SI unit."""
 
@@ -39,6 +49,7 @@ class ObservedError:
     scale: float  # largest magnitude of the exact observable
     model: Mapping[str, float] = field(default_factory=dict)  # {reason: bound}, not from the step
     foretold: Foretold | None = None
+    controlled: Controlled | None = None
 
 
 @dataclass(frozen=True)
@@ -126,6 +137,7 @@ def _errors(
         if powers and all(o.name in terms for terms in powers.values())
     }
     bent = exact.nonlinearity(run.times, total) if total else 0.0
+    carried = _carried(exact, method, step, run, doubt)
     errors = {}
     for name in (o.name for o in system.observables if o.name in run.observables):
         error = run.observables[name] - truth[name]
@@ -138,8 +150,19 @@ def _errors(
             foretold=_at_step(told[name], error, doubt[name], run.steps)
             if name in told
             else _foretold(name, total, powers, bent),
+            controlled=carried.get(name),
         )
     return errors
+
+
+def _carried(
+    exact: Reference, method: Method, step: float, run: Trajectory, doubt: Mapping[str, Array]
+) -> Mapping[str, Controlled]:
+    if method.scheme != "adaptive":
+        return {}
+    may = {name: step * run.steps * value / ULP for name, value in doubt.items()}
+    bent = exact.nonlinearity(run.times, may)
+    return {name: Controlled(float(value.max()), bent) for name, value in may.items()}
 
 
 def _foretold(

@@ -16,11 +16,11 @@ from typing import Any
 from analytic.parameters import ParameterError
 from engines.climb import Climb, Trace
 from engines.cost import Cost
-from engines.measurement import Foretold, Measurement, ObservedError
+from engines.measurement import Controlled, Foretold, Measurement, ObservedError
 from engines.method import Method
 from engines.order import Order
 from engines.study import Study
-from models.scene import Scene
+from models.scene import Observable, Scene
 
 FILE = "studies.sqlite3"  # its name in a folder of results
 _TABLES = """
@@ -51,7 +51,9 @@ def save(study: Study, file: Path, created: str, command: str, versions: Mapping
         ).lastrowid  # fmt: skip
         assert number is not None
         store.executemany(
-            "insert into scene values (?, ?)", [(number, _text(asdict_of(s))) for s in study.scenes]
+            "insert into scene values (?, ?)",
+            [(number, _text({**asdict_of(s), "leading": asdict(study.leading(s.name))}))
+             for s in study.scenes],
         )
         store.executemany(
             "insert into method values (?, ?)",
@@ -80,8 +82,9 @@ def save(study: Study, file: Path, created: str, command: str, versions: Mapping
 
 
 def load(file: Path, number: int | None = None, scene: str | None = None) -> Study | None:
-    """The study of that number, or the newest one (with that scene, where given), or None. Raises
-    ParameterError for a file that is no store."""
+    """The study of that number, or the newest one; where a scene is given, what the newest study of
+    it says of that scene; None where there is none. Raises ParameterError for a file that is no
+    store."""
     if not file.exists():
         return None
     with _opened(file) as store:
@@ -91,7 +94,9 @@ def load(file: Path, number: int | None = None, scene: str | None = None) -> Stu
         ).fetchone()
         if head is None:
             return None
-        scenes = [_scene(json.loads(b)) for (b,) in _rows(store, "select body from scene", found)]
+        bodies = [json.loads(b) for (b,) in _rows(store, "select body from scene", found)]
+        bodies = [b for b in bodies if scene in (None, b["name"])]
+        leads = {b["name"]: Observable(**b.pop("leading")) for b in bodies if "leading" in b}
         methods = [
             Method(**json.loads(b)) for (b,) in _rows(store, "select body from method", found)
         ]
@@ -99,6 +104,8 @@ def load(file: Path, number: int | None = None, scene: str | None = None) -> Stu
         climbs, costs = [], {}
         query = "select scene, method, orders, trace, cost, cut from climb"
         for name, method, orders, trace, cost, cut in _rows(store, query, found):
+            if scene not in (None, name):
+                continue
             runs = store.execute(
                 "select body from run where study = ? and scene = ? and method = ? order by rowid",
                 (found, name, method),
@@ -113,8 +120,9 @@ def load(file: Path, number: int | None = None, scene: str | None = None) -> Stu
             )  # fmt: skip
             if (price := json.loads(cost)) is not None:
                 costs[name, method] = Cost(**price)
-    return Study(head[0], tuple(scenes), tuple(methods), tuple(climbs), costs,
-                 float("nan") if head[1] is None else head[1], json.loads(head[2]))  # fmt: skip
+    return Study(head[0], tuple(map(_scene, bodies)), tuple(methods), tuple(climbs), costs,
+                 float("nan") if head[1] is None else head[1], json.loads(head[2]),
+                 leads)  # fmt: skip
 
 
 @contextmanager
@@ -164,7 +172,15 @@ def _order(body: dict[str, Any]) -> Order:
 
 
 def _tupled(method: Method) -> Method:
-    return replace(method, ladder=tuple(method.ladder), systems=tuple(method.systems))
+    def tupled(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            return {name: tupled(entry) for name, entry in value.items()}
+        return tuple(value) if isinstance(value, list) else value
+
+    return replace(
+        method, ladder=tuple(method.ladder), systems=tuple(method.systems),
+        settings=tupled(method.settings),
+    )  # fmt: skip
 
 
 def _scene(body: dict[str, Any]) -> Scene:
@@ -177,5 +193,6 @@ def _measurement(body: dict[str, Any]) -> Measurement:
         told = error["foretold"]
         if told is not None:
             told = Foretold(**{**told, "terms": {int(p): v for p, v in told["terms"].items()}})
-        errors[name] = ObservedError(**{**error, "foretold": told})
+        held = error.get("controlled") and Controlled(**error["controlled"])
+        errors[name] = ObservedError(**{**error, "foretold": told, "controlled": held})
     return Measurement(**{**body, "errors": errors, "warnings": tuple(body["warnings"])})

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from engines.measurement import Measurement, ObservedError
 from engines.method import Method
 
-_ULP = 2.0**-52
 TRUST = (
     0.1  # an expansion whose last terms, or nonlinear part, are more than this of it is not used
 )
@@ -41,10 +40,11 @@ class Tolerance:
 
 def tolerance(found: Measurement, method: Method, observable: str, unit: str) -> Tolerance | None:
     """The tolerance of one observable in one run; None where theory does not reach the step (the
-    expansion's last two terms, or what is nonlinear in it, is more than a tenth of it)."""
+    expansion's last two terms, or what is nonlinear in it, is more than a tenth of it) or the
+    tolerance (what it allows is more than the motion responds to in proportion)."""
     error = found.errors[observable]
     if method.control == "tolerance":
-        step_terms: tuple[Term, ...] | None = _adaptive(error, found)
+        step_terms: tuple[Term, ...] | None = _adaptive(error)
     else:
         step_terms = _expansion(error, found.step)
     if step_terms is None:
@@ -89,15 +89,13 @@ def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
     )
 
 
-def _adaptive(error: ObservedError, found: Measurement) -> tuple[Term, ...]:
-    growth = error.uncertainty / _ULP
-    return (
-        Term(
-            "local error control",
-            found.step * found.steps * growth,
-            "every step may err by rtol times the state, and carries it to the end",
-        ),
-    )
+def _adaptive(error: ObservedError) -> tuple[Term, ...] | None:
+    if (may := error.controlled) is None:  # a closed form takes no steps
+        return ()
+    if may.nonlinearity > TRUST:
+        return None
+    reason = "every step may err by rtol times the state, and carries it to the end"
+    return (Term("local error control", may.largest, reason),)
 
 
 def _double_precision(error: ObservedError, steps: int) -> tuple[Term, ...]:

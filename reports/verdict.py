@@ -41,7 +41,7 @@ def judge(found: Measurement, system: System, method: Method) -> Judgement:
         if (why := missed(found.errors[name])) is not None:
             return Judgement("fail", known, f"{name} is {why} {bound.unit}")
     if not known:
-        told = any(e.foretold is not None for e in found.errors.values())
+        told = any(e.foretold or e.controlled for e in found.errors.values())
         why = "the step is too coarse for" if told else "there is no"
         return Judgement("coarse", {}, f"{why} theory of its error")
     return Judgement("pass", known, "")
