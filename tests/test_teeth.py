@@ -13,7 +13,7 @@ from models.registry import scene as find_scene
 from models.registry import system_of
 from reports.verdict import judge
 
-METHODS = [("mujoco/rk4", 5e-4), ("ode/rk4", 5e-4), ("mujoco/rk4", 1e-4), ("ode/dop853", 1e-10)]
+METHODS = [("mujoco/rk4", 5e-4), ("ode/rk4", 5e-4), ("mujoco/rk4", 1e-4), ("ode/dop853", 1e-13)]
 
 
 @pytest.mark.parametrize(("method", "step"), METHODS)
