@@ -25,7 +25,7 @@ def fit_order(
 ) -> Order | None:
     """Fit the order to the finest steps whose error is above ten times its floor, `most` at most;
     None where fewer than four are. Arguments of shape (n,): steps [s], errors, round-off floors."""
-    import scipy.stats  # not above: it takes as long to load as all else together
+    from scipy.special import stdtrit  # not above: who reads a stored order fits none
 
     h, e, floor = (np.asarray(v, dtype=float) for v in (steps, errors, floors))
     usable = np.isfinite(e) & (e > 10.0 * floor) & (e > 0.0)
@@ -33,8 +33,11 @@ def fit_order(
     chosen = chosen[np.argsort(h[chosen])][:most]
     if chosen.size < LEAST:
         return None
-    fit = scipy.stats.linregress(np.log(h[chosen]), np.log(e[chosen]))
-    margin = float(scipy.stats.t.ppf(0.975, chosen.size - 2) * fit.stderr)
-    slope = float(fit.slope)
+    x, y = np.log(h[chosen]), np.log(e[chosen])
+    x, y = x - x.mean(), y - y.mean()
+    spread, freedom = float(x @ x), chosen.size - 2
+    slope = float(x @ y) / spread
+    left = y - slope * x
+    margin = float(stdtrit(freedom, 0.975)) * float(np.sqrt(left @ left / freedom / spread))
     used = tuple(float(s) for s in np.sort(h[chosen])[::-1])
     return Order(slope, slope - margin, slope + margin, used)

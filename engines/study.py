@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from engines.climb import Climb, climb, own_steps, rungs
 from engines.cost import Cost, Key, costs
 from engines.method import Method, meant
 from models.registry import system_of
-from models.scene import Scene
+from models.scene import Observable, Scene
+
+if TYPE_CHECKING:  # who reads a stored study starts no processes
+    from concurrent.futures import Executor
 
 Profile = str  # "quick" or "full"
 MOST_STEPS = MappingProxyType({"quick": 25_000, "full": 1_000_000})
@@ -34,6 +36,14 @@ class Study:
     costs: Mapping[Key, Cost]
     yardstick: float  # [ns] of a bare step of an empty model, in this study
     seconds: Mapping[str, float]  # wall time of the two halves, "errors" and "costs"
+    leads: Mapping[str, Observable] = field(default_factory=dict)
+    """The leading observable of each scene, for who would rather not load every system."""
+
+    def leading(self, scene: str) -> Observable:
+        """The observable that orders and verdicts of a scene lead with."""
+        if scene in self.leads:
+            return self.leads[scene]
+        return system_of(next(s for s in self.scenes if s.name == scene)).observables[0]
 
 
 def run_study(
@@ -82,6 +92,7 @@ def run_study(
     return Study(
         profile, tuple(scenes), tuple(methods), tuple(climbs), measured, unit,
         {"errors": between - begin, "costs": time.perf_counter() - between},
+        {scene.name: system_of(scene).observables[0] for scene in scenes},
     )  # fmt: skip
 
 
@@ -95,6 +106,9 @@ def _pool(executor: Executor | None, jobs: int) -> AbstractContextManager[Execut
         return nullcontext(executor)
     if jobs <= 1:
         return nullcontext(None)
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+
     return ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn"))
 
 

@@ -4,8 +4,9 @@ An error is looked up on the upper envelope of a method's measured curve: the la
 step or any smaller one, so that a lucky zero of a sawtooth promises nothing. Between two rungs the
 error is taken to fall from the coarser one with the smallest slope that the curve shows about
 there, and no faster than the method's order: an upper bound for a curve that bends one way. Nothing
-is extrapolated; an adaptive solver's error jumps from one tolerance to the next, so its rungs alone
-count. A closed form is no simulation: it is left out.
+is extrapolated. Rungs alone count where theory has no series in the step for the error, as where a
+switch inside a step makes it a sawtooth; and for an adaptive solver, whose error jumps from one
+tolerance to the next. A closed form is no simulation: it is left out.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ from analytic.parameters import ParameterError, positive
 from engines.climb import SHIPPED, Climb
 from engines.method import Method
 from engines.study import Study
-from models.registry import system_of
 from models.registry import unknown as unknown_name
 from reports.work_precision import Point, of_method, points
 
@@ -65,11 +65,15 @@ def cheapest(study: Study, scene: str, error: float) -> Recommendation:
     names = [s.name for s in study.scenes]
     if scene not in names:
         raise ParameterError("scene", scene, unknown_name(scene, names))
-    leading = system_of(study.scenes[names.index(scene)]).observables[0]
+    leading = study.leading(scene)
     exact = {method.name for method in study.methods if method.scheme == EXACT}
     found = [p for p in points(study, scene) if p.method not in exact]
     curves = [
-        (method, _envelope(of_method(found, method)), _steepest(study.climbs, scene, method))
+        (
+            method,
+            _envelope(of_method(found, method)),
+            _steepest(study.climbs, scene, method, leading.name),
+        )
         for method in study.methods
     ]
     reached = [c for curve in curves if (c := _coarsest(*curve, error)) is not None]
@@ -105,10 +109,14 @@ def _envelope(curve: Sequence[Point]) -> tuple[Point, ...]:
     return tuple(risen)
 
 
-def _steepest(climbs: Sequence[Climb], scene: str, method: Method) -> float:
-    """The largest slope that may be counted on: the method's order, or what was observed."""
-    order = next((c.order for c in climbs if (c.scene, c.method) == (scene, method.name)), None)
-    return max(method.order or 0.0, order.low if order else 0.0)
+def _steepest(climbs: Sequence[Climb], scene: str, method: Method, leading: str) -> float:
+    """The largest slope that may be counted on: the method's order, or what was observed; 0 where
+    theory has no series for the error."""
+    climb = next((c for c in climbs if (c.scene, c.method) == (scene, method.name)), None)
+    told = [m.errors[leading].foretold for m in climb.measurements if m.errors] if climb else []
+    if climb is None or not any(t is not None and t.missed is None for t in told):
+        return 0.0
+    return max(method.order or 0.0, climb.order.low if climb.order else 0.0)
 
 
 def _coarsest(

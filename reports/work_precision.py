@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from engines.measurement import Measurement
 from engines.method import Method
 from engines.study import Study
-from models.registry import system_of
 
 
 @dataclass(frozen=True)
@@ -24,7 +23,7 @@ class Point:
 def points(study: Study, scene: str) -> tuple[Point, ...]:
     """Every run of `scene` whose cost is known, by method, coarse to fine; runs that diverged at
     the end of the ladder they belong to, with an infinite error and cost."""
-    leading = next(system_of(s).observables[0].name for s in study.scenes if s.name == scene)
+    leading = study.leading(scene).name
     return tuple(
         Point(m.method, m.step, _error(m, leading), _cost(m, cost.ns_per_step))
         for climb in study.climbs

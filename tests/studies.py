@@ -7,7 +7,7 @@ from functools import cache
 
 from engines.climb import Climb
 from engines.cost import Cost
-from engines.measurement import Measurement, ObservedError
+from engines.measurement import Foretold, Measurement, ObservedError
 from engines.method import Method
 from engines.registry import methods as find_methods
 from engines.study import Study, run_study
@@ -50,7 +50,10 @@ def _run(method: Method, step: float, error: float) -> Measurement:
         return Measurement(SCENE, method.name, step, "diverged")
     duration = find_scene(SCENE).duration
     steps = round(duration / step) if method.control == "step" else round(100 / step**0.2)
-    found = {n: ObservedError(error, error, 1e-16, 1.0) for n in ("theta", "theta_dot")}
+    told = Foretold(error, error, {1: error}, 0.0)  # a series in the step, as a smooth motion has
+    found = {
+        n: ObservedError(error, error, 1e-16, 1.0, foretold=told) for n in ("theta", "theta_dot")
+    }
     return Measurement(
         SCENE, method.name, step, "done", errors=found, duration=duration, steps=steps
     )

@@ -9,8 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from engines import store
-from engines.registry import methods as find_methods
-from engines.study import Study, run_study
+from engines.study import Study
 from models.registry import scene as find_scene
 from reports.commands import values
 from reports.recommend import Choice, Recommendation, cheapest
@@ -28,10 +27,14 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Answer from the newest stored study of the scene; measure it first where there is none."""
-    scene = find_scene(chosen.scene)
     error = values.positive_number("error", chosen.error)
-    study = store.load(Path(chosen.out) / store.FILE, scene=scene.name) or _measured(scene.name)
-    found = cheapest(study, scene.name, error)
+    name, file = chosen.scene, Path(chosen.out) / store.FILE
+    # As it was typed first: to know every scene takes longer than to answer.
+    study = store.load(file, scene=name)
+    if study is None:
+        name = find_scene(name).name
+        study = store.load(file, scene=name) or _measured(name)
+    found = cheapest(study, name, error)
     if chosen.json:
         json.dump(values.plain(asdict(found)), sys.stdout, indent=1)
         print()
@@ -41,6 +44,9 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def _measured(name: str) -> Study:
+    from engines.registry import methods as find_methods
+    from engines.study import run_study
+
     print(f"no stored study of {name}: measuring it", file=sys.stderr)
     return run_study([find_scene(name)], find_methods("*"))
 

@@ -1,0 +1,73 @@
+"""What is recommended for a scene keeps its promise in a fresh run, asked for 1e-2, 1e-4 and 1e-6
+in the unit of the leading observable. The quick profile takes a few scenes and a method of each
+kind; every scene with every method: pytest tests/validation/test_recommended.py --profile full."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from engines import store
+from engines.measurement import measure
+from engines.registry import method as find_method
+from engines.registry import methods as find_methods
+from engines.study import Study, run_study
+from models.registry import scenes, system_of
+from models.scene import Scene
+from reports.recommend import Choice, cheapest
+
+SCENES = ",".join((
+    "simple-pendulum", "linear-pendulum", "cone-pendulum/rotating-base", "capsule-line/ca1",
+    "capsule-line/heading-030",
+))  # fmt: skip
+METHODS = (
+    "mujoco/rk4,mujoco/euler+coulomb,mujoco/euler+reduced,pymunk/default,pymunk/feet,ode/rk4,"
+    "ode/lsoda"
+)
+WANTED = (1e-2, 1e-4, 1e-6)
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """One test for each scene that the options choose."""
+    chosen = scenes(
+        _option(metafunc.config, "scenes", SCENES), metafunc.config.getoption("profile")
+    )
+    metafunc.parametrize("scene", chosen, ids=[scene.name for scene in chosen])
+
+
+def _option(config: pytest.Config, name: str, few: str) -> str:
+    """What an option chooses; a few in a quick run that chooses nothing."""
+    given: str = config.getoption(name)
+    return few if (given, config.getoption("profile")) == ("*", "quick") else given
+
+
+def _stored(scene: Scene, pattern: str, folder: Path) -> Study:
+    """A quick study of a scene, as it comes back from its file."""
+    file = folder / store.FILE
+    store.save(run_study([scene], find_methods(pattern)), file, "today", "plumbob validate", {})
+    study = store.load(file, scene=scene.name)
+    assert study is not None
+    return study
+
+
+def _offered(study: Study, scene: str, wanted: float) -> Iterator[Choice]:
+    found = cheapest(study, scene, wanted)
+    if found.choice is None:  # then nothing measured reaches it, and the best is said
+        assert found.best is None or found.best.error > wanted
+    offered = (found.choice, found.runner_up, *found.by_engine)
+    yield from dict.fromkeys(choice for choice in offered if choice is not None)
+
+
+def test_a_fresh_run_reaches_it(scene: Scene, tmp_path: Path, pytestconfig: pytest.Config) -> None:
+    study = _stored(scene, _option(pytestconfig, "methods", METHODS), tmp_path)
+    leading = study.leading(scene.name).name
+    for wanted in WANTED:
+        for choice in _offered(study, scene.name, wanted):
+            run, _ = measure(system_of(scene), scene, find_method(choice.method), choice.step)
+            error = run.errors[leading].largest
+            print(f"{wanted:g}: {choice.method} at {choice.step:g} errs by {error:.3g}")
+            assert error <= wanted
+            # What was promised; the last digits of a run differ between machines.
+            assert error <= choice.error * (1 + 1e-6)
