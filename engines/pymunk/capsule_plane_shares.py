@@ -3,9 +3,10 @@
 Theory steps the motion as pymunk does (analytic.stepping.plane_chords), but for three things. Feet
 and body stand apart and go along chords of their circles, which gives them a moment of their own:
 of what turns through an angle a in a step, a share of a^2 at most. Sweeps leave a share of each
-change of velocity that the slider or friction asks for at once, and the next step takes it; but
-where a hold gives way to a growing load, friction has nothing to spare, and what is left stays.
-And a joint that closes what is open in one step makes a velocity of the last bit of a place.
+change of velocity that the slider or friction asks for at once; the next step takes it, but not
+from a body that slides as one foot comes to grip or gives way to a growing load: the others give
+all they can, and what is left stays until it rests. And a joint that closes what is open in one
+step makes a velocity of the last bit of a place.
 """
 
 from __future__ import annotations
@@ -13,7 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -33,7 +33,7 @@ Shares = Mapping[str, Mapping[str, float]]
 @dataclass(frozen=True)
 class Demand:
     """How often accelerations change at once, the largest that the slider gives the body [m/s^2],
-    and how long the body moves [s] after holds that gave way to a growing load."""
+    and how long the body moves on [s] after each change in which a foot grips or gives way."""
 
     changes: int
     push: float
@@ -102,12 +102,12 @@ def demand(problem: CapsuleProblem) -> Demand:
     path = motion.path
     switches = np.clip(path.breakpoints, 0.0, None)
     strongest = float(np.hypot(*path.kinematics(switches)[2].T).max())
-    yielding, begun = 0.0, None
-    for before, event in pairwise(motion.events):
-        if before.mode == "rest" and np.abs(switches - event.time).min() > ON_TIME:
-            begun = event.time
-        if event.mode == "rest" and begun is not None:
-            yielding, begun = yielding + event.time - begun, None
+    yielding, resting = 0.0, motion.rest_time
+    for event in reversed(motion.events):
+        if event.mode == "rest":
+            resting = event.time
+        elif event.mode == "pivot" or np.abs(switches - event.time).min() > ON_TIME:
+            yielding += resting - event.time
     changes = len(motion.events) + switches.size
     return Demand(count * changes, motion.capsule.mass_ratio * strongest, count * yielding)
 
