@@ -31,7 +31,7 @@ class Saddle:
 
 
 def saddle_growth(
-    study: Study, scene: Scene, motion: PendulumMotion, saddle: Saddle
+    study: Study, scene: Scene, motion: PendulumMotion, saddle: Saddle, note: str = ""
 ) -> tuple[Figure | Table, ...]:
     """Errors of the study's runs of a scene over time, and the rates they grow at while its exact
     `motion` is next to the saddle; nothing where it never is."""
@@ -40,7 +40,7 @@ def saddle_growth(
     if stay is None or not climbs:
         return ()
     plot = _growth(motion, saddle, stay, climbs, study, scene)
-    table = _rates(saddle, stay, climbs)
+    table = _rates(saddle, stay, climbs, note)
     return (plot, table) if table else (plot,)
 
 
@@ -103,7 +103,9 @@ def _growth(
     )
 
 
-def _rates(saddle: Saddle, stay: tuple[float, float], climbs: Sequence[Climb]) -> Table | None:
+def _rates(
+    saddle: Saddle, stay: tuple[float, float], climbs: Sequence[Climb], note: str
+) -> Table | None:
     """Fitted growth rates over the second half of the stay, where the growing mode rules, while
     the error is small."""
     start, end = stay
@@ -127,4 +129,4 @@ def _rates(saddle: Saddle, stay: tuple[float, float], climbs: Sequence[Climb]) -
         return None
     caption = f"Growth next to the saddle, where theory says λ = {saddle.rate:.3f}/s"
     heads = ("method", "fitted rate [1/s]", f"error below {LINEAR} rad until")
-    return Table(caption, heads, tuple(rows))
+    return Table(caption, heads, tuple(rows), note)

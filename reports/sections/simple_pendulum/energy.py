@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
+from types import MappingProxyType
 
 import numpy as np
 
@@ -22,7 +23,7 @@ SCENE = f"{SIMPLE}free-large"
 MILLION = f"{SIMPLE}million-steps"
 METHODS = ("mujoco/euler", "ode/leapfrog", "ode/rk4", "pymunk/default", "pymunk/tight")
 STEP = 5e-3  # [s]: at a tenth of it RK4's drift, a 10^5th, would be below round-off
-STEPS = {"quick": 10_000, "full": 1_000_000}
+STEPS = MappingProxyType({"quick": 10_000, "full": 1_000_000})
 LOSS_STEPS, ITERATIONS = (4e-3, 2e-3, 1e-3), (1, 10, 50)
 LOSS_SPAN = 8.5  # [s]: three periods and a little
 

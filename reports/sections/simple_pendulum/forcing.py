@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 
 from engines.climb import Climb
 from engines.registry import method as find_method
@@ -15,13 +16,15 @@ from reports.traces import curve, figure, logarithmic, positive
 
 SCENE = f"{SIMPLE}forced-large"
 STEPS, DURATION = (2e-2, 1e-2, 5e-3, 2.5e-3), 10.0  # of a climb of one's own
-READ = {
-    "ode/rk4": ("RK4 of the equation", "at its own stages: start, middle, end"),
-    "mujoco/rk4": ("MuJoCo's RK4", "at the step's start, and held"),
-    "mujoco/rk4+midpoint": ("MuJoCo's RK4", "at the step's middle, and held"),
-    "mujoco/euler": ("MuJoCo's Euler", "at the step's start, and held"),
-    "mujoco/euler+midpoint": ("MuJoCo's Euler", "at the step's middle, and held"),
-}
+READ: Mapping[str, str] = MappingProxyType(
+    {
+        "ode/rk4": "at its own stages: start, middle, end",
+        "mujoco/rk4": "at the step's start, and held",
+        "mujoco/rk4+midpoint": "at the step's middle, and held",
+        "mujoco/euler": "at the step's start, and held",
+        "mujoco/euler+midpoint": "at the step's middle, and held",
+    }
+)
 
 
 def finding(study: Study) -> Finding:
@@ -35,7 +38,7 @@ def finding(study: Study) -> Finding:
         rows.append(
             row(
                 Cell(method, "method"),
-                READ[method][1],
+                READ[method],
                 Cell(order_text(found.order), "number"),
                 Cell(f"{told.slope:.3f}" if told else "–", "number"),
                 number(done[at] if at else None),

@@ -125,4 +125,9 @@ def hard(study: Study, scene: Scene) -> tuple[Figure | Table, ...]:
     if problem.elliptic is None:
         return ()
     top = Saddle(math.pi, math.sqrt(problem.gravity / problem.length))
-    return saddle_growth(study, scene, problem.elliptic, top)
+    note = (
+        "The motion starts here, and a step's own error goes as the distance from the top, all "
+        "along: such an error grows as t e^(λt), whose fitted rate is above λ by about 1/t. What "
+        "rounding leaves at the start grows as e^(λt)."
+    )
+    return saddle_growth(study, scene, problem.elliptic, top, note)

@@ -121,10 +121,9 @@ def finding(study: Study) -> Finding:
         "is the larger error in all seven.",
         (
             "The notebook shows curves and no error. The same integrator at the same step, held "
-            "against the exact motion, is some "
-            f"{worse:.0f} times worse in case {most} than in case {least}: where nothing damps, "
-            "RK4's energy drift changes the speed, and the angle runs away with time; where something "
-            "does, its errors die with the motion.",
+            f"against the exact motion, is some {worse:.0f} times worse in case {most} than in "
+            f"case {least}: where nothing damps, RK4's energy drift changes the speed, and the "
+            "angle runs away with time; where something does, its errors die with the motion.",
         ),
         (
             Table(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
+
 import numpy as np
 
 from analytic.pendulums.driven_motion import DrivenMotion
@@ -17,7 +19,9 @@ CHAOTIC = f"{SIMPLE}forced-chaotic"
 SPAN, LONG = 50.0, 180.0  # [s]
 HORIZONS = (1e-12, 1e-9, 1e-6)  # [rad]
 AGREED = 3e-12  # [rad] within which two methods must agree over SPAN
-FOLLOWED = {"quick": 300.0, "full": 2000.0}  # [s] that the Lyapunov exponent is averaged over
+FOLLOWED = MappingProxyType(
+    {"quick": 300.0, "full": 2000.0}
+)  # [s] that the Lyapunov exponent is averaged over
 
 
 def finding(study: Study) -> Finding:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
 
 from analytic.pendulums.rod_tension import tension
@@ -13,12 +16,14 @@ from reports.sections.simple_pendulum.problems import SIMPLE, case, number
 from reports.traces import Trace, curve, figure, linear
 
 SCENES = (f"{SIMPLE}free-large", f"{SIMPLE}rotating-fast", f"{SIMPLE}forced-large")
-METHODS = {
-    "mujoco/euler": "force sensor at the axis",
-    "mujoco/rk4": "force sensor at the axis",
-    "pymunk/tight": "|impulse| of the joint / h",
-    "pymunk/default": "|impulse| of the joint / h",
-}
+METHODS: Mapping[str, str] = MappingProxyType(
+    {
+        "mujoco/euler": "force sensor at the axis",
+        "mujoco/rk4": "force sensor at the axis",
+        "pymunk/tight": "|impulse| of the joint / h",
+        "pymunk/default": "|impulse| of the joint / h",
+    }
+)
 STEPS, DURATION = (2e-3, 1e-3), 3.0  # [s]
 
 
