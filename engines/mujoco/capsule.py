@@ -9,13 +9,13 @@ import mujoco
 import numpy as np
 
 from engines.method import Method
-from engines.mujoco import capsule_reduced, capsule_shares
+from engines.mujoco import capsule_plane_shares, capsule_reduced, capsule_shares
 from engines.mujoco.capsule_control import control
 from engines.mujoco.capsule_coordinates import along, plane, start
 from engines.mujoco.capsule_forces import reading
-from engines.mujoco.capsule_model import whole
+from engines.mujoco.capsule_model import contacts, off_line, whole
 from engines.mujoco.capsule_rest import SHIPPED_STEP, settled
-from engines.mujoco.contact_profiles import convergent, profile
+from engines.mujoco.contact_profiles import convergent
 from engines.mujoco.translation import Translation
 from models.tripod_capsule.staging import CapsuleProblem
 
@@ -33,7 +33,7 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
     if model == "reduced":
         return capsule_reduced.build(mjcf.with_name("reduced.xml"), problem, step)
     file = mjcf.with_name("planar.xml") if model == "planar" else mjcf
-    staging, chosen = problem.staging, profile(method.settings)
+    staging, chosen = problem.staging, contacts(problem, method.settings)
     spec = whole(file, problem, method.settings, step)
     seen = spec.copy()
     for shown in [geom for geom in spec.geoms if geom.classname.name == "visual"]:
@@ -65,4 +65,9 @@ def regularisation(
 ) -> Mapping[str, Mapping[str, float]]:
     """What the model adds to each observable, by reason, where its contacts are such that theory
     covers them."""
-    return capsule_shares.shares(problem, duration, method.settings, step)
+    if not off_line(problem):
+        return capsule_shares.shares(problem, duration, method.settings, step)
+    if not convergent(method.settings):
+        return {}
+    chosen = contacts(problem, method.settings)
+    return capsule_plane_shares.shares(problem, duration, chosen, step)

@@ -4,19 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from analytic.manoeuvres.residual_motion import ResidualMotion
 from engines.mujoco import options
-from engines.mujoco.contact_profiles import ContactProfile, profile
+from engines.mujoco.contact_profiles import (
+    GRIP,
+    ContactProfile,
+    convergent,
+    coulomb_pair,
+    profile,
+)
 from engines.mujoco.translation import read
 from models.tripod_capsule.staging import CapsuleProblem, Staging
 
 HOLD = 1e10  # least ratio of the slider's armature to its mass: its acceleration is off by 1/HOLD
 POINT = 1e-14  # [kg m^2] of the slider about itself: MuJoCo wants more than 1e-15
+SOFTER = 1e8  # times as soft against slip: the 1e2 of lines lets turns of epsilon 0.03 hop
 PLACES = 2001  # of the slider on its way, for the largest of a smooth function of them
 TURNING = "turning.xml"  # two sliding joints for the slider, along the axes of the body
 PAIR = ("solimp", "solref", "solreffriction")
@@ -47,7 +56,7 @@ def whole(
     for i, (x, y) in enumerate(capsule.supports):
         support = spec.geom(f"support_{i + 1}")
         support.pos = [x, y, support.size[0] - height]
-    set_contacts(spec, profile(given), capsule.friction, step)
+    set_contacts(spec, contacts(problem, given), capsule.friction, step)
     spec.body("slider").pos = [*staging.slider, 0.0]
     set_slider(spec, staging, (math.cos(staging.direction), math.sin(staging.direction)))
     spec.body("slider").inertia = [POINT] * 3
@@ -78,6 +87,23 @@ def set_slider(spec: mujoco.MjSpec, staging: Staging, axis: tuple[float, float])
     scale = (capsule.body_mass + capsule.slider_mass) / hold
     spec.option.tolerance *= scale
     spec.option.noslip_tolerance *= scale
+
+
+def contacts(problem: CapsuleProblem, settings: Mapping[str, Any]) -> ContactProfile:
+    """The profile that `settings` name, and where it is one that converges and the motion one of
+    the plane, made softer still: what slip does to a normal force goes as slip speed over step."""
+    chosen = profile(settings)
+    if not (convergent(settings) and off_line(problem)):
+        return chosen
+    options = {**chosen.options, "impratio": GRIP * SOFTER}
+    return replace(
+        chosen, options=options, pair=lambda step: coulomb_pair(step, SOFTER), softening=SOFTER
+    )
+
+
+def off_line(problem: CapsuleProblem) -> bool:
+    """Whether the motion is one of the plane that has no formula."""
+    return problem.staging.in_plane and not isinstance(problem.motion, ResidualMotion)
 
 
 def set_contacts(spec: mujoco.MjSpec, chosen: ContactProfile, friction: float, step: float) -> None:
