@@ -1,0 +1,1 @@
+"""What the sections on the capsule's systems share."""

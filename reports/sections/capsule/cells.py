@@ -1,0 +1,16 @@
+"""Numbers as the capsule's tables show them."""
+
+from __future__ import annotations
+
+from reports.content import Cell
+from reports.notation import number
+
+
+def value(found: float | None, digits: int = 3) -> Cell:
+    """A number; a dash where there is none."""
+    return Cell("–" if found is None else number(found, digits), "number")
+
+
+def method(name: str) -> Cell:
+    """A method's name."""
+    return Cell(name, "method")

@@ -1,0 +1,105 @@
+"""The finding that the error of the final displacement is half phi (1 - phi)(mu w2 + f g) dt^2."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from engines.mujoco.contact_profiles import PROFILES
+from engines.study import Study
+from reports.content import Finding, Table, row
+from reports.notation import number
+from reports.sections.capsule.cells import method as method_cell
+from reports.sections.capsule.cells import value
+from reports.sections.capsule.runs import (
+    BLUE,
+    GREEN,
+    GREY,
+    LINE,
+    PINK,
+    RED,
+    displaced,
+    problem,
+)
+from reports.sections.capsule.surplus import sawtooth, sinking
+from reports.traces import Trace, curve, figure, linear
+
+METHODS = (
+    ("mujoco/euler+reduced", BLUE),
+    ("mujoco/euler+coulomb", RED),
+    ("pymunk/side", GREEN),
+    ("pymunk/feet", PINK),
+)
+FULL = "mujoco/euler+coulomb"
+COUNT = 5  # steps drawn at random, twelve times as many in the full profile
+FEWEST, MOST = 12, 100  # of a step in t1
+SEED = 20200101
+RULES = 0.05  # of the parabola's top: below it, other terms rule
+
+
+def finding(study: Study) -> Finding | None:
+    """The errors at steps drawn at random against the parabola, and how near they are."""
+    many = COUNT * (12 if study.profile == "full" else 1)
+    line = problem(LINE).motion
+    unit = line.closed.braking
+    counts = sorted(
+        np.random.default_rng(SEED).choice(np.arange(FEWEST, MOST + 1), many, replace=False)
+    )
+    phi = np.linspace(0.0, 1.0, 101)
+    traces: list[Trace] = [
+        curve(phi, 0.5 * phi * (1 - phi), colour=GREY, width=2.0, name="½φ(1–φ)")
+    ]
+    # At t1/n the control switches on the grid, and the sinking is the same part of dt^2 throughout.
+    sunk = -sinking(LINE, line.t1 / 100, PROFILES["coulomb"]) / (unit * (line.t1 / 100) ** 2)
+    traces.append(
+        curve(phi, 0.5 * phi * (1 - phi) + sunk, colour=GREY, dash="dash", name="and sinking")
+    )
+    rows = []
+    for name, colour in METHODS:
+        found = _errors(name, counts)
+        if not found:
+            continue
+        places, errors, apart = (np.array(column) for column in zip(*found, strict=True))
+        traces.append(curve(places, errors, colour=colour, marks=True, lines=False, name=name))
+        said = 0.5 * places * (1 - places)
+        rules = said > RULES / 8
+        rows.append(
+            row(method_cell(name), value(float(len(found))),
+                value(float(np.abs(errors / said - 1)[rules].max())),
+                value(float(np.abs((errors - apart) / said - 1)[rules].max())))
+        )  # fmt: skip
+    if not rows:
+        return None
+    heads = ("method", "steps", "largest distance from ½φ(1–φ)", "with the sinking added")
+    return Finding(
+        "capsule-sawtooth",
+        "The error is ½φ(1–φ)(μw₂+fg)dt², in both engines, at any step",
+        "confirmed",
+        "φ is the fraction of t*/dt. The error is a sawtooth in the step, so a slope fitted to it "
+        "says nothing, a ladder of round steps may flatter it, and its coefficient is the test.",
+        (
+            f"Steps t₁/n with n drawn at random from {FEWEST} to {MOST} (seed {SEED}). The full "
+            f"MuJoCo model's points lie {number(8 * sunk, 2)} of the parabola's top higher, by the "
+            "sinking of its contacts, which goes with dt² too.",
+        ),
+        (Table("Distance from the parabola, relative, where that is above a twentieth of its top",
+               heads, tuple(rows)),),
+        (figure("Error of Δx over (μw₂+fg)dt²", "Against φ, at steps drawn at random.", traces,
+                linear("φ = frac(t* / dt)"), linear("–error / ((μw₂+fg) dt²)"), legend=True,
+                wide=True),),
+        tuple(f"plumbob run {LINE} {name} --step 0.00061" for name in (FULL, "pymunk/feet")),
+    )  # fmt: skip
+
+
+def _errors(method: str, counts: list[int]) -> list[tuple[float, float, float]]:
+    """phi, the error over -(mu w2 + f g) dt^2, and the part of it that is sinking, at t1/n."""
+    line, found = problem(LINE).motion, []
+    for count in counts:
+        step = line.t1 / count
+        if (end := displaced(LINE, method, step)) is None:
+            continue
+        unit = -line.closed.braking * step**2
+        sunk = sinking(LINE, step, PROFILES["coulomb"]) if method == FULL else 0.0
+        phi = line.t_star / step % 1.0
+        assert abs(sawtooth(LINE, step) / unit - 0.5 * phi * (1 - phi)) < 1e-9
+        found.append((phi, (end - line.displacement) / unit, sunk / unit))
+    return found
