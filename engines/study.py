@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -94,6 +94,25 @@ def run_study(
         {"errors": between - begin, "costs": time.perf_counter() - between},
         {scene.name: system_of(scene).observables[0] for scene in scenes},
     )  # fmt: skip
+
+
+def joined(study: Study, more: Study) -> Study:
+    """A study with what another says of its own methods, whose costs are brought to the first one's
+    machine, or day, by the two yardsticks."""
+    scale = study.yardstick / more.yardstick
+    names = {method.name for method in more.methods}
+    found = {
+        key: replace(
+            cost, ns_per_step=scale * cost.ns_per_step, low=scale * cost.low, high=scale * cost.high
+        )
+        for key, cost in more.costs.items()
+    }
+    return replace(
+        study,
+        methods=(*more.methods, *(m for m in study.methods if m.name not in names)),
+        climbs=(*more.climbs, *(c for c in study.climbs if c.method not in names)),
+        costs={**study.costs, **found},
+    )
 
 
 def pairs(scenes: Sequence[Scene], methods: Sequence[Method]) -> list[tuple[Scene, Method]]:

@@ -7,8 +7,10 @@ import json
 import sys
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from engines import store
+from engines.method import Method
 from engines.study import Study
 from models.registry import scene as find_scene
 from reports.commands import values
@@ -22,24 +24,35 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", metavar="DIR", default="plumbob-out", help="where `validate` stored its studies"
     )
+    parser.add_argument(
+        "--like", metavar="FILE", help="what the options of your own MJCF file give beside it"
+    )
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
 def command(chosen: argparse.Namespace) -> int:
     """Answer from the newest stored study of the scene; measure it first where there is none."""
     error = values.positive_number("error", chosen.error)
+    own = _own(chosen.like) if chosen.like else None
     name, file = chosen.scene, Path(chosen.out) / store.FILE
     # As it was typed first: to know every scene takes longer than to answer.
     study = store.load(file, scene=name)
     if study is None:
         name = find_scene(name).name
         study = store.load(file, scene=name) or _measured(name)
+    if own is not None:
+        study = _with_own(study, name, own)
     found = cheapest(study, name, error)
     if chosen.json:
-        json.dump(values.plain(asdict(found)), sys.stdout, indent=1)
+        answer = asdict(found) | ({"yours": _yours(study)} if chosen.like else {})
+        json.dump(values.plain(answer), sys.stdout, indent=1)
         print()
     else:
         _print(found)
+        if chosen.like:
+            from reports.yours import lines
+
+            print(*lines(study), sep="\n")
     return 0 if found.choice else 1
 
 
@@ -49,6 +62,29 @@ def _measured(name: str) -> Study:
 
     print(f"no stored study of {name}: measuring it", file=sys.stderr)
     return run_study([find_scene(name)], find_methods("*"))
+
+
+def _own(path: str) -> Method:
+    from reports.commands.like import own_method
+
+    return own_method(path)
+
+
+def _with_own(study: Study, name: str, own: Method) -> Study:
+    """The study with the user's own settings, measured now."""
+    from engines.study import joined, run_study
+
+    return joined(study, run_study([find_scene(name)], [own], study.profile))
+
+
+def _yours(study: Study) -> list[dict[str, Any]]:
+    from reports.yours import yours
+
+    return [
+        {name: value for name, value in asdict(found).items() if name != "judgement"}
+        | {"verdict": found.judgement.verdict}
+        for found in yours(study)
+    ]
 
 
 def _print(found: Recommendation) -> None:
