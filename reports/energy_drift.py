@@ -22,6 +22,8 @@ from reports.fresh_runs import run
 from reports.palette import styles
 from reports.traces import curve, figure, linear, logarithmic, positive
 
+LOST = 0.3  # of what is there: more than this is not a drift
+
 
 @dataclass(frozen=True)
 class Drift:
@@ -33,11 +35,22 @@ class Drift:
     scatter: float  # [J], largest distance from it
     foretold: float | None  # [J/s]; None where theory has nothing
     round_off: float  # [J/s], one standard deviation of what rounding theta may add
+    available: float  # [J] that the motion has above its deepest well
+
+    @property
+    def fate(self) -> str:
+        """Lost: a good part of it is gone by the end, no longer at any one rate. Secular: the line
+        leaves the scatter behind."""
+        late = float(np.mean(self.errors[-(len(self.errors) // 10) :]))
+        if abs(late) > LOST * self.available:
+            return "lost" if late < 0.0 else "gained"
+        reach = abs(self.rate) * float(self.run.times[-1])
+        return "secular" if reach > 2.0 * self.scatter else "bounded"
 
     @property
     def secular(self) -> bool:
-        """Whether the line leaves the scatter behind."""
-        return abs(self.rate) * float(self.run.times[-1]) > 2.0 * self.scatter
+        """Whether the energy does not stay."""
+        return self.fate != "bounded"
 
 
 def drift(
@@ -54,7 +67,9 @@ def drift(
     scatter = float(np.abs(errors - (start + rate * times)).max())
     told = foretold(motion, find_method(method).scheme, step)
     noise = _round_off(motion, found, step)
-    return Drift(found, tuple(errors.tolist()), float(rate), scatter, told, noise)
+    turn = np.linspace(-np.pi, np.pi, 721)
+    available = float(values[0] - np.min(in_double(motion.potential).value(turn)))
+    return Drift(found, tuple(errors.tolist()), float(rate), scatter, told, noise, available)
 
 
 def energy(potential: TrigonometricPotential, inertia: float, run: Trajectory) -> Array:
@@ -99,7 +114,7 @@ def measured(
     rows = tuple(
         row(
             Cell(method, "method"),
-            "secular" if d.secular else "bounded",
+            d.fate,
             Cell(notation.number(d.scatter), "number"),
             Cell(notation.number(d.rate, 4), "number"),
             Cell("–" if d.foretold is None else notation.number(d.foretold, 4), "number"),
@@ -126,7 +141,8 @@ def measured(
     )
     note = (
         "Fitted: a straight line through the energy error. Secular: the line leaves twice its "
-        "scatter behind. Foretold: one step's energy error, averaged along the exact orbit. "
+        "scatter behind. Lost: by the end a third of the energy is gone, and a line says nothing. "
+        "Foretold: one step's energy error, averaged along the exact orbit. "
         "Round-off: of θ, once a step, one standard deviation."
     )
     return Table(f"Energy over {count}", heads, rows, note), plot, drifts
