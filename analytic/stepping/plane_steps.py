@@ -9,14 +9,17 @@ p = e^(-i psi) z' and the point of the body at the combined centre moving at u =
 
 the rates in the axes that the body has at that moment. Semi-implicit Euler takes them at a step's
 start, and friction against the slip that it ends with; RK4 takes each stage's friction against the
-slip a step of it later. Normal forces are those of statics.
+slip half a step of it later: asked for rest within that, it is stable, and friction is less late.
+Normal forces are those of statics.
 """
 
 from __future__ import annotations
 
 import cmath
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from types import MappingProxyType
 
 import numpy as np
 
@@ -28,6 +31,8 @@ from analytic.stepping.plane_friction import Grip, Slip, after_friction
 from analytic.three_points.equations import Mechanics, mechanics
 from analytic.three_points.friction import Start
 
+EULER, RK4 = "semi-implicit-euler", "rk4"
+FRICTION_LEADS: Mapping[str, float] = MappingProxyType({EULER: 1.0, RK4: 0.5})  # of a step
 MOST_STEPS = 200_000  # each takes some tens of microseconds
 COLUMNS = ("x", "y", "heading", "velocity_x", "velocity_y", "heading_rate")
 State = tuple[complex, float, complex, float, complex, complex]  # z, psi, z', omega, r, v
@@ -79,17 +84,18 @@ def _moved(state: State, rate: State, time: float) -> State:
 
 
 def _euler(body: _Body, state: State, w: complex, step: float, near: Slip) -> tuple[State, Slip]:
-    (_, _, push, spun, _, _), slip = body.rates(state, w, step, near)
+    (_, _, push, spun, _, _), slip = body.rates(state, w, FRICTION_LEADS[EULER] * step, near)
     z, psi, speed, omega, r, v = state
     speed, omega, v = speed + step * push, omega + step * spun, v + step * w
     return (z + step * speed, psi + step * omega, speed, omega, r + step * v, v), slip
 
 
 def _rk4(body: _Body, state: State, w: complex, step: float, near: Slip) -> tuple[State, Slip]:
-    first, slip = body.rates(state, w, step, near)
-    second, after = body.rates(_moved(state, first, 0.5 * step), w, step, slip)
-    third, after = body.rates(_moved(state, second, 0.5 * step), w, step, after)
-    fourth, _ = body.rates(_moved(state, third, step), w, step, after)
+    lead = FRICTION_LEADS[RK4] * step
+    first, slip = body.rates(state, w, lead, near)
+    second, after = body.rates(_moved(state, first, 0.5 * step), w, lead, slip)
+    third, after = body.rates(_moved(state, second, 0.5 * step), w, lead, after)
+    fourth, _ = body.rates(_moved(state, third, step), w, lead, after)
     for rate, part in ((first, 1.0), (second, 2.0), (third, 2.0), (fourth, 1.0)):
         state = _moved(state, rate, part * step / 6.0)
     return state, slip
@@ -100,7 +106,7 @@ def course(
     capsule: Capsule, path: SliderPath, start: Start, scheme: str, step: float, steps: int
 ) -> Array:
     """COLUMNS at the start and after each of `steps` steps of `step` [s], shape (steps + 1, 6), in
-    the ground's axes; `scheme` is "semi-implicit-euler" or "rk4"."""
+    the ground's axes; `scheme` is EULER or RK4."""
     given = mechanics(capsule)
     body = _Body(
         given,
@@ -110,7 +116,7 @@ def course(
     )
     places, speeds, _ = path.kinematics(np.arange(steps + 1, dtype=np.float64) * step)
     pushes = (np.diff(speeds @ [1.0, 1j]) / step).tolist()
-    advance = _rk4 if scheme == "rk4" else _euler
+    advance = _rk4 if scheme == RK4 else _euler
     turn = cmath.exp(1j * start.heading)
     state: State = (
         complex(*start.position),
@@ -134,6 +140,6 @@ def covered(scheme: str, steps: int) -> str | None:
     """The name under which `course` knows `scheme`; None for one that it does not, or for more
     than MOST_STEPS `steps`."""
     base = scheme.partition("+")[0]
-    if steps > MOST_STEPS or not (base == "rk4" or position_lead(scheme) == 0.5):
+    if steps > MOST_STEPS or not (base == RK4 or position_lead(scheme) == 0.5):
         return None
     return base

@@ -12,10 +12,14 @@ import mujoco
 import numpy as np
 
 from analytic.manoeuvres.residual_motion import ResidualMotion
+from analytic.slider_path import SliderPath
+from analytic.stepping.plane_steps import EULER, FRICTION_LEADS, RK4
 from engines.mujoco import options
 from engines.mujoco.contact_profiles import (
     GRIP,
+    IMPEDANCE,
     ContactProfile,
+    PairFields,
     convergent,
     coulomb_pair,
     profile,
@@ -91,14 +95,21 @@ def set_slider(spec: mujoco.MjSpec, staging: Staging, axis: tuple[float, float])
 
 def contacts(problem: CapsuleProblem, settings: Mapping[str, Any]) -> ContactProfile:
     """The profile that `settings` name, and where it is one that converges and the motion one of
-    the plane, made softer still: what slip does to a normal force goes as slip speed over step."""
+    the plane, made softer still: what slip does to a normal force goes as slip speed over step.
+
+    There friction also asks for rest within half a step of RK4, whose stages it is late by that.
+    """
     chosen = profile(settings)
     if not (convergent(settings) and off_line(problem)):
         return chosen
     options = {**chosen.options, "impratio": GRIP * SOFTER}
-    return replace(
-        chosen, options=options, pair=lambda step: coulomb_pair(step, SOFTER), softening=SOFTER
-    )
+    haste = 1.0 / FRICTION_LEADS[RK4 if settings.get("integrator") == "RK4" else EULER]
+
+    def pair(step: float) -> PairFields:
+        late = np.array([-1.0, -haste * IMPEDANCE / step])
+        return {**coulomb_pair(step, SOFTER), "solreffriction": late}
+
+    return replace(chosen, options=options, pair=pair, softening=SOFTER)
 
 
 def off_line(problem: CapsuleProblem) -> bool:
@@ -152,10 +163,9 @@ def tilt_inertia(problem: CapsuleProblem) -> float:
 def slider_places(problem: CapsuleProblem) -> Any:
     """Places of the slider relative to C [m], shape (n, 2), among which are those farthest out: the
     ends of its line, or many on its way in the plane."""
-    motion, place = problem.motion, problem.staging.plane_place
-    if place is not None:
-        return place(np.linspace(0.0, getattr(motion, "period", motion.duration), PLACES))
-    path = getattr(getattr(motion, "manoeuvre", motion), "path", None)
+    path = getattr(getattr(problem.motion, "manoeuvre", problem.motion), "path", None)
+    if problem.staging.plane_velocity is not None and isinstance(path, SliderPath):
+        return path.kinematics(np.linspace(0.0, path.duration, PLACES))[0]
     if path is None or problem.staging.relative_velocity is None:
         return np.array([problem.staging.slider] * 2)
     return np.array([path.start, path.end])

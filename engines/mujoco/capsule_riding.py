@@ -27,8 +27,8 @@ from engines.mujoco.capsule_model import tilt_inertia
 from engines.mujoco.capsule_sag import share_slopes
 from models.tripod_capsule.staging import CapsuleProblem
 
-PLACES = 65  # in each piece of the slider's motion, for what is smooth within one
-LATE = 2049  # after the last one, where friction alone acts
+PLACES = 33  # in each piece of the slider's motion, for what is smooth within one
+LATE = 257  # after the last one, where friction alone acts
 STILL = 1e-9  # of the largest slip: below it a support is at rest
 
 
