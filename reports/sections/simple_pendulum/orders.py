@@ -8,7 +8,6 @@ from engines.climb import Climb
 from engines.study import Study
 from reports.content import Cell, Finding, Table, row
 from reports.sections.simple_pendulum.problems import CASES, FORCED, SIMPLE, climbs, order_text
-from reports.tolerance import TRUST
 
 METHODS = ("ode/rk4", "ode/leapfrog", "mujoco/euler", "pymunk/default", "pymunk/tight")
 
@@ -86,4 +85,4 @@ def _reached(found: Climb) -> bool:
     """Whether an order was fitted, and theory reaches every step of the fit."""
     steps = found.order.steps if found.order else ()
     told = [m.errors["theta"].foretold for m in found.measurements if m.step in steps]
-    return bool(told) and all(f is not None and f.nonlinearity < TRUST for f in told)
+    return bool(told) and all(f is not None and f.nonlinearity < 1.0 for f in told)
