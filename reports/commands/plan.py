@@ -7,22 +7,24 @@ import json
 import re
 import sys
 from collections.abc import Mapping
-from dataclasses import asdict, fields
+from dataclasses import asdict
+from types import MappingProxyType
 from typing import Any
 
 from analytic.parameters import ParameterError, known
-from analytic.planner import Limits, Plan, RestPose
-from analytic.planner import plan as find_plan
-from engines.measurement import Measurement, measure
+from analytic.planner import Plan
 from engines.registry import method as find_method
 from models.registry import scene as find_scene
-from models.registry import system_of, systems
-from models.tripod_capsule.parameters import BODY, CHECK, capsule
+from models.tripod_capsule.parameters import BODY, CHECK
+from models.tripod_capsule.plan import LIMITS, planned
 from reports.commands import values
+from reports.plan_errors import PlanRun, PoseOff, arising, run_plan
 
-LIMITS = tuple(field.name for field in fields(Limits))
 PLACES = ("start", "slider", "slider_at_end")
 SYSTEM = "capsule-plan"
+KINDS: Mapping[str, str] = MappingProxyType(
+    {"slow": "slow motions", "turn": "turns", "line": "lines", "wait": "waits"}
+)
 MISSING = 3
 
 
@@ -45,39 +47,26 @@ def command(chosen: argparse.Namespace) -> int:
     """Print the manoeuvres, the total time and where the reference ends, and an engine's errors."""
     changes = values.changes(chosen.changes)
     known(changes, (*BODY, *LIMITS, *PLACES))
+    parameters = asked(chosen.to, chosen.track, changes)
     if (chosen.method is None) != (chosen.step is None):
         raise ParameterError("step", chosen.step, "given with --method, and only with it")
-    found = planned(chosen.to, chosen.track, changes)
+    found = planned({**CHECK, **parameters})
     answer = described(found)
-    measured = _measured(chosen, found, changes) if chosen.method else None
+    measured = _measured(chosen, found, parameters) if chosen.method else None
     if measured is not None:
-        answer["method"] = {
-            "name": chosen.method,
-            "step": measured.step,
-            "status": measured.status,
-            "reason": measured.reason,
-            "errors_at_end": {name: error.end for name, error in measured.errors.items()},
-        }
+        answer["method"] = told(found, measured)
     if chosen.json:
         json.dump(values.plain(answer), sys.stdout, indent=1)
         print()
     else:
         _print(answer)
-    return MISSING if measured is not None and measured.status == "missing" else 0
+    return MISSING if measured is not None and measured.found.status == "missing" else 0
 
 
-def planned(to: list[str], track: Any, changes: Mapping[str, Any]) -> Plan:
-    """The plan that the arguments ask for; raises ParameterError."""
-    body = capsule({**CHECK, **{name: changes[name] for name in BODY if name in changes}})
-    limits = Limits(**{name: changes[name] for name in LIMITS if name in changes})
-    x, y, heading = (values.number(*pair) for pair in zip(("x", "y", "psi"), to, strict=True))
-    slider = changes.get("slider", (0.0, 0.0))
-    begun = changes.get("start", (0.0, 0.0, 0.0))
-    if not isinstance(begun, (list, tuple)) or len(begun) != 3:
-        raise ParameterError("start", begun, "a pose [x, y, psi]")
-    start = RestPose(begun[0], begun[1], begun[2], slider)
-    goal = RestPose(x, y, heading, changes.get("slider_at_end", slider))
-    return find_plan(body, goal, limits, track, start)
+def asked(to: list[str], track: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments as parameters of SYSTEM; raises ParameterError."""
+    goal = [values.number(*pair) for pair in zip(("x", "y", "psi"), to, strict=True)]
+    return {**changes, "to": goal, "track": track}
 
 
 def described(found: Plan) -> dict[str, Any]:
@@ -107,14 +96,27 @@ def described(found: Plan) -> dict[str, Any]:
     }
 
 
-def _measured(chosen: argparse.Namespace, found: Plan, changes: Mapping[str, Any]) -> Measurement:
+def _measured(chosen: argparse.Namespace, found: Plan, parameters: Mapping[str, Any]) -> PlanRun:
     method, step = find_method(chosen.method), values.positive_number("step", chosen.step)
-    if SYSTEM not in systems():
-        reason = f"no engine can run a plan yet: there is no system {SYSTEM}"
-        return Measurement(SYSTEM, method.name, step, "missing", reason)
-    goal = (found.goal.x, found.goal.y, found.goal.heading)
-    scene = find_scene(SYSTEM, {**changes, "to": goal, "track": found.track})
-    return measure(system_of(scene), scene, method, step)[0]
+    return run_plan(found, find_scene(SYSTEM, parameters), method, step)
+
+
+def told(plan: Plan, run: PlanRun) -> dict[str, Any]:
+    """What an engine makes of a plan, as plain data."""
+    measured = run.found
+    return {
+        "name": measured.method,
+        "step": measured.step,
+        "status": measured.status,
+        "reason": measured.reason,
+        "errors_at_end": {name: error.end for name, error in measured.errors.items()},
+        "off_after": [None if off is None else _off(off) for off in run.after],
+        "arising": {kind: _off(off) for kind, off in arising(plan, run).items()},
+    }
+
+
+def _off(off: PoseOff) -> dict[str, float]:
+    return {"distance": off.distance, **asdict(off)}
 
 
 def _print(answer: Mapping[str, Any]) -> None:
@@ -124,10 +126,17 @@ def _print(answer: Mapping[str, Any]) -> None:
         f"{'free plane' if track == 'free' else 'curve'}: {answer['turns']} turns and "
         f"{answer['lines']} lines in {answer['total_time']:.6g} s"
     )
-    print(f"{'start [s]':>12} {'lasts [s]':>12}  manoeuvre")
-    for one in answer["manoeuvres"]:
+    after = answer.get("method", {}).get("off_after") or [None] * len(answer["manoeuvres"])
+    heads = f"{'start [s]':>12} {'lasts [s]':>12}"
+    if "method" in answer:
+        heads += f" {'then off [m]':>13} {'[rad]':>10}"
+    print(f"{heads}  manoeuvre")
+    for one, off in zip(answer["manoeuvres"], after, strict=True):
         given = ", ".join(f"{name} {value:.6g}" for name, value in one["parameters"].items())
-        print(f"{one['start']:>12.6f} {one['duration']:>12.6f}  {one['kind']:<5} {given}".rstrip())
+        row = f"{one['start']:>12.6f} {one['duration']:>12.6f}"
+        if "method" in answer:
+            row += " ".join(("", *_columns(off)))
+        print(f"{row}  {one['kind']:<5} {given}".rstrip())
     print(
         f"the reference ends {answer['position_error']:.2g} m and "
         f"{answer['heading_error']:.2g} rad from the goal"
@@ -137,3 +146,11 @@ def _print(answer: Mapping[str, Any]) -> None:
         print(f"{run['name']} at {run['step']:g} s: {run['status']} {run['reason']}".rstrip())
         for name, error in run["errors_at_end"].items():
             print(f"  {name}: ends {error:.4g} off")
+        for kind, off in run["arising"].items():
+            print(f"  of it from {KINDS[kind]}: {off['distance']:.3g} m, {off['heading']:.3g} rad")
+
+
+def _columns(off: Mapping[str, float] | None) -> tuple[str, str]:
+    if off is None:
+        return f"{'moving':>13}", f"{'':>10}"
+    return f"{off['distance']:>13.3e}", f"{off['heading']:>10.2e}"
