@@ -21,6 +21,7 @@ from analytic.planner.manoeuvre import slow_arc, slow_line
 from analytic.planner.turns import outcome, quickest_drive
 from analytic.slider_path import ArcPiece, SliderPath, StraightPiece, arc, straight
 from analytic.three_points.friction import three_point_motion
+from models.registry import scene
 from tests.random_capsules import CHECK
 
 PLACES = dict(POSES)
@@ -52,6 +53,7 @@ def test_every_pose_is_reached_at_rest_within_the_limits(name: str, track: str) 
     assert max(made.error) <= REACHED
     assert made.path.end == pytest.approx(made.goal.slider, abs=1e-12)
     assert made.motion.rest_time <= made.duration
+    assert made.duration <= scene(f"capsule-plan/{name}-{track}").duration < made.duration + 0.2
     assert made.turns + made.lines <= limits.manoeuvres
     assert (made.turns > 0) == (abs(PLACES[name].heading) > 0.0)
     assert lowest_normal_forces(CHECK, made.path.track())[0].min() > 0.0

@@ -117,7 +117,7 @@ SCENES = (
            velocity_x=0.4, velocity_y=0.2),
     _scene("rotation", "a turn about C with supports equally far from it, Q at C", 0.2, "quick",
            supports=_ROUND, slider=(0.0, 0.0), heading_rate=6.0),
-    _scene("spin", "spin and translation at once, coupled by friction: no formula", 0.35, "full",
+    _scene("spin", "spin and translation at once, coupled by friction: no formula", 0.35, "quick",
            velocity_x=0.4, velocity_y=0.2, heading_rate=6.0),
 )  # fmt: skip
 

@@ -120,7 +120,7 @@ def _epsilon(epsilon: float, *, stop: bool) -> Scene:
         _parameters(epsilon, -1.0),
         hard,
         lasting=2.0 if stop else LASTING,
-        profile="quick" if epsilon in (0.3, 0.03) else "full",
+        profile="quick" if epsilon in (0.3, 0.03) and not stop else "full",
     )
 
 
