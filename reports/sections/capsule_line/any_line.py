@@ -41,8 +41,8 @@ def finding() -> Finding:
         ),
         (Table(f"Six lines at a step of {number(STEP)} s", heads, rows),),
         (),
-        ("plumbob validate --scenes 'capsule-line/ca?,capsule-line/at-*' --methods "
-         f"{','.join(METHODS)}", "plumbob solve capsule-line/at-123"),
+        (f"plumbob validate --scenes {','.join(scenes)} --methods {','.join(METHODS)}",
+         "plumbob solve capsule-line/at-123"),
     )  # fmt: skip
 
 

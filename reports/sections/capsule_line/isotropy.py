@@ -18,7 +18,7 @@ METHODS = (
     ("mujoco/euler+coulomb", BLUE),
     ("pymunk/feet", GREEN),
 )
-QUICK = (0, 30, 60, 105, 225)  # [degrees]
+QUICK = (0, 30, 105, 225)  # [degrees]
 FULL = tuple(range(0, 360, 15))
 
 

@@ -33,7 +33,7 @@ METHODS = (
     ("pymunk/feet", PINK),
 )
 FULL = "mujoco/euler+coulomb"
-COUNT = 5  # steps drawn at random, twelve times as many in the full profile
+COUNT = 4  # steps drawn at random, fifteen times as many in the full profile
 COARSE, FINE = 2.5e-3, 6e-4  # [s], what they are drawn between
 SEED = 20200101
 RULES = 0.2  # of the parabola's top: below it, other terms rule
@@ -41,7 +41,7 @@ RULES = 0.2  # of the parabola's top: below it, other terms rule
 
 def finding(study: Study) -> Finding | None:
     """The errors at steps drawn at random against the parabola, and how near they are."""
-    many = COUNT * (12 if study.profile == "full" else 1)
+    many = COUNT * (15 if study.profile == "full" else 1)
     line = problem(LINE).motion
     unit = line.closed.braking
     draw = np.random.default_rng(SEED).uniform(np.log(FINE), np.log(COARSE), many)
