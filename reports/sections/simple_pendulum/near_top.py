@@ -122,7 +122,8 @@ def _rounded(k: int) -> tuple[float, float, float]:
 def hard(study: Study, scene: Scene) -> tuple[Figure | Table, ...]:
     """Growth of the errors at the top, which leaves it at sqrt(g/L)."""
     problem: SimplePendulum = system_of(scene).problem(scene.parameters)
-    if problem.elliptic is None:
+    motion = problem.started.elliptic  # the one whose roundings an engine has
+    if motion is None:
         return ()
     top = Saddle(math.pi, math.sqrt(problem.gravity / problem.length))
     note = (
@@ -130,4 +131,4 @@ def hard(study: Study, scene: Scene) -> tuple[Figure | Table, ...]:
         "along: such an error grows as t e^(λt), whose fitted rate is above λ by about 1/t. What "
         "rounding leaves at the start grows as e^(λt)."
     )
-    return saddle_growth(study, scene, problem.elliptic, top, note)
+    return saddle_growth(study, scene, motion, top, note)
