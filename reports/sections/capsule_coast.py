@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from analytic.reference import StepReference
 from engines.registry import method as find_method
 from engines.study import Study
 from models.scene import Scene
@@ -25,6 +26,8 @@ STEPS = (1e-3, 1e-4)
 def findings(study: Study) -> Sequence[Finding]:
     """Error of the stopping distance over v0 dt/2, in both engines."""
     posed = problem(SCENE)
+    reference = posed.reference
+    assert isinstance(reference, StepReference)
     speed = math.hypot(*posed.staging.velocity)
     distance = float(posed.motion.coasting.distance)
     rows = []
@@ -34,9 +37,7 @@ def findings(study: Study) -> Sequence[Finding]:
             if (found := run(SCENE, name, step)) is None:
                 break
             gone = np.hypot(found.observables["x"][-1], found.observables["y"][-1])
-            told = posed.reference.foretold(  # type: ignore[attr-defined]
-                find_method(name).scheme, step, found.times
-            )
+            told = reference.foretold(find_method(name).scheme, step, found.times)
             lead = math.copysign(math.hypot(told["x"][-1], told["y"][-1]), told["x"][-1])
             half = 0.5 * speed * step
             cells += [value((gone - distance) / half, 4), value(lead / half, 4)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analytic.reference import Array
+from analytic.reference import Array, StepReference
 from engines.registry import method as find_method
 from reports.content import Finding, Table, row
 from reports.notation import number, short
@@ -68,8 +68,9 @@ def _parts(method: str) -> tuple[Array, Array, Array] | None:
     if (found := run(SCENE, method, STEP)) is None:
         return None
     reference = problem(SCENE).reference
-    exact = reference.observe(found.times)
-    told = reference.foretold(find_method(method).scheme, STEP, found.times)  # type: ignore[attr-defined]
+    assert isinstance(reference, StepReference)
+    exact = problem(SCENE).reference.observe(found.times)
+    told = reference.foretold(find_method(method).scheme, STEP, found.times)
     seen, truth, lead = (
         np.stack([source[load] for load in LOADS]) for source in (found.observables, exact, told)
     )

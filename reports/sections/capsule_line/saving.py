@@ -70,7 +70,7 @@ def finding(study: Study) -> Finding | None:
     heads = ("method", "ns per step", "over the full model", "relative error of Δx")
     return Finding(
         "capsule-saving",
-        "On a line the reduced model says the same for less than half",
+        "On a line the reduced model says the same for less",
         "measured",
         f"A step of the reduced model costs {number(saved.ratio, 2)} of one of the full model: it "
         f"saves {number(100 * (1 - saved.ratio), 2)} %.",
