@@ -3,10 +3,12 @@
 An error is looked up on the upper envelope of a method's measured curve: the largest error at this
 step or any smaller one, so that a lucky zero of a sawtooth promises nothing. Between two rungs the
 error is taken to fall from the coarser one with the smallest slope that the curve shows about
-there, and no faster than the method's order: an upper bound for a curve that bends one way. Nothing
-is extrapolated. Rungs alone count where theory has no series in the step for the error, as where a
-switch inside a step makes it a sawtooth; and for an adaptive solver, whose error jumps from one
-tolerance to the next. A closed form is no simulation: it is left out.
+there, no faster than the method's order, and to rise from the finer one as it rose to it, if that
+is more: an upper bound for a curve that bends one way between them. Nothing is extrapolated.
+
+Rungs alone count where theory has no series in the step for the error, as where a switch inside a
+step makes it a sawtooth; and for an adaptive solver, whose error jumps from one tolerance to the
+next. A closed form is no simulation: it is left out.
 """
 
 from __future__ import annotations
@@ -28,6 +30,7 @@ _DIGITS = 2  # of an interpolated step, rounded down
 # Between rungs a run ends up to half a step before or after the ones beside it, and its largest
 # error, often the last one, comes out a per cent or two apart from their curve.
 _MARGIN = 1.05
+_STEEP = 50.0  # a slope that allows nothing: from an error that happened to be next to none
 
 
 @dataclass(frozen=True)
@@ -129,13 +132,26 @@ def _coarsest(
     if method.control == "tolerance":  # a looser tolerance need not be the cheaper one
         return chosen(method, min((curve[i] for i in within), key=lambda p: p.ns_per_second))
     i = within[-1]
-    slope = min(steepest, _slope(curve, i)) if i + 1 < len(curve) else 0.0
-    if slope > 0.0:
-        coarse = curve[i + 1]
-        step = coarse.step * (error / (_MARGIN * coarse.error)) ** (1.0 / slope)
-        if step > curve[i].step and (step := _rounded(step)) > curve[i].step:
-            return _between(method, curve, i, step, slope)
+    if i + 1 < len(curve) and (lines := _above(curve, i, steepest)):
+        reach = min(h * (error / (_MARGIN * e)) ** (1.0 / slope) for h, e, slope in lines)
+        if reach > curve[i].step and (step := _rounded(reach)) > curve[i].step:
+            return _between(method, curve, i, step, steepest)
     return chosen(method, curve[i])
+
+
+def _above(curve: Sequence[Point], i: int, steepest: float) -> list[tuple[float, float, float]]:
+    """Straight lines on logarithmic axes, by a step, the error there and a slope, the higher of
+    which is above the curve between rungs `i` and `i + 1`; none where it may be as flat as can
+    be."""
+    fine, coarse = curve[i], curve[i + 1]
+    if (falling := min(steepest, _slope(curve, i))) <= 0.0:
+        return []
+    lines = [(coarse.step, coarse.error, falling)]
+    if i and fine.error > 0.0:
+        rising = min(_chord(curve[i - 1], fine), _STEEP)
+        if rising > _chord(fine, coarse):  # it flattens out between the two
+            lines.append((fine.step, fine.error, rising))
+    return lines
 
 
 def _slope(curve: Sequence[Point], i: int) -> float:
@@ -156,11 +172,14 @@ def _chord(fine: Point, coarse: Point) -> float:
     return math.log(coarse.error / fine.error) / math.log(coarse.step / fine.step)
 
 
-def _between(method: Method, curve: Sequence[Point], i: int, step: float, slope: float) -> Choice:
+def _between(
+    method: Method, curve: Sequence[Point], i: int, step: float, steepest: float
+) -> Choice:
     """What holds at a step between rungs `i` and `i + 1`: the error's upper bound, and the cost on
     the straight line between theirs on logarithmic axes."""
     fine, coarse = curve[i], curve[i + 1]
-    error = max(fine.error, _MARGIN * coarse.error * (step / coarse.step) ** slope)
+    bounds = [e * (step / h) ** slope for h, e, slope in _above(curve, i, steepest)]
+    error = max(fine.error, _MARGIN * min(max(bounds, default=math.inf), coarse.error))
     share = math.log(step / fine.step) / math.log(coarse.step / fine.step)
     cost = fine.ns_per_second * (coarse.ns_per_second / fine.ns_per_second) ** share
     return Choice(method.name, method.control, step, error, cost, False)
@@ -176,9 +195,7 @@ def _at_default(method: Method, curve: Sequence[Point], steepest: float) -> Choi
         if p.step > DEFAULT_STEP:
             if not i or not math.isfinite(p.error):
                 return None
-            return _between(
-                method, curve, i - 1, DEFAULT_STEP, max(min(steepest, _slope(curve, i - 1)), 0.0)
-            )
+            return _between(method, curve, i - 1, DEFAULT_STEP, steepest)
     return None
 
 

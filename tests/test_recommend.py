@@ -58,6 +58,23 @@ def test_saturating_curve(rise: float, bend: float, wanted: float) -> None:
     assert choice is None or error(choice.step) <= wanted * (1 + 1e-12)
 
 
+@given(
+    flat=st.floats(2.0, 4.0), bend=st.floats(-3.6, -2.7), after=st.floats(4.0, 7.0),
+    wanted=st.floats(-9, -3),
+)  # fmt: skip
+def test_curve_that_flattens_out_and_rises_again(
+    flat: float, bend: float, after: float, wanted: float
+) -> None:
+    # C4 h^4 and C5 h^5 of opposite sign: slope 4, then less, then more where other terms rule.
+    def error(h: float) -> float:
+        x, knee = math.log10(h), bend + 0.25
+        risen = 4.0 * min(x - bend, 0.0) + flat * min(max(x - bend, 0.0), 0.25)
+        return 10.0 ** (-5.0 + risen + after * max(x - knee, 0.0))
+
+    choice = cheapest(one(FOURTH, error), SCENE, 10.0**wanted).choice
+    assert choice is None or error(choice.step) <= choice.error * (1 + 1e-12)
+
+
 @given(phase=st.floats(0, 1), wanted=st.floats(-5, -2).map(lambda x: 10.0**x))
 def test_sawtooth_rung_is_covered(phase: float, wanted: float) -> None:
     # A switch inside a step: the error is the step times the part of it that is missed.

@@ -1,0 +1,79 @@
+"""What a second process saves in the error half of a study, and that costs do not feel it.
+
+Wall times tell only on a machine with nothing else to do; what each process computed tells on any.
+Run alone: pytest -s tests/benchmarks/test_study_speed.py
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import resource
+import statistics
+import time
+from concurrent.futures import ProcessPoolExecutor
+
+import pytest
+
+from engines.registry import engine_of, installed, methods
+from engines.study import Study, run_study
+from models.registry import scenes
+
+SCENES = "simple-pendulum,linear-pendulum"
+SAVED = 1.7  # times faster with two processes, asked for
+QUIET = 0.95  # of a wall second that a process computes for, where nothing else runs
+
+
+def _study(
+    jobs: int = 1, timed: bool = False, executor: ProcessPoolExecutor | None = None
+) -> Study:
+    here = [m for m in methods() if installed(engine_of(m))]
+    return run_study(scenes(SCENES, "quick"), here, jobs=jobs, timed=timed, executor=executor)
+
+
+def _computed(who: int = resource.RUSAGE_SELF) -> float:
+    used = resource.getrusage(who)
+    return used.ru_utime + used.ru_stime
+
+
+def _spent(_: int) -> tuple[int, float]:
+    time.sleep(0.05)  # long enough for the other worker to take the next question
+    return os.getpid(), time.process_time()
+
+
+@pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="one core")
+def test_the_error_half_on_two_processes() -> None:
+    begin = _computed()
+    alone = _study().seconds["errors"]
+    computed = _computed() - begin
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
+        both = _study(executor=pool).seconds["errors"]
+        spent = dict(pool.map(_spent, range(8)))
+    busiest = max(spent.values())
+    print(
+        f"\nwall {alone:.1f} s alone, {both:.1f} s by two: {alone / both:.2f} times; computed "
+        f"{computed:.1f} s alone, {busiest:.1f} s by the busier of two: {computed / busiest:.2f}"
+    )
+    assert computed / busiest >= SAVED
+    if computed / alone >= QUIET:
+        assert alone / both >= SAVED
+
+
+def test_costs_do_not_feel_a_second_process() -> None:
+    one, two = _study(1, timed=True), _study(2, timed=True)
+    apart, ratios = [], []
+    for key, first in one.costs.items():
+        second = two.costs[key]
+        ratios.append(second.ratio / first.ratio)
+        low, high = max(first.low, second.low), min(first.high, second.high)
+        scatter = (first.high - first.low) + (second.high - second.low)
+        if low > high and low - high > scatter:
+            apart.append(f"{' '.join(key)}: {first.ns_per_step:.0f}, {second.ns_per_step:.0f} ns")
+    print(
+        f"\n{len(ratios)} costs, with two processes {statistics.median(ratios):.3f} of those with "
+        f"one, {len(apart)} further apart than their scatter; yardsticks {one.yardstick:.0f} and "
+        f"{two.yardstick:.0f} ns; cost half {one.seconds['costs']:.1f} s"
+    )
+    assert set(one.costs) == set(two.costs)
+    # Quartiles of five hold a median nineteen times in twenty: with twice their width, a few miss.
+    assert len(apart) <= 0.05 * len(ratios), apart
