@@ -105,8 +105,8 @@ def _above(problem: CapsuleProblem, method: Method, step: float) -> Translation:
     if (velocity := capsule_drive.on_the_line(staging)) is not None:
         aimed = capsule_drive.aims(velocity, staging.slider, step)
         act = capsule_drive.driven_along(assembly, aimed, staging.heading, tell)
-    elif staging.plane_velocity is not None:
-        aimed = capsule_drive.aims(staging.plane_velocity, staging.slider, step)
+    elif isinstance(problem.reference, PlaneReference) and staging.plane_velocity is not None:
+        aimed = capsule_drive.aims_in_the_plane(problem.reference.motion.path, staging, step)
         act = capsule_drive.driven(assembly, aimed, step, tell)
     settle(assembly, step)
     seen: Seen

@@ -26,7 +26,8 @@ from models.tripod_capsule.turn import OBSERVED
 
 LIMITS = tuple(field.name for field in fields(Limits))
 NAMES = (*BODY, *LIMITS, "to", "track", "start", "slider", "slider_at_end")
-STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5)
+STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
+LONG = 10.0  # [s]: a plan that takes more is not run at the finest step
 # Whole steps of every size, a little after the last manoeuvre has ended.
 _LASTING: Mapping[str, tuple[float, float]] = MappingProxyType({
     "near": (1.65, 6.95), "half-turn": (1.95, 18.55), "aside": (3.65, 14.75),
@@ -104,13 +105,14 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
 def _scene(case: str, goal: RestPose, track: TrackName) -> Scene:
     to = (goal.x, goal.y, goal.heading)
     where = "on a free plane" if track == "free" else "along the source's single curve"
+    lasting = _LASTING[case][track == "curve"]
     half = " (half a turn)" if abs(abs(goal.heading) - math.pi) < 1e-9 else ""
     return Scene(
         f"capsule-plan/{case}-{track}",
         f"to {goal.x:g}, {goal.y:g} m and {goal.heading:.4g} rad{half}, the slider {where}",
         MappingProxyType({**CHECK, "to": to, "track": track}),
-        _LASTING[case][track == "curve"],
-        STEPS,
+        lasting,
+        STEPS if lasting <= LONG else STEPS[:-1],
         SOURCE,
         "quick" if (case, track) == ("near", "free") else "full",
     )

@@ -134,7 +134,7 @@ def _circles(count: int) -> dict[str, Any]:
 SCENES = (
     *(_epsilon(epsilon, stop=stop) for epsilon in EPSILONS for stop in (False, True)),
     _scene("thousand", "1000 turns by whole circles, the residual motion waited out after each",
-           _circles(1000), "1000 turns in a row", lasting=1000 * LASTING, parts=(25, 50, 100, 200)),
+           _circles(1000), "1000 turns in a row", lasting=1000 * LASTING, parts=(20, 25, 50, 100)),
     _scene("pivot", "a gentle drive: the body pivots about A2 and slides, three times over",
            _parameters(0.8, -0.3, radius=0.2, start=5.0),
            "one support comes to rest, holds while the body pivots about it, and gives way"),
