@@ -12,5 +12,10 @@ def value(found: float | None, digits: int = 3) -> Cell:
 
 
 def method(name: str) -> Cell:
-    """A method's name."""
+    """A method's name, with its mark on the page's own plots."""
     return Cell(name, "method")
+
+
+def named(name: str) -> Cell:
+    """A method's name beside a figure that has colours of its own."""
+    return Cell(name, "name")

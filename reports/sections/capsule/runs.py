@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cache
+from types import MappingProxyType
 
 import numpy as np
 
@@ -18,7 +19,18 @@ from models.registry import system_of
 from models.tripod_capsule.staging import CapsuleProblem
 
 LINE = "capsule-line/ca1"
-BLUE, RED, GREEN, PINK, GREY = "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#808080"
+RED, GREY = "#d55e00", "#808080"
+COLOURS = MappingProxyType(
+    {
+        "mujoco/euler": RED,
+        "mujoco/euler+elliptic": "#e69f00",
+        "mujoco/euler+coulomb": "#0072b2",
+        "mujoco/euler+reduced": "#56b4e9",
+        "mujoco/euler+tall": RED,
+        "pymunk/feet": "#cc79a7",
+        "pymunk/side": "#009e73",
+    }
+)  # of methods, in every figure of the findings; the exact answer is grey where they are shown
 
 
 @cache

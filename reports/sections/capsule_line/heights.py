@@ -7,9 +7,8 @@ import numpy as np
 from engines.registry import method as find_method
 from reports.content import Cell, Finding, Table, row
 from reports.notation import number, short
-from reports.sections.capsule.cells import method as method_cell
-from reports.sections.capsule.cells import value
-from reports.sections.capsule.runs import BLUE, GREY, RED, off, problem, run
+from reports.sections.capsule.cells import named, value
+from reports.sections.capsule.runs import COLOURS, GREY, off, problem, run
 from reports.traces import Trace, curve, figure, linear
 
 SCENE = "capsule-line/at-123"
@@ -29,8 +28,8 @@ def finding() -> Finding | None:
     times = np.linspace(0.0, float(found[LOW].times[-1]), 200)
     statics = posed.reference.observe(times)[LOAD]
     traces: list[Trace] = [curve(times, statics, colour=GREY, width=2.2, name="statics, no height")]
-    for name, colour in ((LOW, BLUE), (TALL, RED)):
-        traces.append(curve(found[name].times, found[name].observables[LOAD], colour=colour,
+    for name in (LOW, TALL):
+        traces.append(curve(found[name].times, found[name].observables[LOAD], colour=COLOURS[name],
                             name=name))  # fmt: skip
     loads = {name: one.observables[LOAD] for name, one in found.items()}
     shift = float(np.abs(loads[TALL] - loads[LOW]).max())
@@ -43,7 +42,7 @@ def finding() -> Finding | None:
                 continue
             load, turn = one.observables[LOAD], np.abs(one.observables["heading"])
             cells = (end, float(turn.max()), float(load.min()), float(load.max()))
-            rows.append(row(method_cell(name), Cell(short(step), "number"), *map(value, cells)))
+            rows.append(row(named(name), Cell(short(step), "number"), *map(value, cells)))
     heads = ("method", "step [s]", "relative error of Δx", "largest |heading| [rad]",
              "least N₂ [N]", "largest N₂ [N]")  # fmt: skip
     return Finding(

@@ -6,15 +6,13 @@ import numpy as np
 
 from reports.content import Cell, Finding, Table, row
 from reports.notation import number, short
-from reports.sections.capsule.cells import method as method_cell
-from reports.sections.capsule.cells import value
-from reports.sections.capsule.runs import BLUE, LINE, RED, off, problem, run
+from reports.sections.capsule.cells import named, value
+from reports.sections.capsule.runs import COLOURS, LINE, off, problem, run
 from reports.traces import Trace, curve, figure, linear, logarithmic
 
 DEFAULT, GOOD = "mujoco/euler", "mujoco/euler+coulomb"
 STEPS = (1e-3, 1e-4)  # [s]; the figures are at the finer one
 FLOOR = 1e-14  # [m] where a heave of zero is drawn
-SHOWN = ((DEFAULT, RED), (GOOD, BLUE))
 LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
 
 
@@ -25,7 +23,7 @@ def finding() -> Finding | None:
     heaves: list[Trace] = []
     contacts: list[Trace] = []
     forces: list[Trace] = []
-    for name, colour in SHOWN:
+    for name in (DEFAULT, GOOD):
         for step in STEPS:
             if (found := run(LINE, name, step)) is None:
                 return None
@@ -35,12 +33,12 @@ def finding() -> Finding | None:
             missing = float(np.mean(count[sliding] < 3))
             cells = (off(LINE, name, step), float(np.ptp(heave)), missing,
                      float(count.min()), float(load.min()), float(load.max()))  # fmt: skip
-            rows.append(row(method_cell(name), Cell(short(step), "number"), *map(value, cells)))
+            rows.append(row(named(name), Cell(short(step), "number"), *map(value, cells)))
             if step == STEPS[-1]:
                 sizes = np.maximum(np.abs(heave), FLOOR)
-                heaves.append(curve(found.times, sizes, colour=colour, name=name))
-                contacts.append(curve(found.times, count, colour=colour, name=name))
-                forces.append(curve(found.times, load, colour=colour, name=name))
+                heaves.append(curve(found.times, sizes, colour=COLOURS[name], name=name))
+                contacts.append(curve(found.times, count, colour=COLOURS[name], name=name))
+                forces.append(curve(found.times, load, colour=COLOURS[name], name=name))
     heads = ("method", "step [s]", "relative error of Δx", "heave, top to bottom [m]",
              "samples with a contact missing while it slides", "fewest contacts",
              "least ΣNᵢ over the weight", "largest")  # fmt: skip

@@ -7,16 +7,15 @@ import numpy as np
 from engines.study import Study
 from reports.content import Cell, Finding, Table, row
 from reports.notation import number, short
-from reports.sections.capsule.cells import method as method_cell
-from reports.sections.capsule.cells import value
-from reports.sections.capsule.runs import BLUE, GREEN, PINK, RED, off
+from reports.sections.capsule.cells import named, value
+from reports.sections.capsule.runs import COLOURS, off
 from reports.traces import Trace, curve, figure, linear, logarithmic, positive
 
 METHODS = (
-    ("mujoco/euler", RED),
-    ("mujoco/euler+elliptic", PINK),
-    ("mujoco/euler+coulomb", BLUE),
-    ("pymunk/feet", GREEN),
+    "mujoco/euler",
+    "mujoco/euler+elliptic",
+    "mujoco/euler+coulomb",
+    "pymunk/feet",
 )
 QUICK = (0, 30, 105, 225)  # [degrees]
 FULL = tuple(range(0, 360, 15))
@@ -29,7 +28,7 @@ def finding(study: Study) -> Finding | None:
     rows: list[tuple[Cell, ...]] = []
     traces: list[Trace] = []
     spreads = {}
-    for name, colour in METHODS:
+    for name in METHODS:
         for step in steps:
             errors = [off(f"capsule-line/heading-{angle:03d}", name, step) for angle in headings]
             known = np.array([error for error in errors if error is not None])
@@ -38,9 +37,9 @@ def finding(study: Study) -> Finding | None:
             least, most = float(known.min()), float(known.max())
             spreads[name] = most - least
             cells = (len(known), least, most, most - least)
-            rows.append(row(method_cell(name), Cell(short(step), "number"), *map(value, cells)))
+            rows.append(row(named(name), Cell(short(step), "number"), *map(value, cells)))
             if step == steps[0]:
-                traces.append(curve(np.array(headings), positive(known), colour=colour,
+                traces.append(curve(np.array(headings), positive(known), colour=COLOURS[name],
                                     marks=True, name=name))  # fmt: skip
     if not rows:
         return None
@@ -67,5 +66,5 @@ def finding(study: Study) -> Finding | None:
                 linear("heading [°]", dtick=45), logarithmic("|error of Δx| / |Δx|"), legend=True,
                 wide=True),),
         ("plumbob validate --profile full --scenes 'capsule-line/heading-*' --methods "
-         f"{','.join(name for name, _ in METHODS)}",),
+         f"{','.join(METHODS)}",),
     )  # fmt: skip

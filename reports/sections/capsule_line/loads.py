@@ -8,13 +8,12 @@ from analytic.reference import Array, StepReference
 from engines.registry import method as find_method
 from reports.content import Finding, Table, row
 from reports.notation import number, short
-from reports.sections.capsule.cells import method as method_cell
-from reports.sections.capsule.cells import value
-from reports.sections.capsule.runs import BLUE, GREEN, problem, run
+from reports.sections.capsule.cells import named, value
+from reports.sections.capsule.runs import COLOURS, problem, run
 from reports.traces import Trace, curve, figure, linear, logarithmic, positive
 
 SCENE, STEP = "capsule-line/at-123", 1e-4
-METHODS = (("mujoco/euler+coulomb", BLUE), ("pymunk/side", GREEN))
+METHODS = ("mujoco/euler+coulomb", "pymunk/side")
 SETTLED = 60  # steps: contacts of damping 0.3 have come to rest
 LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
 
@@ -25,17 +24,17 @@ def finding() -> Finding | None:
     rows = []
     traces: list[Trace] = []
     resting = []
-    for name, colour in METHODS:
+    for name in METHODS:
         if (parts := _parts(name)) is None:
             continue
         times, apart, left = parts
         rest = float(apart[times > motion.t2 + SETTLED * STEP].max())
         resting.append(rest)
-        rows.append(row(method_cell(name), value(rest), value(float(apart.max())),
+        rows.append(row(named(name), value(rest), value(float(apart.max())),
                         value(float(left[:-1].max()))))  # fmt: skip
         traces += [
-            curve(times, positive(apart), colour=colour, name=f"{name}: from statics"),
-            curve(times, positive(left), colour=colour, dash="dot",
+            curve(times, positive(apart), colour=COLOURS[name], name=f"{name}: from statics"),
+            curve(times, positive(left), colour=COLOURS[name], dash="dot",
                   name=f"{name}: from statics and lead"),
         ]  # fmt: skip
     if not rows:
@@ -59,7 +58,7 @@ def finding() -> Finding | None:
                heads, tuple(rows)),),
         (figure("Nᵢ against statics", "Largest of the three, relative.", traces,
                 linear("time [s]"), logarithmic("|Nᵢ – statics| / Nᵢ"), legend=True, wide=True),),
-        tuple(f"plumbob run {SCENE} {name} --step 1e-4" for name, _ in METHODS),
+        tuple(f"plumbob run {SCENE} {name} --step 1e-4" for name in METHODS),
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from analytic.manoeuvres.line_manoeuvre import printed_body_velocity
 from reports.content import Finding, Table, row
 from reports.notation import number
 from reports.sections.capsule.cells import value
-from reports.sections.capsule.runs import BLUE, GREY, LINE, RED, problem, run
+from reports.sections.capsule.runs import COLOURS, GREY, LINE, RED, problem, run
 from reports.traces import Trace, curve, figure, linear
 
 METHOD, STEP = "mujoco/euler+coulomb", 1e-3
@@ -23,15 +23,15 @@ def finding() -> Finding:
     shown = times <= line.t_star
     witness = run(LINE, METHOD, STEP)
     traces: list[Trace] = [
-        curve(times, line.body_velocity(times), colour=BLUE, width=2.2, name="eq. 19 with t₁"),
+        curve(times, line.body_velocity(times), colour=GREY, width=2.2, name="eq. 19 with t₁"),
         curve(times[shown], printed_body_velocity(line, times[shown]), colour=RED, dash="dash",
               width=2.2, name="eq. 19 as printed, with t"),
     ]  # fmt: skip
     seen = None
     if witness is not None:
         rates = witness.observables["velocity"]
-        traces.append(curve(witness.times[::5], rates[::5], colour=GREY, marks=True, lines=False,
-                            name=METHOD))  # fmt: skip
+        dots = witness.times[::5], rates[::5]
+        traces.append(curve(*dots, colour=COLOURS[METHOD], marks=True, lines=False, name=METHOD))
         seen = float(np.interp(line.t_star, witness.times, rates))
     rows = (
         row("as printed", value(printed)),

@@ -11,15 +11,11 @@ from engines.mujoco.contact_profiles import PROFILES
 from engines.study import Study
 from reports.content import Finding, Table, row
 from reports.notation import number, short
-from reports.sections.capsule.cells import method as method_cell
-from reports.sections.capsule.cells import value
+from reports.sections.capsule.cells import named, value
 from reports.sections.capsule.runs import (
-    BLUE,
-    GREEN,
+    COLOURS,
     GREY,
     LINE,
-    PINK,
-    RED,
     displaced,
     problem,
 )
@@ -27,10 +23,10 @@ from reports.sections.capsule.surplus import sinking
 from reports.traces import Trace, curve, figure, linear
 
 METHODS = (
-    ("mujoco/euler+reduced", BLUE),
-    ("mujoco/euler+coulomb", RED),
-    ("pymunk/side", GREEN),
-    ("pymunk/feet", PINK),
+    "mujoco/euler+reduced",
+    "mujoco/euler+coulomb",
+    "pymunk/side",
+    "pymunk/feet",
 )
 FULL = "mujoco/euler+coulomb"
 COUNT = 4  # steps drawn at random, fifteen times as many in the full profile
@@ -56,16 +52,18 @@ def finding(study: Study) -> Finding | None:
         curve(phi, 0.5 * phi * (1 - phi) + sunk, colour=GREY, dash="dash", name="and sinking")
     )
     rows = []
-    for name, colour in METHODS:
+    for name in METHODS:
         found = _errors(name, steps)
         if not found:
             continue
         places, errors, apart = (np.array(column) for column in zip(*found, strict=True))
-        traces.append(curve(places, errors, colour=colour, marks=True, lines=False, name=name))
+        traces.append(
+            curve(places, errors, colour=COLOURS[name], marks=True, lines=False, name=name)
+        )
         said = 0.5 * places * (1 - places)
         rules = said > RULES / 8
         rows.append(
-            row(method_cell(name), value(float(len(found))),
+            row(named(name), value(float(len(found))),
                 value(float(np.abs(errors / said - 1)[rules].max())),
                 value(float(np.abs((errors - apart) / said - 1)[rules].max())))
         )  # fmt: skip

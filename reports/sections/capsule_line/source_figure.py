@@ -8,11 +8,11 @@ import numpy as np
 
 from reports.content import Figure
 from reports.notation import number
-from reports.sections.capsule.runs import BLUE, GREEN, LINE, RED, problem, run
+from reports.sections.capsule.runs import COLOURS, GREY, LINE, problem, run
 from reports.traces import Trace, curve, figure, linear
 
 STEP = 1e-3  # [s]
-ENGINES = (("mujoco/euler+coulomb", "MuJoCo", RED), ("pymunk/side", "pymunk", GREEN))
+ENGINES = (("mujoco/euler+coulomb", "MuJoCo"), ("pymunk/side", "pymunk"))
 EVERY = 5  # samples to a mark
 TIME = "time [s]"
 
@@ -40,11 +40,11 @@ def _panel(title: str, name: str, axis: str, caption: str) -> Figure:
     # The switches among the times, so that a corner is drawn as one.
     times = np.unique(np.append(np.linspace(0.0, end, 200), [motion.t1, motion.t_star, motion.t2]))
     traces: list[Trace] = [
-        curve(times, reference.observe(times)[name], colour=BLUE, width=2.2, name="exact")
+        curve(times, reference.observe(times)[name], colour=GREY, width=2.2, name="exact")
     ]
-    for place, (method, shown, colour) in enumerate(ENGINES):
+    for place, (method, shown) in enumerate(ENGINES):
         if (found := run(LINE, method, STEP)) is not None:
             kept = slice(place * EVERY // 2, None, EVERY)
             dots = found.times[kept], found.observables[name][kept]
-            traces.append(curve(*dots, colour=colour, marks=True, lines=False, name=shown))
+            traces.append(curve(*dots, colour=COLOURS[method], marks=True, lines=False, name=shown))
     return figure(title, caption, traces, linear(TIME), linear(axis), legend=True, height=300)
