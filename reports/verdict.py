@@ -40,6 +40,11 @@ def judge(found: Measurement, system: System, method: Method) -> Judgement:
             return Judgement("fail", known, reason)
         if (why := missed(found.errors[name])) is not None:
             return Judgement("fail", known, f"{name} is {why} {bound.unit}")
+    leading = system.observables[0].name
+    if leading in known and 0.0 < (moves := found.errors[leading].scale) <= known[leading].bound:
+        allowed, unit = known[leading].bound, units[leading]
+        why = f"{leading} is allowed {allowed:.3g} {unit}, more than its {moves:.3g}"
+        return Judgement("coarse", known, why)
     if not known:
         told = any(e.foretold or e.controlled for e in found.errors.values())
         why = "the step is too coarse for" if told else "there is no"

@@ -161,7 +161,7 @@ class LineManoeuvre:
         """Velocity of C [m/s] at `times` [s], shape (n,) (eq. 19 as it follows from eq. 11)."""
         left = np.maximum(self.closed.braking_time - (times - self.t1), 0.0)
         pushed = 0.0 - self.closed.backward * times
-        return np.where(times < self.t1, pushed, -self.closed.braking * left)
+        return np.where(times < self.t1, pushed, 0.0 - self.closed.braking * left)
 
     def body_displacement(self, times: Array) -> Array:
         """Displacement of C [m] at `times` [s], shape (n,) (eq. 12)."""

@@ -46,7 +46,8 @@ def command(chosen: argparse.Namespace) -> int:
     units = {o.name: o.unit for o in system.observables}
     print(f"\n{'t [s]':>24}" + "".join(_head(n, units) for n in names))
     for i, t in enumerate(times):
-        print(f"{t:>24.17g}" + "".join(f"{answer['observables'][n][i]:>26.17g}" for n in names))
+        row = (_text(float(answer["observables"][name][i])) for name in names)
+        print(f"{_text(float(t)):>24}" + "".join(f"{text:>26}" for text in row))
     return 0
 
 
@@ -64,7 +65,7 @@ def _print(entries: Mapping[str, Any], indent: int = 2) -> None:
 
 
 def _text(value: Any) -> str:
-    return f"{value:.17g}" if isinstance(value, float) else str(value)
+    return repr(float(value) + 0.0) if isinstance(value, float) else str(value)  # no -0.0
 
 
 def _head(name: str, units: Mapping[str, str]) -> str:

@@ -147,6 +147,7 @@ def _print(study: Study, judged: dict[Pair, Judgement]) -> None:
         for c in study.climbs
     }
     unexpected = surprises(study, judged)
+    width = max(len(method.name) for method in study.methods) + 2
     for scene in study.scenes:
         print(f"\n{scene.name}: {scene.summary}")
         for method in study.methods:
@@ -154,7 +155,7 @@ def _print(study: Study, judged: dict[Pair, Judgement]) -> None:
             if pair not in judged:
                 continue
             order, cost, found = orders[pair], study.costs.get(pair), judged[pair]
-            line = f"  {method.name:<24}{found.verdict:<15}"
+            line = f"  {method.name:<{width}}{found.verdict:<16}"
             if best[pair] is not None:
                 line += f"least error {best[pair]:.1e}  "
             if order:
