@@ -173,8 +173,7 @@ def lines(study: Study) -> list[str]:
             f"{found.scene}: {found.observable} with your settings at {found.step:g} s",
             f"  error        {_error(found)} {found.unit}"
             + (f"; {smaller}" if smaller else "")
-            + f"; {found.judgement.verdict}"
-            + (f" ({found.judgement.reason})" if found.judgement.reason else ""),
+            + f"; {found.judgement.verdict}",
         ]
         for head, kind in (("as exact", found.as_exact), ("no dearer", found.better)):
             told = dict.fromkeys(c for c in (kind.here, kind.anywhere) if c is not None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from models.registry import scene as find_scene
 from models.registry import scenes, system_of
 from reports import notation
 from reports.cli import main
-from reports.commands.like import SCENES
+from reports.commands.like import SCENES, beside
 
 PENDULUM, LINE = "cone-pendulum/rotating-base", "capsule-line/heading-030"
 METHODS = "mujoco/euler+coulomb,ode/rk4"
@@ -76,6 +77,14 @@ def _error(name: str, like: str) -> float:
     scene = find_scene(name)
     run, _ = measure(system_of(scene), scene, mine(like), STEP)
     return run.errors[system_of(scene).observables[0].name].largest
+
+
+def test_others_are_measured_at_the_users_step(tmp_path: Path) -> None:
+    scene, own = find_scene(LINE), mine(written(tmp_path, "Euler"))
+    assert beside(scene, own).steps == (STEP, *scene.steps)
+    assert beside(find_scene(PENDULUM), own) == find_scene(PENDULUM)  # has that step already
+    far = replace(own, ladder=(0.01,))
+    assert beside(scene, far) == scene
 
 
 def test_run_takes_the_files_step(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

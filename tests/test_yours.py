@@ -8,10 +8,11 @@ from dataclasses import replace
 import pytest
 
 from engines.method import Method
+from engines.mujoco.like import NAME
 from engines.registry import method as find_method
 from engines.study import Study, joined
 from models.ladder import ladder
-from reports.yours import NAME, instead, lines, table, yours
+from reports.yours import instead, lines, table, yours
 from tests.studies import SCENE, made_up
 
 STEPS = ladder(5e-3, 1e-4)

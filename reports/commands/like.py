@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 
 from analytic.parameters import ParameterError
 from engines.method import Method
 from engines.mujoco.like import NAME, mine
 from engines.registry import engines, installed
+from models.scene import Scene
 
 # A line at four headings is the quickest way to tell what a setting's friction is worth.
 SCENES = ",".join(("*", *(f"capsule-line/heading-{angle:03d}" for angle in (0, 30, 45, 90))))
@@ -16,6 +18,7 @@ METHODS = ",".join((
     "mujoco/euler+elliptic+noslip", "mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk",
     "ode/leapfrog", "ode/rk4",
 ))  # fmt: skip
+RUNG = 2.5  # the most between two steps of a ladder
 
 
 def add_like(parser: argparse.ArgumentParser) -> None:
@@ -32,3 +35,12 @@ def own_method(path: str) -> Method:
     if not installed(engines()["mujoco"]):
         raise ParameterError("like", path, "measured with MuJoCo, which is not installed")
     return mine(path)
+
+
+def beside(scene: Scene, own: Method) -> Scene:
+    """The scene with the user's step on its ladder, for others to be measured at it too; as it was
+    where that step is more than a rung off its ends."""
+    step = own.ladder[0]
+    if step in scene.steps or not min(scene.steps) <= step <= RUNG * max(scene.steps):
+        return scene
+    return replace(scene, steps=tuple(sorted((*scene.steps, step), reverse=True)))

@@ -23,7 +23,7 @@ from models.registry import system_of
 from reports.commands import values
 from reports.commands.like import METHODS as LIKE_METHODS
 from reports.commands.like import SCENES as LIKE_SCENES
-from reports.commands.like import add_like, own_method
+from reports.commands.like import add_like, beside, own_method
 from reports.expectations import as_expected
 from reports.junit import write_junit
 from reports.progress import progress
@@ -58,6 +58,8 @@ def command(chosen: argparse.Namespace) -> int:
     """Run the study, print the verdicts, write the page."""
     scenes = find_scenes(chosen.scenes or (LIKE_SCENES if chosen.like else "*"), chosen.profile)
     methods = _methods(chosen.methods, chosen.like)
+    if chosen.like:
+        scenes = tuple(beside(scene, methods[0]) for scene in scenes)
     jobs = _jobs(chosen.jobs)
     out = _writable(Path(chosen.out))
     if chosen.junitxml:
