@@ -69,7 +69,7 @@ def test_curve_that_flattens_out_and_rises_again(
     def error(h: float) -> float:
         x, knee = math.log10(h), bend + 0.25
         risen = 4.0 * min(x - bend, 0.0) + flat * min(max(x - bend, 0.0), 0.25)
-        return 10.0 ** (-5.0 + risen + after * max(x - knee, 0.0))
+        return math.pow(10.0, -5.0 + risen + after * max(x - knee, 0.0))
 
     choice = cheapest(one(FOURTH, error), SCENE, error(10.0 ** (bend + at))).choice
     assert choice is None or error(choice.step) <= choice.error * (1 + 1e-12)
