@@ -27,6 +27,10 @@ class Method:
     ladder: tuple[float, ...] = ()  # of tolerances, loose to tight; steps are the scene's own
     systems: tuple[str, ...] = ()  # patterns of systems, or scenes, it is meant for; empty: all
 
+    def __getstate__(self) -> dict[str, Any]:
+        """What a worker is sent: a read-only view of a dict cannot be."""
+        return {**self.__dict__, "settings": dict(self.settings)}
+
     @property
     def engine(self) -> str:
         """Name of the engine, the part before the slash."""

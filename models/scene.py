@@ -33,6 +33,10 @@ class Scene:
     profile: Literal["quick", "full"] = "full"  # the smallest profile that runs it
     hard: str = ""  # what makes it hard, where it is there for that
 
+    def __getstate__(self) -> dict[str, Any]:
+        """What a worker is sent: a read-only view of a dict cannot be."""
+        return {**self.__dict__, "parameters": dict(self.parameters)}
+
     @property
     def system(self) -> str:
         """Name of the system, the part before the slash."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -11,9 +12,11 @@ import pytest
 from analytic.parameters import ParameterError
 from engines.climb import Climb, climb
 from engines.measurement import floor, measure
+from engines.method import Method
 from engines.registry import method, methods
 from engines.study import Study, run_study
 from models.registry import scene, scenes, system_of
+from models.scene import Scene
 
 SCENES = "cone-pendulum/rotating-base,cone-pendulum/deep-well"
 METHODS = "mujoco/euler,ode/rk4"
@@ -36,6 +39,11 @@ def test_one_process_two_and_an_executor_agree_to_the_last_bit() -> None:
     assert _errors(_study(jobs=2).climbs) == alone
     with ThreadPoolExecutor(2) as executor:
         assert _errors(_study(executor=executor).climbs) == alone
+
+
+@pytest.mark.parametrize("item", [*scenes(), *methods()], ids=lambda item: item.name)
+def test_every_scene_and_method_can_be_sent_to_a_worker(item: Scene | Method) -> None:
+    assert pickle.loads(pickle.dumps(item)) == item
 
 
 def test_costs_are_medians_and_ratios_of_one_run() -> None:
