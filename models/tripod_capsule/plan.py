@@ -124,7 +124,8 @@ SCENES = tuple(_scene(case, goal, track) for case, goal in POSES for track in _T
 SYSTEM = System(
     name="capsule-plan",
     title="Capsule brought to a pose",
-    observables=(Observable("heading", "rad"), *OBSERVED),
+    # A place first: a plan of lines alone keeps its heading.
+    observables=(*OBSERVED[:2], Observable("heading", "rad"), *OBSERVED[2:]),
     parameters=NAMES,
     scenes=SCENES,
     default="near-free",
