@@ -19,6 +19,7 @@ class Expectation:
     methods: str
     verdict: Verdict
     reason: str
+    other: Verdict | None = None  # as good: which of the two it is hangs on the ladder
 
 
 # MuJoCo with contacts that are not those of `coulomb`.
@@ -50,6 +51,13 @@ _LOSES = (
 )
 _QUICK = f"{_PIVOTS}; but of a quick turn friction makes epsilon^2 alone, and the step errs by more"
 
+_HIDES = f"{_HOPS}; an Euler step's leak of angular momentum may hide that floor"
+_WANDERS = f"{_HOPS}; where a plan then ends differs from step to step, by more than a floor shows"
+_LONE = (
+    "with a lone free body implicitfast takes velocity derivatives of centripetal forces into its"
+    " step, as implicit does: another scheme, of first order too, that errs 2.6 times as much"
+)
+
 EXPECTATIONS: tuple[Expectation, ...] = (
     Expectation("simple-pendulum/free-large", "pymunk/default", "coarse", _LOSES),
     Expectation("capsule-line/frictionless", "pymunk/pivots", "pass", ""),
@@ -61,7 +69,14 @@ EXPECTATIONS: tuple[Expectation, ...] = (
     Expectation("capsule-line/frictionless", "mujoco/rk4", "not-converging", _YIELDS),
     *(Expectation("capsule-line/frictionless", m, "fail", _YIELDS) for m in _CONTACTS),
     *(Expectation("capsule-hold/*", m, "not-converging", _CREEPS) for m in _CONTACTS),
+    *(
+        Expectation("capsule-turn/0.[01]*", m, "not-converging", _HIDES, "fail")
+        for m in _CONTACTS
+        if m != "mujoco/rk4"
+    ),
+    *(Expectation("capsule-plan/*", m, "not-converging", _WANDERS, "fail") for m in _CONTACTS),
     *(Expectation("capsule-*", m, "not-converging", _HOPS) for m in _CONTACTS),
+    Expectation("capsule-coast/spin", "mujoco/implicitfast+coulomb", "fail", _LONE),
     Expectation("capsule-line/*", "mujoco/euler+planar", "fail", _SHARES),
 )
 
@@ -84,4 +99,5 @@ def as_expected(scene: Scene, method: Method, found: Judgement) -> bool:
         return True
     if found.verdict == "coarse" and (scene.hard or found.cut or method.control == "tolerance"):
         return True
-    return found.verdict == expected(scene.name, method.name).verdict
+    wanted = expected(scene.name, method.name)
+    return found.verdict in (wanted.verdict, wanted.other)
