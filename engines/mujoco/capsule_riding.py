@@ -15,14 +15,17 @@ moments of horizontal forces at their heights. A contact acts halfway down its d
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from analytic.capsule import load_shares, normal_forces
+from analytic.capsule import Capsule, load_shares, normal_forces
 from analytic.reference import Array
+from analytic.slider_path import SliderPath
 from analytic.three_points.equations import Complex
+from analytic.three_points.friction import Start, three_point_motion
 from engines.mujoco.capsule_model import tilt_inertia
 from engines.mujoco.capsule_sag import share_slopes
 from models.tripod_capsule.staging import CapsuleProblem
@@ -63,9 +66,16 @@ class Riding:
 
 def ridden(problem: CapsuleProblem, duration: float) -> Riding:
     """The motion, or the first of a train of them, until `duration` [s], finely in each piece."""
-    motion, capsule = problem.motion, problem.staging.capsule
-    path = getattr(motion, "one", motion).path
-    end = min(duration, getattr(motion, "period", duration))
+    motion, staging = problem.motion, problem.staging
+    path: SliderPath = getattr(motion, "one", motion).path
+    start = Start(velocity=staging.velocity, angular_velocity=staging.heading_rate)
+    return _followed(
+        staging.capsule, path, start, min(duration, getattr(motion, "period", duration))
+    )
+
+
+@lru_cache(maxsize=8)  # every method and step of a scene asks for the same
+def _followed(capsule: Capsule, path: SliderPath, start: Start, end: float) -> Riding:
     edges = np.unique(np.append(np.minimum(path.breakpoints, end), [0.0, end]))
     counts = [PLACES] * (len(edges) - 2) + [LATE]
     parts = [
@@ -73,23 +83,26 @@ def ridden(problem: CapsuleProblem, duration: float) -> Riding:
         for (a, b), n in zip(pairwise(edges.tolist()), counts, strict=True)
     ]
     times = np.append(np.concatenate(parts), end)
-    place, speed, push = (part @ [1.0, 1j] for part in path.kinematics(times))
-    seen = problem.reference.observe(times)
-    rate = seen["heading_rate"]
-    back = np.exp(-1j * seen["heading"])
-    ground = (seen["velocity_x"] + 1j * seen["velocity_y"]) * back
-    supports, mu = np.asarray(capsule.supports) @ [1.0, 1j], capsule.mass_ratio
-    slips = ground + 1j * rate * supports[:, None]
+    place, speed, push = (_complex(part) for part in path.kinematics(times))
+    seen = three_point_motion(capsule, path, start).at(times)
+    ground = _complex(seen.velocity) * np.exp(-1j * seen.heading)
+    supports, mu = _complex(np.asarray(capsule.supports)), capsule.mass_ratio
+    slips = np.asarray(ground + 1j * seen.angular_velocity * supports[:, None])
     slips = np.where(np.abs(slips) > STILL * np.abs(slips).max(), slips, 0.0)
     loads = normal_forces(capsule, np.stack([place.real, place.imag], axis=-1)).T
     return Riding(
-        times, place, speed, push, rate, np.abs(ground),
+        times, place, speed, push, seen.angular_velocity, np.abs(ground),
         mass=capsule.body_mass + capsule.slider_mass,
         inertia=capsule.inertia + mu * capsule.body_mass * np.abs(place) ** 2,
         arms=supports[:, None] - mu * place,
         slips=slips,
         limits=capsule.friction * loads,
     )  # fmt: skip
+
+
+def _complex(vectors: Array) -> Complex:
+    """Plane vectors, shape (n, 2), as x + iy."""
+    return np.asarray(vectors[:, 0] + 1j * vectors[:, 1])
 
 
 def missing_loads(problem: CapsuleProblem, motion: Riding, compliance: float) -> Array:
