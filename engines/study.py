@@ -56,25 +56,10 @@ def run_study(
     timed: bool = True,
 ) -> Study:
     """Measure every method on every scene; `executor`, where given, runs the error half in place
-    of a pool of `jobs` processes (a Dask client's will do); `told` hears what is being done."""
+    of `jobs` processes (a Dask client's will do); `told` hears what is being done."""
     begin = time.perf_counter()
     chosen = pairs(scenes, methods)
-    with _pool(executor, min(jobs, len(chosen))) as pool:
-        most = MOST_STEPS[profile]
-        if pool is None:
-            climbs: list[Climb] = []
-            for scene, method in chosen:
-                told(f"{scene.name} {method.name}", len(climbs), len(chosen))
-                climbs.append(climb(scene, method, most))
-        else:
-            # The long ones first, so that no worker is left with one at the end.
-            order = sorted(range(len(chosen)), key=lambda i: -_work(*chosen[i], most))
-            waiting = {i: pool.submit(climb, *chosen[i], most) for i in order}
-            found: dict[int, Climb] = {}
-            for i in order:
-                told(f"{chosen[i][0].name} {chosen[i][1].name}", len(found), len(chosen))
-                found[i] = waiting[i].result()
-            climbs = [found[i] for i in range(len(chosen))]
+    climbs = _climbs(chosen, MOST_STEPS[profile], jobs, executor, told)
     between = time.perf_counter()
     measured: Mapping[Key, Cost] = {}
     unit = float("nan")
@@ -94,6 +79,40 @@ def run_study(
         {"errors": between - begin, "costs": time.perf_counter() - between},
         {scene.name: system_of(scene).observables[0] for scene in scenes},
     )  # fmt: skip
+
+
+def _climbs(
+    chosen: Sequence[tuple[Scene, Method]],
+    most: int,
+    jobs: int,
+    executor: Executor | None,
+    told: Callable[[str, int, int], None],
+) -> list[Climb]:
+    """The climbs of all pairs, in their order; this process is one of the `jobs`, for it is there
+    already, while another has to load everything first."""
+    # The long ones first, so that nobody is left with one at the end.
+    order = sorted(range(len(chosen)), key=lambda i: -_work(*chosen[i], most))
+    found: dict[int, Climb] = {}
+
+    def begun(i: int) -> None:
+        told(f"{chosen[i][0].name} {chosen[i][1].name}", len(found), len(chosen))
+
+    with _pool(executor, min(jobs, len(chosen)) - 1) as pool:
+        if pool is None:
+            for i, pair in enumerate(chosen):
+                begun(i)
+                found[i] = climb(*pair, most)
+            return list(found.values())
+        waiting = {i: pool.submit(climb, *chosen[i], most) for i in order}
+        for i in order:  # what nobody has begun yet
+            if executor is None and waiting[i].cancel():
+                begun(i)
+                found[i] = climb(*chosen[i], most)
+        for i in order:
+            if i not in found:
+                begun(i)
+                found[i] = waiting[i].result()
+    return [found[i] for i in range(len(chosen))]
 
 
 def joined(study: Study, more: Study) -> Study:
@@ -123,7 +142,7 @@ def pairs(scenes: Sequence[Scene], methods: Sequence[Method]) -> list[tuple[Scen
 def _pool(executor: Executor | None, jobs: int) -> AbstractContextManager[Executor | None]:
     if executor is not None:
         return nullcontext(executor)
-    if jobs <= 1:
+    if jobs < 1:
         return nullcontext(None)
     import multiprocessing
     from concurrent.futures import ProcessPoolExecutor
