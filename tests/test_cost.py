@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from engines import cost
+from engines.mujoco.saving import saving
 from engines.registry import method as find_method
 from engines.trajectory import Trajectory
 from models.registry import scene as find_scene
@@ -55,3 +56,11 @@ class Waiting:
 def test_waiting_is_no_cost(computing: float) -> None:
     share, run = cost._computing(Waiting(computing).run)
     assert share * run.seconds == pytest.approx(computing, rel=0.05)  # the clocks' own calls
+
+
+@pytest.mark.parametrize("name", ["capsule-turn", "capsule-line", "simple-pendulum/forced-small"])
+def test_what_a_model_leaves_out_is_timed_whatever_its_controls(name: str) -> None:
+    scene = find_scene(name)
+    method = "mujoco/euler+coulomb" if name.startswith("capsule") else "mujoco/euler"
+    found = saving(system_of(scene), scene, find_method(method), 1e-4, steps=50, repeats=1)
+    assert found.identical

@@ -52,7 +52,9 @@ def saving(
     states = np.empty((len(models), trimmed.nq + trimmed.nv))
     seconds = np.empty((repeats, len(models)))
     start = np.concatenate([translation.qpos, translation.qvel])
-    held = np.zeros(trimmed.nu) if translation.control is None else translation.control(np.zeros(1))
+    held = np.zeros(trimmed.nu)
+    if translation.control is not None:
+        held = translation.control(np.zeros(1))[0]
     for turn in range(repeats):
         for i in np.roll(np.arange(len(models)), turn):  # each goes first as often as the others
             seconds[turn, i], states[i] = _timed(models[i], start, held, steps)
