@@ -113,7 +113,11 @@ def _spin(study: Study) -> Sequence[Finding]:
         f"coefficient times the step, in rad/s: {said}."
     )
     if default is not None:
-        summary += " On default contacts it is off by about as much at any step."
+        off = [abs(float(line[1].text)) for line in default.rows]
+        summary += (
+            f" On default contacts it is off by {number(min(off), 2)} to {number(max(off), 2)} rad "
+            "at these steps, with a contact missing on most samples."
+        )
     return (
         Finding(
             "capsule-spin",

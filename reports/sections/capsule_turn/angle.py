@@ -98,7 +98,7 @@ def _judged(epsilon: float, name: str, stop: float | None, rest: float | None) -
         return (Cell("–", "", f"asked for ε ≥ {FROM:g}"), Cell(""))
     if _worst(stop, rest) <= BAR:
         return (Cell("met", "pass"), Cell(""))
-    return (Cell("not met", "fail"), Cell(WHY.get(name, "")))
+    return (Cell("not met", "fail"), Cell(WHY.get(name, ""), "reason"))
 
 
 def _summary(errors: Errors) -> str:
