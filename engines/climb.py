@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analytic.reference import Array
+from analytic.reference import Reference
 from engines.measurement import Measurement, floor, measure
 from engines.method import Method
 from engines.order import Order, fit_order
@@ -51,7 +51,7 @@ def climb(scene: Scene, method: Method, most_steps: int, ladder: tuple[float, ..
     leading = system.observables[0].name
     chosen = rungs(scene, method, most_steps, ladder)
     taken: list[Measurement] = []
-    trace = None
+    finest: tuple[float, Trajectory] | None = None
     at_floor = 0
     for step in chosen:
         found, run = measure(system, scene, method, step, exact)
@@ -61,12 +61,13 @@ def climb(scene: Scene, method: Method, most_steps: int, ladder: tuple[float, ..
         if found.status != "done":
             continue
         assert run is not None
-        trace = _trace(step, run, leading, exact.observe(run.times)[leading])
+        finest = step, run
         error = found.errors[leading]
         at_floor += error.largest <= 3.0 * floor(error, found.steps)
         if at_floor > 2:
             break
     cut = at_floor <= 2 and len(chosen) < len(rungs(scene, method, math.inf, ladder))
+    trace = _trace(*finest, leading, exact) if finest else None
     return Climb(
         scene.name, method.name, tuple(taken), *_orders(taken, leading, method), trace, cut
     )
@@ -120,12 +121,8 @@ def _orders(
     return order, fit_order([s for s, _ in same], [v for _, v in same], [0.0] * len(same))
 
 
-def _trace(step: float, run: Trajectory, leading: str, truth: Array) -> Trace:
+def _trace(step: float, run: Trajectory, leading: str, exact: Reference) -> Trace:
     kept = np.unique(np.linspace(0, len(run.times) - 1, TRACE).astype(int))
-    values = run.observables[leading]
-    return Trace(
-        step,
-        tuple(run.times[kept].tolist()),
-        tuple(values[kept].tolist()),
-        tuple((values - truth)[kept].tolist()),
-    )
+    times, values = run.times[kept], run.observables[leading][kept]
+    errors = values - exact.observe(times)[leading]
+    return Trace(step, tuple(times.tolist()), tuple(values.tolist()), tuple(errors.tolist()))

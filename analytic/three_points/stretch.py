@@ -12,6 +12,7 @@ from analytic.slider_path import Piece
 from analytic.three_points.collocation import Scheme, evaluate, primitive
 from analytic.three_points.equations import Configuration, Mechanics, configuration
 
+CLOSE = 1e-12  # a Newton step so small is followed by none that a double can hold
 Mode = Literal["slide", "pivot", "rest"]
 
 
@@ -73,7 +74,9 @@ def monotone_root(series: Array, values: Array, last: float = 1.0) -> Array:
         low, high = np.where(excess < 0.0, x, low), np.where(excess > 0.0, x, high)
         rate = np.polynomial.legendre.legval(2.0 * x - 1.0, slope)
         step = x - excess / np.where(rate > 0.0, rate, np.inf)
-        x = np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
+        last_x, x = x, np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
+        if np.abs(x - last_x).max(initial=0.0) <= CLOSE * last:
+            break
     return np.asarray(x)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -43,7 +44,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
         parameters["half_time"],
         parameters.get("start", 0.0),
     )
-    train = TurnTrain(one, parameters.get("count", 1), parameters.get("pause", 0.0))
+    train = _train(one, parameters.get("count", 1), parameters.get("pause", 0.0))
     x, y = train.slider(np.zeros(1))[0]
     staging = Staging(
         one.capsule,
@@ -55,6 +56,11 @@ def problem(parameters: Parameters) -> CapsuleProblem:
         plane_place=train.slider,
     )
     return CapsuleProblem(train, PlaneReference(train), staging)
+
+
+@lru_cache(maxsize=8)  # every method and step of a scene asks for the same
+def _train(one: TurnManoeuvre, count: int, pause: float) -> TurnTrain:
+    return TurnTrain(one, count, pause)
 
 
 def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
