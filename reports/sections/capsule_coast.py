@@ -15,7 +15,8 @@ from reports.content import Cell, Figure, Finding, Section, Table, row
 from reports.notation import number, short
 from reports.sections.capsule.cells import method as method_cell
 from reports.sections.capsule.cells import named, value
-from reports.sections.capsule.runs import COLOURS, covers, measured, problem, run
+from reports.sections.capsule.runs import covers, measured, problem, run
+from reports.sections.capsule_turn.runs import HUES
 from reports.traces import Trace, curve, figure, logarithmic, positive
 
 SCENE = "capsule-coast/translation"
@@ -26,7 +27,6 @@ SPIN = "capsule-coast/spin"
 DEFAULT = "mujoco/euler"
 SPINNING = ("mujoco/euler+coulomb", "mujoco/rk4+coulomb", "pymunk/feet", DEFAULT)
 DECADE = (1e-3, 5e-4, 2e-4, 1e-4)
-HUES = {**COLOURS, "mujoco/rk4+coulomb": "#009e73"}
 
 
 def findings(study: Study) -> Sequence[Finding]:

@@ -14,15 +14,15 @@ from reports.content import Figure, Finding, Table, row
 from reports.notation import number, short
 from reports.plan_errors import PlanRun, arising, run_plan
 from reports.sections.capsule.cells import named, value
-from reports.sections.capsule.runs import COLOURS
 from reports.sections.capsule_plan.plans import SHOWN, command, plan_of, scenes
+from reports.sections.capsule_turn.runs import HUES
 from reports.traces import Trace, curve, figure, linear, logarithmic
 
-METHODS = ("mujoco/euler+coulomb", "pymunk/feet", "mujoco/rk4+coulomb", "mujoco/euler")
+DEFAULT = "mujoco/euler"
+METHODS = ("mujoco/euler+coulomb", "pymunk/feet", "mujoco/rk4+coulomb", DEFAULT)
 QUICK = METHODS[:2]
 STEP = 1e-3  # [s]
 KINDS = (("turn", "turns"), ("line", "lines"), ("slow", "slow motions"))
-HUES = {**COLOURS, "mujoco/rk4+coulomb": "#009e73"}
 LEAST = 1e-12  # [m] and [rad]: where an error of zero is drawn
 
 
@@ -41,7 +41,7 @@ def finding(study: Study) -> Finding | None:
     None without a plan or an engine."""
     chosen = [scene.name for scene in scenes(study)]
     methods = METHODS if study.profile == "full" else QUICK
-    rows, ends = [], dict[str, list[float]]()
+    rows, ends, held = [], dict[str, list[float]](), dict[bool, list[float]]()
     for name in chosen:
         for method in methods:
             if (found := ran(name, method)) is None or (last := found.after[-1]) is None:
@@ -53,6 +53,8 @@ def finding(study: Study) -> Finding | None:
                 cells += [value(None if part is None else part.distance, 2),
                           value(None if part is None else part.heading, 2)]  # fmt: skip
             ends.setdefault(method, []).append(last.distance)
+            if "slow" in parts:
+                held.setdefault(method == DEFAULT, []).append(parts["slow"].distance)
             rows.append(row(name.partition("/")[2], named(method), *cells))
     if not rows:
         return None
@@ -66,14 +68,14 @@ def finding(study: Study) -> Finding | None:
         "capsule-plan-open-loop",
         "Run open-loop, a plan ends off by what its turns and lines added",
         "measured",
-        f"With steps of {short(STEP)} s the place at the end is off by, in metres: {said}. Slow "
-        "motions add next to nothing.",
+        f"With steps of {short(STEP)} s the place at the end is off by, in metres: {said}."
+        f"{_slow(held)}",
         (
             "The engines are driven with the planned motion of the slider and nothing is measured "
             "on the way. What is off after a turn's residual motion, less what was off before, is "
             "that turn's; an error of the heading carries every line that follows aside, and "
             "counts there as the lines'.",
-            "What friction holds adds only its creep. Turns bring the heading's error, with a "
+            "Turns bring the heading's error, with a "
             "semi-implicit Euler step most of all, for it leaks angular momentum; lines bring "
             "what is missed of a stop within a step, and the way aside.",
         ),
@@ -83,6 +85,16 @@ def finding(study: Study) -> Finding | None:
                                               for which in ("distance", "heading"))),
         tuple(command(chosen[0], method, short(STEP)) for method in QUICK),
     )  # fmt: skip
+
+
+def _slow(held: dict[bool, list[float]]) -> str:
+    """What slow motions add, on friction that converges and on default contacts."""
+    said = ""
+    if False in held:
+        said += f" Slow motions add at most {number(max(held[False]), 2)} m"
+    if True in held:
+        said += f"; on default contacts, which creep, up to {number(max(held[True]), 2)} m"
+    return f"{said}." if said else ""
 
 
 def _along(name: str, methods: tuple[str, ...], which: str) -> Figure:

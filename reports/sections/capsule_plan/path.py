@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -14,10 +15,10 @@ from reports.content import Figure
 from reports.sections.capsule_plan.plans import plan_of
 from reports.traces import Trace, curve, figure, linear
 
-KINDS: Mapping[str, tuple[str, str]] = {
+KINDS: Mapping[str, tuple[str, str]] = MappingProxyType({
     "turn": ("#d55e00", "turns"), "line": ("#0072b2", "lines"),
     "slow": ("#009e73", "slow motions"), "wait": ("#808080", "residual motions"),
-}  # fmt: skip
+})  # fmt: skip
 POINTS = 40  # of each manoeuvre
 
 

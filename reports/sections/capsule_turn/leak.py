@@ -43,7 +43,7 @@ def finding(study: Study) -> Finding | None:
             "at 2τ.",
             "RK4 takes the slider along its circle, and pymunk's slider is put where it is to be "
             "at the end of every step. What they err by at small ε is of second order; Euler "
-            f"would need some τ/{number(1e4 * lead * JUDGED, 2)} for 1e-4 rad.",
+            f"would need some τ/{round(1e4 * lead * JUDGED, -3):.0f} for 1e-4 rad.",
         ),
         (
             Table(f"Error at 2τ over ½μ₁²Z³τ⁵h, steps of τ/{JUDGED}", heads, tuple(rows),
