@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from engines.climb import Climb
-from engines.measurement import Measurement, floor
+from engines.measurement import Measurement, ObservedError, floor
 from engines.method import Method
 from models.scene import System
 from reports.tolerance import Tolerance, missed, tolerance
@@ -41,15 +41,23 @@ def judge(found: Measurement, system: System, method: Method) -> Judgement:
         if (why := missed(found.errors[name])) is not None:
             return Judgement("fail", known, f"{name} is {why} {bound.unit}")
     leading = system.observables[0].name
-    if leading in known and 0.0 < (moves := found.errors[leading].scale) <= known[leading].bound:
-        allowed, unit = known[leading].bound, units[leading]
-        why = f"{leading} is allowed {allowed:.3g} {unit}, more than its {moves:.3g}"
-        return Judgement("coarse", known, why)
+    if leading in known:
+        error = found.errors[leading]
+        if 0.0 < error.scale <= (allowed := _unexplained(error, known[leading])):
+            why = f"{leading} may be {allowed:.3g} {units[leading]} beside what is foretold of it"
+            return Judgement("coarse", known, f"{why}, and is {error.scale:.3g} in all")
     if not known:
         told = any(e.foretold or e.controlled for e in found.errors.values())
         why = "the step is too coarse for" if told else "there is no"
         return Judgement("coarse", {}, f"{why} theory of its error")
     return Judgement("pass", known, "")
+
+
+def _unexplained(error: ObservedError, held: Tolerance) -> float:
+    """How far an error may be from what theory says of it: the model's share where that is said to
+    the last digit, else all of its tolerance."""
+    told = error.foretold
+    return sum(error.model.values()) if told and told.missed is not None else held.bound
 
 
 def judge_climb(found: Climb, system: System, method: Method) -> Judgement:

@@ -203,5 +203,6 @@ HARD = ("w2-threshold", "w1-threshold", "light-slider", "heavy-slider", "near-ed
 @pytest.mark.parametrize("case", [*HARD, "off-grid", "off-centroid"])
 @pytest.mark.parametrize("method", ["euler+coulomb", "euler+coulomb+noslip", "rk4+coulomb"])
 def test_hard_cases_are_as_foretold(case: str, method: str) -> None:
-    step = 1e-5 if case == "light-slider" else 5e-4
+    # A push at the threshold moves the body by 1.3 nm, less than contacts sag at coarser steps.
+    step = {"light-slider": 1e-5, "w1-threshold": 1e-4}.get(case, 5e-4)
     assert verdict(run(f"capsule-line/{case}", method, step)[0], method) == "pass"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -51,9 +52,13 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     closed = _closed_form(body, slider, (vx, vy), rate)
     if closed is not None:
         return CapsuleProblem(closed, closed, staging)
-    begun = Start(velocity=(vx, vy), angular_velocity=rate)
-    motion = three_point_motion(body, fixed(slider), begun)
+    motion = _coasting(body, slider, Start(velocity=(vx, vy), angular_velocity=rate))
     return CapsuleProblem(motion, PlaneReference(motion), staging)
+
+
+@lru_cache(maxsize=8)  # every method and step of a scene asks for the same
+def _coasting(body: Capsule, slider: Point, begun: Start) -> ThreePointMotion:
+    return three_point_motion(body, fixed(slider), begun)
 
 
 def _closed_form(
