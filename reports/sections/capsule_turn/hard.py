@@ -27,7 +27,7 @@ def hard(study: Study, scene: Scene) -> tuple[Figure | Table, ...]:
         ("turns", float(train.count)),
         ("least Nᵢ over (M+m) g", float(min(least)) / one.capsule.weight),
         ("largest a Ω² [m/s²]", one.radius * (one.angular_acceleration * one.half_time) ** 2),
-        ("residual motion [τ]", train.one.rest_time / one.half_time - 2.0),
+        ("at rest from [τ]", train.one.rest_time / one.half_time),
         ("body angle at the end [rad]", float(train.at(scene.duration).heading[0])),
     )
     numbers = Table(
