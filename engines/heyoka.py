@@ -22,7 +22,8 @@ from models.scene import Scene, System
 
 SMALLEST = 2.0**-52
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 17, 2))
-METHODS = (Method("heyoka/taylor", "adaptive", None, "tolerance", {}, TOLERANCES),)
+SMOOTH = ("*-pendulum",)
+METHODS = (Method("heyoka/taylor", "adaptive", None, "tolerance", {}, TOLERANCES, SMOOTH),)
 
 
 @dataclass

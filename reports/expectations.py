@@ -21,6 +21,10 @@ class Expectation:
     reason: str
     other: Verdict | None = None  # as good: which of the two it is hangs on the ladder
 
+    def allows(self, verdict: Verdict) -> bool:
+        """Whether a verdict is the expected one, or as good."""
+        return verdict in (self.verdict, self.other)
+
 
 # MuJoCo with contacts that are not those of `coulomb`.
 _CONTACTS = (
@@ -99,5 +103,4 @@ def as_expected(scene: Scene, method: Method, found: Judgement) -> bool:
         return True
     if found.verdict == "coarse" and (scene.hard or found.cut or method.control == "tolerance"):
         return True
-    wanted = expected(scene.name, method.name)
-    return found.verdict in (wanted.verdict, wanted.other)
+    return expected(scene.name, method.name).allows(found.verdict)

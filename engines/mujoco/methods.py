@@ -7,7 +7,9 @@ from typing import Any
 from engines.method import Method
 
 PENDULUMS = ("*-pendulum",)
+DRIVEN = ("*-pendulum/forced-*",)
 CAPSULE = ("capsule-*",)
+UNPLANNED = ("capsule-[!p]*",)  # what a short motion tells of contacts, a plan tells no better
 EULER = "semi-implicit-euler+implicit-damping"
 RK4 = "rk4"
 MEAN = "mean-control"
@@ -43,14 +45,14 @@ PLAIN = (
         f"{EULER}+midpoint-control",
         1,
         settings={"integrator": "Euler", "control_at": 0.5},
-        systems=PENDULUMS,
+        systems=DRIVEN,
     ),
     Method(
         "mujoco/rk4+midpoint",
         f"{RK4}+midpoint-control",
         4,
         settings={"integrator": "RK4", "control_at": 0.5},
-        systems=PENDULUMS,
+        systems=DRIVEN,
     ),
 )
 
@@ -77,12 +79,12 @@ _ONE_LINE = (
 )
 METHODS = (
     *PLAIN,
-    _capsule("pyramidal", contact="pyramidal"),
-    _capsule("elliptic", contact="elliptic"),
-    _capsule("elliptic+noslip", contact="elliptic+noslip"),
+    _capsule("pyramidal", systems=UNPLANNED, contact="pyramidal"),
+    _capsule("elliptic", systems=UNPLANNED, contact="elliptic"),
+    _capsule("elliptic+noslip", systems=UNPLANNED, contact="elliptic+noslip"),
     _capsule("coulomb", contact="coulomb"),
-    _capsule("coulomb+noslip", contact="coulomb+noslip"),
-    _capsule("coulomb", "implicitfast", contact="coulomb"),
+    _capsule("coulomb+noslip", systems=UNPLANNED, contact="coulomb+noslip"),
+    _capsule("coulomb", "implicitfast", UNPLANNED, contact="coulomb"),
     _capsule("coulomb", "RK4", contact="coulomb"),
     _capsule("reduced", model="reduced", systems=_ONE_LINE),
     _capsule("reduced", "RK4", model="reduced", systems=_ONE_LINE),
