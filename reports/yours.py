@@ -68,6 +68,7 @@ def _of_scene(study: Study, rest: Study, found: Climb, own: Measurement) -> Your
     system = system_of(scene)
     leading = system.observables[0]
     error = own.errors[leading.name].largest if own.status == "done" else math.inf
+    rest = replace(rest, climbs=tuple(c for c in rest.climbs if not _same(c, own, leading.name)))
     prices = [p.ns_per_second for p in points(study, scene.name) if p.method == NAME]
     price = prices[0] if prices else math.inf
     last = next((m for m in reversed(found.measurements) if m.status == "done"), None)
@@ -83,6 +84,19 @@ def _of_scene(study: Study, rest: Study, found: Climb, own: Measurement) -> Your
         _as_exact(rest, scene.name, error),
         _better(rest, scene.name, error, price),
     )
+
+
+def _same(other: Climb, own: Measurement, leading: str) -> bool:
+    """Whether another method of the user's engine does to the last bits what the user's setting
+    does: it is that very setting, by another name."""
+    if own.status != "done" or other.scene != own.scene or not other.method.startswith(HERE):
+        return False
+    error = own.errors[leading].end
+    return any(
+        m.step == own.step and m.status == "done"
+        and math.isclose(m.errors[leading].end, error, rel_tol=1e-12)
+        for m in other.measurements
+    )  # fmt: skip
 
 
 def _as_exact(rest: Study, scene: str, error: float) -> Instead:

@@ -15,8 +15,7 @@ from reports.content import Cell, Figure, Finding, Section, Table, row
 from reports.notation import number, short
 from reports.sections.capsule.cells import method as method_cell
 from reports.sections.capsule.cells import named, value
-from reports.sections.capsule.runs import covers, measured, problem, run
-from reports.sections.capsule_turn.runs import HUES
+from reports.sections.capsule.runs import COLOURS, covers, measured, problem, run
 from reports.traces import Trace, curve, figure, logarithmic, positive
 
 SCENE = "capsule-coast/translation"
@@ -92,7 +91,7 @@ def _spin(study: Study) -> Sequence[Finding]:
             continue
         ends = [e.end for e in errors]
         traces.append(
-            curve(DECADE, positive(ends), colour=HUES[name], marks=True, width=1.0, name=name)
+            curve(DECADE, positive(ends), colour=COLOURS[name], marks=True, width=1.0, name=name)
         )
         last = errors[-1].foretold
         if name != DEFAULT and last is not None:
@@ -100,7 +99,7 @@ def _spin(study: Study) -> Sequence[Finding]:
             rows.append(row(named(name), *(value(e / h, 4) for e, h in zip(ends, DECADE,
                         strict=True)), value(told[name], 4)))  # fmt: skip
             traces.append(
-                curve(DECADE, positive([told[name] * h for h in DECADE]), colour=HUES[name],
+                curve(DECADE, positive([told[name] * h for h in DECADE]), colour=COLOURS[name],
                       dash="dash", width=1.0, name=f"{number(abs(told[name]))} rad/s × step")
             )  # fmt: skip
     if not rows:

@@ -25,6 +25,7 @@ COLOURS = MappingProxyType(
         "mujoco/euler": RED,
         "mujoco/euler+elliptic": "#e69f00",
         "mujoco/euler+coulomb": "#0072b2",
+        "mujoco/rk4+coulomb": "#009e73",
         "mujoco/euler+reduced": "#56b4e9",
         "mujoco/euler+tall": RED,
         "pymunk/feet": "#cc79a7",

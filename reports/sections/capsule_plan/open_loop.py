@@ -14,8 +14,8 @@ from reports.content import Figure, Finding, Table, row
 from reports.notation import number, short
 from reports.plan_errors import PlanRun, arising, run_plan
 from reports.sections.capsule.cells import named, value
+from reports.sections.capsule.runs import COLOURS
 from reports.sections.capsule_plan.plans import SHOWN, command, plan_of, scenes
-from reports.sections.capsule_turn.runs import HUES
 from reports.traces import Trace, curve, figure, linear, logarithmic
 
 DEFAULT = "mujoco/euler"
@@ -108,7 +108,7 @@ def _along(name: str, methods: tuple[str, ...], which: str) -> Figure:
                  if off is not None]  # fmt: skip
         times, sizes, kinds = zip(*known, strict=True)
         traces.append(
-            curve(times, np.maximum(sizes, LEAST), colour=HUES[method], marks=True, width=1.0,
+            curve(times, np.maximum(sizes, LEAST), colour=COLOURS[method], marks=True, width=1.0,
                   name=method, hints=[f"after a {kind}" for kind in kinds],
                   hint="%{text}, t = %{x:.3g} s: %{y:.3g}")
         )  # fmt: skip

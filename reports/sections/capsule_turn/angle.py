@@ -11,10 +11,9 @@ from models.tripod_capsule.turn import EPSILONS, PARTS
 from reports.content import Cell, Figure, Finding, Table, row
 from reports.notation import number
 from reports.sections.capsule.cells import named, value
-from reports.sections.capsule.runs import GREY
+from reports.sections.capsule.runs import COLOURS, GREY
 from reports.sections.capsule_turn.formulas import formula_errors, slope
 from reports.sections.capsule_turn.runs import (
-    HUES,
     JUDGED,
     METHODS,
     When,
@@ -143,7 +142,7 @@ def _figure(study: Study, when: When, errors: Errors) -> Figure:
         if known:
             traces.append(
                 curve([e for e, _ in known], positive([off for _, off in known]),
-                      colour=HUES[name], marks=True, width=1.0, name=name,
+                      colour=COLOURS[name], marks=True, width=1.0, name=name,
                       hint=f"{name}, ε %{{x:.3g}}: %{{y:.3g}} rad")
             )  # fmt: skip
     return figure(

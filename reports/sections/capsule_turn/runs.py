@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
-from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -16,12 +15,11 @@ from engines.study import Study
 from models.registry import scene as find_scene
 from models.registry import system_of
 from models.tripod_capsule.turn import EPSILONS, PARTS
-from reports.sections.capsule.runs import COLOURS, measured, run
+from reports.sections.capsule.runs import measured, run
 from reports.sections.capsule.runs import problem as problem_of
 
 When = Literal["stop", "rest"]
 METHODS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/rk4+coulomb", "pymunk/feet")
-HUES = MappingProxyType({**COLOURS, "mujoco/rk4+coulomb": "#009e73"})
 JUDGED = 800  # steps in a half time at which the bar is held
 QUICK = (0.3, 0.03)  # the turns of the quick profile
 
