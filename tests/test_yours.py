@@ -73,6 +73,21 @@ def test_a_run_that_diverged_at_the_users_step() -> None:
     assert "diverges" in "\n".join(lines(study(largest=math.inf)))
 
 
+def test_the_same_setting_by_another_name_is_no_alternative() -> None:
+    def error(h: float) -> float:
+        return 1e3 * h
+
+    twin = made_up([(OWN, OWN.ladder, error), (find_method("mujoco/euler"), STEPS, error)],
+                   ns=(1000.0, 900.0))  # fmt: skip
+    (found,) = yours(twin)
+    assert (found.as_exact.anywhere, found.better.anywhere) == (None, None)
+    apart = made_up([(OWN, OWN.ladder, error),
+                     (find_method("mujoco/euler"), STEPS, lambda h: 0.999 * error(h))],
+                    ns=(1000.0, 900.0))  # fmt: skip
+    (found,) = yours(apart)
+    assert found.as_exact.here is not None
+
+
 def test_nothing_is_said_without_a_users_settings() -> None:
     without = made_up([(RK4, STEPS, lambda h: 1e8 * h**4)])
     assert (yours(without), lines(without), table(without)) == ((), [], None)
