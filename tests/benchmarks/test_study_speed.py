@@ -19,7 +19,7 @@ from models.registry import scenes
 SCENES = "simple-pendulum,linear-pendulum"
 COSTED = "mujoco,pymunk/default,ode/rk4,ode/dop853"
 SAVED = 1.7  # times faster with two processes, asked for
-QUIET = 0.95  # of a wall second that a process computes for, where nothing else runs
+QUIET = 0.9  # of a wall second that a process computes for, where nothing else runs
 
 
 def _study(jobs: int = 1, timed: bool = False, pattern: str = "*") -> Study:
@@ -47,7 +47,7 @@ def test_the_error_half_on_two_processes() -> None:
         f"{computed / max(here, there):.2f} times"
     )
     assert computed / max(here, there) >= SAVED
-    if computed / alone >= QUIET:
+    if min(computed / alone, max(here, there) / both) >= QUIET:
         assert alone / both >= SAVED
 
 
