@@ -52,8 +52,10 @@ def save(study: Study, file: Path, created: str, command: str, versions: Mapping
         assert number is not None
         store.executemany(
             "insert into scene values (?, ?)",
-            [(number, _text({**asdict_of(s), "leading": asdict(study.leading(s.name))}))
-             for s in study.scenes],
+            [
+                (number, _text({**asdict_of(s), "leading": asdict(study.leading(s.name))}))
+                for s in study.scenes
+            ],
         )
         store.executemany(
             "insert into method values (?, ?)",

@@ -59,7 +59,7 @@ def run_study(
     of `jobs` processes (a Dask client's will do); `told` hears what is being done."""
     begin = time.perf_counter()
     chosen = pairs(scenes, methods)
-    climbs = _climbs(chosen, MOST_STEPS[profile], jobs, executor, told)
+    climbs = _climbs(chosen, profile, jobs, executor, told)
     between = time.perf_counter()
     measured: Mapping[Key, Cost] = {}
     unit = float("nan")
@@ -81,17 +81,24 @@ def run_study(
     )  # fmt: skip
 
 
+def most_steps(scene: Scene, profile: Profile) -> int:
+    """The most steps that a run of a scene may take: fewer in a hurry where a step is dear."""
+    most = MOST_STEPS[profile]
+    return int(most / system_of(scene).weight) if profile == "quick" else most
+
+
 def _climbs(
     chosen: Sequence[tuple[Scene, Method]],
-    most: int,
+    profile: Profile,
     jobs: int,
     executor: Executor | None,
     told: Callable[[str, int, int], None],
 ) -> list[Climb]:
     """The climbs of all pairs, in their order; this process is one of the `jobs`, for it is there
     already, while another has to load everything first."""
+    most = [most_steps(scene, profile) for scene, _ in chosen]
     # The long ones first, so that nobody is left with one at the end.
-    order = sorted(range(len(chosen)), key=lambda i: -_work(*chosen[i], most))
+    order = sorted(range(len(chosen)), key=lambda i: -_work(*chosen[i], most[i]))
     found: dict[int, Climb] = {}
 
     def begun(i: int) -> None:
@@ -101,13 +108,13 @@ def _climbs(
         if pool is None:
             for i, pair in enumerate(chosen):
                 begun(i)
-                found[i] = climb(*pair, most)
+                found[i] = climb(*pair, most[i])
             return list(found.values())
-        waiting = {i: pool.submit(climb, *chosen[i], most) for i in order}
+        waiting = {i: pool.submit(climb, *chosen[i], most[i]) for i in order}
         for i in order:  # what nobody has begun yet
             if executor is None and waiting[i].cancel():
                 begun(i)
-                found[i] = climb(*chosen[i], most)
+                found[i] = climb(*chosen[i], most[i])
         for i in order:
             if i not in found:
                 begun(i)
@@ -155,7 +162,7 @@ def _work(scene: Scene, method: Method, most: int) -> float:
     if method.control == "tolerance":
         return 1e5
     steps = sum(scene.duration / h for h in rungs(scene, method, most))
-    return steps * (1.0 if method.engine == "mujoco" else 2.0)
+    return steps * system_of(scene).weight * (1.0 if method.engine == "mujoco" else 2.0)
 
 
 def _typical(found: Climb, method: Method) -> float | None:

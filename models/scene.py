@@ -64,3 +64,4 @@ class System:
     facts: Callable[[Any], Mapping[str, Any]]  # what `solve` says beside the observables
     mjcf: Path  # the model on its own
     change: Callable[[Parameters, Parameters], Parameters] = replaced
+    weight: float = 1.0  # what a step of it costs, roughly, in steps of a pendulum

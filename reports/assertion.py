@@ -24,7 +24,7 @@ def check(
     found, _ = measure(system, chosen, how, step)
     judgement = judge(found, system, how)
     wanted = expected(chosen.name, how.name)
-    if not wanted.allows(judgement.verdict):
+    if not wanted.allows(judgement):
         reason = judgement.reason or wanted.reason or "within tolerance"
         head = f"{chosen.name} with {how.name} at {step:g}: {judgement.verdict}"
         lines = [f"{head}, expected {wanted.verdict} ({reason})"]

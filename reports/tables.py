@@ -24,7 +24,7 @@ def verdict_cell(scene: str, method: str, judged: Judgement, link: str = "") -> 
     wanted = expected(scene, method)
     text, hint = judged.verdict.replace("-", " "), judged.reason or "within tolerance"
     if wanted.verdict != "pass":
-        known = wanted.allows(judged.verdict)
+        known = wanted.allows(judged)
         text += " (known)" if known else " (unexpected)"
         hint += f"; expected {wanted.verdict}: {wanted.reason}"
     return Cell(text, judged.verdict, hint, link)

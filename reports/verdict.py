@@ -42,10 +42,10 @@ def judge(found: Measurement, system: System, method: Method) -> Judgement:
             return Judgement("fail", known, f"{name} is {why} {bound.unit}")
     leading = system.observables[0].name
     if leading in known:
-        error = found.errors[leading]
-        if 0.0 < error.scale <= (allowed := _unexplained(error, known[leading])):
+        seen = found.errors[leading]
+        if 0.0 < seen.scale <= (allowed := _unexplained(seen, known[leading])):
             why = f"{leading} may be {allowed:.3g} {units[leading]} beside what is foretold of it"
-            return Judgement("coarse", known, f"{why}, and is {error.scale:.3g} in all")
+            return Judgement("coarse", known, f"{why}, and is {seen.scale:.3g} in all")
     if not known:
         told = any(e.foretold or e.controlled for e in found.errors.values())
         why = "the step is too coarse for" if told else "there is no"
@@ -63,6 +63,10 @@ def _unexplained(error: ObservedError, held: Tolerance) -> float:
 def judge_climb(found: Climb, system: System, method: Method) -> Judgement:
     """The verdict on a method on a scene: the worst of its runs, but for steps too coarse for it,
     if a finer one is within tolerance."""
+    return replace(_judge_climb(found, system, method), cut=found.cut)
+
+
+def _judge_climb(found: Climb, system: System, method: Method) -> Judgement:
     runs = [judge(m, system, method) for m in found.measurements]
     for verdict in ("unsupported", "missing"):
         for run in runs:
@@ -83,7 +87,7 @@ def judge_climb(found: Climb, system: System, method: Method) -> Judgement:
         return passed[-1]
     if not runs:
         return Judgement("unsupported", {}, "no step of the ladder fits")
-    return replace(runs[-1], cut=found.cut)
+    return runs[-1]
 
 
 def _flat(found: Sequence[Measurement], leading: str) -> str | None:

@@ -14,6 +14,7 @@ from analytic.manoeuvres.line_step_error import step_error
 from analytic.manoeuvres.residual_motion import translation
 from analytic.manoeuvres.turn_manoeuvre import turn_of
 from analytic.manoeuvres.turn_step_error import euler_lead
+from analytic.reference import Array
 from analytic.slider_path import fixed, line_stroke
 from analytic.stepping.plane_friction import Grip, after_friction
 from analytic.stepping.plane_steps import COLUMNS, EULER, RK4, course, covered
@@ -39,7 +40,7 @@ def test_on_a_line_it_is_the_sawtooth(direction: float, step: float) -> None:
 def test_coasting_in_a_line_is_as_its_own_theory_says() -> None:
     motion = translation(CHECK, (0.12, 0.0), 0.5, 0.4)
     step, start = 1e-3, Start(velocity=(0.5 * math.cos(0.4), 0.5 * math.sin(0.4)))
-    times = np.arange(201) * step
+    times: Array = np.arange(201, dtype=np.float64) * step
     rows = course(CHECK, fixed((0.12, 0.0)), start, EULER, step, 200)
     told = motion.foretold("semi-implicit-euler", step, times)
     exact = motion.observe(times)

@@ -24,6 +24,7 @@ from models.tripod_capsule.line import MJCF
 from models.tripod_capsule.parameters import (
     BODY,
     CHECK,
+    CONTACTS,
     SOURCE,
     capsule,
     check_names,
@@ -145,4 +146,5 @@ SYSTEM = System(
     invariants=invariants,
     facts=facts,
     mjcf=MJCF,
+    weight=CONTACTS,
 )

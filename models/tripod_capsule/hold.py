@@ -18,6 +18,7 @@ from models.tripod_capsule.parameters import (
     ALONG,
     BODY,
     CHECK,
+    CONTACTS,
     SOURCE,
     along,
     capsule,
@@ -122,4 +123,5 @@ SYSTEM = System(
     facts=facts,
     mjcf=MJCF,
     change=change,
+    weight=CONTACTS,
 )

@@ -21,6 +21,7 @@ from models.tripod_capsule.parameters import (
     ALONG,
     BODY,
     CHECK,
+    CONTACTS,
     LINE,
     SOURCE,
     change,
@@ -167,4 +168,5 @@ SYSTEM = System(
     facts=facts,
     mjcf=MJCF,
     change=change,
+    weight=CONTACTS,
 )

@@ -14,6 +14,7 @@ SOURCE = (
     "F. L. Chernousko, Plane motions of a body controlled by a movable mass, "
     "Doklady RAN. Physics, Technical Sciences, 2020, vol. 494, no. 1, pp. 69-74"
 )
+CONTACTS = 4.0  # times a pendulum's step: three contacts to solve for, and as many forces to read
 BODY = ("body_mass", "slider_mass", "inertia", "supports", "friction", "gravity")
 LINE = ("w1", "w2", "t1", "support", "direction", "start")
 CHECK: Parameters = MappingProxyType({

@@ -20,7 +20,7 @@ from analytic.reference import Array
 from analytic.three_points.reference import PlaneReference
 from models.scene import Observable, Parameters, Scene, System
 from models.tripod_capsule.line import MJCF
-from models.tripod_capsule.parameters import BODY, CHECK, SOURCE, capsule, check_names
+from models.tripod_capsule.parameters import BODY, CHECK, CONTACTS, SOURCE, capsule, check_names
 from models.tripod_capsule.staging import CapsuleProblem, Staging
 from models.tripod_capsule.turn import OBSERVED
 
@@ -134,4 +134,5 @@ SYSTEM = System(
     invariants=invariants,
     facts=facts,
     mjcf=MJCF,
+    weight=CONTACTS,
 )

@@ -13,6 +13,7 @@ from models.tripod_capsule import line
 from models.tripod_capsule.parameters import (
     ALONG,
     CHECK,
+    CONTACTS,
     SOURCE,
     change,
     check_names,
@@ -97,4 +98,5 @@ SYSTEM = System(
     facts=facts,
     mjcf=line.MJCF,
     change=change,
+    weight=CONTACTS,
 )

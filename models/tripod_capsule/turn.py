@@ -17,7 +17,15 @@ from analytic.reference import Array
 from analytic.three_points.reference import PlaneReference
 from models.scene import Observable, Parameters, Scene, System
 from models.tripod_capsule.line import MJCF
-from models.tripod_capsule.parameters import BODY, CHECK, SOURCE, capsule, check_names, heading
+from models.tripod_capsule.parameters import (
+    BODY,
+    CHECK,
+    CONTACTS,
+    SOURCE,
+    capsule,
+    check_names,
+    heading,
+)
 from models.tripod_capsule.staging import CapsuleProblem, Staging
 
 TURN = ("radius", "angular_acceleration", "half_time", "start", "count", "pause")
@@ -163,4 +171,5 @@ SYSTEM = System(
     invariants=invariants,
     facts=facts,
     mjcf=MJCF,
+    weight=CONTACTS,
 )

@@ -10,7 +10,7 @@ import pytest
 from engines.climb import climb
 from engines.method import Method
 from engines.registry import methods
-from engines.study import MOST_STEPS, pairs
+from engines.study import most_steps, pairs
 from models.registry import scenes, system_of
 from models.scene import Scene
 from reports.expectations import as_expected, expected
@@ -26,7 +26,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 def test_verdict(scene: Scene, method: Method, pytestconfig: pytest.Config) -> None:
-    most = MOST_STEPS[pytestconfig.getoption("profile")]
+    most = most_steps(scene, pytestconfig.getoption("profile"))
     found = climb(scene, method, most)
     judgement = judge_climb(found, system_of(scene), method)
     if judgement.verdict == "missing" and not os.environ.get("CI"):
