@@ -39,7 +39,7 @@ def prepare(system: System, scene: Scene, method: Method, step: float) -> Simula
     there is none, and the reference is a series or a quadrature."""
     begin = time.perf_counter()
     reference = system.reference(system.problem(scene.parameters))
-    if getattr(reference, "closed_form", None) is None:
+    if getattr(reference, "closed_form", reference) is None:
         raise Unsupported(f"{scene.name} has no closed form")
     times = np.linspace(0.0, scene.duration, SAMPLES + 1)
     reference.observe(times)

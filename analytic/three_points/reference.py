@@ -48,6 +48,7 @@ class PlaneReference:
     """What is observed of a motion in the plane: C starts at the origin, with heading 0."""
 
     motion: PlaneMotion
+    closed_form: None = None  # followed event after event
 
     @cached_property
     def _start(self) -> tuple[complex, float]:
