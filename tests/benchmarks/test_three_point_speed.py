@@ -21,7 +21,7 @@ from tests.random_slides import COAST
 MOST = 0.1  # [s], a turn manoeuvre to rest
 
 
-def cost(action: Callable[[], object], runs: int = 7) -> float:
+def cost(action: Callable[[], object], runs: int = 21) -> float:
     """Processor time of `action` [s]."""
     spent = []
     for _ in range(runs):
