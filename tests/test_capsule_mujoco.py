@@ -138,7 +138,7 @@ def test_the_reason_is_that_the_body_hops(method: str) -> None:
     ],
 )
 def test_holding_at_0999_of_the_threshold(method: str, bar: float) -> None:
-    # creep of 1e-5 dt F/(3 (M + m)), none with noslip; the issue allows 1e-6 and 1e-9 m in 10 s
+    # creep of 1e-5 dt F/(3 (M + m)), none with noslip; wanted: 1e-6 and 1e-9 m in 10 s
     found, held = run("capsule-hold/0.999", method, 1e-3)
     assert np.abs(held.observables["displacement"]).max() < bar
     assert verdict(found, method) == "pass"
@@ -163,7 +163,7 @@ def test_loads_at_rest_are_those_of_statics() -> None:
 
 
 def test_without_friction_the_centre_of_mass_stays() -> None:
-    # the actuator is inside: 1e-12 m is the issue's bar
+    # the actuator is inside: 1e-12 m is wanted
     for method in (*SHIPPED, *GOOD):
         _, free = run("capsule-line/frictionless", method, 1e-3)
         assert np.ptp(free.channels["centre_of_mass"]) < 1e-12

@@ -29,7 +29,7 @@ def step_of(name: str, parts: int) -> float:
 
 @pytest.mark.parametrize("epsilon", [0.3, 0.03])
 def test_a_turn_to_a_ten_thousandth(epsilon: float) -> None:
-    # the bar for epsilon of 0.03 and more: 7.9e-5 at rest is friction half a step late,
+    # the bar for epsilon of 0.03 and more: 7.9e-5 at rest is friction half a step late,
     # 5.2e-6 elsewhere what holding the control does to the slider's path
     _, moved = run(f"capsule-turn/{epsilon}", RK4, step_of(f"capsule-turn/{epsilon}", FINEST))
     exact = problem(f"capsule-turn/{epsilon}").reference.observe(moved.times)["body_angle"]
@@ -42,7 +42,7 @@ def test_a_turn_to_a_ten_thousandth(epsilon: float) -> None:
 
 @pytest.mark.parametrize("epsilon", [0.03, 0.001])
 def test_euler_leaks_what_theory_says(epsilon: float) -> None:
-    # 4.4e-3 rad at tau/800: above the bar at every epsilon, for a reason with a formula;
+    # 4.4e-3 rad at tau/800: above the bar at every epsilon, for a reason with a formula;
     # friction and the next power of the step are 0.5 % of it
     name = f"capsule-turn/{epsilon}-stop"
     step = step_of(name, FINEST)

@@ -55,8 +55,8 @@ def slope(steps: Array, errors: Array) -> float:
 
 
 def test_rk4_reaches_the_exact_motion() -> None:
-    # 20 000 steps: C4 h^4 + C5 h^5 is 2e-15 and round-off 2e-13, both at theta = 20; the issue
-    # allows 1e-10. The rate is not to drift by as much either; it does not change at all.
+    # 20 000 steps: C4 h^4 + C5 h^5 is 2e-15 and round-off 2e-13, both at theta = 20; 1e-10
+    # would do. The rate is not to drift by as much either; it does not change at all.
     trajectory = run(step=2.5e-5)
     exact = DEFAULT.motion.observe(trajectory.times)
     assert np.abs(trajectory.observables["theta"] - exact["theta"]).max() < 2e-12

@@ -21,7 +21,7 @@ SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
 
 @pytest.mark.parametrize("name", [s.name for s in scenes(SIMPLE + "[df]*")])
 def test_two_methods_agree_on_the_reference(name: str) -> None:
-    # issue 3 asks for 3e-12 over 50 s; in chaos within the horizon that the scene states
+    # 3e-12 is wanted over 50 s; in chaos within the horizon that the scene states
     scene = find_scene(name)
     problem = system_of(scene).problem(scene.parameters)
     motion = UnendingMotion(problem.rotor, problem.theta, problem.theta_dot)
