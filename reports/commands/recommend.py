@@ -97,6 +97,10 @@ def _print(found: Recommendation) -> None:
         print(f"  use        {_text(found.choice, found.unit)}")
         if found.runner_up is not None:
             print(f"  runner-up  {_text(found.runner_up, found.unit)}")
+        for choice in found.by_engine:
+            if choice not in (found.choice, found.runner_up):
+                engine = f"in {choice.method.partition('/')[0]}"
+                print(f"  {engine:<10} {_text(choice, found.unit)}")
     for choice in found.defaults:
         print(f"  at 0.002 s {_text(choice, found.unit)}")
 
