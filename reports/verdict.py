@@ -13,6 +13,7 @@ from models.scene import System
 from reports.tolerance import Tolerance, missed, tolerance
 
 Verdict = Literal["pass", "fail", "not-converging", "diverged", "unsupported", "missing", "coarse"]
+ELSEWHERE = 0.5  # of the motion itself
 FLAT = 0.7  # three finer steps that leave this much of an error have not helped
 
 
@@ -31,6 +32,12 @@ def judge(found: Measurement, system: System, method: Method) -> Judgement:
     if found.status != "done":
         return Judgement(found.status, {}, found.reason)
     units = {o.name: o.unit for o in system.observables}
+    leading = system.observables[0].name
+    if leading in found.errors and _elsewhere(found.errors[leading]):
+        why = (
+            f"the step is foretold to lead {leading} elsewhere, where the model's share is unknown"
+        )
+        return Judgement("coarse", {}, why)
     held = {name: tolerance(found, method, name, units[name]) for name in found.errors}
     known = {name: bound for name, bound in held.items() if bound is not None}
     for name, bound in known.items():
@@ -40,7 +47,6 @@ def judge(found: Measurement, system: System, method: Method) -> Judgement:
             return Judgement("fail", known, reason)
         if (why := missed(found.errors[name])) is not None:
             return Judgement("fail", known, f"{name} is {why} {bound.unit}")
-    leading = system.observables[0].name
     if leading in known:
         seen = found.errors[leading]
         if 0.0 < seen.scale <= (allowed := _unexplained(seen, known[leading])):
@@ -51,6 +57,13 @@ def judge(found: Measurement, system: System, method: Method) -> Judgement:
         why = "the step is too coarse for" if told else "there is no"
         return Judgement("coarse", {}, f"{why} theory of its error")
     return Judgement("pass", known, "")
+
+
+def _elsewhere(error: ObservedError) -> bool:
+    """Whether a step goes by theory so far from the exact motion that what the model adds, which is
+    reckoned along that, says nothing."""
+    told = error.foretold
+    return bool(told and told.missed is not None and told.largest > ELSEWHERE * error.scale > 0.0)
 
 
 def _unexplained(error: ObservedError, held: Tolerance) -> float:
