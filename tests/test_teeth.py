@@ -67,3 +67,16 @@ def test_a_bound_wider_than_the_motion_is_no_bound() -> None:
     found, _ = measure(system, scene, how, 1e-5)
     assert found.errors["theta"].largest > 1.0
     assert judge(found, system, how).verdict == "coarse"
+
+
+def test_a_step_that_leads_elsewhere_claims_nothing() -> None:
+    """What a model adds is reckoned along the exact motion, and holds near that alone."""
+    scene = find_scene("capsule-line/ca1")
+    system, how = system_of(scene), find_method("mujoco/euler+coulomb")
+    found, _ = measure(system, scene, how, 1e-3)
+    error = found.errors["displacement"]
+    assert error.foretold is not None
+    assert judge(found, system, how).verdict == "pass"
+    far = replace(error, foretold=replace(error.foretold, largest=0.6 * error.scale))
+    elsewhere = replace(found, errors={**found.errors, "displacement": far})
+    assert judge(elsewhere, system, how).verdict == "coarse"
