@@ -34,10 +34,8 @@ def judge(found: Measurement, system: System, method: Method) -> Judgement:
     units = {o.name: o.unit for o in system.observables}
     leading = system.observables[0].name
     if leading in found.errors and _elsewhere(found.errors[leading]):
-        why = (
-            f"the step is foretold to lead {leading} elsewhere, where the model's share is unknown"
-        )
-        return Judgement("coarse", {}, why)
+        far = f"{leading} is to go elsewhere at this step, where the model's share is not known"
+        return Judgement("coarse", {}, far)
     held = {name: tolerance(found, method, name, units[name]) for name in found.errors}
     known = {name: bound for name, bound in held.items() if bound is not None}
     for name, bound in known.items():
