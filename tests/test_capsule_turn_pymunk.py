@@ -26,7 +26,7 @@ CASES = (  # a scene, steps in a half time (or a step [s]), and what of its erro
     ("capsule-turn/pivot", 200, 0.2),
     ("capsule-turn/held", 200, 1.0),
     ("capsule-coast/spin", 5e-4, 0.03),
-    ("capsule-plan/near-free", 1e-3, 0.02),
+    ("capsule-plan/near-free", 1e-3, 0.03),
 )
 
 
