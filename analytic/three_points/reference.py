@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -48,7 +48,7 @@ class PlaneReference:
     """What is observed of a motion in the plane: C starts at the origin, with heading 0."""
 
     motion: PlaneMotion
-    closed_form: None = None  # followed event after event
+    closed_form: ClassVar[None] = None  # followed event after event
 
     @cached_property
     def _start(self) -> tuple[complex, float]:

@@ -166,6 +166,4 @@ def slider_places(problem: CapsuleProblem) -> Any:
     path = getattr(getattr(problem.motion, "manoeuvre", problem.motion), "path", None)
     if problem.staging.plane_velocity is not None and isinstance(path, SliderPath):
         return path.kinematics(np.linspace(0.0, path.duration, PLACES))[0]
-    if path is None or problem.staging.relative_velocity is None:
-        return np.array([problem.staging.slider] * 2)
-    return np.array([path.start, path.end])
+    return problem.slider_ends

@@ -58,7 +58,7 @@ def left_by_sweep(problem: CapsuleProblem, method: Method) -> float:
     """Largest share of a velocity that a sweep of the solver leaves while friction holds."""
     staging = problem.staging
     if method.settings["model"] == "side":
-        ends = [along(staging, (x, y)) for x, y in slider_ends(problem)]
+        ends = [along(staging, (x, y)) for x, y in problem.slider_ends]
         return max(side_left_by_sweep(staging, end) for end in ends)
     return max(feet_left_by_sweep(staging.capsule, place) for place in slider_places(problem))
 
@@ -78,15 +78,7 @@ def slider_places(problem: CapsuleProblem) -> Array:
         return place(np.linspace(0.0, problem.motion.duration, LOOKED_AT))
     if problem.staging.in_plane:
         return np.array([problem.staging.slider])
-    return slider_ends(problem)
-
-
-def slider_ends(problem: CapsuleProblem) -> Array:
-    """The two ends of the slider's path from C [m], shape (2, 2)."""
-    path = getattr(getattr(problem.motion, "manoeuvre", problem.motion), "path", None)
-    if path is None:
-        return np.array([problem.staging.slider] * 2)
-    return np.array([path.start, path.end])
+    return problem.slider_ends
 
 
 def turns(staging: Staging) -> bool:

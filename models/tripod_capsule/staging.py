@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from analytic.capsule import Capsule, Point
 from analytic.reference import Array, Reference
 
@@ -47,3 +49,12 @@ class CapsuleProblem:
     ResidualMotion, ThreePointMotion (coasting), TurnTrain, Plan."""
     reference: Reference
     staging: Staging
+
+    @property
+    def slider_ends(self) -> Array:
+        """The ends of the slider's line relative to C [m], shape (2, 2): its place, twice, where
+        it stays there."""
+        path = getattr(getattr(self.motion, "manoeuvre", self.motion), "path", None)
+        if path is None or self.staging.relative_velocity is None:
+            return np.array([self.staging.slider] * 2)
+        return np.array([path.start, path.end])
