@@ -3,7 +3,9 @@ goes red; on bare pivots off at any step."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,9 +13,12 @@ import pytest
 
 from analytic.stepping import plane_chords
 from analytic.stepping.plane_friction import Slip
+from engines.measurement import measure
 from engines.pymunk import capsule, capsule_drive
 from engines.pymunk.capsule_space import Assembly, Tell, told
+from engines.registry import method as find_method
 from models.registry import scene, system_of
+from reports.verdict import judge
 from tests.pymunk_capsule import run, verdict
 from tests.random_capsules import CHECK
 from tests.random_slides import moved_support
@@ -141,3 +146,22 @@ def test_a_turn_of_the_whole_scene_turns_the_same_way() -> None:
     plain, turned = (run(name, "feet", step, heading=h)[1].observables for h in (0.0, 2.0))
     for seen in ("x", "y", "body_angle"):
         np.testing.assert_allclose(turned[seen], plain[seen], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("late", "least", "most"), [(0.5, 0.0, 1e-11), (0.9988, 1e-7, 1.0)])
+def test_a_switch_at_the_very_end_of_a_step(late: float, least: float, most: float) -> None:
+    """A push that begins in the last thousandth of a step sets the body off by what sweeps leave,
+    which it keeps while it slides: the share has room for that, and less than twice as much."""
+    short = scene("capsule-plan/ahead-curve", {"to": (0.02, 0.0, 0.0)})
+    system, how = system_of(short), find_method("pymunk/feet")
+    problem = system.problem(short.parameters)
+    starts = next(e.time for e in problem.reference.motion.events if e.mode == "slide")
+    step = starts / (4000 + late)
+    lasting = step * math.ceil(problem.motion.duration / step + 1)
+    found, _ = measure(system, replace(short, duration=lasting), how, step)
+    assert judge(found, system, how).verdict == "pass"
+    place = found.errors["x"]
+    assert place.foretold is not None
+    assert place.foretold.missed is not None
+    assert least <= place.foretold.missed <= most
+    assert least == 0.0 or sum(place.model.values()) < 2.0 * place.foretold.missed

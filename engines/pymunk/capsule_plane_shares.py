@@ -116,8 +116,8 @@ def demand(problem: CapsuleProblem) -> Demand:
             yielding += resting - event.time
         elif last == "rest":
             longest = max(longest, resting - event.time)
-    # A switch that falls at the very end of a step sets the body off by what sweeps leave there:
-    # one in a hundred does, and so in a plan some one or two.
+    # A push that begins in the last half per cent of a step sets the body off by what sweeps leave:
+    # of a plan's some ninety pushes at most one or two do.
     yielding += longest
     changes = len(motion.events) + switches.size
     return Demand(count * changes, motion.capsule.mass_ratio * strongest, count * yielding)
