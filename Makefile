@@ -21,11 +21,12 @@ validate: .venv/.run  ## run the validation and write its page (ARGS go to `plum
 test: .venv/.develop  ## run the tests (ARGS go to pytest)
 	$(BIN)/python -m pytest --numprocesses auto $(ARGS)
 
-check: .venv/.develop  ## lint, check the types, hold the tree to its folder contracts
+check: .venv/.develop  ## lint, check the types, hold the tree to its contracts
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy --strict
-	$(BIN)/python -m pytest -q tests/test_house.py
+	@mkdir -p .venv/src && ln -sfn ../.. .venv/src/plumbob
+	$(BIN)/mypy --strict -p plumbob
+	$(BIN)/python -m pytest -q tests/contracts
 
 benchmark: .venv/.peers  ## time the references and adapters (ARGS go to pytest)
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-columns=min,median,iqr,rounds $(ARGS)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any, Literal, Protocol
 
-from engines.trajectory import Trajectory
-from models.scene import Scene, System
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.scene import Scene, System
 
 
 class Unsupported(Exception):

@@ -1,4 +1,4 @@
-"""Which engines there are: every module of this folder that says ENGINE is one."""
+"""Which engines there are: every module of `adapters` that has an ENGINE is one."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 
-from analytic.parameters import ParameterError
-from engines.method import Engine, Method
-from models.registry import unknown
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.method import Engine, Method
+from plumbob.models.registry import unknown
 
 
 @cache
 def engines() -> Mapping[str, Engine]:
     """All engines by name, in the order of their names, installed or not."""
     found = [
-        getattr(import_module(f"engines.{module.name}"), "ENGINE", None)
-        for module in pkgutil.iter_modules([str(Path(__file__).parent)])
+        getattr(import_module(f"plumbob.engines.adapters.{module.name}"), "ENGINE", None)
+        for module in pkgutil.iter_modules([str(Path(__file__).parent / "adapters")])
     ]
     return {e.name: e for e in sorted(filter(None, found), key=lambda engine: engine.name)}
 

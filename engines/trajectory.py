@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from analytic.reference import Array
+from plumbob.analytic.reference import Array
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Which systems there are: every folder of models that says SYSTEM is one."""
+"""Which systems there are: every folder of models that has SYSTEMS is one or more."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from analytic.parameters import ParameterError, known
-from models.scene import Scene, System
+from plumbob.analytic.parameters import ParameterError, known
+from plumbob.models.scene import Scene, System
 
 
 @cache
 def systems() -> Mapping[str, System]:
     """All systems by name, in the order of their names."""
     folders = pkgutil.iter_modules([str(Path(__file__).parent)])
-    modules = [import_module(f"models.{f.name}") for f in folders if f.ispkg]
+    modules = [import_module(f"plumbob.models.{f.name}") for f in folders if f.ispkg]
     found = [system for module in modules for system in getattr(module, "SYSTEMS", ())]
     return {system.name: system for system in sorted(found, key=lambda system: system.name)}
 

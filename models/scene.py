@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from analytic.reference import Array, Reference
+from plumbob.analytic.reference import Array, Reference
 
 Parameters = Mapping[str, Any]
 

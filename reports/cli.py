@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import importlib.util
 import os
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import NoReturn
 
-from reports.version import version
+from plumbob import __version__
 
 USAGE = 2
 COMMANDS = (
@@ -29,10 +27,7 @@ class _Parser(argparse.ArgumentParser):
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line `argv`; returns 0 for all as expected, 1 for a verdict that is not, 2
     for wrong use or bad input, 3 for a missing engine or an incomplete study."""
-    if (stranger := in_the_way()) is not None:
-        print(f"plumbob: {stranger}", file=sys.stderr)
-        return USAGE
-    from analytic.parameters import ParameterError
+    from plumbob.analytic.parameters import ParameterError
 
     try:
         words = list(sys.argv[1:] if argv is None else argv)
@@ -54,27 +49,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 130
 
 
-def in_the_way() -> str | None:
-    """What stands in the way of our packages, whose names are everybody's, or None."""
-    ours = Path(__file__).resolve().parent.parent
-    for name in ("analytic", "models", "engines"):
-        spec = importlib.util.find_spec(name)
-        found = spec and (spec.origin or next(iter(spec.submodule_search_locations or ()), None))
-        if not found or Path(found).resolve().parent.parent != ours:
-            return (
-                f"another `{name}` stands in the way of plumbob's own, {found or 'nowhere'}: "
-                "use an environment of its own, or another working folder or PYTHONPATH"
-            )
-    return None
-
-
 def parser(wanted: Sequence[str]) -> argparse.ArgumentParser:
     """The parser of the commands `wanted`, whose modules alone are loaded."""
     top = _Parser(prog="plumbob", description="Holds physics engines against exact answers.")
-    top.add_argument("--version", action="version", version=f"plumbob {version()}")
+    top.add_argument("--version", action="version", version=f"plumbob {__version__}")
     commands = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
     for name in (name for name in wanted if name in COMMANDS):
-        module = importlib.import_module(f"reports.commands.{name}{'_' if name == 'list' else ''}")
+        module = importlib.import_module(
+            f"plumbob.reports.commands.{name}{'_' if name == 'list' else ''}"
+        )
         described = (module.__doc__ or "").partition(": ")[2].strip().rstrip(".")
         command = commands.add_parser(name, help=described, description=f"{described}.")
         module.arguments(command)

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from analytic.arithmetic.quad import double
-from analytic.cone_pendulum import Body, ConePendulum, cone
-from analytic.parameters import known
-from analytic.pendulums.pendulum_motion import PendulumMotion
-from analytic.reference import Array
-from models.ladder import ladder
-from models.scene import Observable, Parameters, Scene, System, replaced
+from plumbob.analytic.numerics.quad import double
+from plumbob.analytic.parameters import known
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
+from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.models.ladder import ladder
+from plumbob.models.scene import Observable, Parameters, Scene, System, replaced
 
 SOURCE = (
     "V. F. Sudakov, Angular velocity of physical pendulum suspended on movable base, "

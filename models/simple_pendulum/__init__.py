@@ -9,12 +9,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
 
-from analytic.arithmetic.quad import double
-from analytic.parameters import ParameterError, finite, known
-from analytic.reference import Array, Reference
-from analytic.simple_pendulum import SimplePendulum
-from models.ladder import ladder
-from models.scene import Observable, Parameters, Scene, System, replaced
+from plumbob.analytic.numerics.quad import double
+from plumbob.analytic.parameters import ParameterError, finite, known
+from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.systems.simple_pendulum import SimplePendulum
+from plumbob.models.ladder import ladder
+from plumbob.models.scene import Observable, Parameters, Scene, System, replaced
 
 SOURCE = (
     "Pêndulo Simples, course notebook: the simple pendulum, linear and non-linear, free, damped "

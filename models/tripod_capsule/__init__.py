@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from models.tripod_capsule import coast, hold, line, plan, train, turn
+from plumbob.models.tripod_capsule import coast, hold, line, plan, train, turn
 
 SYSTEMS = (
     line.SYSTEM,

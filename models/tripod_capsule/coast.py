@@ -10,18 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from analytic.capsule import Capsule, Point
-from analytic.manoeuvres.residual_motion import ResidualMotion, spin, translation
-from analytic.parameters import ParameterError, finite
-from analytic.reference import Array
-from analytic.slider_path import fixed
-from analytic.three_points.friction import Start, three_point_motion
-from analytic.three_points.motion import ThreePointMotion
-from analytic.three_points.reference import PlaneReference
-from models.ladder import ladder
-from models.scene import Observable, Parameters, Scene, System
-from models.tripod_capsule.line import MJCF
-from models.tripod_capsule.parameters import (
+from plumbob.analytic.parameters import ParameterError, finite
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import Capsule, Point
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion, spin, translation
+from plumbob.analytic.systems.slider_path import fixed
+from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.analytic.systems.three_points.motion import ThreePointMotion
+from plumbob.analytic.systems.three_points.reference import PlaneReference
+from plumbob.models.ladder import ladder
+from plumbob.models.scene import Observable, Parameters, Scene, System
+from plumbob.models.tripod_capsule.line import MJCF
+from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,
     CONTACTS,
@@ -31,7 +32,6 @@ from models.tripod_capsule.parameters import (
     heading,
     place,
 )
-from models.tripod_capsule.staging import CapsuleProblem, Staging
 
 NAMES = (*BODY, "slider", "velocity_x", "velocity_y", "heading_rate", "heading")
 _CHECK: Parameters = MappingProxyType({

@@ -7,14 +7,15 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from analytic.manoeuvres.slow_motion import SlowStroke
-from analytic.manoeuvres.tilted_hold import TiltedHold, tilt_angle
-from analytic.parameters import finite
-from analytic.reference import Array
-from models.ladder import ladder
-from models.scene import Parameters, Scene, System
-from models.tripod_capsule.line import MJCF
-from models.tripod_capsule.parameters import (
+from plumbob.analytic.parameters import finite
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
+from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle
+from plumbob.models.ladder import ladder
+from plumbob.models.scene import Parameters, Scene, System
+from plumbob.models.tripod_capsule.line import MJCF
+from plumbob.models.tripod_capsule.parameters import (
     ALONG,
     BODY,
     CHECK,
@@ -27,7 +28,6 @@ from models.tripod_capsule.parameters import (
     heading,
     place,
 )
-from models.tripod_capsule.staging import CapsuleProblem, Staging
 
 NAMES = (*BODY, "fraction", "direction", "support", "slider", "length", "start", "heading")
 _TILTED: Parameters = MappingProxyType({**CHECK, "direction": 0.7, "slider": (0.05, 0.03)})

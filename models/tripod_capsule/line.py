@@ -11,13 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from analytic.capsule import lowest_normal_forces, source_assumption
-from analytic.manoeuvres.line_manoeuvre import printed_body_velocity
-from analytic.manoeuvres.line_reference import LineReference, condition_number
-from analytic.reference import Array
-from models.ladder import ladder
-from models.scene import Parameters, Scene, System
-from models.tripod_capsule.parameters import (
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import lowest_normal_forces, source_assumption
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import printed_body_velocity
+from plumbob.analytic.systems.manoeuvres.line_reference import LineReference, condition_number
+from plumbob.models.ladder import ladder
+from plumbob.models.scene import Parameters, Scene, System
+from plumbob.models.tripod_capsule.parameters import (
     ALONG,
     BODY,
     CHECK,
@@ -30,7 +31,6 @@ from models.tripod_capsule.parameters import (
     manoeuvre,
     threshold,
 )
-from models.tripod_capsule.staging import CapsuleProblem, Staging
 
 MJCF = Path(__file__).parent / "tripod_capsule.xml"
 NAMES = (*BODY, *LINE, "heading")

@@ -5,10 +5,10 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Any
 
-from analytic.capsule import Capsule, direction_to
-from analytic.manoeuvres.line_manoeuvre import LineManoeuvre
-from analytic.parameters import ParameterError, finite, known
-from models.scene import Observable, Parameters, replaced
+from plumbob.analytic.parameters import ParameterError, finite, known
+from plumbob.analytic.systems.capsule import Capsule, direction_to
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+from plumbob.models.scene import Observable, Parameters, replaced
 
 SOURCE = (
     "F. L. Chernousko, Plane motions of a body controlled by a movable mass, "

@@ -11,18 +11,25 @@ from typing import Any
 
 import numpy as np
 
-from analytic.capsule import Capsule
-from analytic.parameters import ParameterError
-from analytic.planner import POSES, Limits, Plan, RestPose
-from analytic.planner import plan as find_plan
-from analytic.planner.result import TrackName
-from analytic.reference import Array
-from analytic.three_points.reference import PlaneReference
-from models.scene import Observable, Parameters, Scene, System
-from models.tripod_capsule.line import MJCF
-from models.tripod_capsule.parameters import BODY, CHECK, CONTACTS, SOURCE, capsule, check_names
-from models.tripod_capsule.staging import CapsuleProblem, Staging
-from models.tripod_capsule.turn import OBSERVED
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.planner import POSES, Limits, Plan, RestPose
+from plumbob.analytic.systems.planner import plan as find_plan
+from plumbob.analytic.systems.planner.result import TrackName
+from plumbob.analytic.systems.three_points.reference import PlaneReference
+from plumbob.models.scene import Observable, Parameters, Scene, System
+from plumbob.models.tripod_capsule.line import MJCF
+from plumbob.models.tripod_capsule.parameters import (
+    BODY,
+    CHECK,
+    CONTACTS,
+    SOURCE,
+    capsule,
+    check_names,
+)
+from plumbob.models.tripod_capsule.turn import OBSERVED
 
 LIMITS = tuple(field.name for field in fields(Limits))
 NAMES = (*BODY, *LIMITS, "to", "track", "start", "slider", "slider_at_end")

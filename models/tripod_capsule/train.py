@@ -6,11 +6,12 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from analytic.manoeuvres.manoeuvre_train import ManoeuvreTrain
-from analytic.reference import Array
-from models.scene import Parameters, Scene, System
-from models.tripod_capsule import line
-from models.tripod_capsule.parameters import (
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.manoeuvres.manoeuvre_train import ManoeuvreTrain
+from plumbob.models.scene import Parameters, Scene, System
+from plumbob.models.tripod_capsule import line
+from plumbob.models.tripod_capsule.parameters import (
     ALONG,
     CHECK,
     CONTACTS,
@@ -21,7 +22,6 @@ from models.tripod_capsule.parameters import (
     manoeuvre,
     threshold,
 )
-from models.tripod_capsule.staging import CapsuleProblem, Staging
 
 NAMES = (*line.NAMES, "count", "fraction", "pause")
 _PERIOD = 0.32  # [s], a whole number of every step of the ladder

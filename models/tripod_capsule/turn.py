@@ -10,14 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from analytic.capsule import lowest_normal_forces
-from analytic.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
-from analytic.manoeuvres.turn_train import TurnTrain
-from analytic.reference import Array
-from analytic.three_points.reference import PlaneReference
-from models.scene import Observable, Parameters, Scene, System
-from models.tripod_capsule.line import MJCF
-from models.tripod_capsule.parameters import (
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import lowest_normal_forces
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
+from plumbob.analytic.systems.manoeuvres.turn_train import TurnTrain
+from plumbob.analytic.systems.three_points.reference import PlaneReference
+from plumbob.models.scene import Observable, Parameters, Scene, System
+from plumbob.models.tripod_capsule.line import MJCF
+from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,
     CONTACTS,
@@ -26,7 +27,6 @@ from models.tripod_capsule.parameters import (
     check_names,
     heading,
 )
-from models.tripod_capsule.staging import CapsuleProblem, Staging
 
 TURN = ("radius", "angular_acceleration", "half_time", "start", "count", "pause")
 NAMES = (*BODY, *TURN, "heading")

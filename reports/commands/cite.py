@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from models.registry import systems
-from reports.version import version
+from plumbob import __version__
+from plumbob.models.registry import systems
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -14,7 +14,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Print the suite's own entry, then each source once."""
-    print(f"plumbob, version {version()}: a cross-validation suite for physics engines.")
+    print(f"plumbob, version {__version__}: a cross-validation suite for physics engines.")
     titles: dict[str, list[str]] = {}
     for system in systems().values():
         for source in dict.fromkeys(scene.source for scene in system.scenes):

@@ -8,13 +8,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from analytic.parameters import ParameterError
-from engines import store
-from engines.measurement import floor
-from engines.study import Study
-from models.registry import system_of
-from reports.commands import values
-from reports.verdict import judge_climb
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.study import store
+from plumbob.engines.study.measurement import floor
+from plumbob.engines.study.study import Study
+from plumbob.models.registry import system_of
+from plumbob.reports.commands import values
+from plumbob.reports.judge.verdict import judge_climb
 
 MOVED = 1e-3  # of an error, beside what rounding explains: the same code gives the same bits
 DEARER = 1.25  # of a cost in yardsticks, beyond the quartiles of both

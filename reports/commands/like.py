@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 
-from analytic.parameters import ParameterError
-from engines.method import Method
-from engines.mujoco.like import NAME, mine
-from engines.registry import engines, installed
-from models.scene import Scene
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.adapters.mujoco.like import NAME, mine
+from plumbob.engines.method import Method
+from plumbob.engines.registry import engines, installed
+from plumbob.models.scene import Scene
 
 # A line at four headings is the quickest way to tell what a setting's friction is worth.
 SCENES = ",".join(("*", *(f"capsule-line/heading-{angle:03d}" for angle in (0, 30, 45, 90))))

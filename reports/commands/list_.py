@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from engines.registry import engines, installed
-from models.registry import systems
+from plumbob.engines.registry import engines, installed
+from plumbob.models.registry import systems
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

@@ -6,8 +6,8 @@ import argparse
 import shutil
 from pathlib import Path
 
-from analytic.parameters import ParameterError
-from models.registry import systems
+from plumbob.analytic.parameters import ParameterError
+from plumbob.models.registry import systems
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

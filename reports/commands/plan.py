@@ -11,14 +11,14 @@ from dataclasses import asdict
 from types import MappingProxyType
 from typing import Any
 
-from analytic.parameters import ParameterError, known
-from analytic.planner import Plan
-from engines.registry import method as find_method
-from models.registry import scene as find_scene
-from models.tripod_capsule.parameters import BODY, CHECK
-from models.tripod_capsule.plan import LIMITS, planned
-from reports.commands import values
-from reports.plan_errors import PlanRun, PoseOff, arising, run_plan
+from plumbob.analytic.parameters import ParameterError, known
+from plumbob.analytic.systems.planner import Plan
+from plumbob.engines.registry import method as find_method
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.tripod_capsule.parameters import BODY, CHECK
+from plumbob.models.tripod_capsule.plan import LIMITS, planned
+from plumbob.reports.commands import values
+from plumbob.reports.findings.plan_errors import PlanRun, PoseOff, arising, run_plan
 
 PLACES = ("start", "slider", "slider_at_end")
 SYSTEM = "capsule-plan"

@@ -9,12 +9,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from engines import store
-from engines.method import Method
-from engines.study import Study
-from models.registry import scene as find_scene
-from reports.commands import values
-from reports.recommend import Choice, Recommendation, cheapest
+from plumbob.engines.method import Method
+from plumbob.engines.study import store
+from plumbob.engines.study.study import Study
+from plumbob.models.registry import scene as find_scene
+from plumbob.reports.commands import values
+from plumbob.reports.judge.recommend import Choice, Recommendation, cheapest
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,35 +50,35 @@ def command(chosen: argparse.Namespace) -> int:
     else:
         _print(found)
         if chosen.like:
-            from reports.yours import lines
+            from plumbob.reports.judge.user_settings import lines
 
             print(*lines(study), sep="\n")
     return 0 if found.choice else 1
 
 
 def _measured(name: str) -> Study:
-    from engines.registry import methods as find_methods
-    from engines.study import run_study
+    from plumbob.engines.registry import methods as find_methods
+    from plumbob.engines.study.study import run_study
 
     print(f"no stored study of {name}: measuring it", file=sys.stderr)
     return run_study([find_scene(name)], find_methods("*"))
 
 
 def _own(path: str) -> Method:
-    from reports.commands.like import own_method
+    from plumbob.reports.commands.like import own_method
 
     return own_method(path)
 
 
 def _with_own(study: Study, name: str, own: Method) -> Study:
     """The study with the user's own settings, measured now."""
-    from engines.study import joined, run_study
+    from plumbob.engines.study.study import joined, run_study
 
     return joined(study, run_study([find_scene(name)], [own], study.profile))
 
 
 def _yours(study: Study) -> list[dict[str, Any]]:
-    from reports.yours import yours
+    from plumbob.reports.judge.user_settings import yours
 
     return [
         {name: value for name, value in asdict(found).items() if name != "judgement"}

@@ -7,20 +7,20 @@ import json
 import sys
 from typing import Any
 
-from analytic.parameters import ParameterError
-from engines.cost import Cost, costs
-from engines.measurement import Measurement, measure
-from engines.method import Method
-from engines.mujoco.like import NAME
-from engines.registry import method as find_method
-from models.registry import scene as find_scene
-from models.registry import system_of
-from models.scene import Scene
-from reports.commands import values
-from reports.commands.like import add_like, own_method
-from reports.expectations import expected
-from reports.records import record
-from reports.verdict import judge
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.adapters.mujoco.like import NAME
+from plumbob.engines.method import Method
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.cost import Cost, costs
+from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of
+from plumbob.models.scene import Scene
+from plumbob.reports.commands import values
+from plumbob.reports.commands.like import add_like, own_method
+from plumbob.reports.commands.records import record
+from plumbob.reports.judge.expectations import expected
+from plumbob.reports.judge.verdict import judge
 
 INCOMPLETE = 3
 

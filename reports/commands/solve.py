@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from models.registry import scene as find_scene
-from models.registry import system_of
-from reports.commands import values
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of
+from plumbob.reports.commands import values
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

@@ -11,27 +11,27 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from analytic.parameters import ParameterError
-from engines import store
-from engines.method import Method
-from engines.mujoco.like import NAME
-from engines.registry import engine_of, installed
-from engines.registry import methods as find_methods
-from engines.study import Study, pairs, run_study
-from models.registry import scenes as find_scenes
-from models.registry import system_of
-from reports.commands import values
-from reports.commands.like import METHODS as LIKE_METHODS
-from reports.commands.like import SCENES as LIKE_SCENES
-from reports.commands.like import add_like, beside, own_method
-from reports.expectations import as_expected
-from reports.junit import write_junit
-from reports.progress import progress
-from reports.provenance import provenance
-from reports.records import record
-from reports.verdict import Judgement, judge_climb
-from reports.yours import instead
-from reports.yours import lines as own_lines
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.adapters.mujoco.like import NAME
+from plumbob.engines.method import Method
+from plumbob.engines.registry import engine_of, installed
+from plumbob.engines.registry import methods as find_methods
+from plumbob.engines.study import store
+from plumbob.engines.study.provenance import provenance
+from plumbob.engines.study.study import Study, pairs, run_study
+from plumbob.models.registry import scenes as find_scenes
+from plumbob.models.registry import system_of
+from plumbob.reports.commands import values
+from plumbob.reports.commands.junit import write_junit
+from plumbob.reports.commands.like import METHODS as LIKE_METHODS
+from plumbob.reports.commands.like import SCENES as LIKE_SCENES
+from plumbob.reports.commands.like import add_like, beside, own_method
+from plumbob.reports.commands.progress import progress
+from plumbob.reports.commands.records import record
+from plumbob.reports.judge.expectations import as_expected
+from plumbob.reports.judge.user_settings import instead
+from plumbob.reports.judge.user_settings import lines as own_lines
+from plumbob.reports.judge.verdict import Judgement, judge_climb
 
 INCOMPLETE = 3
 Pair = tuple[str, str]  # scene, method
@@ -66,7 +66,7 @@ def command(chosen: argparse.Namespace) -> int:
         _writable(Path(chosen.junitxml).parent)
     with progress() as told:
         study = run_study(scenes, methods, chosen.profile, jobs, told=told)
-    from reports.page import write_page
+    from plumbob.reports.view.page import write_page
 
     line = shlex.join(["plumbob", *sys.argv[1:]])
     page = write_page(study, out, line)

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from analytic.parameters import ParameterError, finite, positive
-from analytic.reference import Array
+from plumbob.analytic.parameters import ParameterError, finite, positive
+from plumbob.analytic.reference import Array
 
 
 def number(name: str, text: str) -> float:

@@ -13,11 +13,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from engines.method import meant
-from engines.mujoco import ENGINE
-from engines.mujoco.saving import saving
-from engines.mujoco.simulation import MujocoSimulation, compiled
-from tests.cone_scene import SYSTEM, scene
+from plumbob.engines.adapters.mujoco import ENGINE
+from plumbob.engines.adapters.mujoco.saving import saving
+from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
+from plumbob.engines.method import meant
+from plumbob.tests.support.cone_scene import SYSTEM, scene
 
 STEPS = 5000  # of 1e-4 s: 501 samples, every tenth step and the start
 METHODS = {method.name: method for method in ENGINE.methods}

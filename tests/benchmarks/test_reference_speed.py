@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from analytic.cone_pendulum import ConePendulum, cone
-from analytic.elliptic.orbit_table import orbit_table
-from analytic.pendulums.pendulum_motion import PendulumMotion
-from analytic.reference import Array
-from tests.high_precision import orbit_of
+from plumbob.analytic.numerics.elliptic.orbit_table import orbit_table
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.tests.support.high_precision import orbit_of
 
 PENDULUM = ConePendulum(cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
 TIMES = np.linspace(0.0, 50.0, 1_000_000)

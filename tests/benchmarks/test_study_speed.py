@@ -12,9 +12,9 @@ import statistics
 
 import pytest
 
-from engines.registry import engine_of, installed, methods
-from engines.study import Study, run_study
-from models.registry import scenes
+from plumbob.engines.registry import engine_of, installed, methods
+from plumbob.engines.study.study import Study, run_study
+from plumbob.models.registry import scenes
 
 SCENES = "simple-pendulum,linear-pendulum"
 COSTED = "mujoco,pymunk/default,ode/rk4,ode/dop853"

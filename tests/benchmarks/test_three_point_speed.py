@@ -11,12 +11,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from analytic.manoeuvres.turn_manoeuvre import turn_of
-from analytic.slider_path import arc_stroke, concatenate, fixed
-from analytic.three_points.friction import three_point_motion
-from analytic.three_points.smoothed_friction import smoothed_motion
-from tests.random_capsules import CHECK
-from tests.random_slides import COAST
+from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
+from plumbob.analytic.systems.slider_path import arc_stroke, concatenate, fixed
+from plumbob.analytic.systems.three_points.friction import three_point_motion
+from plumbob.analytic.systems.three_points.smoothed_friction import smoothed_motion
+from plumbob.tests.support.random_capsules import CHECK
+from plumbob.tests.support.random_slides import COAST
 
 MOST = 0.1  # [s], a turn manoeuvre to rest
 

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from engines import store
-from engines.measurement import measure
-from engines.registry import method as find_method
-from engines.registry import methods as find_methods
-from engines.study import Study, run_study
-from models.registry import scenes, system_of
-from models.scene import Scene
-from reports.recommend import Choice, cheapest
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.registry import methods as find_methods
+from plumbob.engines.study import store
+from plumbob.engines.study.measurement import measure
+from plumbob.engines.study.study import Study, run_study
+from plumbob.models.registry import scenes, system_of
+from plumbob.models.scene import Scene
+from plumbob.reports.judge.recommend import Choice, cheapest
 
 SCENES = ",".join((
     "simple-pendulum", "linear-pendulum", "cone-pendulum/rotating-base", "capsule-line/ca1",

@@ -7,14 +7,14 @@ import os
 
 import pytest
 
-from engines.climb import climb
-from engines.method import Method
-from engines.registry import methods
-from engines.study import most_steps, pairs
-from models.registry import scenes, system_of
-from models.scene import Scene
-from reports.expectations import as_expected, expected
-from reports.verdict import judge_climb
+from plumbob.engines.method import Method
+from plumbob.engines.registry import methods
+from plumbob.engines.study.convergence import climb
+from plumbob.engines.study.study import most_steps, pairs
+from plumbob.models.registry import scenes, system_of
+from plumbob.models.scene import Scene
+from plumbob.reports.judge.expectations import as_expected, expected
+from plumbob.reports.judge.verdict import judge_climb
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:

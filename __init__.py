@@ -1,0 +1,26 @@
+"""plumbob holds physics engines against exact answers: how wrong, at what cost, which setting."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from plumbob.reports.judge.check import check
+
+__all__ = ["__version__", "check"]
+
+
+def __getattr__(name: str) -> Any:
+    """`check` and `__version__`, looked up when asked for: importing plumbob loads no engine."""
+    if name == "check":
+        from plumbob.reports.judge.check import check
+
+        return check
+    if name == "__version__":
+        from importlib import metadata
+
+        try:
+            return metadata.version("plumbob")
+        except metadata.PackageNotFoundError:
+            return "unknown"
+    raise AttributeError(f"module 'plumbob' has no attribute {name!r}")

@@ -1,1 +1,0 @@
-"""Numbers: 34 digits, error-free sums, power series, collocation."""

@@ -1,0 +1,106 @@
+"""The global error of a fixed-step scheme as a power series in its step.
+
+Let z(t; h) = y(t) + sum_k h^k e_k(t) be what a scheme computes at the times it reaches, y the exact
+motion, Psi_h the scheme's step and phi_h the exact flow. Stepping is z(t + h) = Psi_h(t, z(t)), so
+
+    sum_k h^k e_k(t + h) = Psi_h(t, y + sum_k h^k e_k) - phi_h(t, y).
+
+The right side is a power series in h with coefficients R_m. The left side's is
+e_m + e_{m-1}' + e_{m-2}''/2! + ... Of e_m and e_{m-1}, R_m holds exactly e_m + J e_{m-1}, hence
+
+    e_{m-1}' = J e_{m-1} + R_m[e_1 ... e_{m-2}] - sum_{j>=2} e_{m-j}^{(j)} / j!,    e(0) = 0,
+
+a linear equation along the motion, for each order after the one before (Hairer, Norsett and Wanner
+1993, Solving ODEs I, II.8). R_m comes exactly from the scheme run on truncated power series, the
+terms that are not linear in the error included; the e^{(j)} from collocation polynomials.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from plumbob.analytic.errors.schemes import Scheme, StepSeries, exact, find_scheme
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.rotor.taylor_series import integrate
+from plumbob.analytic.numerics.rotor.variational import Response, TangentFlow
+from plumbob.analytic.numerics.truncated_series import constant
+from plumbob.analytic.reference import Array
+
+
+def leading_error(
+    rotor: DrivenRotor,
+    theta: float,
+    theta_dot: float,
+    times: Array,
+    scheme: str,
+    terms: int = 2,
+) -> Mapping[int, Mapping[str, Array]]:
+    """The first `terms` coefficients C_p(t) of the error (scheme minus exact) sum_p C_p step^p of a
+    motion from `theta` [rad], `theta_dot` [rad/s], at `times` [s], shape (n,), as {p: {"theta":
+    (n,), "theta_dot": (n,)}}; empty for a scheme unknown to `find_scheme`, which also tells what
+    `scheme` may be. Raises ParameterError."""
+    if (found := find_scheme(scheme)) is None:
+        return {}
+    flow = TangentFlow(
+        rotor, integrate(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
+    )
+    return evaluated(expansion(flow, found, terms), times)
+
+
+@dataclass(frozen=True)
+class ErrorSeries:
+    """The error expansions of one motion, each worked out once; see `leading_error`."""
+
+    rotor: DrivenRotor
+    theta: float
+    theta_dot: float
+    terms: int = 4
+    _found: dict[str, tuple[float, Mapping[int, Response]]] = field(
+        default_factory=dict, repr=False, compare=False
+    )
+
+    def at(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
+        """What `leading_error` says at `times` [s], shape (n,). Raises ParameterError."""
+        if (how := find_scheme(scheme)) is None:
+            return {}
+        until, series = self._found.get(scheme, (-1.0, {}))
+        if (last := float(np.max(times))) > until:
+            until = 1.01 * last  # the next step may end a little later
+            flow = TangentFlow(self.rotor, integrate(self.rotor, self.theta, self.theta_dot, until))
+            series = expansion(flow, how, self.terms)
+            self._found[scheme] = until, series
+        return evaluated(series, times)
+
+
+def evaluated(
+    coefficients: Mapping[int, Response], times: Array
+) -> Mapping[int, Mapping[str, Array]]:
+    """Values of an expansion at `times` [s], shape (n,), by order and by name."""
+    values = {order: response.at(times)[:, :, 0] for order, response in coefficients.items()}
+    return {p: {"theta": e[:, 0], "theta_dot": e[:, 1]} for p, e in values.items()}
+
+
+def expansion(flow: TangentFlow, scheme: Scheme, terms: int = 2) -> Mapping[int, Response]:
+    """The first `terms` coefficients of the scheme's error that are not zero, by order."""
+    first = scheme.order_on(flow.rotor)
+    stride = 2 if scheme.symmetric else 1
+    last = first + stride * (terms - 1)
+    step = StepSeries(flow.rotor, flow.times, scheme.control)
+    state = [constant(values, last + 1) for values in flow.states]
+    flown = exact(StepSeries(flow.rotor, flow.times), *state)
+    found: dict[int, Response] = {}
+    for order in range(first, last + 1, stride):
+        m = order + 1
+        stepped = scheme.advance(step, *state)
+        source = np.stack([a[m] - b[m] for a, b in zip(stepped, flown, strict=True)], axis=-1)
+        for lower, response in found.items():
+            j = m - lower
+            source -= response.at_nodes(derivative=j)[..., 0] / math.factorial(j)
+        found[order] = flow.respond(np.zeros((2, 1)), source[..., None])
+        for i in (0, 1):
+            state[i][order] = found[order].at_nodes()[:, :, i, 0]
+    return found

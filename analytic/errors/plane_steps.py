@@ -1,0 +1,145 @@
+"""What steps of a fixed size make of a body on three Coulomb points with a prescribed slider.
+
+State: C at z on the ground, heading psi, their rates, the slider's place r and velocity v in the
+body, its acceleration w held over each step at the mean that brings v to where it should be. With
+p = e^(-i psi) z' and the point of the body at the combined centre moving at u = p + i omega mu r,
+
+    u'     = -mu a,                       a = w + 2 i omega v - omega^2 r,     and friction:
+    omega' = -mu M (r x a)/(J + mu M r^2),            (Chernousko 2020, eqs. 2-4 and 23)
+
+the rates in the axes that the body has at that moment. Semi-implicit Euler takes them at a step's
+start, and friction against the slip that it ends with; RK4 takes each stage's friction against the
+slip half a step of it later: asked for rest within that, it is stable, and friction is less late.
+Normal forces are those of statics.
+"""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
+
+import numpy as np
+
+from plumbob.analytic.errors.discontinuities import position_lead
+from plumbob.analytic.errors.implicit_friction import Grip, Slip, after_friction
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.slider_path import SliderPath
+from plumbob.analytic.systems.three_points.equations import Mechanics, mechanics
+from plumbob.analytic.systems.three_points.friction import Start
+
+EULER, RK4 = "semi-implicit-euler", "rk4"
+FRICTION_LEADS: Mapping[str, float] = MappingProxyType({EULER: 1.0, RK4: 0.5})  # of a step
+MOST_STEPS = 200_000  # each takes some tens of microseconds
+COLUMNS = ("x", "y", "heading", "velocity_x", "velocity_y", "heading_rate")
+State = tuple[complex, float, complex, float, complex, complex]  # z, psi, z', omega, r, v
+
+
+@dataclass(frozen=True)
+class _Body:
+    """The constants of a capsule as plain numbers, of which a step takes many."""
+
+    of: Mechanics
+    supports: tuple[complex, ...]
+    limits: tuple[float, ...]
+    slopes: tuple[tuple[float, ...], tuple[float, ...]]
+
+    def rates(self, state: State, w: complex, lead: float, near: Slip) -> tuple[State, Slip]:
+        """Rates of a state, with friction against the slip at these rates a time `lead` [s] on."""
+        _, psi, speed, omega, r, v = state
+        body, turn = self.of, cmath.exp(1j * psi)
+        arm = body.mass_ratio * r
+        inertia = body.body_inertia + body.reduced_mass * abs(r) ** 2
+        carried = w + 2j * omega * v - omega * omega * r
+        pushed = -body.mass_ratio * carried
+        spun = -body.reduced_mass * (r.conjugate() * carried).imag / inertia
+        begun = speed / turn + 1j * omega * arm
+        free = (begun + lead * pushed, omega + lead * spun)
+        (x, y), (along, aside) = (r.real, r.imag), self.slopes
+        limits = [
+            lead * (c + x * a + y * b) for c, a, b in zip(self.limits, along, aside, strict=True)
+        ]
+        slip = free
+        if any(limits):
+            arms = [support - arm for support in self.supports]
+            slip = after_friction(Grip(body.mass, inertia, limits, arms), free, near)
+        pushed, spun = (slip[0] - begun) / lead, (slip[1] - omega) / lead
+        return (speed, omega, (pushed - 1j * spun * arm) * turn, spun, v, w), slip
+
+
+def _moved(state: State, rate: State, time: float) -> State:
+    z, psi, speed, omega, r, v = state
+    dz, dpsi, dspeed, domega, dr, dv = rate
+    return (
+        z + time * dz,
+        psi + time * dpsi,
+        speed + time * dspeed,
+        omega + time * domega,
+        r + time * dr,
+        v + time * dv,
+    )
+
+
+def _euler(body: _Body, state: State, w: complex, step: float, near: Slip) -> tuple[State, Slip]:
+    (_, _, push, spun, _, _), slip = body.rates(state, w, FRICTION_LEADS[EULER] * step, near)
+    z, psi, speed, omega, r, v = state
+    speed, omega, v = speed + step * push, omega + step * spun, v + step * w
+    return (z + step * speed, psi + step * omega, speed, omega, r + step * v, v), slip
+
+
+def _rk4(body: _Body, state: State, w: complex, step: float, near: Slip) -> tuple[State, Slip]:
+    lead = FRICTION_LEADS[RK4] * step
+    first, slip = body.rates(state, w, lead, near)
+    second, after = body.rates(_moved(state, first, 0.5 * step), w, lead, slip)
+    third, after = body.rates(_moved(state, second, 0.5 * step), w, lead, after)
+    fourth, _ = body.rates(_moved(state, third, step), w, lead, after)
+    for rate, part in ((first, 1.0), (second, 2.0), (third, 2.0), (fourth, 1.0)):
+        state = _moved(state, rate, part * step / 6.0)
+    return state, slip
+
+
+@lru_cache(maxsize=16)  # all methods of one scheme ask for the same
+def course(
+    capsule: Capsule, path: SliderPath, start: Start, scheme: str, step: float, steps: int
+) -> Array:
+    """COLUMNS at the start and after each of `steps` steps of `step` [s], shape (steps + 1, 6), in
+    the ground's axes; `scheme` is EULER or RK4."""
+    given = mechanics(capsule)
+    body = _Body(
+        given,
+        tuple(given.supports.tolist()),
+        tuple(given.centre_limits.tolist()),
+        (tuple(given.limit_slopes[0].tolist()), tuple(given.limit_slopes[1].tolist())),
+    )
+    places, speeds, _ = path.kinematics(np.arange(steps + 1, dtype=np.float64) * step)
+    pushes = (np.diff(speeds @ [1.0, 1j]) / step).tolist()
+    advance = _rk4 if scheme == RK4 else _euler
+    turn = cmath.exp(1j * start.heading)
+    state: State = (
+        complex(*start.position),
+        start.heading,
+        complex(*start.velocity),
+        start.angular_velocity,
+        complex(*places[0]),
+        complex(*speeds[0]),
+    )
+    slip: Slip = (state[2] / turn, state[3])
+    rows = np.empty((steps + 1, 6))
+    for k in range(steps + 1):
+        z, psi, speed, omega, _, _ = state
+        rows[k] = z.real, z.imag, psi, speed.real, speed.imag, omega
+        if k < steps:
+            state, slip = advance(body, state, pushes[k], step, slip)
+    return rows
+
+
+def covered(scheme: str, steps: int) -> str | None:
+    """The name under which `course` knows `scheme`; None for one that it does not, or for more
+    than MOST_STEPS `steps`."""
+    base = scheme.partition("+")[0]
+    if steps > MOST_STEPS or not (base == RK4 or position_lead(scheme) == 0.5):
+        return None
+    return base

@@ -1,0 +1,33 @@
+"""Error-free sums and products of doubles, for states that must not collect round-off."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+from plumbob.analytic.reference import Array
+
+Number = TypeVar("Number", float, Array)
+
+SPLITTER = 134217729.0  # 2^27 + 1 halves the 53 bits of a double
+
+
+def two_sum(a: Number, b: Number) -> tuple[Number, Number]:
+    """Return the rounded sum of `a` and `b` and its rounding error, exactly (Knuth 1969)."""
+    total = a + b
+    part = total - a
+    return total, (a - (total - part)) + (b - part)
+
+
+def two_product(a: Number, b: Number) -> tuple[Number, Number]:
+    """Return the rounded product of `a` and `b` and its rounding error, exactly (Dekker 1971);
+    magnitudes below 1e150."""
+    a_high, a_low = _halves(a)
+    b_high, b_low = _halves(b)
+    product = a * b
+    return product, a_low * b_low - (product - a_high * b_high - a_low * b_high - a_high * b_low)
+
+
+def _halves(a: Number) -> tuple[Number, Number]:
+    shifted = SPLITTER * a
+    high = shifted - (shifted - a)
+    return high, a - high

@@ -1,0 +1,70 @@
+"""Jacobi's functions sn, cn, dn of A tau with the modulus m = 1 - B^2/A^2, 0 <= B <= A, their half
+turn and their inverse: each to its own relative accuracy, for B down to 0.
+
+scipy's `ellipj` takes m alone and loses its period once 1 - m < 1e-10; A and B keep what m rounds
+away. chi = am(A tau) solves dchi/dtau = sqrt(A^2 cos^2 chi + B^2 sin^2 chi).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import scipy.special
+
+from plumbob.analytic.numerics.quad import PI, Quad, choose, double, everywhere, quad
+from plumbob.analytic.reference import Array
+
+_STEPS = 20  # enough for any B/A > 0: the first ones halve the logarithm of B/A
+
+
+def arithmetic_geometric_mean(a: Any, b: Any) -> Any:
+    """AGM(a, b) for b > 0, elementwise, to 34 digits (DLMF 19.8.1)."""
+    for _ in range(_STEPS):
+        near = everywhere(abs(a - b) <= 1e-16 * a)
+        a, b = (a + b) / 2, np.sqrt(a * b)
+        if near:  # convergence is quadratic
+            break
+    return a
+
+
+def half_turn(a: Quad, b: Quad) -> Quad:
+    """Time tau in which chi advances by pi: pi / AGM(A, B); infinite for B = 0."""
+    endless = b == 0
+    return choose(endless, quad(np.inf), PI / arithmetic_geometric_mean(a, choose(endless, a, b)))
+
+
+def jacobi(tau: Any, a: Any, b: Any) -> tuple[Array, Array, Array]:
+    """sn, cn, dn by the descending Landen transformation (DLMF 22.7.2 to 22.7.4), of cn/sn so that
+    nothing is subtracted; arguments broadcast; tau should be reduced to a turn or two."""
+    endless = b == 0.0
+    ladder, mean, geometric = [], a, choose(endless, a, b)
+    for _ in range(_STEPS):
+        half_sum = (mean + geometric) / 2
+        ladder.append((mean, geometric, half_sum))
+        if everywhere(mean - geometric <= 2e-8 * mean):  # the next two differ by less than 1e-16
+            break
+        mean, geometric = half_sum, np.sqrt(mean * geometric)
+    mean = half_sum
+    angle = mean * tau
+    sine = np.sin(angle)
+    ratio = np.cos(angle) / np.where(sine == 0.0, 1e-100, sine)
+    dn: Any = 1.0
+    for mean, geometric, half_sum in reversed(ladder):
+        square = ratio * ratio * half_sum
+        ratio = ratio * dn * (half_sum / mean)
+        dn = (square + geometric) / (square + mean)
+    sn = np.copysign(1.0, sine) / np.sqrt(1.0 + ratio * ratio)
+    cn = ratio * sn
+    if not everywhere(np.logical_not(endless)):
+        fading = 1.0 / np.cosh(np.clip(a * tau, -700.0, 700.0))
+        sn = np.where(endless, np.tanh(a * tau), sn)
+        cn, dn = np.where(endless, fading, cn), np.where(endless, fading, dn)
+    return sn, cn, dn
+
+
+def time_of_point(sine: Any, cosine: Any, a: Any, b: Any) -> Any:
+    """tau(chi) for |chi| <= pi/2 given by its sine and cosine, each accurate on its own, by
+    Carlson's R_F (DLMF 19.25.5)."""
+    c2, s2 = double((a * cosine) ** 2), double((b * sine) ** 2)
+    return double(sine) * scipy.special.elliprf(c2, c2 + s2, double(a) ** 2)

@@ -1,0 +1,126 @@
+"""The equation of motion that the pendulums share: an angle in a potential, damped and forced.
+
+    theta'' = p2 sin 2theta + pc cos theta - ps sin theta - k theta
+              - xi theta' + A sin(Omega t + phi)
+
+Cone pendulum (Sudakov 2015, eq. 7): p2 = a/I_x, pc = b/I_x, ps = c/I_x. Simple pendulum (Pendulo
+Simples): ps = g/L. Linear oscillator: k alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+
+import numpy as np
+import numpy.typing as npt
+
+from plumbob.analytic.parameters import finite, non_negative
+from plumbob.analytic.reference import Array
+
+
+@dataclass(frozen=True)
+class DrivenRotor:
+    """Coefficients of the equation: sin2, cos, sin, stiffness and forcing_amplitude [rad/s^2],
+    damping_rate [1/s], forcing_frequency [rad/s], forcing_phase [rad]. Raises ParameterError."""
+
+    sin2: float = 0.0
+    cos: float = 0.0
+    sin: float = 0.0
+    damping_rate: float = 0.0
+    forcing_amplitude: float = 0.0
+    forcing_frequency: float = 0.0
+    forcing_phase: float = 0.0
+    stiffness: float = 0.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            finite(field.name, getattr(self, field.name))
+        non_negative("damping_rate", self.damping_rate)
+
+    @property
+    def autonomous(self) -> bool:
+        """True when nothing in the equation depends on time."""
+        return self.forcing_amplitude == 0.0
+
+    @property
+    def linear(self) -> bool:
+        """True when the potential has no periodic part."""
+        return not (self.sin2 or self.cos or self.sin)
+
+    @property
+    def conservative(self) -> bool:
+        """True when the energy is a constant of the motion."""
+        return self.autonomous and self.damping_rate == 0.0
+
+    def forcing(self, times: npt.ArrayLike) -> Array:
+        """Angular acceleration [rad/s^2] that the forcing alone gives at `times` [s]."""
+        phase = self.forcing_frequency * np.asarray(times, dtype=float) + self.forcing_phase
+        return np.asarray(self.forcing_amplitude * np.sin(phase))
+
+    def acceleration(
+        self, times: npt.ArrayLike, theta: npt.ArrayLike, theta_dot: npt.ArrayLike
+    ) -> Array:
+        """Angular acceleration [rad/s^2] at `times` [s], `theta` [rad], `theta_dot` [rad/s],
+        broadcast against each other."""
+        theta = np.asarray(theta, dtype=float)
+        total = -self.damping_rate * np.asarray(theta_dot, dtype=float)
+        if self.sin:
+            total = total - self.sin * np.sin(theta)
+        if self.cos:
+            total = total + self.cos * np.cos(theta)
+        if self.sin2:
+            total = total + self.sin2 * np.sin(2 * theta)
+        if self.stiffness:
+            total = total - self.stiffness * theta
+        return total if self.autonomous else total + self.forcing(times)
+
+    def slope(self, theta: npt.ArrayLike) -> Array:
+        """Partial derivative of the acceleration by theta [1/s^2]; by theta_dot it is
+        -damping_rate everywhere."""
+        theta = np.asarray(theta, dtype=float)
+        return np.asarray(
+            2 * self.sin2 * np.cos(2 * theta)
+            - self.cos * np.sin(theta)
+            - self.sin * np.cos(theta)
+            - self.stiffness
+        )
+
+    def partials(
+        self, times: npt.ArrayLike, theta: npt.ArrayLike, theta_dot: npt.ArrayLike
+    ) -> Mapping[str, Array]:
+        """Partial derivative of the acceleration by each coefficient, keyed by the field's name;
+        arguments as `acceleration`."""
+        t, x, v = np.broadcast_arrays(
+            *(np.asarray(given, dtype=float) for given in (times, theta, theta_dot))
+        )
+        phase = self.forcing_frequency * t + self.forcing_phase
+        swing = self.forcing_amplitude * np.cos(phase)
+        return {
+            "sin2": np.sin(2 * x),
+            "cos": np.cos(x),
+            "sin": -np.sin(x),
+            "damping_rate": -v,
+            "forcing_amplitude": np.sin(phase),
+            "forcing_frequency": t * swing,
+            "forcing_phase": swing,
+            "stiffness": -x,
+        }
+
+    def energy(self, theta: npt.ArrayLike, theta_dot: npt.ArrayLike) -> Array:
+        """Energy per moment of inertia [rad^2/s^2], theta_dot^2/2 + V; a constant of the motion
+        when `conservative`."""
+        theta = np.asarray(theta, dtype=float)
+        well = -self.sin2 * np.sin(theta) ** 2 - self.cos * np.sin(theta) - self.sin * np.cos(theta)
+        return np.asarray(
+            0.5 * np.asarray(theta_dot, dtype=float) ** 2 + well + 0.5 * self.stiffness * theta**2
+        )
+
+    def rate(self, theta_dot: float = 0.0) -> float:
+        """A rate [1/s] that bounds how fast the motion can change when it turns at `theta_dot`
+        [rad/s]; its inverse is the scale of a time step."""
+        pull = 2 * abs(self.sin2) + abs(self.cos) + abs(self.sin) + abs(self.stiffness)
+        turning = 0.0 if self.linear else abs(theta_dot)
+        forced = 0.0 if self.autonomous else abs(self.forcing_frequency)
+        return math.sqrt(pull) + turning + self.damping_rate + forced

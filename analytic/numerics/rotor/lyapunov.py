@@ -1,0 +1,70 @@
+"""How fast neighbouring motions part: Lyapunov exponent, and growth of an error up to a time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
+from plumbob.analytic.numerics.rotor.taylor_series import integrate
+from plumbob.analytic.numerics.rotor.variational import TangentFlow
+from plumbob.analytic.parameters import positive
+from plumbob.analytic.reference import Array
+
+BATCHES = 16
+
+
+@dataclass(frozen=True)
+class LyapunovExponent:
+    """Largest Lyapunov exponent [1/s] and the standard error [1/s] that its batches show."""
+
+    value: float
+    standard_error: float
+
+
+def largest_exponent(
+    rotor: DrivenRotor,
+    theta: float,
+    theta_dot: float,
+    duration: float = 2000.0,
+    transient: float = 100.0,
+) -> LyapunovExponent:
+    """Mean rate at which motions near the one from `theta` [rad], `theta_dot` [rad/s] part, over
+    `duration` [s] after `transient` [s] (Benettin et al. 1980, Meccanica 15, 9). Raises
+    ParameterError.
+
+    A chaotic orbit of this length is not the one that the start determines, but one as typical.
+    """
+    positive("duration", duration)
+    orbit = integrate(rotor, theta, theta_dot, transient + duration)
+    logarithms = _stretching(TangentFlow(rotor, orbit).transitions, rotor.rate())
+    inside = orbit.breakpoints[:-1] >= transient
+    lengths, logs = np.diff(orbit.breakpoints)[inside], logarithms[inside]
+    batches = np.array_split(np.arange(len(logs)), BATCHES)
+    rates = np.array([logs[batch].sum() / lengths[batch].sum() for batch in batches])
+    return LyapunovExponent(
+        float(logs.sum() / lengths.sum()), float(rates.std(ddof=1) / math.sqrt(BATCHES))
+    )
+
+
+def _stretching(transitions: Array, rate: float) -> Array:
+    """Logarithm of the growth over each step of a tangent vector, theta_dot measured by `rate`."""
+    vector, logarithms = np.array([1.0, 0.0]), np.empty(len(transitions))
+    for n, transition in enumerate(transitions):
+        vector = transition @ vector
+        length = math.hypot(vector[0], vector[1] / rate)
+        logarithms[n] = math.log(length)
+        vector = vector / length
+    return logarithms
+
+
+def growth(rotor: DrivenRotor, theta: float, theta_dot: float, times: Array) -> Array:
+    """Largest factor by which a small change of the start has grown at `times` [s], shape (n,),
+    theta_dot measured in units of the rotor's rate. Raises ParameterError."""
+    matrix = sensitivity(rotor, theta, theta_dot, times)
+    rate = rotor.rate()
+    scaled = matrix * np.array([[1.0, rate], [1.0 / rate, 1.0]])
+    return np.asarray(np.linalg.norm(scaled, ord=2, axis=(1, 2)))

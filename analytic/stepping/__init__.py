@@ -1,1 +1,0 @@
-"""What a fixed step makes of a motion: schemes, global errors, drifts, kinks."""

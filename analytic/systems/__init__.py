@@ -1,0 +1,1 @@
+"""Exact answers of the mechanical systems, one module or folder each."""

@@ -1,0 +1,224 @@
+"""The capsule: a body on three supports with a moving point mass inside (Chernousko 2020)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
+from plumbob.analytic.reference import Array
+
+Point = tuple[float, float]
+
+# Below this height over its longest side a triangle shares a weight to fewer than 7 digits.
+FLATTEST = 1e-9
+ROUNDOFF = 2.0**-53  # largest relative error of one rounding
+
+
+@dataclass(frozen=True)
+class Capsule:
+    """Body P with its centre of mass at C, slider Q, and three Coulomb supports A_i.
+
+    body_mass M [kg]; slider_mass m [kg]; inertia J of the body about the vertical through C
+    [kg m^2]; supports A_i relative to C in body axes [m]; friction f (0 allowed); gravity
+    g [m/s^2]. Heights of C and Q are zero. Raises ParameterError. Chernousko 2020, eqs. 1-10.
+    """
+
+    body_mass: float
+    slider_mass: float
+    inertia: float
+    supports: tuple[Point, Point, Point]
+    friction: float
+    gravity: float
+
+    def __post_init__(self) -> None:
+        for name in ("body_mass", "slider_mass", "inertia", "gravity"):
+            object.__setattr__(self, name, positive(name, getattr(self, name)))
+        object.__setattr__(self, "friction", non_negative("friction", self.friction))
+        object.__setattr__(self, "supports", _triangle(self.supports))
+
+    @property
+    def mass_ratio(self) -> float:
+        """mu = m/(M + m) (Chernousko 2020, eq. 10)."""
+        return self.slider_mass / (self.body_mass + self.slider_mass)
+
+    @property
+    def weight(self) -> float:
+        """(M + m) g [N], the sum of the normal forces (Chernousko 2020, eq. 7)."""
+        return (self.body_mass + self.slider_mass) * self.gravity
+
+    @property
+    def holding_acceleration(self) -> float:
+        """f g/mu [m/s^2], the largest |w| along a line through C that leaves the body at rest
+        (Chernousko 2020, eq. 21)."""
+        return self.friction * self.weight / self.slider_mass
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Straight piece of the slider's path from `start` to `end`, relative to C [m]."""
+
+    start: Point
+    end: Point
+
+
+@dataclass(frozen=True)
+class Arc:
+    """Piece of the circle of `radius` [m] about C, from angle `start` to angle `end` [rad]."""
+
+    radius: float
+    start: float
+    end: float
+
+
+Path = Sequence[Segment | Arc]
+
+
+@dataclass(frozen=True)
+class SourceAssumption:
+    """Whether C, and Q along its whole path, lie inside the triangle: what the source assumes,
+    sufficient for positive normal forces and not necessary."""
+
+    com_inside: bool
+    slider_inside: bool
+
+
+def _triangle(supports: Any) -> tuple[Point, Point, Point]:
+    try:
+        (x1, y1), (x2, y2), (x3, y3) = supports
+    except (TypeError, ValueError):
+        raise ParameterError("supports", supports, "three points (x, y)") from None
+    a1, a2, a3 = (
+        (finite(f"supports[{i}]", x), finite(f"supports[{i}]", y))
+        for i, (x, y) in enumerate(((x1, y1), (x2, y2), (x3, y3)))
+    )
+    longest = max(math.dist(a1, a2), math.dist(a2, a3), math.dist(a3, a1))
+    doubled_area = (a2[0] - a1[0]) * (a3[1] - a1[1]) - (a2[1] - a1[1]) * (a3[0] - a1[0])
+    if not abs(doubled_area) > FLATTEST * longest**2:
+        raise ParameterError("supports", supports, "a triangle, not three points on a line")
+    return a1, a2, a3
+
+
+def direction_to(capsule: Capsule, support: int) -> float:
+    """Angle [rad] of the line from C to A_1, A_2 or A_3, from the body's x axis.
+
+    Raises ParameterError if `support` is not 1, 2 or 3, or lies at C.
+    """
+    if isinstance(support, bool) or support not in (1, 2, 3):
+        raise ParameterError("support", support, "1, 2 or 3")
+    x, y = capsule.supports[support - 1]
+    if x == 0.0 == y:
+        raise ParameterError("support", support, "a support away from C, to give a direction")
+    return math.atan2(y, x)
+
+
+def load_shares(capsule: Capsule, centres: Array) -> Array:
+    """Share of the weight on each support with the combined centre of mass at `centres` [m],
+    shape (n, 2): barycentric coordinates, shape (n, 3), of either sign, with sum 1."""
+    corners = np.asarray(capsule.supports)
+    ends = corners - np.asarray(centres, dtype=np.float64)[..., None, :]
+    after, last = np.roll(ends, -1, axis=-2), np.roll(ends, -2, axis=-2)
+    areas = after[..., 0] * last[..., 1] - after[..., 1] * last[..., 0]
+    (ux, uy), (vx, vy) = corners[1] - corners[0], corners[2] - corners[0]
+    return np.asarray(areas / (ux * vy - uy * vx))
+
+
+def normal_forces(capsule: Capsule, slider_positions: Array) -> Array:
+    """Static normal forces N_i [N], shape (n, 3), with the slider at `slider_positions` relative
+    to C [m], shape (n, 2): M at C and m at Q weigh as M + m at mu r (Chernousko 2020, eq. 7)."""
+    centres = capsule.mass_ratio * np.asarray(slider_positions, dtype=np.float64)
+    return capsule.weight * load_shares(capsule, centres)
+
+
+def load_slopes(capsule: Capsule, direction: float) -> Array:
+    """Change of the N_i as the slider goes along `direction` [rad, from the body's x axis], [N/m],
+    shape (3,): the same wherever it is."""
+    ahead = [math.cos(direction), math.sin(direction)]
+    here, there = normal_forces(capsule, np.array([[0.0, 0.0], ahead]))
+    return np.asarray(there - here)
+
+
+def steepest_load(capsule: Capsule) -> float:
+    """Largest change of any N_i with the slider's place [N/m]."""
+    here, x, y = normal_forces(capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
+    return float(np.hypot(x - here, y - here).max())
+
+
+def normal_force_uncertainty(capsule: Capsule, reach: float) -> float:
+    """Bound on the error of each N_i [N] from rounded parameters and arithmetic, with the slider
+    within `reach` of C [m]: a quotient of areas, of which a flat triangle leaves few digits."""
+    corners = np.asarray(capsule.supports)
+    (ux, uy), (vx, vy) = corners[1] - corners[0], corners[2] - corners[0]
+    size = float(np.abs(corners).max()) + capsule.mass_ratio * reach
+    flatness = size**2 / abs(ux * vy - uy * vx)
+    return float(32 * ROUNDOFF * capsule.weight * flatness * (1 + 4 * flatness))
+
+
+def friction_moment(capsule: Capsule, slider_positions: Array, directions: Array) -> Array:
+    """Moment of friction about C [N m], shape (n,), while the body translates along `directions`
+    [rad], shape (n,), with the slider at `slider_positions` relative to C [m], shape (n, 2).
+
+    Sum N_i CA_i = m g r, so this is -f m g (r x d).k: zero along every line through C that
+    carries Q, not only along the C-A_i of Chernousko 2020.
+    """
+    pressed = normal_forces(capsule, slider_positions) @ np.asarray(capsule.supports)
+    along = np.stack([np.cos(directions), np.sin(directions)], axis=-1)
+    across = pressed[..., 0] * along[..., 1] - pressed[..., 1] * along[..., 0]
+    return np.asarray(-capsule.friction * across)
+
+
+def _turning_points(capsule: Capsule, piece: Segment | Arc) -> Array:
+    """Slider positions, shape (n, 2), among which every load share has its minimum on `piece`:
+    a share is affine in the position, so a cosine of the angle along an arc."""
+    if isinstance(piece, Segment):
+        return np.array([piece.start, piece.end], dtype=np.float64)
+    low, high = sorted((piece.start, piece.end))
+    here, x, y = load_shares(capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
+    steepest_fall = np.arctan2(here - y, here - x)
+    inner = low + np.mod(steepest_fall - low, 2 * math.pi)
+    angles = np.concatenate([[low, high], inner[inner < high]])
+    return piece.radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+
+
+def _lowest(capsule: Capsule, path: Path, reach: float) -> tuple[Array, Array]:
+    if not path:
+        raise ParameterError("path", path, "at least one Segment or Arc")
+    candidates = np.concatenate([_turning_points(capsule, piece) for piece in path])
+    shares = load_shares(capsule, reach * candidates)
+    where = np.argmin(shares, axis=0)
+    return np.min(shares, axis=0), np.asarray(candidates[where])
+
+
+def lowest_normal_forces(capsule: Capsule, path: Path) -> tuple[Array, Array]:
+    """Exact minimum of each N_i along `path` [N], shape (3,), and the slider's positions there
+    relative to C [m], shape (3, 2). Raises ParameterError on an empty path."""
+    shares, where = _lowest(capsule, path, capsule.mass_ratio)
+    return capsule.weight * shares, where
+
+
+def validity(capsule: Capsule, path: Path) -> tuple[ParameterError, ...]:
+    """What the equations need of `path` and don't get, as errors to raise or to print: a normal
+    force above zero at every support along the whole path. Empty when all is well."""
+    forces, where = lowest_normal_forces(capsule, path)
+    return tuple(
+        ParameterError(
+            f"normal_force_{i + 1}",
+            float(forces[i]),
+            "greater than 0 along the slider's whole path"
+            f" (lowest at ({where[i, 0]:.6g}, {where[i, 1]:.6g}) m from C)",
+        )
+        for i in range(3)
+        if not forces[i] > 0.0
+    )
+
+
+def source_assumption(capsule: Capsule, path: Path) -> SourceAssumption:
+    """Whether the source's stronger assumption holds along `path` (Chernousko 2020, section
+    "Mechanical system")."""
+    slider, _ = _lowest(capsule, path, 1.0)
+    com = load_shares(capsule, np.zeros(2))
+    return SourceAssumption(bool(np.all(com > 0.0)), bool(np.all(slider > 0.0)))

@@ -1,0 +1,60 @@
+"""What a scene of the capsule asks of an engine: the body, its start, the slider's motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.systems.capsule import Capsule, Point
+
+
+@dataclass(frozen=True)
+class Staging:
+    """A start and what is imposed, the same for every engine.
+
+    Body axes have their origin at C and are turned by the heading; the world's coincide with them
+    but for the heading at the start. What is signed along a line is signed along `direction`.
+    """
+
+    capsule: Capsule
+    slider: Point = (0.0, 0.0)  # place of Q at the start, body axes [m]
+    direction: float = 0.0  # of the slider's track and of what is measured, body axes [rad]
+    heading: float = 0.0  # of the body in the world at the start [rad]
+    velocity: Point = (0.0, 0.0)  # of C at the start, body axes [m/s]
+    heading_rate: float = 0.0  # at the start [rad/s]
+    pull: float = 0.0  # of tilted gravity along `direction` [m/s^2]
+    press: float = 0.0  # of gravity onto the plane [m/s^2]
+    relative_velocity: Callable[[Array], Array] | None = None
+    """Imposed velocity of the slider in the body along `direction` [m/s] at times [s], shape (n,);
+    None where it does not move, or not along one line."""
+    in_plane: bool = False
+    """Whether x, y, heading and their rates are observed, not what is signed along one line."""
+    plane_velocity: Callable[[Array], Array] | None = None
+    """Imposed velocity of the slider in the body [m/s], body axes, shape (n, 2), at times [s],
+    shape (n,); None where it does not move, or along one line only."""
+    plane_place: Callable[[Array], Array] | None = None
+    """Its place relative to C [m], body axes, shape (n, 2), at the same times."""
+
+
+@dataclass(frozen=True)
+class CapsuleProblem:
+    """A motion of the capsule, the exact answer to it, and what it asks of an engine."""
+
+    motion: Any
+    """Of analytic: LineManoeuvre, SlowStroke, TiltedHold, ManoeuvreTrain; in the plane
+    ResidualMotion, ThreePointMotion (coasting), TurnTrain, Plan."""
+    reference: Reference
+    staging: Staging
+
+    @property
+    def slider_ends(self) -> Array:
+        """The ends of the slider's line relative to C [m], shape (2, 2): its place, twice, where
+        it stays there."""
+        path = getattr(getattr(self.motion, "manoeuvre", self.motion), "path", None)
+        if path is None or self.staging.relative_velocity is None:
+            return np.array([self.staging.slider] * 2)
+        return np.array([path.start, path.end])

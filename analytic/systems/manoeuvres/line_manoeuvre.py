@@ -1,0 +1,213 @@
+"""The line manoeuvre: one push and one brake of the slider move the body (Chernousko 2020)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError, finite, positive
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import Capsule, Segment, normal_forces, validity
+
+# w2 = f g/mu is allowed and w1 = f g/mu is not; as a product of doubles either may come out a few
+# roundings off.
+THRESHOLD_ROUNDING = 4 * Fraction(2) ** -52
+# A time that is a switch's but for some roundings is the switch's: a step that begins there does.
+SNAP = 2.0**-48
+
+
+@dataclass(frozen=True)
+class ClosedForm:
+    """The manoeuvre's numbers, each the exact value for the given doubles, rounded once."""
+
+    backward: float  # mu w1 - f g, the body's backward acceleration on (0, t1) [m/s^2]
+    braking: float  # mu w2 + f g, its deceleration on (t1, t_star) [m/s^2]
+    braking_time: float  # t_star - t1 [s]
+    t_star: float  # [s], eq. 20
+    t2: float  # [s], eq. 17
+    stroke: float  # [m], eq. 18
+    displacement: float  # [m], eq. 22
+
+
+def closed_form(capsule: Capsule, w1: float, w2: float, t1: float) -> ClosedForm:
+    """Evaluate eqs. 17, 18, 20 and 22 (Chernousko 2020) in rational arithmetic.
+
+    w1, w2 [m/s^2], t1 [s]. Every one is a quotient of polynomials in the parameters, and the
+    difference mu w1 - f g loses all its digits in double precision as w1 -> f g/mu. The source
+    prints eq. 18 with an angular velocity, omega_2, where its own eq. 17 gives w2.
+    Raises ParameterError naming what breaks of 0 < w2 <= f g/mu < w1 (eq. 15).
+    """
+    body, slider = Fraction(capsule.body_mass), Fraction(capsule.slider_mass)
+    push, pull, time = Fraction(w1), Fraction(w2), Fraction(t1)
+    mu, grip = slider / (body + slider), Fraction(capsule.friction) * Fraction(capsule.gravity)
+    if not mu * push > grip * (1 + THRESHOLD_ROUNDING):
+        raise ParameterError("w1", w1, f"greater than f g/mu = {float(grip / mu)!r} m/s^2")
+    # Without friction t_star = t2: nothing has to hold the body afterwards, and no bound is needed.
+    if grip > 0 and mu * pull > grip * (1 + THRESHOLD_ROUNDING):
+        raise ParameterError("w2", w2, f"at most f g/mu = {float(grip / mu)!r} m/s^2")
+    backward, braking = mu * push - grip, mu * pull + grip
+    t_star = mu * (push + pull) * time / braking
+    try:
+        return ClosedForm(
+            backward=float(backward),
+            braking=float(braking),
+            braking_time=float(backward * time / braking),
+            t_star=float(t_star),
+            t2=float((push + pull) * time / pull),
+            stroke=float(push * (push + pull) * time**2 / (2 * pull)),
+            displacement=float(-backward * time * t_star / 2),
+        )
+    except OverflowError:
+        raise ParameterError("w1, w2, t1", (w1, w2, t1), "such that the motion is finite") from None
+
+
+@dataclass(frozen=True)
+class LineManoeuvre:
+    """Body and slider from rest to rest along one line through C (Chernousko 2020, eqs. 11-22).
+
+    The slider's acceleration relative to the body is w1 until t1, then -w2 until t2 [m/s^2, s],
+    along `direction` [rad, from the body's x axis]; it starts at `start` along that line, from C
+    [m]. Displacements, velocities and forces are signed along `direction`. A time at which
+    something switches counts to the interval that it opens. Friction balances about every line
+    through C (`capsule.friction_moment`), so the heading stays. Raises ParameterError
+    for parameters outside eq. 15, and when a normal force is not positive along the whole path.
+    """
+
+    capsule: Capsule
+    w1: float
+    w2: float
+    t1: float
+    direction: float = 0.0
+    start: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("w1", "w2", "t1"):
+            object.__setattr__(self, name, positive(name, getattr(self, name)))
+        for name in ("direction", "start"):
+            object.__setattr__(self, name, finite(name, getattr(self, name)))
+        _ = self.closed
+        for breach in validity(self.capsule, (self.path,)):
+            raise breach
+
+    @cached_property
+    def closed(self) -> ClosedForm:
+        """Eqs. 17, 18, 20 and 22, free of cancellation."""
+        return closed_form(self.capsule, self.w1, self.w2, self.t1)
+
+    @property
+    def t2(self) -> float:
+        """Time at which the slider comes to rest in the body [s] (eq. 17)."""
+        return self.closed.t2
+
+    @property
+    def t_star(self) -> float:
+        """Time at which the body comes to rest [s] (eq. 20); t1 < t_star <= t2."""
+        return self.closed.t_star
+
+    @property
+    def stroke(self) -> float:
+        """Slider's whole displacement relative to the body [m] (eq. 18, with w2 for omega_2)."""
+        return self.closed.stroke
+
+    @property
+    def displacement(self) -> float:
+        """Body's whole displacement along `direction` [m], negative (eq. 22)."""
+        return self.closed.displacement
+
+    @property
+    def unit(self) -> Array:
+        """Unit vector of `direction`, shape (2,)."""
+        return np.array([math.cos(self.direction), math.sin(self.direction)])
+
+    @property
+    def path(self) -> Segment:
+        """The slider's path relative to C."""
+        x, y = (float(c) for c in self.unit)
+        end = self.start + self.stroke
+        return Segment((self.start * x, self.start * y), (end * x, end * y))
+
+    def relative_acceleration(self, times: Array) -> Array:
+        """Slider's acceleration in the body w [m/s^2] at `times` [s], shape (n,) (eq. 14)."""
+        late = times * (1.0 + SNAP)
+        return np.select([late < self.t1, late < self.t2], [self.w1, -self.w2], 0.0)
+
+    def relative_velocity(self, times: Array) -> Array:
+        """Slider's velocity in the body v [m/s] at `times` [s], shape (n,) (eq. 16)."""
+        braked = self.w1 * self.t1 - self.w2 * (times - self.t1)
+        return np.select([times < self.t1, times < self.t2], [self.w1 * times, braked], 0.0)
+
+    def mean_relative_acceleration(self, edges: Array) -> Array:
+        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n,) [m/s^2]; held
+        over the step it brings v exactly to its value at the next edge."""
+        return np.diff(self.relative_velocity(edges)) / np.diff(edges)
+
+    def strokes(self, times: Array) -> Array:
+        """Slider's displacement in the body xi [m] at `times` [s], shape (n,) (eq. 12)."""
+        late = np.maximum(times - self.t1, 0.0)
+        braked = self.w1 * self.t1 * (0.5 * self.t1 + late) - 0.5 * self.w2 * late**2
+        choices = [0.5 * self.w1 * times**2, braked]
+        return np.select([times < self.t1, times < self.t2], choices, self.stroke)
+
+    def body_acceleration(self, times: Array) -> Array:
+        """Acceleration of C [m/s^2] at `times` [s], shape (n,) (eq. 11)."""
+        pushed, braked = np.float64(-self.closed.backward), np.float64(self.closed.braking)
+        return np.select([times < self.t1, times < self.t_star], [pushed, braked], 0.0)
+
+    def body_velocity(self, times: Array) -> Array:
+        """Velocity of C [m/s] at `times` [s], shape (n,) (eq. 19 as it follows from eq. 11)."""
+        left = np.maximum(self.closed.braking_time - (times - self.t1), 0.0)
+        pushed = 0.0 - self.closed.backward * times
+        return np.where(times < self.t1, pushed, 0.0 - self.closed.braking * left)
+
+    def body_displacement(self, times: Array) -> Array:
+        """Displacement of C [m] at `times` [s], shape (n,) (eq. 12)."""
+        late = np.maximum(times - self.t1, 0.0)
+        pushed, braked = 0.5 * self.closed.backward, 0.5 * self.closed.braking
+        sliding = braked * late**2 - 2 * pushed * self.t1 * (0.5 * self.t1 + late)
+        choices = [0.0 - pushed * times**2, sliding]
+        return np.select([times < self.t1, times < self.t_star], choices, self.displacement)
+
+    def momentum(self, times: Array) -> Array:
+        """Momentum of body and slider [kg m/s] at `times` [s], shape (n,); its rate is
+        `friction_force`."""
+        both = self.capsule.body_mass + self.capsule.slider_mass
+        inner = self.capsule.slider_mass * self.relative_velocity(times)
+        return both * self.body_velocity(times) + inner
+
+    def actuator_force(self, times: Array) -> Array:
+        """Force F of the actuator on the slider [N] at `times` [s], shape (n,) (eq. 9)."""
+        total = self.body_acceleration(times) + self.relative_acceleration(times)
+        return self.capsule.slider_mass * total
+
+    def friction_force(self, times: Array) -> Array:
+        """Resultant of friction on the body [N] at `times` [s], shape (n,): f (M + m) g while it
+        slides backward, and at rest what holds it against the actuator, m w (eqs. 1, 8)."""
+        held = self.capsule.slider_mass * self.relative_acceleration(times)
+        sliding = times * (1.0 + SNAP) < self.t_star
+        return np.where(sliding, self.capsule.friction * self.capsule.weight, held)
+
+    def support_friction(self, times: Array) -> Array:
+        """Friction f N_i at each support [N] at `times` [s], shape (n, 3), while the body slides
+        (eq. 1); NaN once it rests, where only the resultant is determined."""
+        sliding = self.capsule.friction * self.normal_forces(times)
+        return np.where((times < self.t_star)[:, None], sliding, np.nan)
+
+    def normal_forces(self, times: Array) -> Array:
+        """Normal forces N_i [N] at `times` [s], shape (n, 3)."""
+        places = (self.start + self.strokes(times))[:, None] * self.unit
+        return normal_forces(self.capsule, places)
+
+
+def printed_body_velocity(manoeuvre: LineManoeuvre, times: Array) -> Array:
+    """Velocity of C [m/s] at `times` [s], shape (n,), as eq. 19 is printed (Chernousko 2020).
+
+    Its second line has t where eq. 11 gives t1 in the first term: a misprint, for as printed the
+    body does not stop at t_star (eq. 20, Fig. 2), and if w1 is large enough it never stops.
+    """
+    closed = manoeuvre.closed
+    late = np.maximum(times - manoeuvre.t1, 0.0)
+    return np.asarray(-closed.backward * times + closed.braking * late)

@@ -1,0 +1,168 @@
+"""Many line manoeuvres in a row, the slider brought back by a slow motion after each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from plumbob.analytic.errors.discontinuities import position_lead, scheme_lead
+from plumbob.analytic.parameters import ParameterError, non_negative
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import ROUNDOFF, load_slopes, steepest_load
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import SNAP, LineManoeuvre
+from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
+from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke, slow_return
+
+
+@dataclass(frozen=True)
+class ManoeuvreTrain:
+    """`count` times `manoeuvre`, each followed by a slow return at `fraction` of f g/mu and by
+    `pause` [s] of rest, which can put every start on a grid of steps: the error of a fixed step is
+    then `count` times that of one manoeuvre. Raises ParameterError. Chernousko 2020, end of the
+    section on rectilinear motions."""
+
+    manoeuvre: LineManoeuvre
+    count: int
+    fraction: float = 1.0
+    pause: float = 0.0
+
+    def __post_init__(self) -> None:
+        if isinstance(self.count, bool) or not isinstance(self.count, int) or self.count < 1:
+            raise ParameterError("count", self.count, "a whole number of 1 or more")
+        non_negative("pause", self.pause)
+        _ = self.returning
+
+    @cached_property
+    def returning(self) -> SlowStroke:
+        """The slow return after each manoeuvre."""
+        return slow_return(self.manoeuvre, self.fraction)
+
+    @property
+    def period(self) -> float:
+        """Time from the start of one manoeuvre to the start of the next [s]."""
+        return self.manoeuvre.t2 + self.returning.duration + self.pause
+
+    @property
+    def duration(self) -> float:
+        """Time until everything rests for good [s]."""
+        return self.count * self.period
+
+    @property
+    def displacement(self) -> float:
+        """Body's whole displacement along the line [m]: count times eq. 22."""
+        return self.count * self.manoeuvre.displacement
+
+    def _local(self, times: Array) -> tuple[Array, Array]:
+        """Number of whole manoeuvres done at `times` [s], and the time in the present one [s]."""
+        times = np.asarray(times, dtype=np.float64)
+        done = np.clip(np.floor(times / self.period), 0, self.count - 1)
+        return done, np.maximum(times - done * self.period, 0.0)
+
+    def relative_acceleration(self, times: Array) -> Array:
+        """Slider's acceleration in the body w [m/s^2] at `times` [s], shape (n,)."""
+        _, local = self._local(times * (1.0 + SNAP))
+        there = self.manoeuvre.relative_acceleration(local)
+        back = self.returning.relative_acceleration(local - self.manoeuvre.t2)
+        return np.where(local < self.manoeuvre.t2, there, back)
+
+    def relative_velocity(self, times: Array) -> Array:
+        """Slider's velocity in the body v [m/s] at `times` [s], shape (n,)."""
+        _, local = self._local(times)
+        there = self.manoeuvre.relative_velocity(local)
+        back = self.returning.relative_velocity(local - self.manoeuvre.t2)
+        return np.where(local < self.manoeuvre.t2, there, back)
+
+    def mean_relative_acceleration(self, edges: Array) -> Array:
+        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n,) [m/s^2]."""
+        return np.diff(self.relative_velocity(edges)) / np.diff(edges)
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """Exact observables at `times` [s], shape (n,), as `line_reference` names them."""
+        done, local = self._local(times)
+        there = LineReference(self.manoeuvre).observe(local)
+        back = dict(self.returning.observe(local - self.manoeuvre.t2))
+        back["displacement"] = back["displacement"] + self.manoeuvre.displacement
+        back["stroke"] = back["stroke"] + self.manoeuvre.stroke
+        early = local < self.manoeuvre.t2
+        seen = {name: np.where(early, there[name], back[name]) for name in there}
+        seen["friction_force"] = self._friction(times)
+        seen["displacement"] = seen["displacement"] + done * self.manoeuvre.displacement
+        return seen
+
+    def _friction(self, times: Array) -> Array:
+        """Friction [N] over what begins at `times`, a start that is late by roundings included."""
+        _, local = self._local(times * (1.0 + SNAP))
+        held = self.manoeuvre.capsule.slider_mass * self.relative_acceleration(times)
+        moving = local < self.manoeuvre.t_star
+        return np.where(moving, self.manoeuvre.friction_force(local), held)
+
+    def _momentum(self, times: Array) -> Array:
+        """Momentum of body and slider [kg m/s] at `times` [s], any shape."""
+        capsule, (_, local) = self.manoeuvre.capsule, self._local(times)
+        both = capsule.body_mass + capsule.slider_mass
+        inner = capsule.slider_mass * self.relative_velocity(times)
+        return np.asarray(both * self.manoeuvre.body_velocity(local) + inner)
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
+        double, and the arithmetic, may have caused; it adds up over the manoeuvres."""
+        done, local = self._local(times)
+        one = LineReference(self.manoeuvre)
+        there, back = one.uncertainty(local), self.returning.uncertainty(local)
+        whole = one.uncertainty(np.array([self.manoeuvre.t2]))
+        total = {name: there[name] + back[name] for name in there}
+        total["displacement"] = total["displacement"] + done * whole["displacement"]
+        # A start after many periods is late or early by roundings of the whole time.
+        shift, line, seen = 8 * ROUNDOFF * np.abs(times), self.manoeuvre, self.observe(times)
+        fastest = max(line.w1, line.w2, self.returning.acceleration)
+        for name, rate in (
+            ("displacement", np.abs(seen["velocity"])),
+            ("velocity", line.closed.backward + line.closed.braking),
+            ("stroke", np.abs(seen["stroke_rate"])),
+            ("stroke_rate", fastest),
+        ):
+            total[name] = total[name] + shift * rate
+        slope = steepest_load(line.capsule) * np.abs(seen["stroke_rate"])
+        for i in range(3):
+            total[f"normal_force_{i + 1}"] = total[f"normal_force_{i + 1}"] + shift * slope
+        return total
+
+    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
+        """Coefficients of the step [s] in the error of semi-implicit Euler at grid `times` [s],
+        shape (n,), every start on the grid: see `LineReference.leading_error`."""
+        if (lead := position_lead(scheme)) is None:
+            return {}
+        seen = self.observe(times)
+        still = np.zeros_like(seen["velocity"])
+        first = dict.fromkeys(("velocity", "stroke_rate", "heading", "sideways"), still)
+        ahead = {"displacement": lead * seen["velocity"], "stroke": lead * seen["stroke_rate"]}
+        return {1: {**first, **ahead}}
+
+    def foretold(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
+        """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,),
+        w averaged over each step and every start on the grid: it adds up over the manoeuvres."""
+        if scheme_lead(scheme) is None:
+            return {}
+        times = np.asarray(times, dtype=np.float64)
+        done, local = self._local(times)
+        line, back, end = LineReference(self.manoeuvre), self.returning, np.array([self.period])
+        told = dict(line.foretold(scheme, step, local))
+        after = back.foretold(scheme, step, local - self.manoeuvre.t2, self.manoeuvre.t2)
+        one = line.foretold(scheme, step, end)
+        rest = back.foretold(scheme, step, end - self.manoeuvre.t2, self.manoeuvre.t2)
+        told["displacement"] = told["displacement"] + done * one["displacement"]
+        told["stroke"] = told["stroke"] + after["stroke"] + done * (one["stroke"] + rest["stroke"])
+        slopes = load_slopes(self.manoeuvre.capsule, self.manoeuvre.direction)
+        for i, slope in enumerate(slopes):
+            told[f"normal_force_{i + 1}"] = slope * told["stroke"]
+        if "friction_force" in told:
+            gained = np.diff(self._momentum(np.stack([times, times + step])), axis=0)[0]
+            told["friction_force"] = gained / step - self._friction(times)
+        return told
+
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """None: what a step errs by does not depend on how far off the motion is."""
+        return 0.0

@@ -1,0 +1,239 @@
+"""Residual motion in closed form: Q fixed, body and slider coast to rest on dry friction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.errors.discontinuities import bends, position_lead, rk4_stop, scheme_lead
+from plumbob.analytic.parameters import ParameterError, finite, positive
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import (
+    ROUNDOFF,
+    Capsule,
+    Point,
+    Segment,
+    normal_forces,
+    validity,
+)
+
+ROUNDINGS = 32  # of the parameters and on the way from them to a place, generously
+ROUND = 1e-12  # how far from equal, over their size, arms that a parameter file gives may be
+
+# Spin and translation are coupled, and in general there is no formula. There is one when each
+# support keeps to a circle on which its friction, f N_i against its motion, adds up to a constant:
+#   translation: any Q, since sum f N_i d passes through the centre of pressure, which is mu r;
+#   spin about the combined centre G = mu r: sum N_i (A_i - G) = 0 always, so the forces cancel only
+#     if the arms |A_i - G| are equal, that is if G is the circumcentre;
+#   pivoting about a support at rest, while what holds it, an affine function of omega^2, stays
+#     within that support's friction disc.
+
+
+@dataclass(frozen=True)
+class Coasting:
+    """One coordinate q that starts at rate q' and stops under a constant deceleration.
+
+    `rate` [m/s or rad/s], of either sign; `deceleration` [m/s^2 or rad/s^2], positive.
+    """
+
+    rate: float
+    deceleration: float
+
+    @property
+    def duration(self) -> float:
+        """Time to rest [s], |q'|/deceleration."""
+        return abs(self.rate) / self.deceleration
+
+    @property
+    def distance(self) -> float:
+        """Signed way to rest [m or rad], q'|q'|/(2 deceleration)."""
+        return 0.5 * self.rate * self.duration
+
+    def rates(self, times: Array) -> Array:
+        """Rate at `times` [s], shape (n,)."""
+        left = np.maximum(self.duration - times, 0.0)
+        return np.asarray(math.copysign(self.deceleration, self.rate) * left)
+
+    def ways(self, times: Array) -> Array:
+        """Way since the start at `times` [s], shape (n,)."""
+        spent = np.minimum(times, self.duration)
+        braked = 0.5 * math.copysign(self.deceleration, self.rate)
+        return np.where(times < self.duration, spent * (self.rate - braked * spent), self.distance)
+
+    def step_error(self, step: float | Array, lead: float = 0.5) -> Array:
+        """Error of the whole way, simulated minus exact, of semi-implicit Euler with friction
+        resolved within the step: -q' dt/2 (+q' dt/2 if positions go first: `lead` -1/2), and
+        p (1 - p) deceleration dt^2/2, p the fraction in duration/dt. Shape of `step` [s]."""
+        steps = np.asarray(step, dtype=np.float64)
+        part = self.duration / steps - np.floor(self.duration / steps)
+        bend = 0.5 * math.copysign(self.deceleration, self.rate) * part * (1.0 - part)
+        return np.asarray(-lead * self.rate * steps + bend * steps**2)
+
+
+@dataclass(frozen=True)
+class ResidualMotion:
+    """Body that turns about `centre` [m, relative to C, at the start], or if `centre` is None
+    translates along `direction` [rad]; at the start C is the origin and the heading is 0."""
+
+    coasting: Coasting
+    centre: Point | None
+    direction: float = 0.0
+
+    @property
+    def duration(self) -> float:
+        """Time to rest [s]."""
+        return self.coasting.duration
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad] and heading_rate
+        [rad/s] at `times` [s], shape (n,)."""
+        times = np.asarray(times, dtype=np.float64)
+        way, rate = self.coasting.ways(times), self.coasting.rates(times)
+        if self.centre is None:
+            cos, sin = math.cos(self.direction), math.sin(self.direction)
+            place, speed = (way * cos, way * sin), (rate * cos, rate * sin)
+            way = rate = np.zeros_like(times)
+        else:
+            (x, y), cos_way, sin_way = self.centre, np.cos(way), np.sin(way)
+            arm = (-x * cos_way + y * sin_way, -x * sin_way - y * cos_way)
+            place, speed = (x + arm[0], y + arm[1]), (-rate * arm[1], rate * arm[0])
+        return {
+            "x": place[0],
+            "y": place[1],
+            "velocity_x": speed[0],
+            "velocity_y": speed[1],
+            "heading": way,
+            "heading_rate": rate,
+        }
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
+        double, and the arithmetic, may have caused."""
+        still, few = np.zeros_like(np.asarray(times, dtype=np.float64)), ROUNDINGS * ROUNDOFF
+        way = few * abs(self.coasting.distance)
+        rate = few * abs(self.coasting.rate)
+        arm = 1.0 if self.centre is None else math.hypot(*self.centre)
+        turned = 0.0 if self.centre is None else 1.0
+        gone = arm * (way + few * turned)
+        speed = arm * (rate + turned * (abs(self.coasting.rate) * (way + few)))
+        bounds = (gone, gone, speed, speed, turned * way, turned * rate)
+        return {
+            name: still + bound for name, bound in zip(self.observe(still), bounds, strict=True)
+        }
+
+    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
+        """Coefficients of the step [s] in the error of semi-implicit Euler at grid `times` [s],
+        shape (n,): half of the change of the rate so far, rates themselves being exact; the
+        coordinates of C only where it does not go along a circle."""
+        if (lead := position_lead(scheme)) is None:
+            return {}
+        now, start = self.observe(times), self.observe(np.zeros(1))
+        pairs = [("heading", "heading_rate")]
+        if self.centre is None or self.centre == (0.0, 0.0):
+            pairs += [("x", "velocity_x"), ("y", "velocity_y")]
+        first = {name: lead * (now[rate] - start[rate]) for name, rate in pairs}
+        return {1: {**first, "heading_rate": np.zeros_like(now["heading"])}}
+
+    def foretold(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
+        """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,),
+        with friction that asks for rest within a step; the coordinates of C only where it does not
+        go along a circle."""
+        if (lead := scheme_lead(scheme)) is None:
+            return {}
+        times, moving = np.asarray(times, dtype=np.float64), self.coasting
+        sense = math.copysign(1.0, moving.rate)
+        rate = np.zeros_like(times)
+        if scheme.partition("+")[0] == "rk4":
+            late, fast = rk4_stop(moving.duration, moving.deceleration, step, times)
+            way, rate = sense * late, sense * fast
+        else:
+            way = lead * step * (moving.rates(times) - moving.rate)
+            way = way + bends([(moving.duration, sense * moving.deceleration)], step, times)
+        if self.centre is None:
+            cos, sin = math.cos(self.direction), math.sin(self.direction)
+            told = {"x": way * cos, "y": way * sin}
+            told |= {"velocity_x": rate * cos, "velocity_y": rate * sin}
+            return {**told, **dict.fromkeys(("heading", "heading_rate"), np.zeros_like(times))}
+        still = np.zeros_like(times)
+        central = dict.fromkeys(("x", "y", "velocity_x", "velocity_y"), still)
+        turned = {"heading": way, "heading_rate": rate}
+        return {**(central if self.centre == (0.0, 0.0) else {}), **turned}
+
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """None: what a step errs by does not depend on how far off the motion is."""
+        return 0.0
+
+
+def _placed(capsule: Capsule, slider: Point) -> Array:
+    """Normal forces [N], shape (3,), with Q at `slider`, once everything is known to be valid."""
+    positive("friction", capsule.friction)
+    place = (finite("slider", slider[0]), finite("slider", slider[1]))
+    for breach in validity(capsule, (Segment(place, place),)):
+        raise breach
+    return np.asarray(normal_forces(capsule, np.array([place]))[0])
+
+
+def translation(capsule: Capsule, slider: Point, speed: float, direction: float) -> ResidualMotion:
+    """Coasting without spin at `speed` [m/s] along `direction` [rad], Q at `slider` relative to C
+    [m]: over v0^2/(2 f g) in v0/(f g), wherever Q is. Raises ParameterError."""
+    _placed(capsule, slider)
+    grip = capsule.friction * capsule.gravity
+    return ResidualMotion(
+        Coasting(finite("speed", speed), grip), None, finite("direction", direction)
+    )
+
+
+def spin(capsule: Capsule, slider: Point, rate: float) -> ResidualMotion:
+    """Coasting about the combined centre mu r at `rate` [rad/s], Q at `slider` relative to C [m].
+
+    The supports must be at one distance R from that centre (from C, with Q at C); then
+    (J + mu M r^2) omega' = -f (M + m) g R. Raises ParameterError otherwise. Chernousko 2020, eq.
+    23 with v = w = 0.
+    """
+    _placed(capsule, slider)
+    mu = capsule.mass_ratio
+    centre = (mu * slider[0], mu * slider[1])
+    arms = [math.dist(centre, support) for support in capsule.supports]
+    if max(arms) - min(arms) > ROUND * max(arms):
+        need = f"equally far from the combined centre, not {', '.join(f'{a:.6g}' for a in arms)} m"
+        raise ParameterError("supports", capsule.supports, need)
+    inertia = capsule.inertia + mu * capsule.body_mass * (slider[0] ** 2 + slider[1] ** 2)
+    torque = capsule.friction * capsule.weight * sum(arms) / 3
+    return ResidualMotion(Coasting(finite("rate", rate), torque / inertia), centre)
+
+
+def pivoting(capsule: Capsule, slider: Point, support: int, rate: float) -> ResidualMotion:
+    """Coasting at `rate` [rad/s] about support A_1, A_2 or A_3 at rest, Q at `slider` relative to C
+    [m]: J_A omega' = -f sum N_i |A_i - A|, J_A the inertia of body and slider about A.
+
+    Raises ParameterError where the pivot's friction disc does not hold it all the way to rest.
+    Chernousko 2020, eqs. 1-4 with one support at rest.
+    """
+    normal = _placed(capsule, slider)
+    if isinstance(support, bool) or support not in (1, 2, 3):
+        raise ParameterError("support", support, "1, 2 or 3")
+    corners, masses = np.asarray(capsule.supports), (capsule.body_mass, capsule.slider_mass)
+    arms = corners - corners[support - 1]
+    lengths = np.hypot(arms[:, 0], arms[:, 1])
+    to_com, to_slider = -corners[support - 1], np.asarray(slider) - corners[support - 1]
+    inertia = capsule.inertia + masses[0] * to_com @ to_com + masses[1] * to_slider @ to_slider
+    coasting = Coasting(finite("rate", rate), float(capsule.friction * normal @ lengths / inertia))
+    others = lengths > 0.0
+    drag = (normal[others] / lengths[others]) @ arms[others]
+    static = masses[0] * to_com + masses[1] * to_slider
+    sense = math.copysign(1.0, coasting.rate)
+    # Turned a quarter, k x arm: friction of the sliding supports, and the tangential acceleration.
+    across = sense * (capsule.friction * drag - coasting.deceleration * static)
+    tangential = np.array([-across[1], across[0]])
+    for squared in (0.0, coasting.rate**2):  # its size is convex in omega^2: the ends decide
+        needed = float(np.linalg.norm(tangential - squared * static))
+        if needed > capsule.friction * normal[support - 1]:
+            limit = f"such that support {support} holds: {needed:.6g} N"
+            raise ParameterError(
+                "rate", rate, f"{limit} of {capsule.friction * normal[support - 1]:.6g} N"
+            )
+    pivot = capsule.supports[support - 1]
+    return ResidualMotion(coasting, pivot)

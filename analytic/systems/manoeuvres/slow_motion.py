@@ -1,0 +1,212 @@
+"""Slow motion: the slider moved while friction holds the body."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from plumbob.analytic.errors.discontinuities import Kink, bends, position_lead, scheme_lead
+from plumbob.analytic.parameters import ParameterError, finite, positive
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import (
+    ROUNDOFF,
+    Capsule,
+    Segment,
+    load_slopes,
+    normal_force_uncertainty,
+    normal_forces,
+    validity,
+)
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import SNAP, LineManoeuvre
+
+ROUNDINGS = 32  # of the parameters and on the way from them to a stroke, generously
+
+
+def share(name: str, value: float) -> float:
+    """`value` as a fraction above 0 and at most 1; raises ParameterError naming it."""
+    if not 0.0 < finite(name, value) <= 1.0:
+        raise ParameterError(name, value, "above 0 and at most 1")
+    return float(value)
+
+
+@dataclass(frozen=True)
+class SlowStroke:
+    """Slider along a line through C, out and if wanted back, while friction holds the body.
+
+    Each way takes +W for half its time and -W for the other half, W = `fraction` f g/mu [m/s^2]:
+    the quickest stroke from rest to rest under |w| <= W. `length` [m] is signed along `direction`
+    [rad, from the body's x axis]; the slider starts at `start` [m] along it, from C. At fraction 1
+    friction is used up. Raises ParameterError. Chernousko 2020, eq. 21.
+    """
+
+    capsule: Capsule
+    length: float
+    fraction: float = 1.0
+    direction: float = 0.0
+    start: float = 0.0
+    there_and_back: bool = True
+
+    def __post_init__(self) -> None:
+        for name in ("length", "direction", "start"):
+            object.__setattr__(self, name, finite(name, getattr(self, name)))
+        positive("friction", self.capsule.friction)
+        share("fraction", self.fraction)
+        if self.length == 0.0:
+            raise ParameterError("length", self.length, "other than 0")
+        for breach in validity(self.capsule, (self.path,)):
+            raise breach
+
+    @property
+    def path(self) -> Segment:
+        """The slider's path relative to C."""
+        x, y = math.cos(self.direction), math.sin(self.direction)
+        end = self.start + self.length
+        return Segment((self.start * x, self.start * y), (end * x, end * y))
+
+    @property
+    def acceleration(self) -> float:
+        """W [m/s^2]."""
+        return self.fraction * self.capsule.holding_acceleration
+
+    @property
+    def one_way(self) -> float:
+        """Time for one way [s], 2 sqrt(|length|/W)."""
+        return 2.0 * math.sqrt(abs(self.length) / self.acceleration)
+
+    @property
+    def duration(self) -> float:
+        """Time until the slider rests at the end [s]."""
+        return self.one_way * (2 if self.there_and_back else 1)
+
+    def _outward(self, times: Array) -> tuple[npt.NDArray[np.bool_], Array]:
+        """Whether the slider is on its way back, and the time on the way out at which it is, or
+        was, where it is now [s]: the way back is the way out in reverse."""
+        spent = np.clip(times, 0.0, self.duration)
+        mirrored = self.one_way - np.abs(spent - self.one_way)
+        return spent > self.one_way, np.maximum(mirrored, 0.0)
+
+    def relative_acceleration(self, times: Array) -> Array:
+        """Slider's acceleration in the body w [m/s^2] at `times` [s], shape (n,); a time at which
+        it switches counts to the interval that it opens."""
+        times = times * (1.0 + SNAP)
+        back, outward = self._outward(times)
+        half = 0.5 * self.one_way
+        speeding = (outward < half) | (back & (outward == half))
+        signed = math.copysign(self.acceleration, self.length)
+        moving = (times >= 0.0) & (times < self.duration)
+        return np.where(moving, np.where(speeding, signed, -signed), 0.0)
+
+    def relative_velocity(self, times: Array) -> Array:
+        """Slider's velocity in the body v [m/s] at `times` [s], shape (n,)."""
+        back, outward = self._outward(times)
+        signed = math.copysign(self.acceleration, self.length)
+        speed = np.minimum(outward, np.maximum(self.one_way - outward, 0.0))
+        return np.where(back, -signed, signed) * speed
+
+    def mean_relative_acceleration(self, edges: Array) -> Array:
+        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n,) [m/s^2]."""
+        return np.diff(self.relative_velocity(edges)) / np.diff(edges)
+
+    def strokes(self, times: Array) -> Array:
+        """Slider's displacement in the body xi [m] at `times` [s], shape (n,)."""
+        _, outward = self._outward(times)
+        half, bend = 0.5 * self.one_way, 0.5 * math.copysign(self.acceleration, self.length)
+        late = self.length - bend * (self.one_way - outward) ** 2
+        return np.where(outward < half, bend * outward**2, late)
+
+    def normal_forces(self, times: Array) -> Array:
+        """Normal forces N_i [N] at `times` [s], shape (n, 3)."""
+        unit = np.array([math.cos(self.direction), math.sin(self.direction)])
+        places = (self.start + self.strokes(times))[:, None] * unit
+        return normal_forces(self.capsule, places)
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """Exact observables at `times` [s], shape (n,), as `line_reference` names them:
+        the body does not move, and friction is m w."""
+        times = np.asarray(times, dtype=np.float64)
+        still, forces = np.zeros_like(times), self.normal_forces(times)
+        return {
+            **dict.fromkeys(("displacement", "velocity", "heading", "sideways"), still),
+            "stroke": self.strokes(times),
+            "stroke_rate": self.relative_velocity(times),
+            **{f"normal_force_{i + 1}": forces[:, i] for i in range(3)},
+            "friction_force": self.capsule.slider_mass * self.relative_acceleration(times),
+        }
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
+        double, and the arithmetic, may have caused."""
+        times = np.asarray(times, dtype=np.float64)
+        still, few = np.zeros_like(times), ROUNDINGS * ROUNDOFF
+        reach = abs(self.start) + abs(self.length)
+        slack = still + normal_force_uncertainty(self.capsule, reach)
+        pull = self.capsule.slider_mass * self.acceleration
+        return {
+            **dict.fromkeys(("displacement", "velocity", "heading", "sideways"), still),
+            "stroke": still + few * abs(self.length),
+            "stroke_rate": still + few * self.acceleration * self.duration,
+            **{f"normal_force_{i + 1}": slack for i in range(3)},
+            "friction_force": still + few * pull,
+        }
+
+    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
+        """Coefficients of the step [s] in the error of semi-implicit Euler at grid `times` [s],
+        shape (n,), as for `plumbob.analytic.systems.manoeuvres.line_reference`."""
+        if (lead := position_lead(scheme)) is None:
+            return {}
+        still = np.zeros_like(np.asarray(times, dtype=np.float64))
+        first = dict.fromkeys(("displacement", "velocity", "heading", "sideways"), still)
+        ahead = lead * self.relative_velocity(times)
+        return {1: {**first, "stroke": ahead, "stroke_rate": still}}
+
+    @property
+    def kinks(self) -> tuple[Kink, ...]:
+        """Jumps of the slider's acceleration, the first at the start."""
+        one, whole = self.one_way, self.duration
+        pull = math.copysign(self.acceleration, self.length)
+        if not self.there_and_back:
+            return ((0.0, pull), (0.5 * one, -2 * pull), (one, pull))
+        return ((0.0, pull), (0.5 * one, -2 * pull), (1.5 * one, 2 * pull), (whole, -pull))
+
+    def foretold(
+        self, scheme: str, step: float, times: Array, begun: float = 0.0
+    ) -> Mapping[str, Array]:
+        """Error of semi-implicit Euler and of RK4 with `step` [s] at `times` [s], shape (n,), w
+        averaged over each step: the slider's lead and bends; the body does not move. With `begun`
+        [s] added, the times are those of a grid."""
+        if (lead := scheme_lead(scheme)) is None:
+            return {}
+        times = np.asarray(times, dtype=np.float64)
+        kinks = [(begun + time, jump) for time, jump in self.kinks]
+        slid = lead * step * self.relative_velocity(times) + bends(kinks, step, begun + times)
+        mean = np.diff(self.relative_velocity(np.stack([times, times + step])), axis=0)[0] / step
+        jolt = self.capsule.slider_mass * (mean - self.relative_acceleration(times))
+        still, slopes = np.zeros_like(times), load_slopes(self.capsule, self.direction)
+        return {
+            **dict.fromkeys(("displacement", "velocity", "heading", "sideways"), still),
+            "stroke": slid,
+            "stroke_rate": still,
+            **{f"normal_force_{i + 1}": k * slid for i, k in enumerate(slopes)},
+            "friction_force": jolt,
+        }
+
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """None: what a step errs by does not depend on how far off the motion is."""
+        return 0.0
+
+
+def slow_return(manoeuvre: LineManoeuvre, fraction: float = 1.0) -> SlowStroke:
+    """The slow motion that takes the slider back to where `manoeuvre` began. Raises
+    ParameterError. Chernousko 2020, end of the section on rectilinear motions."""
+    return SlowStroke(
+        manoeuvre.capsule,
+        -manoeuvre.stroke,
+        fraction,
+        manoeuvre.direction,
+        manoeuvre.start + manoeuvre.stroke,
+        there_and_back=False,
+    )

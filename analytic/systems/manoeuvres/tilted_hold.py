@@ -1,0 +1,96 @@
+"""A body held by friction while gravity is tilted, its slider fixed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.errors.discontinuities import scheme_lead
+from plumbob.analytic.parameters import finite
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import (
+    ROUNDOFF,
+    Capsule,
+    Point,
+    Segment,
+    normal_force_uncertainty,
+    normal_forces,
+    validity,
+)
+from plumbob.analytic.systems.manoeuvres.slow_motion import ROUNDINGS, share
+
+
+def tilt_angle(capsule: Capsule, fraction: float = 1.0) -> float:
+    """Tilt of gravity [rad] at which its tangential part is `fraction` of what friction can hold:
+    tan(alpha) = fraction f.
+
+    Weight acts at the combined centre mu r, which is also the centre of pressure, so every support
+    does its share of N_i and the threshold is the same in every direction and wherever Q is fixed
+    (heights zero: the tilt moves no load). Raises ParameterError.
+    """
+    return math.atan(share("fraction", fraction) * capsule.friction)
+
+
+def tilted_gravity(capsule: Capsule, fraction: float, direction: float) -> Array:
+    """Gravity [m/s^2], shape (3,), of unchanged magnitude, tilted by `tilt_angle` so as to pull
+    along `direction` [rad, from the body's x axis]. Raises ParameterError."""
+    angle, heading = tilt_angle(capsule, fraction), finite("direction", direction)
+    down, along = math.cos(angle), math.sin(angle)
+    pull = np.array([along * math.cos(heading), along * math.sin(heading), -down])
+    return capsule.gravity * pull
+
+
+@dataclass(frozen=True)
+class TiltedHold:
+    """Body at rest under gravity tilted along `direction` [rad], by `fraction` of the threshold,
+    with Q fixed at `slider` relative to C [m]. Raises ParameterError."""
+
+    capsule: Capsule
+    fraction: float
+    direction: float = 0.0
+    slider: Point = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        tilted_gravity(self.capsule, self.fraction, self.direction)
+        for breach in validity(self.capsule, (Segment(self.slider, self.slider),)):
+            raise breach
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """Exact observables at `times` [s], shape (n,): nothing moves, friction carries the
+        weight's tangential part (signed along `direction`), the N_i the rest of it."""
+        still = np.zeros_like(np.asarray(times, dtype=np.float64))
+        angle = tilt_angle(self.capsule, self.fraction)
+        forces = math.cos(angle) * normal_forces(self.capsule, np.array([self.slider]))[0]
+        names = ("displacement", "velocity", "heading", "sideways", "stroke", "stroke_rate")
+        return {
+            **dict.fromkeys(names, still),
+            **{f"normal_force_{i + 1}": still + forces[i] for i in range(3)},
+            "friction_force": still - self.capsule.weight * math.sin(angle),
+        }
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """Absolute error [SI] at `times` [s], shape (n,), of forces; rest is exact."""
+        slack = normal_force_uncertainty(self.capsule, math.hypot(*self.slider))
+        few = ROUNDINGS * ROUNDOFF * self.capsule.weight
+        return {
+            name: np.zeros_like(value)
+            + (slack if name.startswith("normal") else few if name == "friction_force" else 0.0)
+            for name, value in self.observe(times).items()
+        }
+
+    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
+        """Empty: a body at rest has no error of the step."""
+        return {}
+
+    def foretold(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
+        """Error of semi-implicit Euler and of RK4 at `times` [s], shape (n,): none."""
+        if scheme_lead(scheme) is None:
+            return {}
+        return {name: np.zeros_like(value) for name, value in self.observe(times).items()}
+
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """None: what a step errs by does not depend on how far off the motion is."""
+        return 0.0

@@ -1,0 +1,88 @@
+"""How errors act on an exact pendulum motion: of its inputs, of a rounding, of a scheme."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+import numpy as np
+
+from plumbob.analytic.numerics.elliptic.motion import EllipticMotion
+from plumbob.analytic.numerics.elliptic.reduction import solve
+from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
+from plumbob.analytic.numerics.quad import Quad, double, quad
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.reference import Array
+
+ULP = 2.0**-52
+
+
+class ExactMotion(Protocol):
+    """What the errors of an exact motion are worked out from."""
+
+    @property
+    def inertia(self) -> float: ...
+    @property
+    def exact_potential(self) -> TrigonometricPotential: ...
+    @property
+    def energy(self) -> Quad: ...
+    @property
+    def barriers(self) -> Quad: ...
+    @property
+    def period(self) -> float: ...
+    @property
+    def neighbours(self) -> EllipticMotion: ...
+    @property
+    def rotor(self) -> DrivenRotor: ...
+    def state(self, times: Array) -> tuple[Array, Array]: ...
+
+
+def uncertainty(motion: ExactMotion, times: Array) -> Mapping[str, Array]:
+    """What one unit in the last place of every input may do to theta [rad] and theta_dot [rad/s] at
+    `times` [s], shape (n,), the times among them, and as much of the state where the motion is
+    fastest: a start next to a saddle is tiny, and so are its roundings, but those on the way are
+    not."""
+    times = np.asarray(times, dtype=float)
+    names = ("theta", "theta_dot")
+    theta, rate = motion.state(times)
+    period = motion.period if np.isfinite(motion.period) else 0.0
+    late = ULP * (np.abs(times) + 2 * period)  # the closed form's own time is rounded four times
+    bend = np.asarray(motion.rotor.acceleration(times, theta, rate))
+    moved = [ULP * np.abs(x) + ULP + late * np.abs(v) for x, v in ((theta, rate), (rate, bend))]
+    for values, total in zip(motion.neighbours.state(times[None, :]), moved, strict=True):
+        total += np.abs(values[1:] - values[:1]).sum(axis=0)
+    if np.isfinite(motion.period):
+        for change, total in zip(_jolted(motion, times), moved, strict=True):
+            total += change
+    return dict(zip(names, moved, strict=True))
+
+
+def _jolted(motion: ExactMotion, times: Array) -> tuple[Array, Array]:
+    """Change of theta and theta_dot by a rounding of both where the motion is fastest."""
+    first = np.linspace(0.0, motion.period, 128)
+    angles, rates = motion.state(first)
+    at = int(np.abs(rates).argmax())
+    theta, rate = float(angles[at]), float(rates[at])
+    ulp = quad(ULP)
+    # An angle that winds up is rounded ever more coarsely, the force with it; late roundings have
+    # less time to act, so that half of the last angle stands for them all.
+    wound = max(abs(theta), 0.5 * float(np.abs(motion.state(times)[0]).max(initial=0.0)))
+    starts = quad(theta) + np.array([[quad(0.0)], [wound * ulp], [quad(0.0)]])
+    speeds = quad(rate) + np.array([[quad(0.0)], [quad(0.0)], [rate * ulp]])
+    rows = solve(motion.exact_potential, motion.inertia, starts, speeds)
+    after = np.maximum(times - first[at], 0.0)[None, :]
+    x, v = (np.abs(values[1:] - values[:1]).sum(axis=0) for values in rows.state(after))
+    return x, v
+
+
+def nonlinearity(motion: ExactMotion, times: Array, errors: Mapping[str, Array]) -> float:
+    """How far errors of theta and theta_dot, shape (n,) each, leave their linear response: the
+    larger of the angle's own, and the energy's over the kinetic energy or, where that is small,
+    over the distance from the nearest barrier."""
+    theta, rate = motion.state(times)
+    torque = np.asarray(motion.rotor.acceleration(times, theta, rate)) * motion.inertia
+    drift = motion.inertia * rate * errors["theta_dot"] - torque * errors["theta"]
+    barriers = motion.barriers
+    room = double(np.abs(motion.energy - barriers)).min() if barriers.size else np.inf
+    share = np.abs(drift) / (motion.inertia * rate**2 / 2 + room)
+    return float(max(np.abs(errors["theta"]).max(), share.max()))

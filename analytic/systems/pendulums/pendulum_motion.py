@@ -1,0 +1,245 @@
+"""The exact motion of an undamped pendulum: its regime, period, action and phase, and its state.
+
+The reference for every potential V = -a sin^2 - b sin - c cos (Sudakov 2015; the simple pendulum
+is a = b = 0).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+
+from plumbob.analytic.errors.global_error import ErrorSeries
+from plumbob.analytic.numerics.elliptic.motion import EllipticMotion
+from plumbob.analytic.numerics.elliptic.orbit_table import OrbitTable, orbit_table
+from plumbob.analytic.numerics.elliptic.reduction import solve
+from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
+    TrigonometricPotential,
+    critical_points,
+)
+from plumbob.analytic.numerics.quad import Quad, double, quad
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.parameters import ParameterError, finite, positive
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.pendulums.conditioning import ULP, nonlinearity, uncertainty
+
+Regime = Literal["rest", "libration", "rotation", "separatrix"]
+_FEW = 256  # times fewer than this are not worth a table
+
+
+@dataclass(frozen=True)
+class PendulumMotion:
+    """The motion from theta [rad] and theta_dot [rad/s] of a pendulum with a moment of inertia
+    [kg m^2] in a potential [J]. What a double cannot tell next to a separatrix may be given itself:
+    `excess` [J], the energy above the highest barrier, in place of the magnitude of theta_dot;
+    `theta_from_top` [rad], the start's angle from that barrier, in place of theta, which then only
+    says near which turn. Raises ParameterError."""
+
+    potential: TrigonometricPotential  # floats, or 34 digits
+    inertia: float
+    theta: float
+    theta_dot: float
+    excess: float | None = None
+    theta_from_top: float | None = None
+
+    def __post_init__(self) -> None:
+        positive("inertia", self.inertia)
+        for name in ("theta", "theta_dot", "excess", "theta_from_top"):
+            if (value := getattr(self, name)) is not None:
+                finite(name, value)
+        if self.excess is not None:
+            least = -1e-30 * (self.exact_potential.scale + abs(self.excess))
+            if not self.closed_form.kinetic >= least:
+                raise ParameterError("excess", self.excess, "enough to reach theta")
+
+    @property
+    def exact_potential(self) -> TrigonometricPotential:
+        """The potential in 34 digits."""
+        return TrigonometricPotential(
+            quad(self.potential.a), quad(self.potential.b), quad(self.potential.c)
+        )
+
+    @cached_property
+    def barriers(self) -> Quad:
+        """Maxima of V [J], highest first, in 34 digits."""
+        points = critical_points(self.exact_potential)
+        points = points[np.isfinite(double(points))]
+        crests = points[double(self.exact_potential.curvature(points)) < 0.0]
+        values = self.exact_potential.value(crests)
+        return values[np.argsort(-double(values))]
+
+    @cached_property
+    def energy(self) -> Quad:
+        """The Jacobi integral H [J] (the energy, where nothing turns), in 34 digits."""
+        start = self.closed_form
+        return start.kinetic + start.potential.value(start.theta0)
+
+    @cached_property
+    def closed_form(self) -> EllipticMotion:
+        """The constants of the closed form."""
+        return self._solve(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+
+    def _solve(self, *factors: Any) -> EllipticMotion:
+        """The closed form with a, b, c, inertia, the angle and the speed (or excess) as given,
+        times factors."""
+        a, b, c, inertia, angle, last = (quad(f) for f in factors)
+        v = self.exact_potential
+        stretched = TrigonometricPotential(v.a * a, v.b * b, v.c * c)
+        theta, speed, excess, from_top = self.theta, self.theta_dot, self.excess, None
+        if self.theta_from_top is None:
+            theta = angle * theta
+        else:
+            from_top = angle * self.theta_from_top
+        if excess is None:
+            speed = last * speed
+        else:
+            excess = last * excess
+        return solve(stretched, inertia * self.inertia, theta, speed, excess, from_top)
+
+    @cached_property
+    def neighbours(self) -> EllipticMotion:
+        """The motion itself, then one with each input off by a unit in the last place."""
+        factors = quad(np.ones((6, 7)))
+        for i in range(6):
+            factors[i, i + 1] = factors[i, i + 1] + quad(ULP)
+        return self._solve(*(factor[:, None] for factor in factors))
+
+    @property
+    def regime(self) -> Regime:
+        """What the motion does."""
+        if bool(self.closed_form.rest):
+            return "rest"
+        if not np.isfinite(self.period):
+            return "separatrix"
+        return "rotation" if bool(self.closed_form.rotation) else "libration"
+
+    @property
+    def well(self) -> str:
+        """Where a libration goes."""
+        if self.regime != "libration":
+            return ""
+        if bool(self.closed_form.two_pairs):
+            return "one of two wells"
+        if self.barriers.size < 2:
+            return "the only well"
+        return "both wells" if bool(self.energy > self.barriers[1]) else "the deeper well"
+
+    @property
+    def period(self) -> float:
+        """Time [s] of a whole turn or swing, Sudakov 2015, eq. 16; infinite on a separatrix."""
+        return float(double(self.closed_form.period))
+
+    @property
+    def mean_rate(self) -> float:
+        """Omega = dH/dI = 2 pi / period [rad/s], Sudakov 2015, eq. 12."""
+        return 2 * np.pi / self.period
+
+    @cached_property
+    def action(self) -> float:
+        """I = (1/2 pi) closed integral of p dtheta [J s], Sudakov 2015, eq. 10: over a turn when
+        rotating, over the closed orbit when librating; NaN on a separatrix."""
+        if self.regime == "rest":
+            return 0.0
+        if self.regime == "separatrix":
+            return float("nan")
+        return self.inertia * float(np.mean(self._samples[1] ** 2)) * self.period / (2 * np.pi)
+
+    @cached_property
+    def _samples(self) -> tuple[Array, Array]:
+        """theta and theta_dot at equal distances in one period, where the trapezoid rule has the
+        mean of theta_dot^2 to the last digit: it converges geometrically."""
+        count, last = 32, np.inf
+        while True:
+            samples = self.closed_form.state(self.period * np.arange(count) / count)
+            mean = float(np.mean(samples[1] ** 2))
+            if abs(mean - last) <= 4e-16 * mean or count == 2**16:
+                return samples
+            count, last = 2 * count, mean
+
+    @property
+    def period_condition(self) -> float:
+        """Relative change of the period over a relative change of the inputs: the sum over a, b,
+        c, inertia, theta and speed (or excess), each alone; infinite on a separatrix."""
+        if self.regime == "separatrix":
+            return np.inf
+        periods = self.neighbours.period[:, 0]
+        return float(double(np.abs(periods[1:] / periods[0] - 1)).sum() / ULP)
+
+    @property
+    def action_condition(self) -> float:
+        """Relative change of the action over a relative change of the inputs, summed as for the
+        period: dI = (T/2 pi) (dH - the mean of dH at fixed theta and p over the orbit); infinite
+        on a separatrix."""
+        if self.regime in ("rest", "separatrix"):
+            return 0.0 if self.regime == "rest" else np.inf
+        near, (theta, rate) = self.neighbours, self._samples
+        v, sine, cosine = near.potential, np.sin(theta), np.cos(theta)
+        energy = near.kinetic + v.value(near.theta0)
+        change = double(energy - energy[0])
+        means = (np.mean(sine**2), np.mean(sine), np.mean(cosine))
+        for coefficient, mean in zip((v.a, v.b, v.c), means, strict=True):
+            change = change + double(coefficient - coefficient[0]) * mean
+        heavier = double(near.inertia - near.inertia[0])
+        change = change + heavier * np.mean(rate**2) / 2
+        return float(np.abs(change).sum() * self.period / (2 * np.pi * ULP * self.action))
+
+    @cached_property
+    def table(self) -> OrbitTable:
+        """One period as polynomials, for many times."""
+        return orbit_table(self.closed_form)
+
+    def state(self, times: Array) -> tuple[Array, Array]:
+        """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
+        times = np.asarray(times, dtype=float)
+        if times.size < _FEW or self.regime in ("rest", "separatrix"):
+            return self.closed_form.state(times)
+        return self.table.state(times)
+
+    def phase(self, times: Array) -> Array:
+        """Phase Phi = Omega t [rad], Sudakov 2015, eqs. 11 and 13, of `times` [s]."""
+        return self.mean_rate * np.asarray(times)
+
+    def momentum(self, theta: Array) -> Array:
+        """p(H, theta) = sqrt(2 I (H - V)) [kg m^2 rad/s], Sudakov 2015, eq. 15, with the sign of
+        the start; NaN where the motion does not reach."""
+        with np.errstate(invalid="ignore"):
+            kinetic = double(self.energy - self.exact_potential.value(quad(np.asarray(theta))))
+            size: Array = np.sqrt(2 * self.inertia * kinetic)
+            return np.copysign(size, self.theta_dot)
+
+    def time_at(self, theta: Array) -> Array:
+        """t(H, theta) [s], Sudakov 2015, eq. 16: when the motion first reaches `theta` [rad] after
+        the start; NaN where it never does."""
+        return self.closed_form.time_at(np.asarray(theta, dtype=float))
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
+        theta, theta_dot = self.state(times)
+        return {"theta": theta, "theta_dot": theta_dot}
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """What double precision allows, see `plumbob.analytic.systems.pendulums.conditioning`."""
+        return uncertainty(self, times)
+
+    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
+        """Four coefficients of a scheme's global error, see `errors.global_error`."""
+        return self._series.at(scheme, times)
+
+    @cached_property
+    def _series(self) -> ErrorSeries:
+        theta, theta_dot = self.closed_form.state(np.zeros(1))
+        return ErrorSeries(self.rotor, float(theta[0]), float(theta_dot[0]))
+
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """How far errors leave their linear response, see `pendulums.conditioning`."""
+        return nonlinearity(self, times, errors)
+
+    @property
+    def rotor(self) -> DrivenRotor:
+        """The same equation of motion as an angular acceleration."""
+        a, b, c = (float(double(v)) for v in (self.potential.a, self.potential.b, self.potential.c))
+        return DrivenRotor(a / self.inertia, b / self.inertia, c / self.inertia)

@@ -1,0 +1,124 @@
+"""A planner from rest pose to rest pose: turns, then lines, joined by slow motions.
+
+The source shows that any rest pose can be reached (Chernousko 2020, section "Controllability");
+this finds a plan of its kind, of least time under given limits, exact in the event-driven
+reference (`plumbob.analytic.systems.three_points.friction`).
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.capsule import Capsule, Segment, validity
+from plumbob.analytic.systems.planner.curve import Curve
+from plumbob.analytic.systems.planner.free_plane import FreePlane
+from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre
+from plumbob.analytic.systems.planner.passages import (
+    Passage,
+    joined,
+    quickest,
+    translations,
+    turning,
+)
+from plumbob.analytic.systems.planner.problem import (
+    FULL_CIRCLE,
+    Limits,
+    RestPose,
+    check_pushing,
+    too_many,
+)
+from plumbob.analytic.systems.planner.result import Plan, TrackName, pose_error, simulate
+from plumbob.analytic.systems.planner.tracks import Track
+
+__all__ = ["POSES", "Limits", "Plan", "RestPose", "plan", "pose_error", "simulate"]
+
+SAME = 1e-12  # [m] and [rad]: a pose this near is reached already
+CLOSED = 1e-9  # [m] and [rad]: how near to the goal the reference must end
+AIMS = 3  # before giving up: the first one is right but for what rounding adds up to
+
+POSES: tuple[tuple[str, RestPose], ...] = (
+    ("near", RestPose(0.1, 0.05, 0.5)),
+    ("half-turn", RestPose(0.0, 0.0, math.pi)),
+    ("aside", RestPose(-0.15, 0.2, -1.2)),
+    ("behind", RestPose(-0.3, -0.1, 2.4)),
+    ("ahead", RestPose(0.25, 0.0, 0.0)),
+)
+"""Poses to plan for from rest at the origin, one of them half a turn away."""
+
+
+def plan(
+    capsule: Capsule,
+    goal: RestPose,
+    limits: Limits | None = None,
+    track: TrackName = "free",
+    start: RestPose | None = None,
+    *,
+    equal: bool = False,
+) -> Plan:
+    """A plan from `start` (None: the origin, slider at C) to `goal`, turning the shorter way round.
+
+    Takes the least time it finds within `limits`; with `equal` it is the naive one instead: as few
+    equal turns and lines as possible, w1 = 3 f g/mu, w2 = 0.8 f g/mu, mu_1 Z = 3 R_0, a slow
+    return after each. Raises ParameterError naming the limit under which a pose can't be reached.
+    """
+    limits = limits or Limits()
+    start = start or RestPose(0.0, 0.0, 0.0)
+    if track not in ("free", "curve"):
+        raise ParameterError("track", track, "free or curve")
+    rails: Track = (FreePlane if track == "free" else Curve)(capsule, limits)
+    for breach in validity(capsule, (Segment(start.slider, goal.slider),)):
+        raise breach
+    aim = goal
+    for _ in range(AIMS):
+        made = _arranged(capsule, limits, rails, start, aim, equal)
+        found = Plan(capsule, start, goal, limits, track, _in_order(made))
+        if max(found.error) <= CLOSED:
+            return found
+        missed = goal.place - found.reached.place
+        turned = math.remainder(goal.heading - found.reached.heading, FULL_CIRCLE)
+        aim = RestPose(aim.x + missed.real, aim.y + missed.imag, aim.heading + turned, goal.slider)
+    raise RuntimeError(f"the plan ends {found.error} [m, rad] off {goal}")
+
+
+def _in_order(made: Iterable[Manoeuvre]) -> tuple[Manoeuvre, ...]:
+    """The manoeuvres with their times of start."""
+    begun, placed = 0.0, list[Manoeuvre]()
+    for manoeuvre in made:
+        placed.append(replace(manoeuvre, start=begun))
+        begun += manoeuvre.duration
+    return tuple(placed)
+
+
+def _arranged(
+    capsule: Capsule, limits: Limits, track: Track, start: RestPose, aim: RestPose, equal: bool
+) -> tuple[Manoeuvre, ...]:
+    """Turns to the heading wanted, lines to the place that is then left to go, slider to its own:
+    C moves with every turn, and a translation leaves the heading alone."""
+    ways = [Passage(begin, begin, ()) for begin in track.places(start.slider)]
+    wanted = math.remainder(aim.heading - start.heading, FULL_CIRCLE)
+    place, heading = start.place, start.heading
+    if abs(wanted) > SAME or abs(aim.place - place) > SAME:
+        check_pushing(capsule, limits)
+    if abs(wanted) > SAME:
+        ahead = (aim.place - place) * cmath.rect(1.0, -heading)
+        turned = turning(capsule, limits, track, wanted, ahead, equal=equal)
+        ways = [quickest(joined(track, way, turned.passage) for way in ways)]
+        place += cmath.rect(1.0, heading) * turned.shift
+        heading += turned.heading
+    left = (aim.place - place) * cmath.rect(1.0, -heading)
+    if abs(left) > SAME:
+        ways = [
+            way
+            for legs in track.legs(left)
+            for way in translations(capsule, limits, track, ways, legs, equal=equal)
+        ]
+    ends = track.places(aim.slider)
+    made = quickest(joined(track, way, Passage(end, end, ())) for way in ways for end in ends)
+    count = sum(manoeuvre.kind in ("turn", "line") for manoeuvre in made.manoeuvres)
+    if count > limits.manoeuvres:
+        raise too_many(limits, count)
+    return made.manoeuvres

@@ -1,0 +1,91 @@
+"""What a plan is asked for: a rest pose to reach, and the limits to keep within."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from plumbob.analytic.parameters import ParameterError, finite, positive
+from plumbob.analytic.systems.capsule import Arc, Capsule, Point, Segment, validity
+from plumbob.analytic.systems.manoeuvres.slow_motion import share
+
+FULL_CIRCLE = 2.0 * math.pi
+
+
+@dataclass(frozen=True)
+class RestPose:
+    """Body and slider at rest: place of C on the ground [m], heading psi [rad], and the slider's
+    place relative to C in body axes [m]. Raises ParameterError."""
+
+    x: float
+    y: float
+    heading: float
+    slider: Point = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        for name in ("x", "y", "heading"):
+            object.__setattr__(self, name, finite(name, getattr(self, name)))
+        try:
+            x, y = self.slider
+        except (TypeError, ValueError):
+            raise ParameterError("slider", self.slider, "a point (x, y)") from None
+        object.__setattr__(self, "slider", (finite("slider", x), finite("slider", y)))
+
+    @property
+    def place(self) -> complex:
+        """C on the ground as x + iy [m]."""
+        return complex(self.x, self.y)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a plan may use; raises ParameterError.
+
+    acceleration: largest |w| [m/s^2]; stroke: longest way of the slider in one manoeuvre of a line
+    or a turn [m]; radius: of the circle about C [m]; holding: share of what friction can give that
+    a slow motion or a brake may need; manoeuvres: most turns and lines together.
+    """
+
+    acceleration: float = 1000.0
+    stroke: float = 0.5
+    radius: float = 0.12
+    holding: float = 0.9
+    manoeuvres: int = 200
+
+    def __post_init__(self) -> None:
+        for name in ("acceleration", "stroke", "radius"):
+            object.__setattr__(self, name, positive(name, getattr(self, name)))
+        object.__setattr__(self, "holding", share("holding", self.holding))
+        if isinstance(self.manoeuvres, bool) or not isinstance(self.manoeuvres, int):
+            raise ParameterError("manoeuvres", self.manoeuvres, "a whole number")
+        positive("manoeuvres", self.manoeuvres)
+
+
+def check_limits(capsule: Capsule, limits: Limits, arc: Arc) -> None:
+    """Raise ParameterError, naming what is wrong, where nothing could be planned: no friction, or a
+    support without load with the slider at C or somewhere on `arc`."""
+    positive("friction", capsule.friction)
+    at_com = Segment((0.0, 0.0), (0.0, 0.0))
+    if validity(capsule, (at_com,)):
+        raise ParameterError("supports", capsule.supports, "such that C is inside their triangle")
+    for breach in validity(capsule, (arc,)):
+        need = f"small enough to keep every support pressed to the ground ({breach})"
+        raise ParameterError("radius", limits.radius, need)
+
+
+def check_pushing(capsule: Capsule, limits: Limits) -> None:
+    """Raise ParameterError where no line manoeuvre moves the body (Chernousko 2020, eq. 15): turns
+    alone reach no pose, for they shift C as well."""
+    if not limits.acceleration > capsule.holding_acceleration:
+        need = f"greater than f g/mu = {capsule.holding_acceleration!r} m/s^2 to move the body"
+        raise ParameterError("acceleration", limits.acceleration, need)
+
+
+def too_many(limits: Limits, needed: int) -> ParameterError:
+    """What to raise when a pose needs `needed` manoeuvres and that is more than the limit."""
+    return ParameterError(
+        "manoeuvres",
+        limits.manoeuvres,
+        f"at least {needed} to get there with strokes of {limits.stroke:g} m at "
+        f"{limits.acceleration:g} m/s^2",
+    )

@@ -1,0 +1,106 @@
+"""A plan: its manoeuvres in order, the slider's motion that they make up, where they lead."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre
+from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, RestPose
+from plumbob.analytic.systems.slider_path import SliderPath, concatenate, fixed
+from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.analytic.systems.three_points.motion import ThreePointMotion
+
+TrackName = Literal["free", "curve"]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Manoeuvres one after another that carry body and slider from `start` to `goal`.
+
+    What an engine is driven with open-loop: `slider` and `relative_velocity`, or for a step
+    `mean_relative_acceleration`, each by the two coordinates of the slider in body axes.
+    """
+
+    capsule: Capsule
+    start: RestPose
+    goal: RestPose
+    limits: Limits
+    track: TrackName
+    manoeuvres: tuple[Manoeuvre, ...] = field(repr=False)
+
+    @cached_property
+    def path(self) -> SliderPath:
+        """The slider's motion relative to the body, from the first manoeuvre to the last."""
+        if not self.manoeuvres:
+            return fixed(self.start.slider)
+        return concatenate(*(manoeuvre.path for manoeuvre in self.manoeuvres))
+
+    @property
+    def duration(self) -> float:
+        """Total time [s]."""
+        return self.path.duration
+
+    @property
+    def turns(self) -> int:
+        """Number of turn manoeuvres."""
+        return sum(manoeuvre.kind == "turn" for manoeuvre in self.manoeuvres)
+
+    @property
+    def lines(self) -> int:
+        """Number of line manoeuvres."""
+        return sum(manoeuvre.kind == "line" for manoeuvre in self.manoeuvres)
+
+    @property
+    def ends(self) -> Array:
+        """Time at which each manoeuvre ends [s], body and slider then at rest, shape (n,)."""
+        return np.array([m.start + m.duration for m in self.manoeuvres])
+
+    def slider(self, times: Array) -> Array:
+        """Place of the slider relative to C [m], shape (n, 2), at `times` [s], shape (n,)."""
+        return self.path.kinematics(times)[0]
+
+    def relative_velocity(self, times: Array) -> Array:
+        """Its velocity in the body [m/s], shape (n, 2), at `times` [s], shape (n,)."""
+        return self.path.kinematics(times)[1]
+
+    def mean_relative_acceleration(self, edges: Array) -> Array:
+        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n, 2) [m/s^2]; held
+        over the step it brings v exactly to its value at the next edge."""
+        return np.asarray(np.diff(self.relative_velocity(edges), axis=0) / np.diff(edges)[:, None])
+
+    @cached_property
+    def motion(self) -> ThreePointMotion:
+        """The whole plan followed by the reference."""
+        return simulate(self.capsule, self)
+
+    @property
+    def reached(self) -> RestPose:
+        """Where the reference ends up."""
+        end = self.motion.at(np.array([max(self.duration, self.motion.rest_time)]))
+        (x, y), psi = end.position[0], end.heading[0]
+        return RestPose(float(x), float(y), float(psi), self.path.end)
+
+    @property
+    def error(self) -> tuple[float, float]:
+        """How far that is from `goal`: distance [m] and angle [rad]."""
+        return pose_error(self.reached, self.goal)
+
+
+def pose_error(reached: RestPose, goal: RestPose) -> tuple[float, float]:
+    """Distance [m] and angle [rad] between two poses; whole turns don't count."""
+    turned = math.remainder(reached.heading - goal.heading, FULL_CIRCLE)
+    return abs(reached.place - goal.place), abs(turned)
+
+
+def simulate(capsule: Capsule, plan: Plan) -> ThreePointMotion:
+    """Exact motion of `capsule`, be it the plan's own or another, with the plan's slider motion.
+    Raises ParameterError where a support would lose contact."""
+    begin = Start((plan.start.x, plan.start.y), plan.start.heading)
+    return three_point_motion(capsule, plan.path, begin)

@@ -1,0 +1,101 @@
+"""The simple pendulum: a point mass on a rigid rod, damped and forced, or its linear companion.
+
+Pendulo Simples, per unit mass as its code has it:
+
+    theta'' = A sin(Omega t) - xi theta' - (g/L) sin theta,    T = m L theta'^2 + m g cos theta,
+
+theta from hanging down. The notebook calls xi = C/m a damping ratio; it is a rate, in 1/s. The
+linear companion has theta for sin theta.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+
+from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
+from plumbob.analytic.numerics.quad import PI, double, quad
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
+from plumbob.analytic.reference import Reference
+from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.analytic.systems.pendulums.rod_tension import MASS, RodMotion
+from plumbob.analytic.systems.pendulums.rounded_start import RoundedStart
+from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
+
+
+@dataclass(frozen=True)
+class SimplePendulum:
+    """A mass of 1 kg at `length` [m] under `gravity` [m/s^2], damped at damping_rate [1/s], forced
+    with forcing_amplitude [rad/s^2] at forcing_frequency [rad/s], started at theta [rad] with
+    theta_dot [rad/s]; `linear` has theta for sin theta. Next to the top a double of theta has few
+    digits of the distance: `theta_from_top` [rad], the start's angle from pi, stands in for theta
+    where nothing is linear, damped or forced. Raises ParameterError."""
+
+    length: float
+    gravity: float
+    damping_rate: float
+    forcing_amplitude: float
+    forcing_frequency: float
+    theta: float
+    theta_dot: float
+    linear: bool = False
+    theta_from_top: float | None = None
+
+    def __post_init__(self) -> None:
+        for field in fields(self)[:-2]:
+            finite(field.name, getattr(self, field.name))
+        positive("length", self.length)
+        non_negative("gravity", self.gravity)
+        non_negative("damping_rate", self.damping_rate)
+        if self.theta_from_top is not None:
+            finite("theta_from_top", self.theta_from_top)
+            if self.linear or not self.rotor.conservative or not self.gravity:
+                wanted = "left out, for theta, where it is linear, damped, forced or weightless"
+                raise ParameterError("theta_from_top", self.theta_from_top, wanted)
+
+    @property
+    def started(self) -> SimplePendulum:
+        """The same problem with theta in place of `theta_from_top`, rounded to double: where an
+        engine starts."""
+        if self.theta_from_top is None:
+            return self
+        return replace(self, theta=float(double(PI + self.theta_from_top)), theta_from_top=None)
+
+    @property
+    def rotor(self) -> DrivenRotor:
+        """The equation of motion."""
+        pull = self.gravity / self.length
+        return DrivenRotor(
+            sin=0.0 if self.linear else pull,
+            stiffness=pull if self.linear else 0.0,
+            damping_rate=self.damping_rate,
+            forcing_amplitude=self.forcing_amplitude,
+            forcing_frequency=self.forcing_frequency,
+        )
+
+    @property
+    def elliptic(self) -> PendulumMotion | None:
+        """The motion by Jacobi functions; None where the equation is linear, damped or forced."""
+        if self.linear or not self.rotor.conservative:
+            return None
+        moment = quad(MASS) * self.length
+        return PendulumMotion(
+            TrigonometricPotential(0.0, 0.0, moment * self.gravity),
+            self.length**2,
+            self.theta,
+            self.theta_dot,
+            theta_from_top=self.theta_from_top,
+        )
+
+    @cached_property
+    def motion(self) -> Reference:
+        """The exact motion; that of a rod knows its tension."""
+        beside = self.started
+        start = beside.theta, beside.theta_dot
+        angle: Reference = self.elliptic or UnendingMotion(self.rotor, *start)
+        if self.linear:
+            return angle
+        if beside.elliptic is not None and beside is not self:
+            angle = RoundedStart(angle, beside.elliptic)
+        return RodMotion(angle, self.rotor, *start, self.length, self.gravity)

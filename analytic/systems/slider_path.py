@@ -1,0 +1,247 @@
+"""Prescribed paths of the slider in body axes: r, v and w, piece after piece, with breakpoints."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from plumbob.analytic.parameters import ParameterError, finite, positive
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import Arc, Path, Point, Segment
+
+Kinematics = tuple[Array, Array, Array]
+
+# Places and speeds at a breakpoint are sums of rounded products; they may differ by a few ulp.
+JOIN = 1e-12
+SAMPLES = 129  # of a smooth piece, for the search of its lowest normal force
+
+
+class Piece(Protocol):
+    """A stretch of the path that is smooth in time, from local time 0 to `duration`."""
+
+    @property
+    def duration(self) -> float:
+        """How long the piece lasts [s]."""
+        ...
+
+    def kinematics(self, times: Array) -> Kinematics:
+        """Position r [m], velocity v [m/s] and acceleration w [m/s^2] relative to the body, each
+        of shape (n, 2), at local `times` [s], shape (n,)."""
+        ...
+
+    def track(self) -> Path:
+        """The places that the piece passes through."""
+        ...
+
+
+def _covered(
+    start: float, rate: float, acceleration: float, duration: float
+) -> tuple[float, float]:
+    """Range of start + rate t + acceleration t^2/2 on (0, duration), turning point included."""
+    times = [0.0, duration]
+    if acceleration != 0.0 and 0.0 < -rate / acceleration < duration:
+        times.append(-rate / acceleration)
+    places = [start + t * (rate + 0.5 * acceleration * t) for t in times]
+    return min(places), max(places)
+
+
+def _columns(vectors: npt.NDArray[np.complexfloating]) -> Array:
+    """Plane vectors x + iy, shape (n,), as shape (n, 2)."""
+    return np.asarray(vectors, dtype=np.complex128).view(np.float64).reshape(-1, 2)
+
+
+@dataclass(frozen=True)
+class StraightPiece:
+    """Constant `acceleration` [m/s^2] along a line at angle `direction` [rad] through `origin` [m];
+    `position` [m] from `origin` and `speed` [m/s] are those at its start."""
+
+    duration: float
+    origin: Point
+    direction: float
+    position: float
+    speed: float
+    acceleration: float
+
+    def kinematics(self, times: Array) -> Kinematics:
+        """See Piece (Chernousko 2020, eqs. 12, 16)."""
+        along = complex(math.cos(self.direction), math.sin(self.direction))
+        shift = self.position + times * (self.speed + 0.5 * self.acceleration * times)
+        return (
+            _columns(complex(*self.origin) + shift * along),
+            _columns((self.speed + self.acceleration * times) * along),
+            _columns(np.full(times.shape, self.acceleration * along)),
+        )
+
+    def track(self) -> Path:
+        """See Piece."""
+        (x, y), c, s = self.origin, math.cos(self.direction), math.sin(self.direction)
+        low, high = _covered(self.position, self.speed, self.acceleration, self.duration)
+        return (Segment((x + low * c, y + low * s), (x + high * c, y + high * s)),)
+
+
+@dataclass(frozen=True)
+class ArcPiece:
+    """Constant angular `acceleration` [rad/s^2] on the circle of `radius` [m] about C; `angle`
+    [rad] and `rate` [rad/s] are those at its start."""
+
+    duration: float
+    radius: float
+    angle: float
+    rate: float
+    acceleration: float
+
+    def kinematics(self, times: Array) -> Kinematics:
+        """See Piece (Chernousko 2020, eqs. 26-27)."""
+        angle = self.angle + times * (self.rate + 0.5 * self.acceleration * times)
+        rate = self.rate + self.acceleration * times
+        outward = self.radius * np.exp(1j * angle)
+        return (
+            _columns(outward),
+            _columns(1j * rate * outward),
+            _columns((1j * self.acceleration - rate**2) * outward),
+        )
+
+    def track(self) -> Path:
+        """See Piece."""
+        return (
+            Arc(self.radius, *_covered(self.angle, self.rate, self.acceleration, self.duration)),
+        )
+
+
+@dataclass(frozen=True)
+class SmoothPiece:
+    """Any motion given as a function of local time, smooth on (0, duration) and a little beyond."""
+
+    duration: float
+    motion: Callable[[Array], Kinematics]
+
+    def kinematics(self, times: Array) -> Kinematics:
+        """See Piece."""
+        return self.motion(times)
+
+    def track(self) -> Path:
+        """Chords between samples: see Piece."""
+        places = self.motion(np.linspace(0.0, self.duration, SAMPLES))[0]
+        corners = [(float(x), float(y)) for x, y in places]
+        return tuple(Segment(a, b) for a, b in itertools.pairwise(corners))
+
+
+@dataclass(frozen=True)
+class SliderPath:
+    """Pieces one after another, position and velocity continuous; after the last one the slider
+    stays where it is. Raises ParameterError on a gap, or if the slider is left moving."""
+
+    pieces: tuple[Piece, ...]
+
+    def __post_init__(self) -> None:
+        if not self.pieces:
+            raise ParameterError("path", self.pieces, "at least one piece")
+        ends = [piece.kinematics(np.array([0.0, piece.duration])) for piece in self.pieces]
+        for (r, v, _), piece in zip(ends, self.pieces, strict=True):
+            if not (piece.duration >= 0.0 and np.all(np.isfinite(r)) and np.all(np.isfinite(v))):
+                raise ParameterError("path", piece, "finite, with a duration of 0 or more")
+        reach, pace = (max(float(np.abs(end[k]).max()) for end in ends) for k in (0, 1))
+        still = (ends[-1][0][::-1], np.zeros((2, 2)))
+        for number, (before, after) in enumerate(itertools.pairwise([*ends, still])):
+            for k, scale in ((0, reach), (1, pace)):
+                gap = float(np.abs(before[k][1] - after[k][0]).max())
+                if gap > JOIN * scale:
+                    name = ("position", "velocity")[k]
+                    raise ParameterError(
+                        f"path {name} after piece {number}",
+                        gap,
+                        "continuous, and at rest at the end",
+                    )
+
+    @cached_property
+    def breakpoints(self) -> Array:
+        """Start of each piece and end of the last one [s], shape (pieces + 1,)."""
+        return np.array([0.0, *itertools.accumulate(piece.duration for piece in self.pieces)])
+
+    @property
+    def duration(self) -> float:
+        """Time at which the slider stops for good [s]."""
+        return float(self.breakpoints[-1])
+
+    @property
+    def end(self) -> Point:
+        """Where the slider stops, relative to C [m]."""
+        x, y = self.pieces[-1].kinematics(np.array([self.pieces[-1].duration]))[0][0]
+        return float(x), float(y)
+
+    def kinematics(self, times: Array) -> Kinematics:
+        """Position, velocity, acceleration relative to the body, each (n, 2), at `times` [s], shape
+        (n,); at a breakpoint those of the piece that begins there."""
+        times = np.asarray(times, dtype=np.float64)
+        which = np.searchsorted(self.breakpoints, times, side="right") - 1
+        result = tuple(np.zeros((times.size, 2)) for _ in range(3))
+        result[0][:] = self.end
+        for number in np.unique(which[which < len(self.pieces)]):
+            here = which == number
+            local = times[here] - self.breakpoints[number]
+            for whole, part in zip(result, self.pieces[number].kinematics(local), strict=True):
+                whole[here] = part
+        return result[0], result[1], result[2]
+
+    def track(self) -> Path:
+        """The places that the slider passes through, for `capsule.validity`."""
+        return tuple(part for piece in self.pieces for part in piece.track())
+
+
+def concatenate(*paths: SliderPath) -> SliderPath:
+    """One path after another. Raises ParameterError where one doesn't begin where the last ends."""
+    return SliderPath(tuple(piece for path in paths for piece in path.pieces))
+
+
+def fixed(place: Point, duration: float = 0.0) -> SliderPath:
+    """The slider held at `place` relative to C [m] for `duration` [s] (and ever after)."""
+    return SliderPath((StraightPiece(duration, place, 0.0, 0.0, 0.0, 0.0),))
+
+
+def straight(
+    start: Point, direction: float, accelerations: Sequence[float], durations: Sequence[float]
+) -> SliderPath:
+    """From rest at `start` [m] along `direction` [rad] under `accelerations` [m/s^2], each for its
+    one of `durations` [s]. Raises ParameterError if the slider is left moving."""
+    pieces, position, speed = [], 0.0, 0.0
+    for w, t in zip(accelerations, durations, strict=True):
+        pieces.append(StraightPiece(positive("duration", t), start, direction, position, speed, w))
+        position, speed = position + t * (speed + 0.5 * w * t), speed + w * t
+    return SliderPath(tuple(pieces))
+
+
+def arc(
+    radius: float, start: float, accelerations: Sequence[float], durations: Sequence[float]
+) -> SliderPath:
+    """From rest at angle `start` [rad] on the circle of `radius` [m] about C under angular
+    `accelerations` [rad/s^2], each for its one of `durations` [s]. Raises ParameterError."""
+    positive("radius", radius)
+    pieces, angle, rate = [], finite("start", start), 0.0
+    for z, t in zip(accelerations, durations, strict=True):
+        pieces.append(ArcPiece(positive("duration", t), radius, angle, rate, z))
+        angle, rate = angle + t * (rate + 0.5 * z * t), rate + z * t
+    return SliderPath(tuple(pieces))
+
+
+def line_stroke(start: Point, direction: float, w1: float, w2: float, t1: float) -> SliderPath:
+    """Acceleration w1 [m/s^2] for t1 [s], then -w2 until the slider stops (Chernousko 2020, eqs.
+    14, 17). Raises ParameterError."""
+    positive("w1", w1), positive("w2", w2), positive("t1", t1)
+    return straight(start, direction, (w1, -w2), (t1, w1 * t1 / w2))
+
+
+def arc_stroke(
+    radius: float, start: float, angular_acceleration: float, half_time: float
+) -> SliderPath:
+    """Angular acceleration Z [rad/s^2], of either sign, for tau [s], then -Z for tau (Chernousko
+    2020, eq. 29). Raises ParameterError."""
+    positive("half_time", half_time)
+    z = finite("angular_acceleration", angular_acceleration)
+    return arc(radius, start, (z, -z), (half_time, half_time))

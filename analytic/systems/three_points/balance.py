@@ -1,0 +1,130 @@
+"""Balances of a motion on three Coulomb points: energy, momentum, angular momentum.
+
+Friction and actuator are integrated along the motion by a quadrature of its own and held against
+the change of energy and momentum from first state to last, so that a jump at an event would show.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial.legendre import legder, leggauss
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.three_points.collocation import evaluate
+from plumbob.analytic.systems.three_points.equations import Mechanics, cross
+from plumbob.analytic.systems.three_points.forces import Loading, moving, resting
+from plumbob.analytic.systems.three_points.motion import ThreePointMotion
+from plumbob.analytic.systems.three_points.stretch import Stretch
+
+TINY = 1e-300  # a body at rest throughout divides nothing by nothing
+QUADRATURE = 64  # Gauss points a stretch: its polynomials have degree 30 at most
+
+
+@dataclass(frozen=True)
+class Balance:
+    """What is missing over what went through: energy, momentum, angular momentum about the ground's
+    origin; `friction_work` and `actuator_work` [J] are those of the whole motion."""
+
+    energy: float
+    momentum: float
+    angular_momentum: float
+    friction_work: float
+    actuator_work: float
+
+
+def actuator_power(body: Mechanics, load: Loading) -> Array:
+    """F . v [W], shape (n,): what the actuator puts in (Chernousko 2020, eq. 3 for F)."""
+    at, omega, mu = load.at, load.omega, body.mass_ratio
+    r, v, w = at.position, at.velocity, at.acceleration
+    growth = body.reduced_mass * (2.0 * (r.conjugate() * v).real * omega + cross(r, w))
+    spin_up = (load.torque - growth) / at.inertia
+    relative = w + 2j * omega * v + 1j * spin_up * r - omega**2 * r
+    # Q is at (1 - mu) r from G; what the slope pulls at Q, it need not push.
+    force = body.mass * mu * (load.force / body.mass + (1.0 - mu) * relative)
+    return np.asarray((force.conjugate() * v).real)
+
+
+def _totals(body: Mechanics, load: Loading) -> Array:
+    """Energy with that of the slope [J], momentum (2) [N s] and angular momentum [N m s], shape
+    (n, 4)."""
+    at = load.at
+    within = at.velocity + 1j * load.omega * at.position
+    energy = 0.5 * (
+        body.mass * np.abs(load.centre) ** 2
+        + body.reduced_mass * np.abs(within) ** 2
+        + body.body_inertia * load.omega**2
+    )
+    energy = energy - body.mass * (np.conjugate(body.tilt) * load.place).real
+    momentum = body.mass * load.centre * np.exp(1j * load.heading)
+    own = at.inertia * load.omega + body.reduced_mass * cross(at.position, at.velocity)
+    return np.column_stack(
+        [energy, momentum.real, momentum.imag, own + cross(load.place, momentum)]
+    )
+
+
+def _sizes(body: Mechanics, load: Loading) -> Array:
+    """Largest energy, momentum and angular momentum that body or slider has of itself, shape (3,):
+    what their sums are rounded by."""
+    at = load.at
+    within = np.abs(at.velocity + 1j * load.omega * at.position)
+    momentum = body.mass * np.abs(load.centre) + body.reduced_mass * within
+    angular = body.body_inertia * np.abs(load.omega) + momentum * np.abs(at.position)
+    angular = angular + body.mass * np.abs(load.centre) * np.abs(load.place)
+    energy = 0.5 * (momentum * (np.abs(load.centre) + within) + body.body_inertia * load.omega**2)
+    return np.array([energy.max(), momentum.max(), angular.max()])
+
+
+def _rates(body: Mechanics, load: Loading) -> Array:
+    """Power of friction and of the actuator [W], total force (2) [N] and its moment about the
+    ground's origin [N m], shape (n, 5)."""
+    resisting = np.where(load.velocities == 0.0, 0.0, load.shares.conjugate() * load.velocities)
+    force = load.force * np.exp(1j * load.heading) + body.mass * body.tilt
+    return np.column_stack(
+        [
+            resisting.real.sum(axis=1),
+            actuator_power(body, load),
+            *(force.real, force.imag, load.torque + cross(load.place, force)),
+        ]
+    )
+
+
+def _loads(motion: ThreePointMotion, stretch: Stretch, shares: Array) -> tuple[Loading, Array]:
+    """Loading at `shares` of a stretch, in [0, 1], and d(time)/d(share) there."""
+    if stretch.coefficients is None:
+        span = stretch.end - stretch.start
+        return resting(motion, stretch, stretch.start + span * shares), np.full(shares.size, span)
+    slopes: Array = np.asarray(2.0 * legder(stretch.coefficients[:, 3:4]))
+    pace = evaluate(slopes, stretch.last * shares)[:, 0] * stretch.last
+    return moving(motion, stretch, stretch.last * shares), pace
+
+
+def balance(motion: ThreePointMotion) -> Balance:
+    """Balances over the whole motion, up to where the body rests for good."""
+    x, weights = leggauss(QUADRATURE)
+    shares, weights = 0.5 * (x + 1.0), 0.5 * weights
+    body = motion.body
+    finite = [s for s in motion.stretches if np.isfinite(s.end)]
+    flow, gross, inside = np.zeros(5), np.zeros(5), np.zeros(3)
+    for stretch in finite:
+        load, pace = _loads(motion, stretch, shares)
+        rates = _rates(body, load) * (weights * pace)[:, None]
+        flow, gross = flow + rates.sum(axis=0), gross + np.abs(rates).sum(axis=0)
+        inside = np.maximum(inside, _sizes(body, load))
+    if not finite:
+        return Balance(0.0, 0.0, 0.0, 0.0, 0.0)
+    before = _totals(body, _loads(motion, finite[0], np.zeros(1))[0])[0]
+    after = _totals(body, _loads(motion, finite[-1], np.ones(1))[0])[0]
+    missing = np.abs(after - before - [flow[0] + flow[1], *flow[2:]])
+    went = [gross[:2].sum(), gross[2:4].sum(), gross[4]]
+    energy, momentum, angular = (
+        float(g) + float(i) + TINY for g, i in zip(went, inside, strict=True)
+    )
+    return Balance(
+        energy=float(missing[0]) / energy,
+        momentum=float(np.hypot(*missing[1:3])) / momentum,
+        angular_momentum=float(missing[3]) / angular,
+        friction_work=float(flow[0]),
+        actuator_work=float(flow[1]),
+    )

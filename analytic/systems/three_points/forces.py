@@ -1,0 +1,128 @@
+"""Friction at the supports along a motion on three Coulomb points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial.legendre import legder
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.three_points.collocation import evaluate
+from plumbob.analytic.systems.three_points.equations import (
+    Complex,
+    Configuration,
+    configuration,
+    cross,
+    sliding_forces,
+    support_velocities,
+)
+from plumbob.analytic.systems.three_points.motion import ThreePointMotion
+from plumbob.analytic.systems.three_points.pivoting import pivot_motion
+from plumbob.analytic.systems.three_points.rest import needed_wrench
+from plumbob.analytic.systems.three_points.stretch import Stretch, com_of
+
+
+@dataclass(frozen=True)
+class Loading:
+    """A stretch at n instants: motion and friction, plane vectors complex and in body axes.
+
+    `shares` F_i [N], shape (n, 3), are not unique while the body rests, and NaN there; their sum
+    `force` [N] and moment `torque` about G [N m] always are.
+    """
+
+    at: Configuration
+    centre: Complex  # V of G [m/s]
+    omega: Array  # [rad/s]
+    heading: Array  # [rad]
+    place: Complex  # of G on the ground [m]
+    velocities: Complex  # of the supports [m/s], shape (n, 3)
+    shares: Complex
+    force: Complex
+    torque: Array
+
+
+def resting(motion: ThreePointMotion, stretch: Stretch, times: Array) -> Loading:
+    """Loading of a stretch in which the body rests, at local `times` [s], shape (n,)."""
+    body, piece = motion.body, motion.piece(stretch.piece)
+    at = configuration(body, piece, times)
+    first = configuration(body, piece, np.array([stretch.start]))
+    com = com_of(body, first, stretch.first)
+    heading = np.full(times.size, stretch.first.heading)
+    force, torque = needed_wrench(body, at, heading)
+    return Loading(
+        at=at,
+        centre=body.mass_ratio * at.velocity,
+        omega=np.zeros(times.size),
+        heading=heading,
+        place=com + body.mass_ratio * at.position * np.exp(1j * heading),
+        velocities=np.zeros((times.size, 3), dtype=np.complex128),
+        shares=np.full((times.size, 3), np.nan + 0j),
+        force=-force,
+        torque=-torque,
+    )
+
+
+def moving(motion: ThreePointMotion, stretch: Stretch, places: Array) -> Loading:
+    """Loading of a stretch in which the body moves, at parameters `places`, shape (n,)."""
+    assert stretch.coefficients is not None
+    body = motion.body
+    px, py, omega, times, heading, x, y = evaluate(stretch.coefficients, places).T
+    at = configuration(body, motion.piece(stretch.piece), times)
+    velocities = support_velocities(at, px + 1j * py, omega)
+    shares = sliding_forces(at, velocities)
+    if stretch.mode == "pivot":
+        velocities[:, stretch.support] = 0.0
+        shares = sliding_forces(at, velocities)
+        sense = float(np.sign(omega[np.argmax(np.abs(omega))]))
+        turning = pivot_motion(body, at, stretch.support, sense, omega, heading)
+        shares[:, stretch.support] = turning.share
+    elif stretch.support >= 0:
+        shares[:, stretch.support] += _missing(motion, stretch, places, at, shares)
+    return Loading(
+        at=at,
+        centre=px + 1j * py + body.mass_ratio * at.velocity,
+        omega=omega,
+        heading=heading,
+        place=x + 1j * y,
+        velocities=velocities,
+        shares=shares,
+        force=shares.sum(axis=1),
+        torque=cross(at.arms, shares).sum(axis=1),
+    )
+
+
+def _missing(
+    motion: ThreePointMotion, stretch: Stretch, places: Array, at: Configuration, shares: Complex
+) -> Complex:
+    """Force [N] that the acceleration of a stretch shows beside `shares`, shape (n,).
+
+    Where a support slips from rest its velocity is at first a difference of nearly equal numbers
+    and has no direction of its own; the motion's second derivative still knows its friction.
+    """
+    assert stretch.coefficients is not None
+    body = motion.body
+    px, py, omega, _, heading, *_ = evaluate(stretch.coefficients, places).T
+    slopes = evaluate(np.asarray(2.0 * legder(stretch.coefficients)), places)
+    carried = px + 1j * py + body.mass_ratio * at.velocity
+    change = (slopes[:, 0] + 1j * slopes[:, 1]) / slopes[:, 3]
+    push = change + body.mass_ratio * at.acceleration + 1j * omega * carried
+    pull = body.tilt * np.exp(-1j * heading)
+    return np.asarray(body.mass * (push - pull) - shares.sum(axis=1))
+
+
+def loading(motion: ThreePointMotion, times: Array) -> list[tuple[Array, Loading]]:
+    """Loadings at `times` [s], shape (n,), one for each stretch that any of them falls in, with the
+    times that do."""
+    times = np.atleast_1d(np.asarray(times, dtype=np.float64))
+    which = np.clip(np.searchsorted(motion.begins, times, side="right") - 1, 0, None)
+    found = []
+    for index in np.unique(which):
+        stretch, own = motion.stretches[index], times[which == index]
+        local = own - motion.path.breakpoints[stretch.piece]
+        if stretch.coefficients is None:
+            found.append((own, resting(motion, stretch, local)))
+        else:
+            inside = np.clip(local, stretch.start, stretch.end)
+            found.append((own, moving(motion, stretch, stretch.parameter(inside))))
+    return found

@@ -1,0 +1,113 @@
+"""The motion of a body on three Coulomb points as a function of time: pose, velocity, events."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.slider_path import Piece, SliderPath, StraightPiece
+from plumbob.analytic.systems.three_points.equations import Mechanics, configuration
+from plumbob.analytic.systems.three_points.stretch import Mode, Stretch, com_of
+
+ROUNDINGS = 32 * 2.0**-53  # of a sum of some tens of stretches
+
+
+@dataclass(frozen=True)
+class Event:
+    """A mode begins at `time` [s]; `support` (0, 1, 2) is the one at rest in a pivot, or the one
+    that has just slipped from rest while the others slide, else -1."""
+
+    time: float
+    mode: Mode
+    support: int
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Place of C on the ground [m], shape (n, 2), heading psi [rad], velocity of C [m/s], shape
+    (n, 2), angular velocity [rad/s]; shape (n,) where nothing is said."""
+
+    position: Array
+    heading: Array
+    velocity: Array
+    angular_velocity: Array
+
+
+@dataclass(frozen=True)
+class ThreePointMotion:
+    """An exact motion, in stretches of one mode each, and the events between them; `coarser`
+    computes it again with fewer nodes and a larger tolerance, for `error`."""
+
+    capsule: Capsule
+    path: SliderPath
+    body: Mechanics
+    stretches: tuple[Stretch, ...]
+    events: tuple[Event, ...]
+    coarser: Callable[[], ThreePointMotion]
+
+    @cached_property
+    def begins(self) -> Array:
+        """Start of each stretch [s]."""
+        offsets = self.path.breakpoints
+        return np.array([offsets[s.piece] + s.start for s in self.stretches])
+
+    @property
+    def rest_time(self) -> float:
+        """Time from which the body rests for good [s], infinite if the motion ends before."""
+        last = self.events[-1]
+        return last.time if last.mode == "rest" else np.inf
+
+    @cached_property
+    def error(self) -> Pose:
+        """Largest difference from a coarser computation, over the whole motion: parts of shape
+        (1, 2) and (1,). It is nearly all the coarser one's own error; round-off is added."""
+        edges = np.append(self.begins, self.begins[-1])
+        times = np.unique(np.concatenate([np.linspace(a, b, 5) for a, b in pairwise(edges)]))
+        own, other = self.at(times), self.coarser().at(times)
+        parts = []
+        for name in ("position", "heading", "velocity", "angular_velocity"):
+            here, there = getattr(own, name), getattr(other, name)
+            size = float(np.abs(here).max())
+            parts.append(np.abs(here - there).max(axis=0, keepdims=True) + ROUNDINGS * size)
+        return Pose(*parts)
+
+    def piece(self, number: int) -> Piece:
+        """The slider's piece of that number; after the last one it stays where it is."""
+        if number < len(self.path.pieces):
+            return self.path.pieces[number]
+        return StraightPiece(np.inf, self.path.end, 0.0, 0.0, 0.0, 0.0)
+
+    def at(self, times: Array) -> Pose:
+        """Pose and velocity of the body at `times` [s], shape (n,)."""
+        times = np.atleast_1d(np.asarray(times, dtype=np.float64))
+        which = np.clip(np.searchsorted(self.begins, times, side="right") - 1, 0, None)
+        place, speed = np.empty(times.size, dtype=complex), np.zeros(times.size, dtype=complex)
+        heading, omega = np.empty(times.size), np.zeros(times.size)
+        for index in np.unique(which):
+            here, stretch = which == index, self.stretches[index]
+            piece = self.piece(stretch.piece)
+            local = times[here] - self.path.breakpoints[stretch.piece]
+            if stretch.coefficients is None:
+                at = configuration(self.body, piece, np.array([stretch.start]))
+                place[here] = com_of(self.body, at, stretch.first)
+                heading[here] = stretch.first.heading
+                continue
+            local = np.clip(local, stretch.start, stretch.end)
+            px, py, rate, _, psi, x, y = stretch.states(local).T
+            at = configuration(self.body, piece, local)
+            turn, arm = np.exp(1j * psi), self.body.mass_ratio * at.position
+            place[here] = x + 1j * y - arm * turn
+            speed[here] = turn * (px + 1j * py - 1j * rate * arm)
+            heading[here], omega[here] = psi, rate
+        return Pose(
+            np.column_stack([place.real, place.imag]),
+            heading,
+            np.column_stack([speed.real, speed.imag]),
+            omega,
+        )

@@ -1,0 +1,120 @@
+"""A motion of the body in the plane as an exact answer, in the axes of its start."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar, Protocol
+
+import numpy as np
+
+from plumbob.analytic.errors.plane_steps import COLUMNS, MOST_STEPS, course, covered
+from plumbob.analytic.errors.position_first import POSITION_FIRST, chord_course
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.slider_path import SliderPath
+from plumbob.analytic.systems.three_points.friction import Start
+from plumbob.analytic.systems.three_points.motion import Pose
+
+ROUNDINGS = 8 * 2.0**-53  # of parameters and times, and of what turns a pose into the start's axes
+
+
+class PlaneMotion(Protocol):
+    """A motion of the body in the plane under a prescribed slider, that knows its own error."""
+
+    @property
+    def capsule(self) -> Capsule:
+        """The body that moves."""
+        ...
+
+    @property
+    def path(self) -> SliderPath:
+        """What the slider does in the body."""
+        ...
+
+    def at(self, times: Array) -> Pose:
+        """Pose and velocity of the body at `times` [s], shape (n,)."""
+        ...
+
+    @property
+    def error(self) -> Pose:
+        """Largest error over the whole motion, parts of shape (1, 2) and (1,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class PlaneReference:
+    """What is observed of a motion in the plane: C starts at the origin, with heading 0."""
+
+    motion: PlaneMotion
+    closed_form: ClassVar[None] = None  # followed event after event
+
+    @cached_property
+    def _start(self) -> tuple[complex, float]:
+        begin = self.motion.at(np.zeros(1))
+        return complex(*begin.position[0]), float(begin.heading[0])
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad] and heading_rate
+        [rad/s] at `times` [s], shape (n,); body_angle is the heading by the source's name."""
+        now, (place, heading) = self.motion.at(times), self._start
+        back = np.exp(-1j * heading)
+        gone = (now.position @ [1.0, 1j] - place) * back
+        speed = now.velocity @ [1.0, 1j] * back
+        turned = now.heading - heading
+        return {
+            "body_angle": turned,
+            "x": gone.real,
+            "y": gone.imag,
+            "velocity_x": speed.real,
+            "velocity_y": speed.imag,
+            "heading": turned,
+            "heading_rate": now.angular_velocity,
+        }
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """The motion's own error, and that of rounded inputs, at `times` [s], shape (n,)."""
+        own, seen = self.motion.error, self.observe(times)
+        place, speed = float(np.abs(own.position).max()), float(np.abs(own.velocity).max())
+        heading, rate = float(own.heading[0]), float(own.angular_velocity[0])
+        # Turned into other axes, a place errs in either coordinate by what either does.
+        doubts = (heading, *2 * (2 * place,), *2 * (2 * speed,), heading, rate)
+        return {
+            name: np.full(np.shape(times), doubt + ROUNDINGS * float(np.abs(values).max()))
+            for (name, values), doubt in zip(seen.items(), doubts, strict=True)
+        }
+
+    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
+        """Empty: where a support comes to rest inside a step, the error is no series in it."""
+        return {}
+
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """None: no expansion of the error is claimed."""
+        return 0.0
+
+    def foretold(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
+        """Error that steps of `step` [s] make of the motion at grid `times` [s], shape (n,), by
+        taking them (errors.plane_steps, plane_chords); nothing for another scheme."""
+        times = np.asarray(times, dtype=np.float64)
+        taken = np.rint(times / step).astype(np.int64)
+        steps, driven = int(taken.max()), (self.motion.capsule, self.motion.path, self._begun)
+        if scheme == POSITION_FIRST and steps <= MOST_STEPS:
+            rows = chord_course(*driven, step, steps)[taken]
+        elif (name := covered(scheme, steps)) is not None:
+            rows = course(*driven, name, step, steps)[taken]
+        else:
+            return {}
+        found, exact = dict(zip(COLUMNS, rows.T, strict=True)), self.observe(times)
+        found["body_angle"] = found["heading"]
+        return {key: found[key] - values for key, values in exact.items()}
+
+    @property
+    def _begun(self) -> Start:
+        """The start in its own axes."""
+        begin, heading = self.motion.at(np.zeros(1)), self._start[1]
+        speed = complex(*begin.velocity[0]) * np.exp(-1j * heading)
+        return Start(
+            velocity=(float(speed.real), float(speed.imag)),
+            angular_velocity=float(begin.angular_velocity[0]),
+        )

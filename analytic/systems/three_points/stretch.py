@@ -1,0 +1,123 @@
+"""A smooth stretch of motion in one mode, kept as polynomials, and the state between stretches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.slider_path import Piece
+from plumbob.analytic.systems.three_points.collocation import Scheme, evaluate, primitive
+from plumbob.analytic.systems.three_points.equations import Configuration, Mechanics, configuration
+
+CLOSE = 1e-12  # a Newton step so small is followed by none that a double can hold
+Mode = Literal["slide", "pivot", "rest"]
+
+
+@dataclass(frozen=True)
+class State:
+    """Where the motion is at local `time` [s] of a piece: velocity p of the body's point at G in
+    body axes [m/s], angular velocity [rad/s], heading psi [rad], place of G on the ground [m]."""
+
+    time: float
+    point: complex
+    omega: float
+    heading: float
+    place: complex
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """One mode from local time `start` to `end` [s] of piece number `piece`; `support` is the one
+    at rest in a pivot, or the one that slips as a slide begins, else -1.
+
+    `coefficients`, shape (k, 7): p_x, p_y, omega, t, psi and the place of G as Legendre series in a
+    parameter from 0 to `last`, at most 1. None while the body rests in its first state.
+    """
+
+    mode: Mode
+    support: int
+    piece: int
+    start: float
+    end: float
+    first: State
+    coefficients: Array | None = None
+    last: float = 1.0
+
+    def parameter(self, times: Array) -> Array:
+        """The parameter at local `times` [s], shape (n,)."""
+        assert self.coefficients is not None
+        clock = self.coefficients[:, 3]
+        return monotone_root(clock, times, self.last)
+
+    def states(self, times: Array) -> Array:
+        """The seven quantities at local `times` [s], shape (n, 7)."""
+        assert self.coefficients is not None
+        return evaluate(self.coefficients, self.parameter(times))
+
+
+def monotone_root(series: Array, values: Array, last: float = 1.0) -> Array:
+    """Places in [0, last], shape (n,), where an increasing Legendre `series`, shape (k,), takes
+    `values`, shape (n,): Newton's method kept inside a shrinking bracket."""
+    slope = 2.0 * np.polynomial.legendre.legder(series)
+    grid = np.linspace(0.0, last, 65)
+    heights = np.maximum.accumulate(evaluate(series[:, None], grid)[:, 0])
+    where = np.clip(np.searchsorted(heights, values), 1, 64)
+    low, high = grid[where - 1], grid[where]
+    rise = heights[where] - heights[where - 1]
+    share = np.clip((values - heights[where - 1]) / np.where(rise > 0.0, rise, 1.0), 0.0, 1.0)
+    x = low + share * (high - low)
+    for _ in range(8):
+        excess = np.polynomial.legendre.legval(2.0 * x - 1.0, series) - values
+        low, high = np.where(excess < 0.0, x, low), np.where(excess > 0.0, x, high)
+        rate = np.polynomial.legendre.legval(2.0 * x - 1.0, slope)
+        step = x - excess / np.where(rate > 0.0, rate, np.inf)
+        last_x, x = x, np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
+        if np.abs(x - last_x).max(initial=0.0) <= CLOSE * last:
+            break
+    return np.asarray(x)
+
+
+def fitted(rule: Scheme, body: Mechanics, piece: Piece, first: State, slopes: Array) -> Array:
+    """Coefficients of a Stretch from the `slopes`, shape (n, 4), of (p_x, p_y, omega, t) at the
+    nodes: heading and place of G are integrals of what follows from them."""
+    start = [first.point.real, first.point.imag, first.omega, first.time, first.heading]
+    start += [first.place.real, first.place.imag]
+    states = np.array(start[:4]) + rule.integrals @ slopes
+    turning = slopes[:, 3] * states[:, 2]
+    heading = first.heading + rule.integrals @ turning
+    velocity = configuration(body, piece, states[:, 3]).velocity
+    centre = states[:, 0] + 1j * states[:, 1] + body.mass_ratio * velocity
+    drift = slopes[:, 3] * centre * np.exp(1j * heading)
+    everything = np.column_stack([slopes, turning, drift.real, drift.imag])
+    return primitive(rule, np.array(start), everything)
+
+
+def state_at(coefficients: Array, place: float) -> State:
+    """The state at parameter `place` of a stretch's polynomials."""
+    if place == 1.0:
+        values = coefficients.sum(axis=0)
+    else:
+        values = evaluate(coefficients, np.array([place]))[0]
+    px, py, omega, time, heading, x, y = values
+    return State(float(time), complex(px, py), float(omega), float(heading), complex(x, y))
+
+
+def at_rest(body: Mechanics, piece: Piece, time: float, heading: float, com: complex) -> State:
+    """The state of a body at rest with its centre of mass at `com` on the ground [m]."""
+    at = configuration(body, piece, np.array([time]))
+    place = com + body.mass_ratio * complex(at.position[0]) * np.exp(1j * heading)
+    return State(time, 0j, 0.0, heading, complex(place))
+
+
+def com_of(body: Mechanics, at: Configuration, state: State) -> complex:
+    """Place of C on the ground [m] in `state`, with the slider as in `at` (one time)."""
+    arm = body.mass_ratio * complex(at.position[0]) * np.exp(1j * state.heading)
+    return complex(state.place - arm)
+
+
+def speed_scale(at: Configuration, state: State) -> float:
+    """Size of the terms that add up to a support's velocity [m/s], for judging its round-off."""
+    return abs(state.point) + abs(state.omega) * float(np.abs(at.arms).max())

@@ -1,0 +1,1 @@
+"""Adapters: scenes translated into each engine's terms."""

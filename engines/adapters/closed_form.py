@@ -1,0 +1,56 @@
+"""The closed form itself as an engine: no step, no error of its own, and a cost like any other."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.reference import Array, Reference
+from plumbob.engines.adapters.sampling import SAMPLES
+from plumbob.engines.method import Engine, Method, Simulation, Unsupported
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.scene import Scene, System
+
+ULP = 2.0**-52  # all that it can be asked for
+METHODS = (Method("exact/closed-form", "closed-form", None, "tolerance", {}, (ULP,)),)
+
+
+@dataclass
+class Evaluation:
+    """An exact answer and the times that it is asked for; its steps are its samples."""
+
+    reference: Reference
+    times: Array
+    compile_seconds: float
+
+    def run(self) -> Trajectory:
+        """Evaluate the observables at all samples."""
+        begin = time.perf_counter()
+        observed = self.reference.observe(self.times)
+        seconds = time.perf_counter() - begin
+        return Trajectory(self.times, observed, steps=len(self.times), seconds=seconds)
+
+
+def prepare(system: System, scene: Scene, method: Method, step: float) -> Simulation:
+    """Work out the constants of the closed form; `step` has no part in it. Raises Unsupported where
+    there is none, and the reference is a series or a quadrature."""
+    begin = time.perf_counter()
+    reference = system.reference(system.problem(scene.parameters))
+    if getattr(reference, "closed_form", reference) is None:
+        raise Unsupported(f"{scene.name} has no closed form")
+    times = np.linspace(0.0, scene.duration, SAMPLES + 1)
+    reference.observe(times)
+    return Evaluation(reference, times, time.perf_counter() - begin)
+
+
+def regularisation(
+    system: System, scene: Scene, method: Method, step: float
+) -> Mapping[str, Mapping[str, float]]:
+    """Nothing."""
+    return {}
+
+
+ENGINE = Engine("exact", "scipy", METHODS, prepare, regularisation)

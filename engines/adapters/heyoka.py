@@ -1,0 +1,101 @@
+"""heyoka as an engine: Taylor series of an order that the tolerance chooses, compiled for a scene.
+
+An optional peer: it solves the same equation of motion as the reference's own Taylor series, by
+other code, and shows what a smooth scene can cost.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.parameters import ParameterError, positive
+from plumbob.engines.adapters.sampling import SAMPLES
+from plumbob.engines.method import Engine, Method, Simulation, Unsupported
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.scene import Scene, System
+
+SMALLEST = 2.0**-52
+TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 17, 2))
+SMOOTH = ("*-pendulum",)
+METHODS = (Method("heyoka/taylor", "adaptive", None, "tolerance", {}, TOLERANCES, SMOOTH),)
+
+
+@dataclass
+class TaylorSimulation:
+    """An integrator and the start that every `run` goes back to."""
+
+    integrator: Any
+    start: tuple[float, float]  # theta [rad], theta_dot [rad/s]
+    duration: float  # [s]
+    compile_seconds: float
+
+    def run(self) -> Trajectory:
+        """Run from the start to the end; a step counts as many right-hand sides as its order."""
+        taylor, times = self.integrator, np.linspace(0.0, self.duration, SAMPLES + 1)
+        taylor.time, taylor.state[:] = 0.0, self.start
+        begin = time.perf_counter()
+        outcome, _, _, taken, *_, states = taylor.propagate_grid(times)
+        seconds = time.perf_counter() - begin
+        good = np.isfinite(states).all(axis=1)
+        ended = "time_limit" in str(outcome) and bool(good.all())
+        return Trajectory(
+            times=times[good],
+            observables={"theta": states[good, 0], "theta_dot": states[good, 1]},
+            steps=int(taken) * int(taylor.order),
+            seconds=seconds,
+            diverged_at=None if ended else float(taylor.time),
+            warnings=() if ended else (str(outcome),),
+        )
+
+
+def prepare(system: System, scene: Scene, method: Method, step: float) -> Simulation:
+    """Compile `scene` at the relative tolerance `step`; raises Unsupported and ParameterError."""
+    if not SMALLEST <= positive("step", step) < 1.0:
+        raise ParameterError("step", step, f"a relative tolerance from {SMALLEST:.1e} to below 1")
+    problem = system.problem(scene.parameters)
+    problem = getattr(problem, "started", problem)
+    rotor = getattr(getattr(problem, "motion", None), "rotor", None)
+    if rotor is None:
+        raise Unsupported(f"{system.name} is no equation of motion in one angle")
+    import heyoka
+
+    begin = time.perf_counter()
+    start = (problem.theta, problem.theta_dot)
+    build: Any = heyoka.taylor_adaptive
+    integrator = build(_equations(rotor), list(start), tol=step)
+    return TaylorSimulation(integrator, start, scene.duration, time.perf_counter() - begin)
+
+
+def _equations(rotor: DrivenRotor) -> list[tuple[Any, Any]]:
+    """The rotor's equation in heyoka's terms, without what is zero in it."""
+    import heyoka
+
+    terms: Any = heyoka
+    theta, theta_dot = terms.make_vars("theta", "theta_dot")
+    phase = rotor.forcing_frequency * terms.time + rotor.forcing_phase
+    parts: tuple[tuple[float, Callable[[], Any]], ...] = (
+        (rotor.sin2, lambda: terms.sin(2.0 * theta)),
+        (rotor.cos, lambda: terms.cos(theta)),
+        (-rotor.sin, lambda: terms.sin(theta)),
+        (-rotor.stiffness, lambda: theta),
+        (-rotor.damping_rate, lambda: theta_dot),
+        (rotor.forcing_amplitude, lambda: terms.sin(phase)),
+    )
+    total = sum((factor * part() for factor, part in parts if factor), terms.expression(0.0))
+    return [(theta, theta_dot), (theta_dot, total)]
+
+
+def regularisation(
+    system: System, scene: Scene, method: Method, step: float
+) -> Mapping[str, Mapping[str, float]]:
+    """Nothing: an equation of motion is the system itself."""
+    return {}
+
+
+ENGINE = Engine("heyoka", "heyoka", METHODS, prepare, regularisation, optional=True)

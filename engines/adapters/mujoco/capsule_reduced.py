@@ -1,0 +1,92 @@
+"""The capsule for motions on one line in MuJoCo's terms: two sliding joints, friction in one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion
+from plumbob.engines.adapters.mujoco.capsule_control import control
+from plumbob.engines.adapters.mujoco.capsule_model import set_slider
+from plumbob.engines.adapters.mujoco.translation import Named, Probe, Translation, Values, read
+from plumbob.engines.method import Unsupported
+
+IMPEDANCE = 0.9999  # the most that MuJoCo takes
+HARDENING = 1e-3  # and the rest to 1 a thousandth of that, set after compiling
+
+
+def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
+    """Translate a problem on one line; raises Unsupported where the body turns."""
+    staging, motion = problem.staging, problem.motion
+    if isinstance(motion, ResidualMotion) and motion.centre is not None:
+        raise Unsupported("the reduced model has one line, and here the body turns")
+    spec, capsule = read(mjcf), staging.capsule
+    spec.option.gravity = [staging.pull, 0.0, -staging.press]
+    spec.body("body").mass = capsule.body_mass
+    set_slider(spec, staging, (1.0, 0.0))
+    joint = spec.joint("body")
+    weight = (capsule.body_mass + capsule.slider_mass) * staging.press
+    joint.frictionloss = capsule.friction * weight
+    joint.solimp_friction = [IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0]
+    joint.solref_friction = [-1.0, -IMPEDANCE / step]
+
+    def tune(model: mujoco.MjModel) -> None:
+        model.dof_invweight0[0] *= HARDENING
+
+    speed = float(np.hypot(*staging.velocity))
+    start = np.array([speed] if staging.relative_velocity is None else [speed, 0.0])
+    return Translation(
+        spec,
+        qpos=np.zeros(len(start)),
+        qvel=start,
+        observe=_plane(staging) if isinstance(motion, ResidualMotion) else _along,
+        control=control(staging, step),
+        probe=None if isinstance(motion, ResidualMotion) else _friction(staging),
+        whole=spec.copy(),
+        tune=tune,
+    )
+
+
+def creep(step: float) -> float:
+    """Speed of creep [m/s] per acceleration that friction holds off [m/s^2]."""
+    return (1.0 - IMPEDANCE) / IMPEDANCE * HARDENING * step
+
+
+def _along(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+    slid, rate = np.zeros((2, len(qpos))) if qpos.shape[1] == 1 else (qpos[:, 1], qvel[:, 1])
+    return {
+        "displacement": qpos[:, 0],
+        "velocity": qvel[:, 0],
+        "stroke": slid,
+        "stroke_rate": rate,
+    }, {}
+
+
+def _plane(staging: Staging) -> Callable[[Array, Array], tuple[Named, Named]]:
+    line = np.array([np.cos(staging.direction), np.sin(staging.direction)])
+
+    def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+        (x, y), (vx, vy) = np.outer(line, qpos[:, 0]), np.outer(line, qvel[:, 0])
+        return {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy}, {}
+
+    return observe
+
+
+def _friction(staging: Staging) -> Probe:
+    both = staging.capsule.body_mass + staging.capsule.slider_mass
+
+    def probe(model: mujoco.MjModel, data: mujoco.MjData) -> Callable[[], tuple[Values, Values]]:
+        masses = np.array([both, staging.capsule.slider_mass][: model.nv])
+
+        def read() -> tuple[Values, Values]:
+            # From the accelerations: the solver finds those, and forces no better than it has to.
+            return {"friction_force": float(masses @ data.qacc) - both * staging.pull}, {}
+
+        return read
+
+    return probe

@@ -1,0 +1,81 @@
+"""The cone pendulum in MuJoCo's terms: the model's file with a problem's numbers in it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.parameters import finite
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.divergence import BEYOND, possible_speed
+from plumbob.engines.adapters.mujoco.armature_share import swing_error
+from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
+from plumbob.engines.method import Method
+
+HOLD = 1e15  # least ratio of the platform's armature to the inertia it carries: its rate is kept
+# to the last bit, and the share of the armature stays below the round-off of double precision
+
+
+def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
+    """Translate a cone pendulum; `problem` is a ConePendulum."""
+    problem = problem.started
+    spec = whole(mjcf, problem)
+    for shown in (*spec.geoms, *spec.meshes):  # seen, not felt: without them a step costs less
+        spec.delete(shown)
+    speed = possible_speed(problem.motion.rotor, problem.theta_dot)
+    return Translation(
+        spec,
+        qpos=np.array([0.0, finite("theta", problem.theta)]),
+        qvel=np.array([problem.platform_rate, finite("theta_dot", problem.theta_dot)]),
+        observe=_observe,
+        limits={"theta_dot": BEYOND * speed},
+    )
+
+
+def whole(mjcf: Path, problem: Any, platform_armature: float | None = None) -> mujoco.MjSpec:
+    """The model in the file `mjcf` with the numbers of `problem`, geoms and keyframe included;
+    `platform_armature` [kg m^2] is what `armature` says unless given."""
+    spec, body = read(mjcf), problem.body
+    hung, offset = spec.body("cone"), body.mass * body.com_distance**2
+    spec.option.gravity = [0.0, 0.0, -problem.gravity]
+    spec.joint("platform").armature = platform_armature or armature(problem)
+    hung.pos = [problem.pivot_x, problem.pivot_y, 0.0]
+    hung.mass = body.mass
+    hung.ipos = [0.0, 0.0, -body.com_distance]
+    # about the centre of mass, by the parallel axis theorem
+    hung.inertia = [body.inertia_x - offset, body.inertia_y - offset, body.inertia_z]
+    start = spec.key("start")
+    start.qpos = [0.0, problem.theta]
+    start.qvel = [problem.platform_rate, problem.theta_dot]
+    return spec
+
+
+def load_inertia(problem: Any) -> float:
+    """A bound on the body's moment of inertia about the platform's axis [kg m^2], at any angle."""
+    body = problem.body
+    reach = problem.pivot_x**2 + (abs(problem.pivot_y) + body.com_distance) ** 2
+    across = body.inertia_y - body.mass * body.com_distance**2
+    return float(body.mass * reach + max(across, body.inertia_z))
+
+
+def armature(problem: Any) -> float:
+    """Armature of the platform's hinge [kg m^2]: a power of ten, HOLD times the load or more."""
+    return float(10.0 ** math.ceil(math.log10(HOLD * load_inertia(problem))))
+
+
+def regularisation(
+    problem: Any, duration: float, method: Method, step: float
+) -> Mapping[str, Mapping[str, float]]:
+    """What the platform's yielding to the cone adds over `duration` [s]: a platform of finite
+    inertia does not quite keep its rate."""
+    theta, theta_dot = swing_error(problem.started, duration, armature(problem))
+    return {"theta": {"armature": theta}, "theta_dot": {"armature": theta_dot}}
+
+
+def _observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+    return {"theta": qpos[:, 1], "theta_dot": qvel[:, 1]}, {"platform_rate": qvel[:, 0]}

@@ -1,0 +1,92 @@
+"""A user's own MuJoCo options and contact defaults, as a method to measure: `mujoco/mine`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.adapters.mujoco.methods import METHODS
+from plumbob.engines.method import Method
+
+NAME = "mujoco/mine"
+HALVINGS = 6  # of the user's own step, so that it is seen whether a smaller one helps
+# What a scene is (gravity, wind, density) stays the scene's; so do the step and what a file needs
+# for its own geoms. The rest says how MuJoCo computes.
+NUMBERS = (
+    "impratio", "ls_tolerance", "ccd_tolerance", "iterations", "ls_iterations",
+    "noslip_iterations", "ccd_iterations",
+)  # fmt: skip
+DISABLED = ("EULERDAMP", "REFSAFE", "WARMSTART", "ISLAND", "MIDPHASE", "NATIVECCD", "MULTICCD")
+ENABLED = ("DIAGEXACT", "IPC")
+CONTACT = ("solref", "solimp", "condim", "margin", "gap")  # friction is the scene's
+OVERRIDDEN = ("solref", "solimp", "margin")  # by an option that overrides every contact's
+# Where the solver ends goes with the contacts: a scene's model scales it as its masses ask for.
+ENDS = ("tolerance", "noslip_tolerance")
+
+
+def mine(path: str | Path) -> Method:
+    """The method whose settings are those of the model file `path`: its integrator, solver and
+    other options, under "contact" its default contact parameters; its ladder begins with the
+    file's own step. Raises ParameterError for a file that holds no MJCF model."""
+    import mujoco
+
+    from plumbob.engines.adapters.mujoco.options import CHOICES
+
+    spec = _read(path)
+    settings: dict[str, Any] = {
+        option: kind(int(getattr(spec.option, option))).name.removeprefix(prefix).lower()
+        for option, kind, prefix in CHOICES
+    }
+    for name in NUMBERS:
+        if hasattr(spec.option, name):
+            settings[name] = _plain(getattr(spec.option, name))
+    settings["disableflags"] = _kept(spec.option.disableflags, mujoco.mjtDisableBit, DISABLED)
+    settings["enableflags"] = _kept(spec.option.enableflags, mujoco.mjtEnableBit, ENABLED)
+    contact = {name: _plain(getattr(spec.default.geom, name)) for name in CONTACT}
+    if spec.option.enableflags & int(mujoco.mjtEnableBit.mjENBL_OVERRIDE):
+        contact |= {name: _plain(getattr(spec.option, f"o_{name}")) for name in OVERRIDDEN}
+    settings["contact"] = contact | {name: getattr(spec.option, name) for name in ENDS}
+    step = float(spec.option.timestep)
+    if not step > 0.0:
+        raise ParameterError("like", str(path), f"a model with a time step above 0, not {step:g}")
+    like = next(m for m in METHODS if m.settings["integrator"].lower() == settings["integrator"])
+    scheme = like.scheme
+    if settings["integrator"] == "euler" and settings["disableflags"]:
+        without = int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP) & settings["disableflags"]
+        scheme = scheme.replace("+implicit-damping", "") if without else scheme
+    ladder = tuple(step / 2**n for n in range(HALVINGS + 1))
+    return replace(like, name=NAME, scheme=scheme, settings=settings, ladder=ladder, systems=())
+
+
+def _read(path: str | Path) -> Any:
+    import mujoco
+
+    from plumbob.engines.adapters.mujoco import messages
+
+    with messages.collected():
+        try:
+            spec = mujoco.MjSpec.from_file(str(path))
+            root = ElementTree.parse(path).getroot().tag
+        except (ValueError, OSError, ElementTree.ParseError) as error:
+            reason = " ".join(str(error).split())
+            raise ParameterError("like", str(path), f"a MuJoCo model file ({reason})") from None
+    if root != "mujoco":
+        raise ParameterError("like", str(path), f"a MuJoCo model file (it begins with <{root}>)")
+    return spec
+
+
+def _plain(value: Any) -> float | int | tuple[float, ...]:
+    if isinstance(value, (int, float)):
+        return value
+    return tuple(float(number) for number in value)
+
+
+def _kept(flags: int, kind: Any, names: tuple[str, ...]) -> int:
+    """The bits of `flags` whose names are given; a name that this MuJoCo does not know is none."""
+    known: Mapping[str, Any] = kind.__members__
+    ends = {name.partition("_")[2]: int(bit) for name, bit in known.items()}
+    return flags & sum(ends.get(name, 0) for name in names)

@@ -1,0 +1,93 @@
+"""The methods that MuJoCo offers: its integrators, each with what its step is in theory."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from plumbob.engines.method import Method
+
+PENDULUMS = ("*-pendulum",)
+DRIVEN = ("*-pendulum/forced-*",)
+CAPSULE = ("capsule-*",)
+UNPLANNED = ("capsule-[!p]*",)  # what a short motion tells of contacts, a plan tells no better
+EULER = "semi-implicit-euler+implicit-damping"
+RK4 = "rk4"
+MEAN = "mean-control"
+
+# Without springs `implicitfast` and `discrete` take Euler's step bit for bit, and all treat a
+# joint's damping implicitly; `implicit` adds the velocity derivative of the Coriolis forces, which
+# has no share in the swing of a body whose platform keeps its rate (see the tests). `discrete`
+# treats a joint's spring implicitly too, and so damps what it should not.
+# A control is held over a step: read at its start, it leaves RK4 of first order, and read at its
+# middle of second. Where nothing is controlled, the two are the same.
+PLAIN = (
+    Method("mujoco/euler", f"{EULER}+start-control", 1, settings={"integrator": "Euler"}),
+    Method(
+        "mujoco/implicit",
+        f"{EULER}+start-control",
+        1,
+        settings={"integrator": "implicit"},
+        systems=PENDULUMS,
+    ),
+    Method(
+        "mujoco/implicitfast", f"{EULER}+start-control", 1, settings={"integrator": "implicitfast"}
+    ),
+    Method(
+        "mujoco/discrete",
+        f"{EULER}+implicit-spring+start-control",
+        1,
+        settings={"integrator": "discrete"},
+        systems=PENDULUMS,
+    ),
+    Method("mujoco/rk4", f"{RK4}+start-control", 4, settings={"integrator": "RK4"}),
+    Method(
+        "mujoco/euler+midpoint",
+        f"{EULER}+midpoint-control",
+        1,
+        settings={"integrator": "Euler", "control_at": 0.5},
+        systems=DRIVEN,
+    ),
+    Method(
+        "mujoco/rk4+midpoint",
+        f"{RK4}+midpoint-control",
+        4,
+        settings={"integrator": "RK4", "control_at": 0.5},
+        systems=DRIVEN,
+    ),
+)
+
+
+def _capsule(
+    variant: str, integrator: str = "Euler", systems: tuple[str, ...] = CAPSULE, **settings: Any
+) -> Method:
+    scheme, order = (RK4, 4) if integrator == "RK4" else (EULER, 1)
+    return Method(
+        f"mujoco/{integrator.lower()}+{variant}",
+        f"{scheme}+{MEAN}",
+        order,
+        settings={"integrator": integrator, **settings},
+        systems=systems,
+    )
+
+
+# On the capsule the plain methods have contacts as MuJoCo ships them. Every method's control is
+# its mean over the step there. Turned about, a line stays a line, and the reduced model need not
+# run every heading.
+_ONE_LINE = (
+    *("capsule-line/[!h]*", "capsule-line/heavy-slider", "capsule-hold", "capsule-train"),
+    "capsule-coast/translation",
+)
+METHODS = (
+    *PLAIN,
+    _capsule("pyramidal", systems=UNPLANNED, contact="pyramidal"),
+    _capsule("elliptic", systems=UNPLANNED, contact="elliptic"),
+    _capsule("elliptic+noslip", systems=UNPLANNED, contact="elliptic+noslip"),
+    _capsule("coulomb", contact="coulomb"),
+    _capsule("coulomb+noslip", systems=UNPLANNED, contact="coulomb+noslip"),
+    _capsule("coulomb", "implicitfast", UNPLANNED, contact="coulomb"),
+    _capsule("coulomb", "RK4", contact="coulomb"),
+    _capsule("reduced", model="reduced", systems=_ONE_LINE),
+    _capsule("reduced", "RK4", model="reduced", systems=_ONE_LINE),
+    _capsule("tall", contact="coulomb", height=0.05, systems=("capsule-line/at-*",)),
+    _capsule("planar", contact="coulomb", model="planar", systems=("capsule-line/off-centroid",)),
+)

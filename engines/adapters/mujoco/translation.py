@@ -1,0 +1,85 @@
+"""What a builder makes of a scene, and how the builder of a system is found."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol, cast
+
+import mujoco
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.engines.method import Method, Unsupported
+from plumbob.models.scene import System
+
+Named = Mapping[str, Array]
+Values = Mapping[str, float]
+Probe = Callable[[mujoco.MjModel, mujoco.MjData], Callable[[], tuple[Values, Values]]]
+LARGEST = 1e10  # what MuJoCo itself takes for huge
+
+
+@dataclass(frozen=True)
+class Translation:
+    """A scene in MuJoCo's terms: a model yet to be compiled, its start, what to read off it."""
+
+    spec: mujoco.MjSpec
+    qpos: Array  # at the start, shape (nq,)
+    qvel: Array  # at the start, shape (nv,)
+    observe: Callable[[Array, Array], tuple[Named, Named]]
+    """qpos, shape (n, nq), and qvel, shape (n, nv) -> the observables and the extra channels."""
+    limits: Mapping[str, float] = field(default_factory=dict)
+    """Magnitudes of observables that only a diverged run exceeds."""
+    control: Callable[[Array], Array] | None = None
+    """Times [s], shape (n,) -> ctrl, shape (n, nu), held over each step."""
+    control_at: float = 0.0  # where in its step the control is read: 0 start, 0.5 middle
+    felt: Callable[[Array], Named] | None = None
+    """Sensor data at the samples, shape (n, nsensordata) -> what they add to the observables."""
+    probe: Probe | None = None
+    """Model and data -> a reading of what they add to the observables and to the channels, with the
+    data at a sample, forces of the step that begins there included."""
+    whole: mujoco.MjSpec | None = None
+    """The model with the parts that are only seen; None where the builder's `whole` is that."""
+    tune: Callable[[mujoco.MjModel], None] = lambda model: None
+    """Changes that only the compiled model takes."""
+
+
+class Builder(Protocol):
+    """What the module of a system, `engines/mujoco/<system>.py`, offers."""
+
+    def build(self, mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
+        """Translate `problem` for `method` at `step` [s]; raises Unsupported."""
+        ...
+
+    def whole(self, mjcf: Path, problem: Any) -> mujoco.MjSpec:
+        """The model with everything that `mjcf` has, the parts that are only seen included."""
+        ...
+
+    def regularisation(
+        self, problem: Any, duration: float, method: Method, step: float
+    ) -> Mapping[str, Mapping[str, float]]:
+        """Bounds on what the model adds to each observable over `duration` [s], by reason."""
+        ...
+
+
+def builder(system: System) -> Builder:
+    """The builder of `system`; raises Unsupported when there is none."""
+    name = f"plumbob.engines.adapters.mujoco.{system.name.replace('-', '_')}"
+    try:
+        module = importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name != name:
+            raise
+        raise Unsupported(f"mujoco has no builder for {system.name}") from None
+    return cast(Builder, module)
+
+
+def read(mjcf: Path) -> mujoco.MjSpec:
+    """Model in the file `mjcf`, open to changes; raises ParameterError when it holds none."""
+    try:
+        return mujoco.MjSpec.from_file(str(mjcf))
+    except (ValueError, OSError) as error:
+        reason = " ".join(str(error).split())
+        raise ParameterError("mjcf", str(mjcf), f"a MuJoCo model file ({reason})") from None

@@ -1,0 +1,37 @@
+"""The cone pendulum as an equation of motion, from its Lagrangian (Sudakov 2015, eq. 7)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from plumbob.analytic.parameters import finite
+from plumbob.engines.adapters.divergence import BEYOND, possible_speed
+from plumbob.engines.adapters.ode.equation import Equation
+from plumbob.engines.method import Method
+
+
+def build(problem: Any, method: Method) -> Equation:
+    """I_x theta'' = a sin 2theta + b cos theta - c sin theta, with a = (I_y - I_z) w^2 / 2,
+    b = M Y S w^2 and c = M g S (eq. 7); `problem` is a ConePendulum.
+    Raises ParameterError."""
+    problem = problem.started
+    body, square = problem.body, problem.platform_rate**2
+    arm = body.mass * body.com_distance
+    twice_a: float = (body.inertia_y - body.inertia_z) * square / body.inertia_x
+    b: float = arm * problem.pivot_y * square / body.inertia_x
+    c: float = arm * problem.gravity / body.inertia_x
+    sin, cos = math.sin, math.cos
+
+    def acceleration(time: float, theta: float, theta_dot: float) -> float:
+        sine, cosine = sin(theta), cos(theta)
+        return (twice_a * sine + b) * cosine - c * sine
+
+    speed = possible_speed(problem.motion.rotor, problem.theta_dot)
+    return Equation(
+        acceleration,
+        finite("theta", problem.theta),
+        finite("theta_dot", problem.theta_dot),
+        speed,
+        limits={"theta_dot": BEYOND * speed},
+    )

@@ -1,0 +1,38 @@
+"""The simple pendulum as an equation of motion (Pendulo Simples), exact or linear."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from plumbob.engines.adapters.ode.equation import Equation
+from plumbob.engines.adapters.swing_limit import fastest, limits
+from plumbob.engines.method import Method
+
+
+def build(problem: Any, method: Method) -> Equation:
+    """theta'' = A sin(Omega t) - xi theta' - (g/L) sin theta, or theta for sin theta; `problem` is
+    an plumbob.analytic.systems.simple_pendulum.SimplePendulum."""
+    problem = problem.started
+    pull, damping = float(problem.gravity / problem.length), float(problem.damping_rate)
+    amplitude, frequency = float(problem.forcing_amplitude), float(problem.forcing_frequency)
+    sin = math.sin
+
+    def free(time: float, theta: float, theta_dot: float) -> float:
+        return -damping * theta_dot - pull * sin(theta)
+
+    def forced(time: float, theta: float, theta_dot: float) -> float:
+        return amplitude * sin(frequency * time) - damping * theta_dot - pull * sin(theta)
+
+    def linear(time: float, theta: float, theta_dot: float) -> float:
+        return amplitude * sin(frequency * time) - damping * theta_dot - pull * theta
+
+    exact = free if problem.rotor.autonomous else forced
+    return Equation(
+        linear if problem.linear else exact,
+        problem.theta,
+        problem.theta_dot,
+        speed=fastest(problem, 0.0),
+        damping_rate=damping,
+        limits=limits(problem),
+    )

@@ -1,0 +1,30 @@
+"""pymunk as an engine: its methods, and the way from a scene to a space."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from plumbob.engines.adapters.pymunk.methods import METHODS
+from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.models.scene import Scene, System
+
+
+def prepare(system: System, scene: Scene, method: Method, step: float) -> Simulation:
+    """Build the space of `scene` for `method` at `step` [s]; raises Unsupported and
+    ParameterError."""
+    from plumbob.engines.adapters.pymunk.simulation import prepared
+
+    return prepared(system, scene, method, step)
+
+
+def regularisation(
+    system: System, scene: Scene, method: Method, step: float
+) -> Mapping[str, Mapping[str, float]]:
+    """What the model itself adds to each observable, by reason; raises Unsupported."""
+    from plumbob.engines.adapters.pymunk.translation import builder
+
+    problem = system.problem(scene.parameters)
+    return builder(system).regularisation(problem, scene.duration, method, step)
+
+
+ENGINE = Engine("pymunk", "pymunk", METHODS, prepare, regularisation)

@@ -1,0 +1,93 @@
+"""The simple pendulum in pymunk's terms: a bob on a weightless rod that ends in a pivot joint."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import pymunk
+
+from plumbob.analytic.errors.joint_step import DRIFT
+from plumbob.analytic.systems.pendulums.rod_tension import MASS
+from plumbob.engines.adapters.pymunk.translation import Translation
+from plumbob.engines.adapters.swing_limit import fastest, limits
+from plumbob.engines.method import Method
+
+# Of m L^2: pymunk wants a moment of inertia, a point has none. Taken off the rod's length it does
+# not show in the swing, but the joint's equations lose as many digits as it is small: at 1e-12, and
+# one iteration of the solver, the bob flies off.
+MOMENT = 1e-7
+_ULP = 2.0**-52
+
+
+def build(problem: Any, method: Method, step: float) -> Translation:
+    """Translate an plumbob.analytic.systems.simple_pendulum.SimplePendulum; raises Unsupported."""
+    problem = problem.started
+    length, gravity = problem.length, problem.gravity
+    space = pymunk.Space()
+    space.gravity = (0.0, -gravity)
+    space.iterations = int(method.settings.get("iterations", space.iterations))
+    moment = MOMENT * MASS * length**2
+    arm = (length + math.sqrt(length**2 - 4 * moment / MASS)) / 2  # (I + m a^2) / (m a) = L
+    bob = pymunk.Body(MASS, moment)
+    joint = pymunk.PivotJoint(bob, space.static_body, (0.0, arm), (0.0, 0.0))
+    joint.error_bias = float(method.settings.get("error_bias", joint.error_bias))
+    _start(bob, joint, problem, arm, step)
+    space.add(bob, joint)
+
+    def read() -> Mapping[str, float]:
+        theta, theta_dot = bob.angle, bob.angular_velocity
+        rod = MASS * (length * theta_dot**2 + gravity * math.cos(theta))
+        if h := space.current_time_step:  # 0 before the first step; its impulse has no sign
+            late = MASS * gravity * h * theta_dot * math.sin(theta)  # of the step's start, nearly
+            rod = math.copysign(joint.impulse / h, rod + late)
+        return {
+            "theta": theta,
+            "theta_dot": theta_dot,
+            "tension": rod,
+            "opening": math.hypot(*bob.local_to_world((0.0, arm))),
+        }
+
+    def act(time: float) -> None:
+        theta = bob.angle
+        push = forcing * math.sin(frequency * time) - damping * bob.angular_velocity
+        bob.force = push * math.cos(theta), push * math.sin(theta)
+
+    forcing = MASS * length * problem.forcing_amplitude
+    damping, frequency = MASS * length * problem.damping_rate, problem.forcing_frequency
+    return Translation(
+        space,
+        read,
+        act if forcing or damping else None,
+        frozenset({"opening"}),
+        limits=limits(problem),
+    )
+
+
+def _start(
+    bob: pymunk.Body, joint: pymunk.PivotJoint, problem: Any, arm: float, step: float
+) -> None:
+    """Put the bob where it starts. A joint that closes in one step is open by what the step before
+    opened: started closed, it would open with a jerk, and its first impulse would tell of that."""
+    theta, rate = problem.theta, problem.theta_dot
+    turn = 1j * step * (rate - step * float(problem.rotor.acceleration(0.0, theta, rate)))
+    opening = cmath.exp(-turn) * (1 + turn) - 1 if joint.error_bias == 0.0 else 0j
+    place, speed = 1 + opening, 1j * rate - opening / step
+    outwards = cmath.exp(1j * (theta - math.pi / 2))  # x + i y of the rod's direction
+    bob.angle, bob.angular_velocity = theta, rate
+    bob.position = (arm * outwards * place).real, (arm * outwards * place).imag
+    bob.velocity = (arm * outwards * speed).real, (arm * outwards * speed).imag
+
+
+def regularisation(
+    problem: Any, duration: float, method: Method, step: float
+) -> Mapping[str, Mapping[str, float]]:
+    """What the bob's moment of inertia adds, whose centre is nearer to the pivot and pulls less;
+    and the rounding of the joint's opening, some units in the last place of the rod's length, which
+    a joint that closes in a step undoes by a velocity, and so an impulse, of that step."""
+    share = MOMENT * MASS * problem.length * fastest(problem, duration) ** 2
+    closing = 1 / step if method.settings.get("error_bias") == 0.0 else DRIFT
+    rounding = 4 * _ULP * MASS * problem.length * closing / step
+    return {"tension": {"moment of the bob": share, "rounded opening": rounding}}

@@ -1,0 +1,1 @@
+"""How engines are measured: runs, convergence, order, cost, and the store."""

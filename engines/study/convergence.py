@@ -1,0 +1,128 @@
+"""One method on one scene, from coarse steps to fine, until the error has reached its floor."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.reference import Reference
+from plumbob.engines.method import Method
+from plumbob.engines.study.measurement import Measurement, floor, measure
+from plumbob.engines.study.order import Order, fit_order
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import system_of
+from plumbob.models.scene import Scene
+
+TRACE = 160  # points of an error curve: as many as a plot can show
+SHIPPED = ("mujoco/euler", 2e-3)  # MuJoCo as it comes: method and step [s] of a bare model
+FURTHER = 8  # times the most steps, for a method with steps of its own: three halvings
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Error of the leading observable over time, at the finest step that was run."""
+
+    step: float
+    times: tuple[float, ...]
+    values: tuple[float, ...]  # of the observable
+    errors: tuple[float, ...]  # signed
+
+
+@dataclass(frozen=True)
+class Climb:
+    """The measurements of one method on one scene, coarse to fine, and the order they show."""
+
+    scene: str
+    method: str
+    measurements: tuple[Measurement, ...]
+    order: Order | None = None  # of the error of the leading observable, largest over the run
+    foretold_order: Order | None = None  # the same fit to what theory foretells at those steps
+    trace: Trace | None = None
+    cut: bool = False  # the finest steps were left out: they would have taken too many
+
+
+def climb(scene: Scene, method: Method, most_steps: int, ladder: tuple[float, ...] = ()) -> Climb:
+    """Run `scene` with `method` down its ladder (or the one given), leaving out steps that would
+    take more than `most_steps`, and stopping two rungs after the error is within its floor."""
+    system = system_of(scene)
+    exact = system.reference(system.problem(scene.parameters))
+    leading = system.observables[0].name
+    chosen = rungs(scene, method, most_steps, ladder)
+    taken: list[Measurement] = []
+    finest: tuple[float, Trajectory] | None = None
+    at_floor = 0
+    for step in chosen:
+        found, run = measure(system, scene, method, step, exact)
+        taken.append(found)
+        if found.status in ("unsupported", "missing"):
+            break
+        if found.status != "done":
+            continue
+        assert run is not None
+        finest = step, run
+        error = found.errors[leading]
+        at_floor += error.largest <= 3.0 * floor(error, found.steps)
+        if at_floor > 2:
+            break
+    cut = at_floor <= 2 and len(chosen) < len(rungs(scene, method, math.inf, ladder))
+    trace = _trace(*finest, leading, exact) if finest else None
+    return Climb(
+        scene.name, method.name, tuple(taken), *_orders(taken, leading, method), trace, cut
+    )
+
+
+def rungs(
+    scene: Scene, method: Method, most_steps: float, ladder: tuple[float, ...] = ()
+) -> tuple[float, ...]:
+    """The steps [s], or tolerances, that a climb may run, coarse to fine: the ladder given, the
+    method's own or the scene's, but for steps longer than the scene and steps that would take more
+    than `most_steps`. The step that a method is asked about is never too fine: the first of its
+    own, and MuJoCo's default for its default method."""
+    every = ladder or method.ladder or scene.steps
+    if method.control == "tolerance":
+        return every
+    asked, most = math.nan, most_steps
+    if own_steps(method):
+        asked, most = method.ladder[0], FURTHER * most_steps
+    elif method.name == SHIPPED[0] and not ladder:
+        asked = SHIPPED[1]
+        every = tuple(sorted({*every, asked}, reverse=True))
+    short = (h for h in every if h <= scene.duration)
+    return tuple(h for h in short if scene.duration / h <= most or h == asked)
+
+
+def own_steps(method: Method) -> bool:
+    """Whether a method brings its own fixed steps, as a user's settings do, the first of which is
+    the one that is asked about."""
+    return method.control == "step" and bool(method.ladder)
+
+
+def _orders(
+    taken: list[Measurement], leading: str, method: Method
+) -> tuple[Order | None, Order | None]:
+    done = [m for m in taken if m.status == "done"]
+    if method.order is None or not done:
+        return None, None
+    errors = [m.errors[leading] for m in done]
+    order = fit_order(
+        [m.step for m in done],
+        [e.largest for e in errors],
+        [floor(e, m.steps) for e, m in zip(errors, done, strict=True)],
+    )
+    if order is None or any(e.foretold is None for e in errors):
+        return order, None
+    same = [
+        (m.step, e.foretold.largest)
+        for m, e in zip(done, errors, strict=True)
+        if m.step in order.steps and e.foretold is not None
+    ]
+    return order, fit_order([s for s, _ in same], [v for _, v in same], [0.0] * len(same))
+
+
+def _trace(step: float, run: Trajectory, leading: str, exact: Reference) -> Trace:
+    kept = np.unique(np.linspace(0, len(run.times) - 1, TRACE).astype(int))
+    times, values = run.times[kept], run.observables[leading][kept]
+    errors = values - exact.observe(times)[leading]
+    return Trace(step, tuple(times.tolist()), tuple(values.tolist()), tuple(errors.tolist()))

@@ -1,0 +1,124 @@
+"""What a step costs: measured alone, interleaved, as medians, and against a yardstick."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from plumbob.engines.method import Method, Simulation, Unsupported
+from plumbob.engines.registry import engine_of, installed
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.scene import Scene, System
+
+Key = tuple[str, str]  # scene, method
+TRIAL = 2000  # steps of a first trial
+PIECES = 64  # of a scene, one of which is an adaptive solver's first trial
+EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of a long run's
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Time that a step computes for [ns], median over repeats, with the quartiles; the same over
+    the yardstick's; and how long the scene took to compile [s]."""
+
+    ns_per_step: float
+    low: float
+    high: float
+    ratio: float
+    compile_seconds: float
+    repeats: int
+
+
+def costs(
+    tasks: Sequence[tuple[System, Scene, Method, float]],
+    repeats: int = 5,
+    budget: float = 0.05,
+    told: Callable[[str], None] = lambda _: None,
+) -> tuple[Mapping[Key, Cost], float]:
+    """Cost of each task (a scene, a method and a step), and the yardstick's [ns per step].
+
+    Every round times each task once, in turn, so that a slow spell of the machine touches all of
+    them alike; `budget` [s] caps how much of a long scene one round runs.
+    """
+    ready: dict[Key, Simulation] = {}
+    for system, scene, method, step in tasks:
+        if not installed(engine_of(method)):
+            continue
+        try:
+            ready[scene.name, method.name] = _sized(system, scene, method, step, budget)
+        except Unsupported:
+            continue
+    rule = yardstick()
+    times: dict[Key, list[float]] = {key: [] for key in ready}
+    rules: list[float] = []
+    for _ in range(repeats):
+        rules.append(rule())
+        for key, simulation in ready.items():
+            told(" ".join(key))
+            share, run = _computing(simulation.run)
+            if run.steps:
+                times[key].append(1e9 * share * run.seconds / run.steps)
+    unit = statistics.median(rules)
+    return {
+        key: _cost(values, unit, ready[key].compile_seconds)
+        for key, values in times.items()
+        if values
+    }, unit
+
+
+def yardstick(steps: int = 10_000) -> Callable[[], float]:
+    """A function that times a bare MuJoCo step of an empty model [ns]: what two machines, or two
+    days, can be compared by."""
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string("<mujoco/>")
+    data = mujoco.MjData(model)
+
+    def once() -> float:
+        begin = time.thread_time()
+        mujoco.mj_step(model, data, nstep=steps)
+        return 1e9 * (time.thread_time() - begin) / steps
+
+    once()
+    return once
+
+
+def _computing(run: Callable[[], Trajectory]) -> tuple[float, Trajectory]:
+    """A run, and the share of its wall time that it computed for: to wait while others use the
+    machine is no cost of a method."""
+    wall, computed = time.perf_counter(), time.thread_time()
+    found = run()
+    computed, wall = time.thread_time() - computed, time.perf_counter() - wall
+    return min(1.0, computed / wall), found
+
+
+def _sized(system: System, scene: Scene, method: Method, step: float, budget: float) -> Simulation:
+    """The scene, compiled, cut to about `budget` seconds of wall time by trial runs of longer and
+    longer pieces; raises Unsupported."""
+    engine = engine_of(method)
+    adaptive = method.control == "tolerance"
+    piece = scene.duration / PIECES if adaptive else min(scene.duration, TRIAL * step)
+    while True:
+        simulation = engine.prepare(system, replace(scene, duration=piece), method, step)
+        run = simulation.run()
+        enough = run.seconds >= budget and (not adaptive or run.steps >= EVALUATIONS)
+        if enough or piece >= scene.duration:
+            return simulation
+        longer = 2.0 * piece
+        if not adaptive:
+            longer = budget / max(run.seconds / max(run.steps, 1), 1e-9) * step
+            if longer <= 1.5 * piece:
+                return simulation
+        piece = min(longer, scene.duration)
+
+
+def _cost(values: Sequence[float], unit: float, compile_seconds: float) -> Cost:
+    middle = statistics.median(values)
+    low, high = (
+        (min(values), max(values))
+        if len(values) < 4
+        else (statistics.quantiles(values, n=4)[0], statistics.quantiles(values, n=4)[2])
+    )
+    return Cost(middle, low, high, middle / unit, compile_seconds, len(values))

@@ -1,0 +1,201 @@
+"""One run held against the exact answer: errors, what theory foretold, invariants, cost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from plumbob.analytic.reference import Array, Reference, StepReference
+from plumbob.engines.method import Method, Unsupported, meant
+from plumbob.engines.registry import engine_of, installed
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.scene import Scene, System
+
+ULP = 2.0**-52
+Status = Literal["done", "diverged", "unsupported", "missing"]
+
+
+@dataclass(frozen=True)
+class Foretold:
+    """What theory says the error of one observable is, sum_p C_p step^p, and its reach."""
+
+    largest: float  # largest magnitude over the samples
+    end: float  # at the end, with its sign
+    terms: Mapping[int, float]  # {p: largest |C_p| step^p over the samples}; empty if no series
+    nonlinearity: float  # see `Reference.nonlinearity`
+    missed: float | None = None
+    """Where it is exact: the largest error beside it that rounding does not explain."""
+
+
+@dataclass(frozen=True)
+class Controlled:
+    """What a solver that controls its local error to a relative tolerance may do to an observable:
+    every step errs by the tolerance, and the motion carries that to the end."""
+
+    largest: float
+    nonlinearity: float  # see `Reference.nonlinearity`
+
+
+@dataclass(frozen=True)
+class ObservedError:
+    """Error of one observable against the exact answer, in its SI unit."""
+
+    largest: float  # largest magnitude over the samples
+    end: float  # at the end of the run, with its sign
+    uncertainty: float  # what double precision allows the exact answer, largest over the samples
+    scale: float  # largest magnitude of the exact observable
+    model: Mapping[str, float] = field(default_factory=dict)  # {reason: bound}, not from the step
+    foretold: Foretold | None = None
+    controlled: Controlled | None = None
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What a run of a scene with a method and a step gave: small, for a worker to return."""
+
+    scene: str
+    method: str
+    step: float  # [s], or the relative tolerance of an adaptive method
+    status: Status
+    reason: str = ""
+    errors: Mapping[str, ObservedError] = field(default_factory=dict)
+    invariants: Mapping[str, float] = field(default_factory=dict)  # largest relative drift
+    channels: Mapping[str, float] = field(default_factory=dict)  # {engine's extra: spread}
+    duration: float = 0.0  # simulated [s]
+    steps: int = 0
+    seconds: float = 0.0  # wall time of the stepping in this one run: see cost for a measured one
+    compile_seconds: float = 0.0
+    diverged_at: float | None = None
+    warnings: tuple[str, ...] = ()
+
+
+def measure(
+    system: System, scene: Scene, method: Method, step: float, reference: Reference | None = None
+) -> tuple[Measurement, Trajectory | None]:
+    """Run once and measure; the trajectory too, for those who plot it. Raises ParameterError."""
+    problem = system.problem(scene.parameters)
+    exact = reference or system.reference(problem)
+    blank = Measurement(scene.name, method.name, step, "unsupported")
+    if not installed(engine_of(method)):
+        return _with(
+            blank, status="missing", reason=f"{engine_of(method).package} is missing"
+        ), None
+    engine = engine_of(method)
+    if not meant(method, scene):
+        return _with(blank, reason=f"{method.name} is not meant for {scene.name}"), None
+    try:
+        simulation = engine.prepare(system, scene, method, step)
+        model = engine.regularisation(system, scene, method, step)
+    except Unsupported as why:
+        return _with(blank, reason=str(why)), None
+    run = simulation.run()
+    if run.diverged_at is not None or len(run.times) < 2:
+        return _with(
+            blank,
+            status="diverged",
+            reason="; ".join(run.warnings) or "beyond every reach of the motion",
+            diverged_at=run.diverged_at,
+            steps=run.steps,
+            seconds=run.seconds,
+            warnings=run.warnings,
+        ), run
+    drifts = system.invariants(problem, run.observables)
+    return _with(
+        blank,
+        status="done",
+        errors=_errors(system, exact, method, step, run, model),
+        invariants={name: float(np.abs(drift).max()) for name, drift in drifts.items()},
+        channels={name: float(np.ptp(values)) for name, values in run.channels.items()},
+        duration=float(run.times[-1]),
+        steps=run.steps,
+        seconds=run.seconds,
+        compile_seconds=simulation.compile_seconds,
+        warnings=run.warnings,
+    ), run
+
+
+def _errors(
+    system: System,
+    exact: Reference,
+    method: Method,
+    step: float,
+    run: Trajectory,
+    model: Mapping[str, Mapping[str, float]],
+) -> Mapping[str, ObservedError]:
+    truth, doubt = exact.observe(run.times), exact.uncertainty(run.times)
+    told: Mapping[str, Array] = {}
+    if isinstance(exact, StepReference) and method.control == "step":
+        told = exact.foretold(method.scheme, step, run.times)
+    series = {} if told else exact.leading_error(method.scheme, run.times)
+    powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
+    total = {
+        o.name: sum((terms[o.name] for terms in powers.values()), np.zeros(len(run.times)))
+        for o in system.observables
+        if powers and all(o.name in terms for terms in powers.values())
+    }
+    bent = exact.nonlinearity(run.times, total) if total else 0.0
+    carried = _carried(exact, method, step, run, doubt)
+    errors = {}
+    for name in (o.name for o in system.observables if o.name in run.observables):
+        error = run.observables[name] - truth[name]
+        errors[name] = ObservedError(
+            largest=float(np.abs(error).max()),
+            end=float(error[-1]),
+            uncertainty=float(doubt[name].max()),
+            scale=float(np.abs(truth[name]).max()),
+            model=dict(model.get(name, {})),
+            foretold=_at_step(told[name], error, doubt[name], run.steps)
+            if name in told
+            else _foretold(name, total, powers, bent),
+            controlled=carried.get(name),
+        )
+    return errors
+
+
+def _carried(
+    exact: Reference, method: Method, step: float, run: Trajectory, doubt: Mapping[str, Array]
+) -> Mapping[str, Controlled]:
+    if method.scheme != "adaptive":
+        return {}
+    may = {name: step * run.steps * value / ULP for name, value in doubt.items()}
+    bent = exact.nonlinearity(run.times, may)
+    return {name: Controlled(float(value.max()), bent) for name, value in may.items()}
+
+
+def _foretold(
+    name: str, total: Mapping[str, Array], powers: Mapping[int, Mapping[str, Array]], bent: float
+) -> Foretold | None:
+    if name not in total:
+        return None
+    return Foretold(
+        largest=float(np.abs(total[name]).max()),
+        end=float(total[name][-1]),
+        terms={p: float(np.abs(terms[name]).max()) for p, terms in powers.items()},
+        nonlinearity=bent,
+    )
+
+
+def _at_step(told: Array, error: Array, doubt: Array, steps: int) -> Foretold:
+    """What is foretold of an error at the samples, shape (n,), for this very step."""
+    rounded = doubt * (1.0 + 2.0 * float(np.sqrt(steps)))  # as in `floor`
+    return Foretold(
+        largest=float(np.abs(told).max()),
+        end=float(told[-1]),
+        terms={},
+        nonlinearity=0.0,
+        missed=float(np.maximum(np.abs(error - told) - rounded, 0.0).max()),
+    )
+
+
+def _with(blank: Measurement, **values: Any) -> Measurement:
+    return replace(blank, **values)
+
+
+def floor(error: ObservedError, steps: int) -> float:
+    """What no smaller step can take from an error: the model's own share, what double precision
+    allows the exact answer, and the rounding of every step, which adds up as a random walk: four
+    standard deviations of half a unit in the last place, whose effect is that of an input's."""
+    return sum(error.model.values()) + error.uncertainty * (1.0 + 2.0 * float(np.sqrt(steps)))

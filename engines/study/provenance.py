@@ -1,0 +1,72 @@
+"""Where a page comes from: versions, machine, date, and the command that writes it again."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+
+from plumbob import __version__
+
+PACKAGES = ("numpy", "scipy", "numpy-quaddtype", "mujoco", "pymunk", "heyoka", "plotly")
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What a reader needs to repeat a study, or to doubt it."""
+
+    versions: Mapping[str, str]
+    machine: Mapping[str, str]
+    date: str  # UTC
+    command: str
+
+
+def provenance(command: str) -> Provenance:
+    """The provenance of what is written now by `command`."""
+    versions = {"plumbob": __version__, "Python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            versions[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            versions[package] = "not installed"
+    date = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+    return Provenance(versions, machine(), date, command)
+
+
+def machine() -> Mapping[str, str]:
+    """Processor, cores and operating system of this machine."""
+    return {
+        "processor": processor(),
+        "cores": f"{_usable_cores()} of {os.cpu_count()} usable",
+        "system": f"{_system()} ({platform.machine()})",
+    }
+
+
+def processor() -> str:
+    """Model of the processor, as the operating system calls it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine() or "unknown"
+
+
+def _usable_cores() -> int:
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _system() -> str:
+    try:
+        name = platform.freedesktop_os_release().get("PRETTY_NAME", "")
+    except OSError:
+        name = ""
+    kernel = f"{platform.system()} {platform.release()}"
+    return f"{name}, {kernel}" if name else kernel

@@ -1,0 +1,49 @@
+"""Runs as plain records, for JSON: one object a run."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from plumbob.engines.adapters.mujoco.like import NAME
+from plumbob.engines.method import Method
+from plumbob.engines.study.cost import Cost
+from plumbob.engines.study.measurement import Measurement
+from plumbob.engines.study.order import Order
+from plumbob.models.registry import system_of
+from plumbob.models.scene import Scene
+from plumbob.reports.judge.expectations import expected
+from plumbob.reports.judge.verdict import judge
+
+
+def record(
+    scene: Scene, method: Method, found: Measurement, order: Order | None, cost: Cost | None
+) -> dict[str, Any]:
+    """One run: its errors by observable (SI), the bounds they were held to, verdict and cost."""
+    judgement = judge(found, system_of(scene), method)
+    per_step = (
+        cost.ns_per_step if cost else (1e9 * found.seconds / found.steps if found.steps else None)
+    )
+    wall = per_step * 1e-9 * found.steps if per_step else None
+    return {
+        "scene": found.scene,
+        "method": found.method,
+        "step": found.step,
+        "errors": {name: error.largest for name, error in found.errors.items()},
+        "errors_at_end": {name: error.end for name, error in found.errors.items()},
+        "foretold": {n: e.foretold.end for n, e in found.errors.items() if e.foretold},
+        "tolerances": {name: bound.bound for name, bound in judgement.tolerances.items()},
+        "budget": {
+            name: {term.name: term.value for term in bound.terms}
+            for name, bound in judgement.tolerances.items()
+        },
+        "invariants": found.invariants,
+        "verdict": judgement.verdict,
+        "expected": None if method.name == NAME else expected(scene.name, method.name).verdict,
+        "reason": judgement.reason,
+        "order": order and {"slope": order.slope, "low": order.low, "high": order.high},
+        "steps": found.steps,
+        "ns_per_step": per_step,
+        "real_time_factor": found.duration / wall if wall else None,
+        "compile_seconds": found.compile_seconds,
+        "warnings": found.warnings,
+    }

@@ -1,0 +1,140 @@
+"""Figs. 2 and 3 of the source, a to e: the printed curves, the corrected ones, and MuJoCo's."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from plumbob.analytic.numerics.quad import double
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.engines.trajectory import Trajectory
+from plumbob.reports.findings.cone_pendulum.problems import (
+    BLACK,
+    BLUE,
+    MUJOCO,
+    MUJOCO_STEP,
+    RED,
+    RESTING,
+    ROTATING,
+    case,
+)
+from plumbob.reports.findings.energy_drift import in_double
+from plumbob.reports.findings.fresh_runs import run
+from plumbob.reports.view.content import Figure
+from plumbob.reports.view.notation import number
+from plumbob.reports.view.traces import Trace, curve, figure, linear
+
+TURN = 2 * np.pi
+DOTS = 40  # of the engine's run, over one period
+POINTS = 241  # of a curve
+Curve = tuple[Array, Array]
+ANGLE, TIME = "angle θ / 2π", "time t / T"
+
+
+def galleries() -> Sequence[tuple[str, Sequence[Figure]]]:
+    """Fig. 2, on a resting base, and Fig. 3, on a turning one."""
+    return (
+        ("Fig. 2 of the source: a platform at rest, printed and corrected agree", panels(RESTING)),
+        ("Fig. 3 of the source: a platform at 26 rad/s, printed and corrected", panels(ROTATING)),
+    )
+
+
+def panels(scene: str) -> tuple[Figure, ...]:
+    """Panels a to e with the source's axes: angle over 2 pi, time over each motion's own period."""
+    found = case(scene)
+    problem, right, printed = found.problem, found.correct, found.printed
+    engine = run(scene, MUJOCO, MUJOCO_STEP, right.period)
+    inertia, both = problem.body.inertia_x, (right, printed)
+    momentum, speed = "momentum p [kg m² rad/s]", "dθ/dt [rad/s]"
+    seen = None if engine is None else _seen(engine, right.period)
+    dots = [None] * 4 if seen is None else [
+        (seen[1], seen[0]), (seen[1], inertia * seen[2]), (seen[0], inertia * seen[2]),
+        (seen[0], seen[2]),
+    ]  # fmt: skip
+    periods = f"T = {number(right.period, 6)} s; printed: {number(printed.period, 6)} s."
+    return (
+        _barrier(right, printed),
+        _panel("b: t(θ)", periods, (ANGLE, TIME), [_time_of_angle(m) for m in both], dots[0]),
+        _panel(
+            "c: p(θ)",
+            "The phase curve above the separatrix.",
+            (ANGLE, momentum),
+            [_momentum_of_angle(m) for m in both],
+            dots[1],
+        ),
+        _panel(
+            "d: p(t)",
+            "b and c, with θ as the parameter.",
+            (TIME, momentum),
+            [_over_time(m, inertia) for m in both],
+            dots[2],
+        ),
+        _panel(
+            "e: dθ/dt(t)",
+            "d over the moment of inertia.",
+            (TIME, speed),
+            [_over_time(m, 1.0) for m in both],
+            dots[3],
+        ),
+    )
+
+
+def _panel(
+    title: str, caption: str, axes: tuple[str, str], pair: Sequence[Curve], dots: Curve | None
+) -> Figure:
+    traces = _pair(*pair)
+    if dots is not None:
+        traces.append(curve(*dots, colour=BLACK, marks=True, lines=False, name="MuJoCo"))
+    x, y = map(linear, axes)
+    return figure(title, caption, traces, x, y, legend=True, height=300)
+
+
+def _pair(right: Curve, printed: Curve) -> list[Trace]:
+    return [
+        curve(*right, colour=BLUE, width=2.2, name="corrected"),
+        curve(*printed, colour=RED, dash="dash", width=2.2, name="printed"),
+    ]
+
+
+def _barrier(right: PendulumMotion, printed: PendulumMotion) -> Figure:
+    """V(theta), and the energy of each motion, which has to stay above its V."""
+    theta = np.linspace(0.0, TURN, POINTS)
+    traces = _pair(
+        *((theta / TURN, np.asarray(in_double(m.potential).value(theta))) for m in (right, printed))
+    )
+    for motion, colour, dash, name in (
+        (right, BLUE, "solid", "H₀ corrected"),
+        (printed, RED, "dash", "H₀ printed"),
+    ):
+        level = float(double(motion.energy))
+        line = curve([0.0, 1.0], [level, level], colour=colour, dash=dash, width=1.0, name=name)
+        traces.append({**line, "showlegend": False})
+    tops = [float(double(m.barriers[0])) for m in (right, printed)]
+    level = float(double(right.energy))
+    caption = f"Barrier {tops[0]:.3f} J, printed {tops[1]:.3f} J; thin: H₀ = {level:.3f} J."
+    return figure("a: V(θ)", caption, traces, linear(ANGLE), linear("V [J]"), legend=True,
+                  height=300)  # fmt: skip
+
+
+def _time_of_angle(motion: PendulumMotion) -> Curve:
+    theta = np.linspace(0.0, TURN, POINTS)
+    return theta / TURN, motion.time_at(theta) / motion.period
+
+
+def _momentum_of_angle(motion: PendulumMotion) -> Curve:
+    theta = np.linspace(0.0, TURN, POINTS)
+    return theta / TURN, motion.momentum(theta)
+
+
+def _over_time(motion: PendulumMotion, factor: float) -> Curve:
+    times = np.linspace(0.0, motion.period, POINTS)
+    return times / motion.period, factor * motion.state(times)[1]
+
+
+def _seen(found: Trajectory, period: float) -> tuple[Array, Array, Array]:
+    """t / T, theta / 2 pi and theta_dot at a few samples of the engine's run."""
+    kept = np.unique(np.linspace(0, len(found.times) - 1, DOTS).astype(int))
+    theta, rate = found.observables["theta"], found.observables["theta_dot"]
+    return found.times[kept] / period, theta[kept] / TURN, rate[kept]

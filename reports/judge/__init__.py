@@ -1,0 +1,1 @@
+"""Is it within tolerance: tolerances, verdicts, expectations, recommendations."""

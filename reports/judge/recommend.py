@@ -1,0 +1,210 @@
+"""Which method, and which step: the cheapest that was measured to reach a wanted error.
+
+An error is looked up on the upper envelope of a method's measured curve: the largest error at this
+step or any smaller one, so that a lucky zero of a sawtooth promises nothing. Between two rungs the
+error is taken to fall from the coarser one with the smallest slope that the curve shows about
+there, no faster than the method's order, and to rise from the finer one as it rose to it, if that
+is more: an upper bound for a curve that bends one way between them. Nothing is extrapolated.
+
+Rungs alone count where theory has no series in the step for the error, as where a switch inside a
+step makes it a sawtooth; and for an adaptive solver, whose error jumps from one tolerance to the
+next. A closed form is no simulation: it is left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from plumbob.analytic.parameters import ParameterError, positive
+from plumbob.engines.method import Method
+from plumbob.engines.study.convergence import SHIPPED, Climb
+from plumbob.engines.study.study import Study
+from plumbob.models.registry import unknown as unknown_name
+from plumbob.reports.judge.work_precision import Point, of_method, points
+
+DEFAULT_METHOD, DEFAULT_STEP = SHIPPED
+EXACT = "closed-form"  # the scheme of what is no simulation, and is not recommended as one
+_DIGITS = 2  # of an interpolated step, rounded down
+# Between rungs a run ends up to half a step before or after the ones beside it, and its largest
+# error, often the last one, comes out a per cent or two apart from their curve.
+_MARGIN = 1.05
+_STEEP = 50.0  # a slope that allows nothing: from an error that happened to be next to none
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A method at a step: the error it stays within and what it costs."""
+
+    method: str
+    control: str  # "step" or "tolerance": what the step is
+    step: float  # [s], or the relative tolerance
+    error: float  # bound on the largest error, in the observable's unit
+    ns_per_second: float  # [ns] of wall time per simulated second
+    measured: bool  # this very step was run; else it lies between two that were
+
+
+@dataclass(frozen=True)
+class Recommendation:
+    """The answer to "which step?" for one scene and one wanted error."""
+
+    scene: str
+    observable: str
+    unit: str
+    error: float  # wanted
+    choice: Choice | None  # the cheapest that reaches it
+    runner_up: Choice | None  # the cheapest of another method
+    by_engine: tuple[Choice, ...]  # the cheapest in each engine that reaches it, cheapest first
+    best: Choice | None  # the most exact of all that was measured
+    defaults: tuple[Choice, ...]  # MuJoCo as it comes, and the chosen method at MuJoCo's step
+
+
+def cheapest(study: Study, scene: str, error: float) -> Recommendation:
+    """The cheapest method and step that keep `scene` within `error` (in the unit of its leading
+    observable) in the measurements of `study`; raises ParameterError for an error that is not
+    positive and a scene that was not measured."""
+    positive("error", error)
+    names = [s.name for s in study.scenes]
+    if scene not in names:
+        raise ParameterError("scene", scene, unknown_name(scene, names))
+    leading = study.leading(scene)
+    exact = {method.name for method in study.methods if method.scheme == EXACT}
+    found = [p for p in points(study, scene) if p.method not in exact]
+    curves = [
+        (
+            method,
+            _envelope(of_method(found, method)),
+            _steepest(study.climbs, scene, method, leading.name),
+        )
+        for method in study.methods
+    ]
+    reached = [c for curve in curves if (c := _coarsest(*curve, error)) is not None]
+    reached.sort(key=lambda choice: choice.ns_per_second)
+    choice = reached[0] if reached else None
+    by_engine: dict[str, Choice] = {}
+    for c in reached:
+        by_engine.setdefault(c.method.partition("/")[0], c)
+    done = [p for p in found if math.isfinite(p.error)]
+    best = min(done, key=lambda p: (p.error, p.ns_per_second), default=None)
+    by_name = {method.name: method for method in study.methods}
+    wanted = dict.fromkeys((DEFAULT_METHOD, *((choice.method,) if choice else ())))
+    defaults = [c for curve in curves if curve[0].name in wanted if (c := _at_default(*curve))]
+    return Recommendation(
+        scene,
+        leading.name,
+        leading.unit,
+        error,
+        choice,
+        reached[1] if len(reached) > 1 else None,
+        tuple(by_engine.values()),
+        chosen(by_name[best.method], best) if best else None,
+        tuple(sorted(defaults, key=lambda c: c.method != DEFAULT_METHOD)),
+    )
+
+
+def _envelope(curve: Sequence[Point]) -> tuple[Point, ...]:
+    """Points, fine to coarse, each with the largest error up to it."""
+    worst, risen = 0.0, []
+    for p in curve:
+        worst = max(worst, p.error)
+        risen.append(Point(p.method, p.step, worst, p.ns_per_second))
+    return tuple(risen)
+
+
+def _steepest(climbs: Sequence[Climb], scene: str, method: Method, leading: str) -> float:
+    """The largest slope that may be counted on: the method's order, or what was observed; 0 where
+    theory has no series for the error."""
+    climb = next((c for c in climbs if (c.scene, c.method) == (scene, method.name)), None)
+    told = [m.errors[leading].foretold for m in climb.measurements if m.errors] if climb else []
+    if climb is None or not any(t is not None and t.missed is None for t in told):
+        return 0.0
+    return max(method.order or 0.0, climb.order.low if climb.order else 0.0)
+
+
+def _coarsest(
+    method: Method, curve: Sequence[Point], steepest: float, error: float
+) -> Choice | None:
+    """The cheapest place of one curve that is within `error`."""
+    within = [i for i, p in enumerate(curve) if p.error <= error]
+    if not within:
+        return None
+    if method.control == "tolerance":  # a looser tolerance need not be the cheaper one
+        return chosen(method, min((curve[i] for i in within), key=lambda p: p.ns_per_second))
+    i = within[-1]
+    if i + 1 < len(curve) and (lines := _above(curve, i, steepest)):
+        reach = min(h * (error / (_MARGIN * e)) ** (1.0 / slope) for h, e, slope in lines)
+        if reach > curve[i].step and (step := _rounded(reach)) > curve[i].step:
+            return _between(method, curve, i, step, steepest)
+    return chosen(method, curve[i])
+
+
+def _above(curve: Sequence[Point], i: int, steepest: float) -> list[tuple[float, float, float]]:
+    """Straight lines on logarithmic axes, by a step, the error there and a slope, the higher of
+    which is above the curve between rungs `i` and `i + 1`; none where it may be as flat as can
+    be."""
+    fine, coarse = curve[i], curve[i + 1]
+    if (falling := min(steepest, _slope(curve, i))) <= 0.0:
+        return []
+    lines = [(coarse.step, coarse.error, falling)]
+    if i and fine.error > 0.0:
+        rising = min(_chord(curve[i - 1], fine), _STEEP)
+        if rising > _chord(fine, coarse):  # it flattens out between the two
+            lines.append((fine.step, fine.error, rising))
+    return lines
+
+
+def _slope(curve: Sequence[Point], i: int) -> float:
+    """The smallest slope of log error against log step from rung `i` to the next and beside it; 0
+    where a run beyond it diverged."""
+    if not math.isfinite(curve[i + 1].error):
+        return 0.0
+    here = _chord(curve[i], curve[i + 1])
+    if i + 2 < len(curve) and math.isfinite(curve[i + 2].error):
+        return min(here, _chord(curve[i + 1], curve[i + 2]))
+    # The last interval: it bends on as it did before it.
+    return min(here, 2 * here - _chord(curve[i - 1], curve[i])) if i else 0.0
+
+
+def _chord(fine: Point, coarse: Point) -> float:
+    if fine.error <= 0.0:
+        return math.inf
+    return math.log(coarse.error / fine.error) / math.log(coarse.step / fine.step)
+
+
+def _between(
+    method: Method, curve: Sequence[Point], i: int, step: float, steepest: float
+) -> Choice:
+    """What holds at a step between rungs `i` and `i + 1`: the error's upper bound, and the cost on
+    the straight line between theirs on logarithmic axes."""
+    fine, coarse = curve[i], curve[i + 1]
+    bounds = [e * (step / h) ** slope for h, e, slope in _above(curve, i, steepest)]
+    error = max(fine.error, _MARGIN * min(max(bounds, default=math.inf), coarse.error))
+    share = math.log(step / fine.step) / math.log(coarse.step / fine.step)
+    cost = fine.ns_per_second * (coarse.ns_per_second / fine.ns_per_second) ** share
+    return Choice(method.name, method.control, step, error, cost, False)
+
+
+def _at_default(method: Method, curve: Sequence[Point], steepest: float) -> Choice | None:
+    """The method at MuJoCo's default step, where that lies within what was measured."""
+    if method.control != "step":
+        return None
+    for i, p in enumerate(curve):
+        if math.isclose(p.step, DEFAULT_STEP, rel_tol=1e-9):
+            return chosen(method, p)
+        if p.step > DEFAULT_STEP:
+            if not i or not math.isfinite(p.error):
+                return None
+            return _between(method, curve, i - 1, DEFAULT_STEP, steepest)
+    return None
+
+
+def chosen(method: Method, p: Point) -> Choice:
+    """What was run, as a choice."""
+    return Choice(method.name, method.control, p.step, p.error, p.ns_per_second, True)
+
+
+def _rounded(step: float) -> float:
+    """A step rounded down to two significant digits."""
+    exponent = math.floor(math.log10(step)) - _DIGITS + 1
+    return float(f"{math.floor(step / 10.0**exponent * (1 + 1e-12))}e{exponent}")

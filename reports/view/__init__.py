@@ -1,0 +1,1 @@
+"""Pictures and words: tables, plots and the page."""

@@ -1,0 +1,74 @@
+"""What a page is made of: tables, figures, findings, and the section of one system."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from plumbob.engines.study.study import Study
+from plumbob.models.scene import Scene
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A place in a table: what it shows, and what else it says of itself."""
+
+    text: str
+    kind: str = ""  # a verdict, or "number", "method": how it looks
+    hint: str = ""  # shown on hover
+    link: str = ""  # the id of the place it leads to
+    span: int = 1  # columns
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: a caption, the heads of its columns, and rows of cells."""
+
+    caption: str
+    heads: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    note: str = ""
+    folded: bool = False  # shown on a click
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A plot as plotly takes it: traces and a layout, with a title and a caption of its own."""
+
+    title: str
+    caption: str
+    traces: tuple[Mapping[str, Any], ...]
+    layout: Mapping[str, Any]
+    height: int = 340  # [px]
+    wide: bool = False
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something that measuring showed: in a sentence, in full, and the commands that show it."""
+
+    name: str  # unique within the page: what links lead to
+    title: str
+    judgement: str  # a word or two: "contradicted", "confirmed"
+    summary: str  # one sentence
+    paragraphs: tuple[str, ...] = ()
+    tables: tuple[Table, ...] = ()
+    figures: tuple[Figure, ...] = ()
+    commands: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Section:
+    """What a page says of one system beside what it says of every scene."""
+
+    findings: Callable[[Study], Sequence[Finding]]
+    figures: Callable[[Study], Sequence[tuple[str, Sequence[Figure]]]]
+    """Galleries: a heading each, and its figures."""
+    hard: Callable[[Study, Scene], Sequence[Figure | Table]]
+    """What a hard case shows beside the rest."""
+
+
+def row(*texts: str | Cell) -> tuple[Cell, ...]:
+    """A row of a table; what is text becomes a cell of text."""
+    return tuple(text if isinstance(text, Cell) else Cell(text) for text in texts)

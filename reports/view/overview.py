@@ -1,0 +1,145 @@
+"""The tables at the top of the page: every verdict, and the cheapest way to each error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from plumbob.engines.study.study import Study
+from plumbob.models.scene import System
+from plumbob.reports.judge.recommend import DEFAULT_METHOD, Choice, Recommendation, cheapest
+from plumbob.reports.judge.verdict import Judgement, Verdict
+from plumbob.reports.view import notation
+from plumbob.reports.view.content import Cell, Table, row
+from plumbob.reports.view.tables import verdict_cell
+
+IDLE = ("unsupported", "missing")
+ERRORS = (1e-2, 1e-4, 1e-6, 1e-8)
+Judgements = Mapping[tuple[str, str], Judgement]
+
+
+def anchor(scene: str) -> str:
+    """The id of a scene's place on the page."""
+    return scene.replace("/", "-")
+
+
+def verdicts(system: System, study: Study, judged: Judgements) -> Table:
+    """Scenes of one system against methods; methods that run none of them stand in the note."""
+    scenes = [scene.name for scene in study.scenes if scene.system == system.name]
+    seen = {
+        m.name: {judged[key].verdict for s in scenes if (key := (s, m.name)) in judged}
+        for m in study.methods
+    }
+    none = {name: why for name, found in seen.items() if (why := _the_only(found)) in IDLE}
+    methods = [name for name, found in seen.items() if found and name not in none]
+    rows = tuple(
+        row(
+            Cell(scene.name.partition("/")[2], "scene", scene.summary, anchor(scene.name)),
+            *(_verdict(*key, judged) for key in ((scene.name, name) for name in methods)),
+        )
+        for scene in study.scenes
+        if scene.system == system.name
+    )
+    note = "Hover over a verdict for its reason."
+    for idle in IDLE:
+        if names := [name for name, why in none.items() if why == idle]:
+            note += f" {idle.capitalize()}: {', '.join(names)}."
+    return Table(system.title, ("scene", *methods), rows, note)
+
+
+def _verdict(scene: str, method: str, judged: Judgements) -> Cell:
+    """A verdict that leads to its scene; a dash where there is none to give."""
+    if (found := judged.get((scene, method))) is None:
+        return Cell("", "none")
+    if found.verdict in IDLE:
+        return Cell("–", "none", f"{found.verdict}: {found.reason}")
+    return verdict_cell(scene, method, found, anchor(scene))
+
+
+def _the_only(verdicts: set[Verdict]) -> Verdict | None:
+    return next(iter(verdicts)) if len(verdicts) == 1 else None
+
+
+def recommendations(study: Study) -> Table | None:
+    """The cheapest method for each wanted error, a row a scene; None where nothing was timed."""
+    if not study.costs:
+        return None
+    rows = []
+    for scene in study.scenes:
+        found = [cheapest(study, scene.name, error) for error in ERRORS]
+        unit = f"{found[0].observable} [{found[0].unit}]"
+        name = Cell(scene.name, "scene", scene.summary, anchor(scene.name))
+        default = next(iter(found[0].defaults), None)
+        usual = Cell("–", "number")
+        if default is not None and default.method == DEFAULT_METHOD:
+            usual = Cell(notation.number(default.error), "number", _said(default))
+        rows.append(row(name, unit, *(_cell(answer) for answer in found), usual))
+    heads = ("scene", "error of", *(f"within {notation.short(error)}" for error in ERRORS),
+             "MuJoCo as it comes")  # fmt: skip
+    note = (
+        "From measured curves, on their upper envelope, interpolated and never extrapolated. × "
+        "says how many times faster than real time. Hover for the runner-up and for other engines. "
+        "As it comes, MuJoCo takes Euler steps of 2 ms: the error that gives."
+    )
+    return Table("The cheapest method and step for a wanted error", heads, tuple(rows), note)
+
+
+def scene_recommendations(study: Study, scene: str) -> Table | None:
+    """The same for one scene, with runner-up, and what MuJoCo's default step gives."""
+    if not study.costs:
+        return None
+    rows = []
+    for error in ERRORS:
+        answer = cheapest(study, scene, error)
+        wanted = Cell(f"{notation.short(error)} {answer.unit}", "number")
+        if answer.choice is None:
+            best = answer.best
+            said = "nothing measured reaches it" if best else "nothing was measured"
+            said += (
+                f"; the best is {best.method} at {notation.step(best.step, best.control)}: "
+                f"{notation.number(best.error)} {answer.unit}"
+                if best
+                else ""
+            )
+            rows.append(row(wanted, Cell(said, "none", span=5)))
+            continue
+        second = answer.runner_up
+        rows.append(
+            row(
+                wanted,
+                Cell(answer.choice.method, "method"),
+                Cell(notation.step(answer.choice.step, answer.choice.control), "number"),
+                Cell(notation.times_real(answer.choice.ns_per_second), "number"),
+                Cell(_said(second) if second else "none"),
+                Cell("; ".join(_said(c) for c in answer.by_engine[1:] if c != second) or "–"),
+            )
+        )
+    first = cheapest(study, scene, ERRORS[0])
+    note = "".join(
+        f"MuJoCo as it comes ({_said(c)} real time) errs by "
+        f"{notation.number(c.error)} {first.unit}."
+        for c in first.defaults
+        if c.method == DEFAULT_METHOD
+    )
+    heads = ("error wanted", "cheapest method", "step", "times real time", "runner-up",
+             "in other engines")  # fmt: skip
+    return Table("The cheapest method and step for a wanted error", heads, tuple(rows), note)
+
+
+def _cell(answer: Recommendation) -> Cell:
+    if answer.choice is None:
+        best = answer.best
+        said = f"best: {notation.number(best.error)} with {best.method}" if best else "not measured"
+        return Cell("not reached", "none", said)
+    choice = answer.choice
+    text = f"{choice.method}\n{notation.step(choice.step, choice.control)}, "
+    text += notation.times_real(choice.ns_per_second)
+    others = [f"runner-up: {_said(answer.runner_up)}"] if answer.runner_up else []
+    others += [_said(other) for other in answer.by_engine[1:] if other != answer.runner_up]
+    return Cell(text, "choice", "; ".join(others))
+
+
+def _said(choice: Choice) -> str:
+    return (
+        f"{choice.method} at {notation.step(choice.step, choice.control)}, "
+        f"{notation.times_real(choice.ns_per_second)}"
+    )

@@ -1,0 +1,205 @@
+"""The page: one self-contained HTML file of a study, readable anywhere, without a network."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from plumbob.engines.method import Method
+from plumbob.engines.study.provenance import provenance
+from plumbob.engines.study.study import Study
+from plumbob.models.registry import systems
+from plumbob.models.scene import Scene, System
+from plumbob.reports.findings import section as own_section
+from plumbob.reports.judge.user_settings import table as own_table
+from plumbob.reports.judge.verdict import judge_climb
+from plumbob.reports.judge.work_precision import points
+from plumbob.reports.view import notation, overview, tables
+from plumbob.reports.view.content import Figure, Finding, Section, Table
+from plumbob.reports.view.overview import Judgements, anchor
+from plumbob.reports.view.palette import styles
+from plumbob.reports.view.plots import scene_figures
+from plumbob.reports.view.trimming import trimming
+
+NAME = "index.html"
+TEMPLATES = Path(__file__).parent / "templates"
+ORDER = ("pass", "fail", "not-converging", "diverged", "coarse", "unsupported", "missing")
+
+
+@dataclass(frozen=True)
+class SceneView:
+    """One scene as the page shows it: the first table, then figures, then the rest."""
+
+    scene: Scene
+    anchor: str
+    counts: tuple[tuple[str, int], ...]  # verdicts, and how many methods have each
+    methods: tuple[str, ...]  # those that ran
+    first: tuple[Table, ...]
+    figures: tuple[Figure, ...]
+    hard: tuple[Figure | Table, ...]
+    rest: tuple[Table, ...]
+
+
+@dataclass(frozen=True)
+class SystemView:
+    """One system as the page shows it."""
+
+    system: System
+    galleries: tuple[tuple[str, Sequence[Figure]], ...]
+    findings: tuple[Finding, ...]
+    scenes: tuple[SceneView, ...]
+
+
+def write_page(
+    study: Study,
+    folder: Path,
+    command: str,
+    section: Callable[[str], Section | None] = own_section,
+) -> Path:
+    """Write the page of `study` into `folder`, whole or not at all, and return its path; `command`
+    is what writes it again, `section` finds what there is to say of one system alone. Raises
+    OSError where the folder cannot be written."""
+    text = render(study, command, section)
+    folder.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(prefix=".page-", suffix=".html", dir=folder)
+    try:
+        with open(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        os.chmod(name, 0o644)
+        os.replace(name, folder / NAME)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+    return folder / NAME
+
+
+def render(
+    study: Study, command: str, section: Callable[[str], Section | None] = own_section
+) -> str:
+    """The page of `study` as HTML."""
+    import jinja2
+    from markupsafe import Markup
+    from plotly.offline import get_plotlyjs
+
+    found = judgements(study)
+    views = [_system(study, system, found, section) for system in systems().values()]
+    views = [view for view in views if view.scenes]
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["figure_json"] = lambda figure: Markup(figure_json(figure))
+    return environment.get_template("page.html.jinja").render(
+        study=study,
+        views=views,
+        findings=[finding for view in views for finding in view.findings],
+        counts=_counts(found.values()),
+        yours=own_table(study),
+        verdicts=[overview.verdicts(view.system, study, found) for view in views],
+        recommendations=overview.recommendations(study),
+        styles=styles(study.methods),
+        provenance=provenance(command),
+        number=notation.number,
+        style_sheet=Markup((TEMPLATES / "page.css").read_text("utf-8")),
+        script=Markup((TEMPLATES / "page.js").read_text("utf-8")),
+        plotly=Markup(get_plotlyjs()),
+    )
+
+
+def judgements(study: Study) -> Judgements:
+    """The verdict on every pair of scene and method."""
+    methods, known = {m.name: m for m in study.methods}, systems()
+    return {
+        (c.scene, c.method): judge_climb(c, known[c.scene.partition("/")[0]], methods[c.method])
+        for c in study.climbs
+    }
+
+
+def figure_json(figure: Figure) -> str:
+    """A figure's traces and layout as JSON that no HTML parser takes for a tag; x and y are places
+    in a list of arrays, since many methods share their times and some their errors."""
+    arrays: dict[str, int] = {}
+    traces = [
+        {key: _once(value, arrays) if key in "xy" else value for key, value in trace.items()}
+        for trace in figure.traces
+    ]
+    text = json.dumps(
+        {"arrays": [json.loads(a) for a in arrays], "data": traces, "layout": figure.layout},
+        ensure_ascii=False, allow_nan=False, separators=(",", ":"),
+    )  # fmt: skip
+    return text.replace("<", "\\u003c")
+
+
+def _once(values: Any, arrays: dict[str, int]) -> int:
+    """The place of an array among `arrays`, where it stands once."""
+    return arrays.setdefault(json.dumps(values, allow_nan=False), len(arrays))
+
+
+def _system(
+    study: Study,
+    system: System,
+    found: Judgements,
+    section: Callable[[str], Section | None],
+) -> SystemView:
+    scenes = [scene for scene in study.scenes if scene.system == system.name]
+    own = section(system.name) if scenes else None
+    methods = {method.name: method for method in study.methods}
+    return SystemView(
+        system,
+        tuple(own.figures(study)) if own else (),
+        tuple(own.findings(study)) if own else (),
+        tuple(_scene(study, system, scene, methods, found, own) for scene in scenes),
+    )
+
+
+def _scene(
+    study: Study,
+    system: System,
+    scene: Scene,
+    methods: dict[str, Method],
+    found: Judgements,
+    own: Section | None,
+) -> SceneView:
+    climbs = [climb for climb in study.climbs if climb.scene == scene.name]
+    judged = {c.method: found[scene.name, c.method] for c in climbs}
+    costs = {name: cost for (of, name), cost in study.costs.items() if of == scene.name}
+    ran = [c.method for c in climbs if any(m.status == "done" for m in c.measurements)]
+    first = (
+        tables.summary(system, climbs, judged, methods),
+        overview.scene_recommendations(study, scene.name),
+    )
+    rest = (
+        tables.orders(climbs, methods),
+        tables.cost(climbs, costs, methods),
+        trimming(scene, [methods[name] for name in ran]),
+        tables.budgets(system, climbs, methods),
+        tables.every_run(system, climbs, methods),
+        tables.parameters(system, scene),
+    )
+    figures = scene_figures(
+        scene, climbs, methods, styles(study.methods), points(study, scene.name)
+    )
+    return SceneView(
+        scene,
+        anchor(scene.name),
+        _counts(judged.values()),
+        tuple(ran),
+        tuple(t for t in first if t),
+        figures,
+        tuple(own.hard(study, scene)) if own and scene.hard else (),
+        tuple(t for t in rest if t),
+    )
+
+
+def _counts(judged: Any) -> tuple[tuple[str, int], ...]:
+    counted = Counter(judgement.verdict for judgement in judged)
+    return tuple((verdict, counted[verdict]) for verdict in ORDER if counted[verdict])

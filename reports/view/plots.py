@@ -1,0 +1,223 @@
+"""The plots that every scene has: the motion, and error over time, against step and cost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from plumbob.engines.method import Method
+from plumbob.engines.study.convergence import Climb
+from plumbob.engines.study.measurement import Measurement
+from plumbob.models.registry import system_of
+from plumbob.models.scene import Scene, System
+from plumbob.reports.judge.recommend import EXACT
+from plumbob.reports.judge.work_precision import Point, front
+from plumbob.reports.view import notation
+from plumbob.reports.view.content import Figure
+from plumbob.reports.view.palette import Style
+from plumbob.reports.view.traces import Trace, curve, figure, linear, logarithmic, positive
+
+GREY = "#808080"
+PERIODS = 15  # of a motion that a plot can show
+GREEK = (
+    ("theta", "θ"),
+    ("theta_dot", "dθ/dt"),
+    ("psi", "ψ"),
+    ("phi", "φ"),
+)  # as formulas have them
+
+
+def symbol(name: str) -> str:
+    """An observable's name as a plot shows it."""
+    return dict(GREEK).get(name, name.replace("_", " "))
+
+
+def scene_figures(
+    scene: Scene,
+    climbs: Sequence[Climb],
+    methods: Mapping[str, Method],
+    styles: Mapping[str, Style],
+    found: Sequence[Point],
+) -> tuple[Figure, ...]:
+    """All figures of one scene; what was not measured leaves its figure out."""
+    system = system_of(scene)
+    stepped = [c for c in climbs if methods[c.method].control == "step"]
+    figures = [
+        errors_over_time(system, climbs, methods, styles),
+        exact_motion(system, scene),
+        error_against_step(system, stepped, styles),
+        *drifts(stepped, styles),
+        error_against_cost(system, found, methods, styles),
+    ]
+    return tuple(f for f in figures if f is not None and f.traces)
+
+
+def errors_over_time(
+    system: System,
+    climbs: Sequence[Climb],
+    methods: Mapping[str, Method],
+    styles: Mapping[str, Style],
+) -> Figure:
+    """Magnitude of the error of the leading observable over the run, each method at its finest
+    step."""
+    leading = system.observables[0]
+    traces = [
+        curve(
+            c.trace.times,
+            np.where(np.abs(c.trace.errors) > 0.0, np.abs(c.trace.errors), np.nan),
+            styles[c.method],
+            method=c.method,
+            hint=f"{c.method} at {notation.step(c.trace.step, methods[c.method].control)}<br>"
+            f"t = %{{x:.4g}} s: error %{{y:.3g}} {leading.unit}",
+        )
+        for c in climbs
+        if c.trace is not None and any(c.trace.errors)
+    ]
+    return figure(
+        f"Error of {symbol(leading.name)} over time",
+        "Against the exact answer, each method at the finest step it was run at.",
+        traces,
+        linear("time [s]"),
+        logarithmic(f"|error of {symbol(leading.name)}| [{leading.unit}]"),
+    )
+
+
+def exact_motion(system: System, scene: Scene) -> Figure:
+    """The exact leading observable, and the second one on an axis of its own."""
+    problem = system.problem(scene.parameters)
+    period = system.facts(problem).get("period") or np.inf
+    shown = min(scene.duration, PERIODS * period)
+    times = np.linspace(0.0, shown, 240)
+    observed = system.reference(problem).observe(times)
+    leading, *rest = system.observables
+    title = f"{symbol(leading.name)} [{leading.unit}]"
+    traces = [curve(times, observed[leading.name], colour="#0072b2", name=symbol(leading.name))]
+    if rest:
+        second = rest[0]
+        other = curve(times, observed[second.name], colour="#e69f00", dash="dash",
+                      name=symbol(second.name))  # fmt: skip
+        traces.append({**other, "yaxis": "y2"})
+    found = figure(
+        "The exact motion",
+        "What every method is held against"
+        + ("." if shown == scene.duration else f": the first {PERIODS} periods."),
+        traces,
+        linear("time [s]"),
+        linear(title),
+        legend=True,
+    )
+    if rest:
+        side = linear(f"{symbol(rest[0].name)} [{rest[0].unit}]", overlaying="y", side="right",
+                      showgrid=False, tickmode="auto")  # fmt: skip
+        return Figure(found.title, found.caption, found.traces, {**found.layout, "yaxis2": side})
+    return found
+
+
+def error_against_step(
+    system: System, climbs: Sequence[Climb], styles: Mapping[str, Style]
+) -> Figure:
+    """Largest error against the step, and what theory foretells, dashed."""
+    leading = system.observables[0]
+    traces: list[Trace] = []
+    for c in climbs:
+        done = _done(c)
+        if not done:
+            continue
+        errors = [m.errors[leading.name] for m in done]
+        told = {
+            m.step: e.foretold.largest
+            for m, e in zip(done, errors, strict=True)
+            if e.foretold and e.foretold.nonlinearity < 1.0
+        }
+        if told:
+            traces.append(
+                curve(list(told), positive(list(told.values())),
+                      styles[c.method], method=c.method, dash="dash", width=1.0)
+            )  # fmt: skip
+        foretold = [
+            f"foretold {notation.number(told[h])}" if h in told else ""
+            for h in (m.step for m in done)
+        ]
+        hint = f"{c.method}, step %{{x:.3g}} s<br>error %{{y:.3g}} {leading.unit}<br>%{{text}}"
+        traces.append(
+            curve([m.step for m in done], positive([e.largest for e in errors]), styles[c.method],
+                  method=c.method, marks=True, hints=foretold, hint=hint)
+        )  # fmt: skip
+    return figure(
+        f"Largest error of {symbol(leading.name)} against step",
+        "Marked: measured. Dashed: foretold, the sum of C\u209ah\u1d56 with coefficients from "
+        "theory. "
+        "Adaptive solvers have no step: they stand on the plot of error against cost.",
+        traces,
+        logarithmic("step [s]"),
+        logarithmic(f"largest |error of {symbol(leading.name)}| [{leading.unit}]"),
+    )
+
+
+def drifts(climbs: Sequence[Climb], styles: Mapping[str, Style]) -> Iterator[Figure]:
+    """Largest relative drift of each invariant against the step."""
+    names = dict.fromkeys(name for c in climbs for m in _done(c) for name in m.invariants)
+    for name in names:
+        shown = name.replace("_", " ")
+        traces = []
+        for c in climbs:
+            done = [m for m in _done(c) if name in m.invariants]
+            if not done:
+                continue
+            hint = f"{c.method}, step %{{x:.3g}} s<br>{shown} off by %{{y:.3g}} of its scale"
+            traces.append(
+                curve([m.step for m in done], positive([m.invariants[name] for m in done]),
+                      styles[c.method], method=c.method, marks=True, hint=hint)
+            )  # fmt: skip
+        yield figure(
+            f"Drift of the {shown} against step",
+            "Largest over the run, relative; exact motion keeps it.",
+            traces,
+            logarithmic("step [s]"),
+            logarithmic("largest relative drift [1]"),
+        )
+
+
+def error_against_cost(
+    system: System,
+    found: Sequence[Point],
+    methods: Mapping[str, Method],
+    styles: Mapping[str, Style],
+) -> Figure:
+    """Work against precision, with the Pareto front."""
+    leading = system.observables[0]
+    usable = [p for p in found if np.isfinite(p.error)]
+    best = front([p for p in usable if methods[p.method].scheme != EXACT])
+    traces: list[Trace] = []
+    if best:
+        edge = curve([p.ns_per_second for p in best], positive([p.error for p in best]),
+                     colour=GREY, dash="solid", width=7.0, name="Pareto front")  # fmt: skip
+        traces.append({**edge, "opacity": 0.35, "hoverinfo": "skip"})
+    for name in dict.fromkeys(p.method for p in usable):
+        line = [p for p in usable if p.method == name]
+        hints = [
+            f"{notation.step(p.step, methods[name].control)}, "
+            f"{notation.times_real(p.ns_per_second)} real time"
+            + (", on the Pareto front" if p in best else "")
+            for p in line
+        ]
+        hint = f"{name}<br>%{{text}}<br>error %{{y:.3g}} {leading.unit}<br>cost %{{x:.3g}} ns per s"
+        traces.append(
+            curve([p.ns_per_second for p in line], positive([p.error for p in line]), styles[name],
+                  method=name, marks=True, width=1.2, hints=hints, hint=hint)
+        )  # fmt: skip
+    return figure(
+        "Error against cost",
+        "Left and low is better. The grey band is the Pareto front: no other run is both cheaper "
+        "and more exact (a closed form aside, which simulates nothing). Cost was measured alone.",
+        traces,
+        logarithmic("cost [ns of wall time per simulated second]"),
+        logarithmic(f"largest |error of {symbol(leading.name)}| [{leading.unit}]"),
+        height=460,
+        wide=True,
+    )
+
+
+def _done(climb: Climb) -> list[Measurement]:
+    return [m for m in climb.measurements if m.status == "done"]

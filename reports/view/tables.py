@@ -1,0 +1,223 @@
+"""The tables of one scene: verdicts, orders, costs, every run, and the budget of a tolerance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from plumbob.engines.method import Method
+from plumbob.engines.study.convergence import Climb
+from plumbob.engines.study.cost import Cost
+from plumbob.engines.study.measurement import Measurement
+from plumbob.engines.study.order import Order
+from plumbob.models.scene import Scene, System
+from plumbob.reports.judge.expectations import expected
+from plumbob.reports.judge.verdict import Judgement, judge
+from plumbob.reports.view import notation
+from plumbob.reports.view.content import Cell, Table, row
+
+Costs = Mapping[str, Cost]  # by method
+BAD = ("fail", "not-converging", "diverged")
+
+
+def verdict_cell(scene: str, method: str, judged: Judgement, link: str = "") -> Cell:
+    """A verdict, coloured, marked when it is a known limit or not what was expected."""
+    wanted = expected(scene, method)
+    text, hint = judged.verdict.replace("-", " "), judged.reason or "within tolerance"
+    if wanted.verdict != "pass":
+        known = wanted.allows(judged)
+        text += " (known)" if known else " (unexpected)"
+        hint += f"; expected {wanted.verdict}: {wanted.reason}"
+    return Cell(text, judged.verdict, hint, link)
+
+
+def summary(
+    system: System,
+    climbs: Sequence[Climb],
+    judged: Mapping[str, Judgement],
+    methods: Mapping[str, Method],
+) -> Table:
+    """Verdict of each method, and its errors and drift at the finest step."""
+    invariants = dict.fromkeys(n for c in climbs for m in c.measurements for n in m.invariants)
+    rows = []
+    for c in climbs:
+        verdict = verdict_cell(c.scene, c.method, judged[c.method])
+        finest = next((m for m in reversed(c.measurements) if m.status == "done"), None)
+        reason = Cell(judged[c.method].reason, "reason")
+        if finest is None:
+            blank = [""] * (1 + len(system.observables) + len(invariants))
+            rows.append(row(Cell(c.method, "method"), verdict, *blank, reason))
+            continue
+        errors = [
+            _number(finest.errors[o.name].largest) if o.name in finest.errors else ""
+            for o in system.observables
+        ]
+        kept = [_number(finest.invariants[n]) if n in finest.invariants else "" for n in invariants]
+        at = Cell(notation.step(finest.step, methods[c.method].control), "number")
+        rows.append(row(Cell(c.method, "method"), verdict, at, *errors, *kept, reason))
+    heads = (
+        "method",
+        "verdict",
+        "finest step",
+        *(f"error of {o.name} [{o.unit}]" for o in system.observables),
+        *(f"drift of {n}" for n in invariants),
+        "reason",
+    )
+    note = "Errors are the largest over the run, drifts relative."
+    return Table("Verdicts, and the finest step of each method", heads, tuple(rows), note)
+
+
+def orders(climbs: Sequence[Climb], methods: Mapping[str, Method]) -> Table | None:
+    """Observed against foretold and declared order; None without a method that has one."""
+    rows = []
+    for c in climbs:
+        method = methods[c.method]
+        done = [m for m in c.measurements if m.status == "done"]
+        if method.order is None or not done:
+            continue
+        between = ""
+        if c.order is not None:
+            steps = c.order.steps
+            between = (
+                f"{len(steps)} steps, {notation.short(steps[0])} to {notation.short(steps[-1])} s"
+            )
+        rows.append(
+            row(
+                Cell(c.method, "method"),
+                Cell(str(method.order), "number"),
+                _order(c.order, interval=True),
+                _order(c.foretold_order if _within_reach(c, done) else None, interval=False),
+                between or "fewer than four steps above the round-off floor",
+            )
+        )
+    if not rows:
+        return None
+    note = (
+        "The order belongs to the observable on this motion, not to the method alone: foretold is "
+        "the slope of what theory says of this very error at these very steps, where it reaches "
+        "them."
+    )
+    heads = ("method", "nominal", "observed [95 % interval]", "foretold here", "fitted to")
+    return Table("Order of convergence", heads, tuple(rows), note)
+
+
+def cost(climbs: Sequence[Climb], costs: Costs, methods: Mapping[str, Method]) -> Table | None:
+    """What a step costs, alone and in yardsticks; None where nothing was timed."""
+    rows = []
+    for c in climbs:
+        if (found := costs.get(c.method)) is None:
+            continue
+        done = [m for m in c.measurements if m.status == "done" and m.steps]
+        speed = ""
+        if done:
+            m = done[len(done) // 2]
+            faster = notation.times_real(m.steps * found.ns_per_step / m.duration)
+            speed = f"{faster} at {notation.step(m.step, methods[c.method].control)}"
+        scatter = f"{notation.number(found.low)} – {notation.number(found.high)}"
+        rows.append(
+            row(
+                Cell(c.method, "method"),
+                Cell(notation.number(found.ns_per_step), "number"),
+                Cell(scatter, "number"),
+                Cell(notation.number(found.ratio), "number"),
+                Cell(notation.seconds(found.compile_seconds), "number"),
+                Cell(speed, "number"),
+            )
+        )
+    if not rows:
+        return None
+    heads = ("method", "ns per step", "quartiles", "yardsticks", "compile time", "times real time")
+    note = (
+        "Medians of interleaved repeats, alone on the machine. A step of an adaptive solver is one "
+        "evaluation of the equation. A yardstick is a bare MuJoCo step of an empty model."
+    )
+    return Table("Cost", heads, tuple(rows), note)
+
+
+def every_run(system: System, climbs: Sequence[Climb], methods: Mapping[str, Method]) -> Table:
+    """Largest error of the leading observable of every run, with its verdict."""
+    leading = system.observables[0]
+    most = max((len(c.measurements) for c in climbs), default=0)
+    rows = []
+    for c in climbs:
+        cells = [_run(m, system, methods[c.method], leading.name) for m in c.measurements]
+        rows.append(row(Cell(c.method, "method"), *cells, *[""] * (most - len(cells))))
+    heads = ("method", *(f"rung {i + 1}" for i in range(most)))
+    note = "Coarse to fine. Colour: the verdict on the run; hover for step, tolerance and reason."
+    caption = f"Every run: largest error of {leading.name} [{leading.unit}]"
+    return Table(caption, heads, tuple(rows), note, folded=True)
+
+
+def budgets(system: System, climbs: Sequence[Climb], methods: Mapping[str, Method]) -> Table | None:
+    """The tolerance of one run of each method, term by term: the first that fails, else the
+    finest that is judged."""
+    rows = []
+    for c in climbs:
+        judged = [(m, judge(m, system, methods[c.method])) for m in c.measurements]
+        held = [(m, j) for m, j in judged if j.tolerances]
+        if not held:
+            continue
+        m, j = next((pair for pair in held if pair[1].verdict == "fail"), held[-1])
+        shown = [system.observables[0].name] if j.verdict != "fail" else list(j.tolerances)
+        for name, bound in ((n, b) for n, b in j.tolerances.items() if n in shown):
+            error = m.errors[name].largest
+            head = f"{name}, error {notation.number(error)} {bound.unit}"
+            total = Cell(notation.number(bound.bound), "number total")
+            verdict = Cell(f"the sum: {'within' if error <= bound.bound else 'EXCEEDED'}", "total")
+            at = Cell(notation.step(m.step, methods[c.method].control), "number")
+            rows.append(row(Cell(c.method, "method"), at, head, total, "", verdict))
+            for term in bound.terms:
+                value = Cell(notation.number(term.value), "number")
+                rows.append(row("", "", "", value, term.name, Cell(term.reason, "reason")))
+    if not rows:
+        return None
+    heads = ("method", "step", "observable", "bound", "term", "reason")
+    note = (
+        "One run of each method: the first that fails, with every observable, else the finest, "
+        "with the first one."
+    )
+    return Table("Tolerance budget, term by term", heads, tuple(rows), note, folded=True)
+
+
+def parameters(system: System, scene: Scene) -> Table:
+    """The scene's parameters and what is exactly known of it, to the last digit."""
+    rows = [row(name, Cell(_plain(value), "number")) for name, value in scene.parameters.items()]
+    rows += [
+        row(name.replace("_", " "), Cell(_plain(value), "number"))
+        for name, value in system.facts(system.problem(scene.parameters)).items()
+        if isinstance(value, (int, float, str)) and value != ""
+    ]
+    caption = "Parameters (SI), and what is exactly known"
+    return Table(caption, ("name", "value"), tuple(rows), scene.source, folded=True)
+
+
+def _plain(value: object) -> str:
+    return f"{value:.17g}" if isinstance(value, float) else str(value)
+
+
+def _run(found: Measurement, system: System, method: Method, leading: str) -> Cell:
+    judged = judge(found, system, method)
+    at = notation.step(found.step, method.control)
+    if found.status != "done":
+        return Cell(found.status, judged.verdict, f"{at}: {found.reason}")
+    hint = f"{at}: {judged.reason or judged.verdict}"
+    if bound := judged.tolerances.get(leading):
+        hint += f"; allowed {notation.number(bound.bound)} {bound.unit}"
+    return Cell(notation.number(found.errors[leading].largest), f"{judged.verdict} number", hint)
+
+
+def _within_reach(climb: Climb, done: Sequence[Measurement]) -> bool:
+    """Whether the errors that the order was fitted to are small enough for a series."""
+    steps = climb.order.steps if climb.order else ()
+    told = [e.foretold for m in done if m.step in steps for e in m.errors.values()]
+    return all(f is not None and f.nonlinearity < 1.0 for f in told)
+
+
+def _order(order: Order | None, interval: bool) -> Cell:
+    if order is None:
+        return Cell("–", "number")
+    text = f"{order.slope:.3f}"
+    return Cell(f"{text} [{order.low:.3f}, {order.high:.3f}]" if interval else text, "number")
+
+
+def _number(value: float) -> Cell:
+    return Cell(notation.number(value), "number")

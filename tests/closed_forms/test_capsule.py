@@ -1,0 +1,148 @@
+"""The capsule: normal forces, what makes a path valid, and why every line through C will do."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.capsule import (
+    Arc,
+    Capsule,
+    Segment,
+    direction_to,
+    friction_moment,
+    lowest_normal_forces,
+    normal_force_uncertainty,
+    normal_forces,
+    source_assumption,
+    validity,
+)
+from plumbob.tests.support.random_capsules import CHECK, LINE, capsules
+
+places = st.floats(-3.0, 3.0)
+angles = st.floats(-7.0, 7.0)
+
+
+@given(capsules(), places, places)
+def test_normal_forces_balance_both_weights(capsule: Capsule, x: float, y: float) -> None:
+    """Sum of forces, and of moments about C: weights of M at C and m at Q."""
+    forces = normal_forces(capsule, np.array([[x, y], [0.0, 0.0]]))
+    arms = np.asarray(capsule.supports)
+    slack = 3 * normal_force_uncertainty(capsule, math.hypot(x, y))
+    np.testing.assert_allclose(forces.sum(axis=1), capsule.weight, rtol=0, atol=slack)
+    carried = capsule.slider_mass * capsule.gravity * np.array([[x, y], [0.0, 0.0]])
+    reach = max(1.0, np.abs(arms).max())
+    np.testing.assert_allclose(forces @ arms, carried, rtol=0, atol=slack * reach)
+
+
+@given(capsules(), angles, places, places)
+def test_friction_balances_about_every_line_through_c(
+    capsule: Capsule, heading: float, along: float, across: float
+) -> None:
+    unit = np.array([math.cos(heading), math.sin(heading)])
+    spots = np.array([along * unit, along * unit + across * np.array([-unit[1], unit[0]])])
+    moments = friction_moment(capsule, spots, np.full(2, heading))
+    grip = capsule.friction * capsule.slider_mass * capsule.gravity
+    slack = 3 * normal_force_uncertainty(capsule, math.hypot(along, across))
+    reach = 2.0 * capsule.friction  # the longest arm [m], and f
+    np.testing.assert_allclose(moments, [0.0, grip * across], rtol=0, atol=slack * reach)
+
+
+def test_the_moment_would_show_a_wrong_share() -> None:
+    """Teeth: with two supports' loads swapped the balance about 50 degrees is gone."""
+    heading = math.radians(50.0)
+    place = 0.05 * np.array([[math.cos(heading), math.sin(heading)]])
+    assert abs(friction_moment(CHECK, place, np.array([heading]))[0]) < 1e-15
+    one, two, three = CHECK.supports
+    swapped = normal_forces(replace(CHECK, supports=(two, one, three)), place)
+    pressed = (swapped @ np.asarray(CHECK.supports))[0]
+    moment = CHECK.friction * (pressed[0] * math.sin(heading) - pressed[1] * math.cos(heading))
+    assert abs(moment) > 1e-3
+
+
+@given(capsules(), st.floats(0.1, 5.0), angles, angles)
+def test_lowest_normal_forces_are_exact(
+    capsule: Capsule, radius: float, start: float, end: float
+) -> None:
+    """Nowhere on the path is a force lower, and the path does pass where it is lowest."""
+    part = np.linspace(0.0, 1.0, 501)[:, None]
+    turned = start + (end - start) * part
+    chord = Segment((radius, start), (end, -radius))
+    slack = normal_force_uncertainty(capsule, radius + 7.0)
+    for piece, spots in (
+        (Arc(radius, start, end), radius * np.hstack([np.cos(turned), np.sin(turned)])),
+        (chord, np.array(chord.start) * (1 - part) + np.array(chord.end) * part),
+    ):
+        lowest, where = lowest_normal_forces(capsule, (piece,))
+        assert np.all(lowest <= normal_forces(capsule, spots).min(axis=0) + slack)
+        assert np.all(np.abs(np.diag(normal_forces(capsule, where)) - lowest) <= slack)
+        if isinstance(piece, Segment):
+            assert {(x, y) for x, y in where.tolist()} <= {piece.start, piece.end}
+            continue
+        np.testing.assert_allclose(np.hypot(*where.T), radius, rtol=1e-15)
+        since = np.mod(np.arctan2(where[:, 1], where[:, 0]) - min(start, end), 2 * math.pi)
+        past = np.minimum(since, 2 * math.pi - since)  # an end of the arc may round to before it
+        assert np.all((since <= abs(end - start) + 1e-14) | (past <= 1e-14))
+
+
+def test_validity_speaks_by_name() -> None:
+    assert validity(CHECK, (LINE.path,)) == ()
+    # The turn of physics takes Q out of the triangle, and every support stays loaded.
+    around = (Arc(0.12, 0.0, 7.0),)
+    assert validity(CHECK, around) == ()
+    assumed = source_assumption(CHECK, around)
+    assert (assumed.com_inside, assumed.slider_inside) == (True, False)
+    (breach,) = validity(CHECK, (Segment((0.0, 0.0), (-0.5, 0.0)),))
+    assert breach.name == "normal_force_1"
+    assert isinstance(breach.value, float)
+    assert breach.value < 0.0
+
+
+def test_edge_of_the_triangle() -> None:
+    """The combined centre within a hair of an edge is valid, on it is not."""
+    edge = -0.1 / CHECK.mass_ratio
+    near = (Segment((0.0, 0.0), (edge * (1 - 1e-12), 0.0)),)
+    lowest, _ = lowest_normal_forces(CHECK, near)
+    # 1e-12 of the load that support 1 has with Q at C, to what rounding leaves of it.
+    assert lowest[0] == pytest.approx(1e-12 * CHECK.weight / 3, rel=1e-3)
+    assert validity(CHECK, near) == ()
+    assert [b.name for b in validity(CHECK, (Segment((0, 0), (edge * 1.0001, 0)),))] == [
+        "normal_force_1"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({"body_mass": 0.0}, "body_mass"),
+        ({"slider_mass": -0.3}, "slider_mass"),
+        ({"inertia": math.inf}, "inertia"),
+        ({"friction": -0.1}, "friction"),
+        ({"gravity": "9.81"}, "gravity"),
+        ({"supports": ((0, 0), (1, 1))}, "supports"),
+        ({"supports": ((0, 0), (1, 1), (2, 2))}, "supports"),
+        ({"supports": ((0, 0), (1, 1), (1, 1))}, "supports"),
+        ({"supports": ((0, 0), (1, 0), (0, math.nan))}, "supports[2]"),
+        ({"supports": 3}, "supports"),
+    ],
+)
+def test_bad_capsules_are_named(changes: dict[str, Any], name: str) -> None:
+    with pytest.raises(ParameterError) as caught:
+        replace(CHECK, **changes)
+    assert caught.value.name == name
+    assert "\n" not in str(caught.value)
+
+
+def test_direction_to_a_support() -> None:
+    assert direction_to(CHECK, 1) == 0.0
+    assert math.tan(direction_to(CHECK, 2)) == pytest.approx(-1.5, rel=1e-15)
+    for support in (0, 4):
+        with pytest.raises(ParameterError, match="support"):
+            direction_to(CHECK, support)

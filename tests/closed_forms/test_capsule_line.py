@@ -1,0 +1,207 @@
+"""The line manoeuvre: closed form against 40 digits and the equations of motion, and teeth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.capsule import direction_to
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre, printed_body_velocity
+from plumbob.analytic.systems.manoeuvres.line_reference import LineReference, condition_number
+from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE, lines
+
+LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
+ONE_ROUNDING = 2.0**-53 * (1 + 1e-12)  # of the result, and what comparing loses
+
+
+def parameters(line: LineManoeuvre) -> dict[str, mpmath.mpf]:
+    """What eqs. 11-22 depend on."""
+    names = ("body_mass", "slider_mass", "friction", "gravity")
+    found = {name: mpmath.mpf(getattr(line.capsule, name)) for name in names}
+    return found | {name: mpmath.mpf(getattr(line, name)) for name in ("w1", "w2", "t1")}
+
+
+def integrate(given: Mapping[str, mpmath.mpf], time: mpmath.mpf) -> dict[str, mpmath.mpf]:
+    """Eqs. 11-14 integrated phase by phase, with 40 digits."""
+    body, slider, friction, gravity, w1, w2, t1 = given.values()
+    mu, grip = slider / (body + slider), friction * gravity
+    stop, rest = t1 + w1 * t1 / w2, t1 + (mu * w1 - grip) * t1 / (mu * w2 + grip)
+    x = v = xi = rate = now = mpmath.mpf(0)
+    for end, w, sliding in ((t1, w1, 1), (rest, -w2, 1), (stop, -w2, 0)):
+        span = min(end, time) - now
+        if span > 0:
+            a = (grip - mu * w) * sliding
+            x, v = x + v * span + a * span**2 / 2, v + a * span
+            xi, rate = xi + rate * span + w * span**2 / 2, rate + w * span
+            now += span
+    found = {"displacement": x, "velocity": v, "stroke": xi, "stroke_rate": rate}
+    return found | {"t2": stop, "t_star": rest}
+
+
+def loads(
+    line: LineManoeuvre, given: Mapping[str, mpmath.mpf], exact: Mapping[str, mpmath.mpf]
+) -> list[mpmath.mpf]:
+    """N_i from the balance of forces and of moments about C, solved with 40 digits."""
+    weight = given["slider_mass"] * given["gravity"]
+    along = weight * (mpmath.mpf(line.start) + exact["stroke"])
+    matrix = mpmath.matrix([[1, 1, 1], *zip(*line.capsule.supports, strict=True)])
+    unit = mpmath.cos(mpmath.mpf(line.direction)), mpmath.sin(mpmath.mpf(line.direction))
+    total = weight + given["body_mass"] * given["gravity"]
+    return list(mpmath.lu_solve(matrix, mpmath.matrix([total, along * unit[0], along * unit[1]])))
+
+
+def agrees(line: LineManoeuvre, names: tuple[str, ...] = ("displacement", "stroke")) -> bool:
+    """Whether the manoeuvre has the numbers that physics gives the check parameters: the decimals
+    of seven parameters are rounded, w1 and w2 twice more, and the condition number says how much
+    of that reaches the result."""
+    allowed = 3 * condition_number(LINE) * 2.0**-53
+    assert allowed < 1e-14
+    wanted = {"displacement": -0.0055917, "stroke": 0.0817786125, "t2": 0.1425, "t_star": 0.19 / 3}
+    return all(abs(getattr(line, n) - wanted[n]) <= allowed * abs(wanted[n]) for n in names)
+
+
+@pytest.mark.parametrize("heading", [direction_to(CHECK, i) for i in (1, 2, 3)] + [0.9, 2.1, 3.9])
+def test_check_values(heading: float) -> None:
+    assert agrees(replace(LINE, direction=heading), ("displacement", "stroke", "t2", "t_star"))
+
+
+@pytest.mark.parametrize(
+    ("changes", "unlike"),
+    [({"friction": 0.3 * (1 + 1e-4)}, "displacement"), ({"slider_mass": 0.3001}, "displacement")],
+)
+def test_teeth(changes: dict[str, Any], unlike: str) -> None:
+    """The stroke is set by w1, w2, t1 alone, the displacement is not."""
+    wrong = replace(LINE, capsule=replace(CHECK, **changes))
+    assert not agrees(wrong, (unlike,))
+    assert agrees(wrong, ("stroke",))
+
+
+def test_teeth_of_the_condition_number() -> None:
+    """It is the largest relative change of the displacement over that of the parameters."""
+    small, changes = 1e-7, []
+    for name in ("body_mass", "slider_mass", "friction", "gravity"):
+        wrong = replace(CHECK, **{name: getattr(CHECK, name) * (1 + small)})
+        changes.append(replace(LINE, capsule=wrong).displacement)
+    for name in ("w1", "w2", "t1"):
+        changes.append(replace(LINE, **{name: getattr(LINE, name) * (1 + small)}).displacement)
+    total = sum(abs(x / LINE.displacement - 1.0) for x in changes) / small
+    # Second-order terms, a hundred or so times `small`.
+    assert condition_number(LINE) == pytest.approx(total, rel=1e-5)
+
+
+@given(lines())
+def test_closed_form_has_one_rounding(line: LineManoeuvre) -> None:
+    with mpmath.workdps(40):
+        exact = integrate(parameters(line), mpmath.mpf(2 * line.t2))
+        for name in ("displacement", "stroke", "t2", "t_star"):
+            found = mpmath.mpf(getattr(line, name))
+            assert abs(found - exact[name]) <= ONE_ROUNDING * abs(exact[name])
+
+
+@settings(max_examples=60)
+@given(lines(), st.lists(st.floats(1e-9, 1.2), min_size=1, max_size=4), st.integers(0, 255))
+def test_histories_within_their_uncertainty(
+    line: LineManoeuvre, parts: list[float], signs: int
+) -> None:
+    """With every parameter and time moved by one rounding, each its own way."""
+    times = np.array([0.0, line.t1, line.t_star, line.t2, *(p * line.t2 for p in parts)])
+    reference = LineReference(line)
+    found, slack = reference.observe(times), reference.uncertainty(times)
+    assert list(found) == list(slack)
+    with mpmath.workdps(40):
+        nudge = [1 + (1 if signs >> k & 1 else -1) * mpmath.mpf(2) ** -53 for k in range(8)]
+        near = {n: p * nudge[k] for k, (n, p) in enumerate(parameters(line).items())}
+        for i, time in enumerate(times):
+            exact = integrate(near, mpmath.mpf(float(time)) * nudge[7])
+            exact |= {f"normal_force_{k + 1}": n for k, n in enumerate(loads(line, near, exact))}
+            for name in ("displacement", "velocity", "stroke", "stroke_rate", *LOADS):
+                assert abs(found[name][i] - exact[name]) <= slack[name][i], name
+
+
+def test_uncertainty_is_small() -> None:
+    """A bound that forgives everything would pass above."""
+    times = np.linspace(0.0, 0.2, 50)
+    observed = LineReference(LINE).observe(times)
+    for name, slack in LineReference(LINE).uncertainty(times).items():
+        assert slack.max() <= 2e-14 * max(1e-300, np.abs(observed[name]).max()), name
+
+
+@given(lines())
+def test_equations_of_motion(line: LineManoeuvre) -> None:
+    """Eqs. 2, 7 and the balance of momentum; every force is constant between two switches."""
+    c, edges = line.capsule, np.array([0.0, line.t1, line.t_star, line.t2, 2 * line.t2])
+    inside = 0.5 * (edges[1:] + edges[:-1])
+    friction, actuator = line.friction_force(inside), line.actuator_force(inside)
+    # A few roundings of the largest force, and of the largest momentum.
+    near = 1e-14 * (c.weight * c.friction + c.slider_mass * (line.w1 + line.w2))
+    needed = c.body_mass * line.body_acceleration(inside)
+    np.testing.assert_allclose(needed, friction - actuator, rtol=0, atol=near)
+    impulse = friction * np.diff(edges)
+    np.testing.assert_allclose(np.diff(line.momentum(edges)), impulse, rtol=0, atol=near * line.t2)
+    assert np.all(np.abs(friction) <= c.friction * c.weight * (1 + 1e-14))
+    np.testing.assert_allclose(line.normal_forces(edges).sum(axis=1), c.weight, rtol=1e-13)
+    sliding = line.support_friction(inside)
+    np.testing.assert_allclose(sliding[:2].sum(axis=1), friction[:2], rtol=1e-13)
+    assert np.all(np.isnan(sliding[2:]))
+    assert line.t1 < line.t_star <= line.t2
+    assert line.body_velocity(edges).max() <= 0.0
+
+
+@given(lines(friction=0.0))
+def test_without_friction_the_combined_centre_stays(line: LineManoeuvre) -> None:
+    """Eq. 15's upper bound on w2 has no purpose then, for the body stops with the slider."""
+    times = np.linspace(0.0, 1.5 * line.t2, 40)
+    centre = line.body_displacement(times) + line.capsule.mass_ratio * line.strokes(times)
+    assert np.abs(centre).max() <= 8 * 2.0**-52 * line.stroke  # the roundings of either term
+    assert line.t_star == line.t2
+
+
+def test_printed_velocity_contradicts_the_stopping_time() -> None:
+    times = np.linspace(0.0, LINE.t2, 400)
+    printed, own = printed_body_velocity(LINE, times), LINE.body_velocity(times)
+    pushing = times < LINE.t1
+    np.testing.assert_array_equal(printed[pushing], own[pushing])
+    assert abs(own[times > LINE.t_star]).max() == 0.0
+    assert printed[times > LINE.t_star].max() < -0.1
+
+
+@pytest.mark.parametrize("excess", [1e-6, 1e-12])
+def test_push_just_above_its_threshold(excess: float) -> None:
+    """w1 = f g/mu (1 + excess) leaves an exact difference, and a condition number that says so."""
+    line = replace(LINE, w1=LIMIT * (1 + excess))
+    # w1, f and g count once each, m and M by 1 - mu; roundings of w1 itself are 1e-16/excess.
+    expected = (3 + 2 * (1 - CHECK.mass_ratio)) / excess
+    near = excess + 5e-16 / excess
+    assert condition_number(line) == pytest.approx(expected, rel=2 * near)
+    grip = CHECK.friction * CHECK.gravity
+    assert line.displacement == pytest.approx(-0.5 * excess * grip * 0.03**2, rel=near)
+
+
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({"w1": LIMIT}, "w1"),
+        ({"w1": LIMIT * (1 - 1e-9)}, "w1"),
+        ({"w2": LIMIT * (1 + 1e-9)}, "w2"),
+        ({"w2": 0.0}, "w2"),
+        ({"t1": -0.03}, "t1"),
+        ({"t1": math.nan}, "t1"),
+        ({"start": -0.6}, "normal_force_1"),
+        ({"t1": 0.2}, "normal_force_2"),
+        ({"w1": 1e300, "t1": 1e10}, "w1, w2, t1"),
+    ],
+)
+def test_bad_manoeuvres_are_named(changes: dict[str, Any], name: str) -> None:
+    with pytest.raises(ParameterError) as caught:
+        replace(LINE, **changes)
+    assert caught.value.name == name
+    assert "\n" not in str(caught.value)

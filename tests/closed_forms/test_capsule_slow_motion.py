@@ -1,0 +1,131 @@
+"""Slow motion, holding under tilted gravity, and trains of manoeuvres."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.capsule import Capsule, normal_forces, validity
+from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
+from plumbob.analytic.systems.manoeuvres.manoeuvre_train import ManoeuvreTrain
+from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke, slow_return
+from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle, tilted_gravity
+from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE, capsules
+
+angles, spans = st.floats(-7.0, 7.0), st.floats(-0.2, 0.2)
+
+
+@given(capsules(), angles, spans, angles, st.floats(0.0, 6.0))
+def test_friction_holds_to_the_threshold_and_no_further(
+    capsule: Capsule, place: float, span: float, pull: float, distance: float
+) -> None:
+    """A force through the combined centre is held if no rotation about any point gains by it: its
+    work is at most the dissipation there, and equal to it in the limit of a translation."""
+    slider = span * np.array([math.cos(place), math.sin(place)])
+    centre = capsule.mass_ratio * slider
+    limits = capsule.friction * normal_forces(capsule, slider[None])[0]
+    force = capsule.weight * math.tan(tilt_angle(capsule))
+    assert force == pytest.approx(capsule.slider_mass * capsule.holding_acceleration, rel=1e-14)
+    across = np.array([-math.sin(pull), math.cos(pull)])
+    for far in (10.0**distance, 1e6):
+        pole = centre + far * across
+        arms = np.hypot(*(np.asarray(capsule.supports) - pole).T)
+        assert limits @ arms >= force * far * (1 - 1e-13)
+    # Arms differ from `far` by (2 m)^2/(2 far) at most, beside the part that cancels: 2e-12 of it.
+    assert limits @ arms == pytest.approx(force * far, rel=3e-12)
+
+
+@given(spans, st.floats(0.05, 1.0), angles, st.booleans())
+def test_slow_stroke_is_the_motion_of_its_acceleration(
+    length: float, fraction: float, heading: float, there_and_back: bool
+) -> None:
+    assume(abs(length) > 1e-6)
+    slow = SlowStroke(CHECK, length, fraction, heading, -0.05, there_and_back)
+    quarters = np.linspace(0.0, slow.duration, 5 if there_and_back else 3)
+    inside = 0.5 * (quarters[1:] + quarters[:-1])
+    w, v = slow.relative_acceleration(inside), slow.relative_velocity(quarters)
+    span, top = quarters[1], slow.acceleration * quarters[1]
+    np.testing.assert_allclose(np.diff(v), w * span, rtol=0, atol=1e-14 * top)
+    expected = v[:-1] * span + 0.5 * w * span**2
+    steps = np.diff(slow.strokes(quarters))
+    np.testing.assert_allclose(steps, expected, rtol=0, atol=1e-14 * top * span)
+    np.testing.assert_allclose(np.abs(w), fraction * LIMIT, rtol=1e-14)
+    assert abs(slow.strokes(quarters).flat[2 if there_and_back else -1] - length) <= 1e-15
+    held = slow.observe(quarters)
+    assert np.abs(held["friction_force"]).max() <= CHECK.friction * CHECK.weight * (1 + 1e-15)
+    assert held["stroke_rate"][-1] == held["friction_force"][-1] == 0.0
+    assert abs(held["stroke"][-1] - (0.0 if there_and_back else length)) <= 1e-15
+    assert slow.duration == pytest.approx(
+        (4 if there_and_back else 2) * math.sqrt(abs(length) / (fraction * LIMIT)), rel=1e-14
+    )
+
+
+def test_tilted_gravity_pulls_as_asked() -> None:
+    pull = tilted_gravity(CHECK, 0.9, 0.7)
+    assert math.hypot(*pull) == pytest.approx(9.81, rel=1e-15)
+    assert math.hypot(pull[0], pull[1]) / -pull[2] == pytest.approx(0.9 * 0.3, rel=1e-15)
+    assert math.atan2(pull[1], pull[0]) == pytest.approx(0.7, rel=1e-15)
+    held = TiltedHold(CHECK, 0.9, 0.7, (0.05, 0.02)).observe(np.array([0.0, 10.0]))
+    total = sum(held[f"normal_force_{i}"][0] for i in (1, 2, 3))
+    assert total == pytest.approx(-1.3 * pull[2], rel=1e-14)
+    assert held["friction_force"][1] == pytest.approx(
+        -1.3 * math.hypot(pull[0], pull[1]), rel=1e-14
+    )
+    assert held["displacement"][1] == 0.0
+
+
+def test_a_train_repeats_itself() -> None:
+    train = ManoeuvreTrain(LINE, 1000, fraction=0.9, pause=0.01)
+    assert train.displacement == pytest.approx(-5.5917, rel=1e-14)
+    times = np.linspace(0.0, train.period, 500, endpoint=False)
+    first, last = train.observe(times), train.observe(times + 999 * train.period)
+    slack = train.uncertainty(times + 999 * train.period)
+    alone = LineReference(LINE).observe(times)
+    early = times < LINE.t2
+    for name in first:
+        np.testing.assert_array_equal(first[name][early], alone[name][early])
+        shift = 999 * LINE.displacement if name == "displacement" else 0.0
+        assert np.all(np.abs(last[name] - first[name] - shift) <= slack[name] + 1e-300), name
+    end = train.observe(np.array([train.duration, 2 * train.duration]))
+    np.testing.assert_allclose(end["displacement"], train.displacement, rtol=1e-15)
+    np.testing.assert_allclose(end["stroke"], 0.0, rtol=0, atol=1e-15)
+    edges = np.linspace(0.0, 2 * train.period, 300)
+    mean = train.mean_relative_acceleration(edges)
+    steps = mean * np.diff(edges)
+    np.testing.assert_allclose(np.cumsum(steps), train.relative_velocity(edges)[1:], atol=1e-13)
+    assert train.leading_error("rk4", times) == {}
+    lead = train.leading_error("semi-implicit-euler", times)[1]
+    np.testing.assert_allclose(lead["stroke"], 0.5 * first["stroke_rate"], rtol=1e-15)
+
+
+def test_slow_return_goes_back_over_the_same_path() -> None:
+    back = slow_return(LINE, 0.5)
+    assert back.path.start == LINE.path.end
+    np.testing.assert_allclose(back.path.end, LINE.path.start, atol=1e-17)
+    assert validity(CHECK, (back.path,)) == ()
+
+
+@pytest.mark.parametrize(
+    ("build", "name"),
+    [
+        (lambda: SlowStroke(CHECK, 0.1, fraction=1.1), "fraction"),
+        (lambda: SlowStroke(CHECK, 0.0), "length"),
+        (lambda: SlowStroke(CHECK, -0.6), "normal_force_1"),
+        (lambda: tilt_angle(CHECK, 0.0), "fraction"),
+        (lambda: TiltedHold(CHECK, 0.9, math.inf), "direction"),
+        (lambda: TiltedHold(CHECK, 0.9, 0.0, (1.0, 0.0)), "normal_force_2"),
+        (lambda: ManoeuvreTrain(LINE, 0), "count"),
+        (lambda: ManoeuvreTrain(LINE, 3, pause=-1.0), "pause"),
+    ],
+)
+def test_bad_input_is_named(build: Callable[[], object], name: str) -> None:
+    with pytest.raises(ParameterError) as caught:
+        build()
+    assert caught.value.name == name
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,135 @@
+"""Turns and spins as scenes: exact answers, trains laid end to end, what steps make of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.errors.position_first import POSITION_FIRST
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
+from plumbob.analytic.systems.manoeuvres.turn_train import TurnTrain
+from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.analytic.systems.three_points.reference import PlaneReference
+from plumbob.engines.adapters.sampling import sampled
+from plumbob.models.registry import scene, system_of
+from plumbob.models.scene import Scene
+from plumbob.models.tripod_capsule.turn import EPSILONS, SCENES
+from plumbob.tests.support.random_capsules import CHECK
+
+RATIO = turn_of(CHECK, 0.12, 1.0).inertia_ratio
+EULER = "semi-implicit-euler"
+WHOLE = replace(turn_of(CHECK, 0.12, 0.1, -RATIO * 2.0 * math.pi), capsule=CHECK)
+
+
+def exact(case: Scene) -> PlaneReference:
+    """The exact answer to a scene."""
+    found = system_of(case).reference(system_of(case).problem(case.parameters))
+    assert isinstance(found, PlaneReference)
+    return found
+
+
+@pytest.mark.parametrize("epsilon", EPSILONS)
+def test_a_turn_says_its_angles(epsilon: float) -> None:
+    """The source's angle, and it corrected: off by 0.888 epsilon^4 and, at rest, 2.37 epsilon^4
+    ln(1/epsilon) with a remainder of the same power; below 1e-10 nothing can be told."""
+    case = scene(f"capsule-turn/{epsilon}")
+    facts = system_of(case).facts(system_of(case).problem(case.parameters))
+    assert facts["epsilon"] == pytest.approx(epsilon, rel=1e-14)
+    assert facts["body_angle_formula"] == pytest.approx(-1.0, rel=1e-14)
+    off = facts["body_angle"] - facts["body_angle_corrected"]
+    assert off == pytest.approx(-0.888 * epsilon**4, rel=0.1, abs=1e-10)
+    at_rest = facts["body_angle_at_rest"] - facts["body_angle_corrected_at_rest"]
+    assert abs(at_rest) <= 2.6 * epsilon**4 * (1.0 + math.log(1.0 / epsilon)) + 1e-10
+    assert case.parameters["half_time"] * 2.0 < facts["rest_time"] <= case.duration
+
+
+@pytest.mark.parametrize("case", SCENES, ids=lambda case: case.name)
+def test_samples_fall_on_the_slider_s_stop(case: Scene) -> None:
+    """Every rung has a whole number of steps in a half time and in the scene, and of the samples
+    that are kept one is at 2 tau, where the source's formula holds; trains have too many turns."""
+    tau = case.parameters["half_time"]
+    for step in case.steps:
+        stop, steps = 2.0 * tau / step, case.duration / step
+        assert max(abs(stop - round(stop)), abs(steps - round(steps))) <= 1e-9 * steps
+        if case.parameters.get("count", 1) == 1:
+            assert round(stop) in sampled(round(steps))
+
+
+def test_turns_laid_end_to_end_are_the_whole_motion() -> None:
+    """Against the train followed as one path; what is left are both motions' own errors."""
+    train = TurnTrain(WHOLE, 3, 3.0 * WHOLE.half_time)
+    motion = three_point_motion(CHECK, train.path)
+    assert train.duration == pytest.approx(motion.rest_time, rel=1e-12)
+    times = np.linspace(0.0, 1.05 * train.duration, 200)
+    one, other = train.at(times), motion.at(times)
+    for name in ("position", "heading", "velocity", "angular_velocity"):
+        size = np.abs(getattr(other, name)).max()
+        np.testing.assert_allclose(
+            getattr(one, name), getattr(other, name), rtol=0, atol=1e-11 * size
+        )
+    assert train.error.heading[0] >= 3 * train.one.error.heading[0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"count": 0}, "^count = 0"),
+        ({"count": 2}, "^slider_angle = .*whole circles"),
+        ({"pause": -1.0}, "^pause = "),
+        ({"radius": 0.5}, "^normal_force_"),
+        ({"half_time": 0.0}, "^half_time = "),
+        ({"spin": 1.0}, "^spin = "),
+    ],
+)
+def test_what_cannot_be_is_refused_by_name(changes: dict[str, float], message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        scene("capsule-turn/0.3", changes)
+
+
+def test_a_train_needs_its_pauses() -> None:
+    with pytest.raises(ParameterError, match=r"^pause = 0\.0: must be at least"):
+        TurnTrain(WHOLE, 2, 0.0)
+
+
+def test_a_reference_is_in_the_axes_of_its_start() -> None:
+    path = turn_of(CHECK, 0.12, 0.3).path
+    times = np.linspace(0.0, 0.2, 9)
+    plain = PlaneReference(three_point_motion(CHECK, path))
+    moved = PlaneReference(three_point_motion(CHECK, path, Start((0.4, -0.3), 2.0)))
+    for name, values in plain.observe(times).items():
+        np.testing.assert_allclose(moved.observe(times)[name], values, rtol=0, atol=1e-13 * 20.0)
+    told = [r.foretold(POSITION_FIRST, 1e-3, times) for r in (plain, moved)]
+    np.testing.assert_allclose(told[0]["x"], told[1]["x"], rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("name", "scheme", "observable", "coefficient"),
+    [
+        # error at rest over the step: [rad/s], and [m/s]
+        ("capsule-coast/spin", POSITION_FIRST, "heading", 3.184),
+        ("capsule-coast/spin", POSITION_FIRST, "x", 0.07423),
+        ("capsule-coast/spin", EULER, "heading", -2.183),
+        ("capsule-turn/0.3", POSITION_FIRST, "heading", -1.377),
+        ("capsule-turn/0.3", EULER, "heading", 121.6),
+    ],
+)
+def test_what_steps_err_by_is_of_first_order(
+    name: str, scheme: str, observable: str, coefficient: float
+) -> None:
+    """Coefficients, from halved steps: what is left after it is of second order, and a sawtooth."""
+    case = scene(name)
+    reference, steps = exact(case), [case.duration / n for n in (1000, 2000)]
+    grid = np.array([0.0, case.duration])
+    ends = [reference.foretold(scheme, h, grid)[observable][-1] / h for h in steps]
+    assert 2.0 * ends[1] - ends[0] == pytest.approx(coefficient, rel=0.03)
+
+
+def test_a_scheme_without_theory_and_a_run_too_long_are_told_nothing() -> None:
+    reference, grid = exact(scene("capsule-turn/0.3")), np.array([0.0, 0.2])
+    assert reference.foretold("verlet", 1e-3, grid) == {}
+    assert reference.foretold(POSITION_FIRST, 1e-7, grid) == {}
+    assert reference.leading_error(POSITION_FIRST, grid) == {}

@@ -1,0 +1,184 @@
+"""The cone pendulum's mass properties, potential, equilibria and motion: the numbers that Sudakov
+2015 prints, recomputed to 17 digits, and what its formulas require of their arguments."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import gmpy2
+import numpy as np
+import pytest
+from gmpy2 import mpfr
+
+from plumbob.analytic.numerics.quad import double
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
+from plumbob.tests.support.high_precision import orbit_of
+from plumbob.tests.support.random_pendulums import pendulums
+
+STEEL = cone(8000.0, 0.3, math.radians(30.0))
+RESTING = ConePendulum(STEEL, 0.0, 0.09, 0.0, 9.8, 0.0, 13.0)
+TURNING = ConePendulum(STEEL, 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
+PRINTED = TURNING.printed_motion()
+AT_REST = TURNING.equilibria
+SEVENTEEN = 1e-14  # relative: rounding of the arguments, and of some printed digits
+
+
+def at(pendulum: ConePendulum, time: float, which: int) -> float:
+    return float(pendulum.motion.state(np.array([time]))[which][0])
+
+
+NUMBERS = {
+    "mass": (STEEL.mass, 16.240046710891569),
+    "I_x": (STEEL.inertia_x, 0.89270329145737231),
+    "I_y": (STEEL.inertia_y, 0.89270329145737231),
+    "I_z": (STEEL.inertia_z, 0.031481538138455129),
+    "arm": (STEEL.com_distance, 0.225),
+    "resting: barrier": (double(RESTING.motion.barriers[0]), 35.80930299751591),
+    "resting: energy": (double(RESTING.motion.energy), 39.62412513063205),
+    "resting: period": (RESTING.motion.period, 0.89318750868336298),
+    "resting: action": (RESTING.motion.action, 7.8389518836801569),
+    "resting: theta(1)": (at(RESTING, 1.0, 0), 7.5769708247772081),
+    "resting: theta_dot(1)": (at(RESTING, 1.0, 1), 10.522065219424089),
+    "printed: barrier": (TURNING.printed_barrier[0], 514.19980544461671),
+    "printed: its angle": (TURNING.printed_barrier[1], 1.6153103126001704),
+    "printed: energy": (double(PRINTED.energy), 575.24610000505543),
+    "printed: period": (PRINTED.period, 0.23698083024728754),
+    "printed: action": (PRINTED.action, 26.71078315215131),
+    "energy": (double(TURNING.motion.energy), 575.24610000505543),
+    "period": (TURNING.motion.period, 0.16006944027755794),
+    "action": (TURNING.motion.action, 35.583008374026574),
+    "barrier": (double(TURNING.motion.barriers[0]), 75.715281665569441),
+    "lower barrier": (double(TURNING.motion.barriers[1]), 9.5533057926638596),
+    "theta(0.1)": (at(TURNING, 0.1, 0), 4.0739053394104624),
+    "theta_dot(0.1)": (at(TURNING, 0.1, 1), 35.518120032332755),
+    "theta(0.5)": (at(TURNING, 0.5, 0), 19.655093168749575),
+    "theta_dot(0.5)": (at(TURNING, 0.5, 1), 45.196918078698202),
+    "pitchfork rate": (TURNING.pitchfork_rate, 6.4482287920129893),
+}
+EQUILIBRIA = (
+    (-2.7751978203905742, 75.715281665569441, "saddle", 24.727000667905373),
+    (-1.4708157898939431, -70.567302987382008, "centre", 19.884245862268769),
+    (-0.42186138429489885, 9.5533057926638596, "saddle", 22.335022726083818),
+    (1.5262823409896228, -514.19980544461671, "centre", 30.002437081566505),
+)
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_number_of_the_source(name: str) -> None:
+    found, expected = NUMBERS[name]
+    assert found == pytest.approx(expected, rel=SEVENTEEN)
+
+
+@pytest.mark.parametrize(("found", "expected"), list(zip(AT_REST, EQUILIBRIA, strict=True)))
+def test_equilibrium_of_the_source(found: Any, expected: tuple[float, float, str, float]) -> None:
+    theta, potential, kind, rate = expected
+    assert found.theta == pytest.approx(theta, rel=SEVENTEEN)
+    assert found.potential == pytest.approx(potential, rel=SEVENTEEN)
+    assert found.kind == kind
+    assert found.rate == pytest.approx(rate, rel=SEVENTEEN)
+
+
+@pytest.mark.parametrize("name", ["density", "height", "apex_angle", "platform_rate", "gravity"])
+def test_a_change_of_1e_11_goes_red(name: str) -> None:
+    given = {"density": 8000.0, "height": 0.3, "apex_angle": math.radians(30.0)}
+    other = {"platform_rate": 26.0, "gravity": 9.8}
+    for group in (given, other):
+        if name in group:
+            group[name] *= 1 + 1e-11
+    changed = ConePendulum(cone(**given), 0.0, 0.09, theta=0.0, theta_dot=37.0, **other)
+    found = [double(changed.motion.barriers[1]), changed.motion.action, at(changed, 0.5, 1)]
+    wanted = [NUMBERS[key][1] for key in ("lower barrier", "action", "theta_dot(0.5)")]
+    assert found != pytest.approx(wanted, rel=SEVENTEEN)
+
+
+def test_printed_hamiltonian_is_another_problem() -> None:
+    """Eq. 9 leaves the motion of the Lagrangian (7) that it stands beside by radians in 0.5 s."""
+    theta = PRINTED.state(np.array([0.5]))[0][0]
+    assert abs(theta - NUMBERS["theta(0.5)"][1]) > 6.0
+    still = RESTING.printed_motion().state(np.array([0.5]))[0][0]
+    assert still == pytest.approx(at(RESTING, 0.5, 0), rel=1e-15)  # the same without rotation
+
+
+def test_general_body_turns_by_its_i_y() -> None:
+    """The source's I_x for I_y is right for a symmetric body alone."""
+    moments = {"inertia_y": STEEL.inertia_y + 0.03}
+    pendulum = replace(TURNING, body=replace(STEEL, **moments))
+    assert at(pendulum, 0.5, 0) == pytest.approx(19.729448, abs=5e-7)
+    assert at(TURNING, 0.5, 0) == pytest.approx(19.655093, abs=5e-7)
+
+
+def test_coefficients_are_those_of_the_witness() -> None:
+    """The closed form and 40-digit quadrature start from the same doubles."""
+    for _, pendulum in pendulums(110, seed=7):
+        v, orbit = pendulum.potential, orbit_of(pendulum)
+        for found, expected in ((v.a, orbit.a), (v.b, orbit.b), (v.c, orbit.c)):
+            exact = mpfr(str(found))
+            assert abs(exact - expected) <= abs(expected) * mpfr(2) ** -109
+
+
+def test_equilibria_against_40_digits() -> None:
+    for _, pendulum in pendulums(110, seed=8):
+        orbit = orbit_of(pendulum)
+        turn = 2 * gmpy2.const_pi()
+        within = [float(x - turn * gmpy2.ceil(x / turn - 0.5 - 1e-30)) for x in orbit.critical]
+        found = [e.theta for e in pendulum.equilibria]
+        assert found == pytest.approx(sorted(within), rel=2e-16, abs=1e-20)
+        for equilibrium in pendulum.equilibria:
+            value = float(orbit.potential(mpfr(equilibrium.theta)))
+            assert equilibrium.potential == pytest.approx(value, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("rate", "kinds"),
+    [
+        (0.99, ["centre", "saddle"]),
+        (1.01, ["centre", "saddle", "centre", "saddle"]),
+        (1.0, ["degenerate", "saddle"]),
+    ],
+)
+def test_pitchfork(rate: float, kinds: list[str]) -> None:
+    level = replace(TURNING, pivot_y=0.0, platform_rate=rate * TURNING.pitchfork_rate)
+    found = [e.kind for e in level.equilibria if abs(e.theta) > 1e-7 or rate != 1.0]
+    # At the pitchfork what rounding leaves of it: one equilibrium at 0, or three within 1e-7.
+    near = [e for e in level.equilibria if abs(e.theta) <= 1e-7 and rate == 1.0]
+    assert found == (kinds if rate != 1.0 else ["saddle"])
+    assert {e.kind for e in near} <= {"degenerate"}
+
+
+def test_there_is_no_pitchfork_for_a_flat_body() -> None:
+    assert replace(TURNING, body=cone(8000.0, 0.3, math.radians(150.0))).pitchfork_rate == math.inf
+
+
+def test_started_gives_the_excess_as_a_speed() -> None:
+    given = replace(TURNING, theta=0.3, theta_dot=-1.0, excess=2.0)
+    assert given.started.excess is None
+    assert double(given.started.motion.energy - given.motion.energy) == pytest.approx(0, abs=1e-12)
+    assert given.started.theta_dot < 0
+    assert TURNING.started is TURNING
+
+
+BODY = {"mass": 1.0, "com_distance": 0.2, "inertia_x": 0.1, "inertia_y": 0.1, "inertia_z": 0.05}
+BAD = (
+    (cone, {"density": 8000.0, "height": 0.3, "apex_angle": math.pi}, "apex_angle"),
+    (cone, {"density": -1.0, "height": 0.3, "apex_angle": 0.5}, "density"),
+    (cone, {"density": 8000.0, "height": math.nan, "apex_angle": 0.5}, "height"),
+    (Body, {**BODY, "mass": 0.0}, "mass"),
+    (Body, {**BODY, "inertia_x": 0.03}, "inertia_x"),
+    (Body, {**BODY, "inertia_y": 0.03}, "inertia_y"),
+    (Body, {**BODY, "inertia_z": 0.2}, "inertia_x, inertia_y, inertia_z"),
+    (lambda **given: replace(TURNING, **given), {"gravity": -9.8}, "gravity"),
+    (lambda **given: replace(TURNING, **given), {"theta": math.inf}, "theta"),
+    (lambda **given: replace(TURNING, **given), {"excess": -700.0}, "excess"),
+    (lambda **given: replace(TURNING, **given), {"excess": math.nan}, "excess"),
+)
+
+
+@pytest.mark.parametrize(("make", "given", "name"), BAD, ids=[str(case[2]) for case in BAD])
+def test_bad_input_is_named(make: Any, given: dict[str, float], name: str) -> None:
+    with pytest.raises(ParameterError) as caught:
+        make(**given)
+    assert caught.value.name == name
+    assert "\n" not in str(caught.value)

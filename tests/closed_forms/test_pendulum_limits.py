@@ -1,0 +1,202 @@
+"""The pendulum where its motion has no period, or none worth the name; and what its solution says
+of itself: the time of an angle, momentum, phase, condition numbers, uncertainty."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from gmpy2 import mpfr
+
+from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
+from plumbob.analytic.numerics.quad import double
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.tests.support.high_precision import orbit_of
+from plumbob.tests.support.random_pendulums import pendulums
+
+STEEL = ConePendulum(cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
+FLAT = replace(STEEL, body=cone(8000.0, 0.3, math.radians(150.0)), pivot_y=0.0)  # I_x < I_z
+SIMPLE = TrigonometricPotential(0.0, 0.0, 9.8)
+ULP = 2.0**-52
+
+SEPARATRICES = {
+    "over the only barrier": replace(STEEL, platform_rate=0.0, theta=0.3, theta_dot=1.0),
+    "round both wells": replace(STEEL, theta=0.3, theta_dot=-1.0),
+    "round, from the shallower well": replace(STEEL, theta=-1.2, theta_dot=1.0),
+    "between two saddles": replace(FLAT, theta=0.2, theta_dot=1.0),
+    "back between two saddles": replace(FLAT, theta=-0.2, theta_dot=-1.0),
+    "over the top between two saddles": replace(FLAT, theta=3.0, theta_dot=-1.0),
+    "without gravity": replace(FLAT, gravity=0.0, theta=0.2, theta_dot=-1.0),
+    "from saddle to saddle at 0 and pi": replace(STEEL, pivot_y=0.0, gravity=0.0, theta=-4.0),
+}
+
+
+@pytest.mark.parametrize("case", SEPARATRICES)
+def test_separatrix(case: str) -> None:
+    pendulum = replace(SEPARATRICES[case], excess=0.0)
+    motion, orbit = pendulum.motion, orbit_of(pendulum)
+    assert motion.regime == "separatrix"
+    assert motion.period == math.inf
+    assert motion.mean_rate == 0.0
+    assert math.isnan(motion.action)
+    assert motion.period_condition == motion.action_condition == math.inf
+    times = np.array([-0.3, -0.1, 0.0, 0.1, 0.2, 0.3])
+    theta, theta_dot = motion.state(times)
+    for time, x, v in zip(times, theta, theta_dot, strict=True):
+        spent = orbit.over(mpfr(0), orbit.sense * (mpfr(x) - orbit.theta))[0]
+        speed = orbit.speed(mpfr(x))
+        assert abs(float((time - spent) * speed)) <= 1e-15 * (1 + abs(x))
+        assert v == pytest.approx(orbit.sense * float(speed), rel=1e-13, abs=1e-13)
+    # It tends to saddles, as exp(-rate t).
+    (before, after), rates = motion.state(np.array([-1e5, 1e5]))
+    saddles = [e for e in pendulum.equilibria if e.kind == "saddle"]
+    for end, rate in ((before, rates[0]), (after, rates[1])):
+        gaps = [abs(math.remainder(end - e.theta, 2 * math.pi)) for e in saddles]
+        assert min(gaps) <= 1e-15
+        assert abs(rate) <= 1e-100
+    assert np.sign(after - before) == orbit.sense
+    reached = theta[times >= 0]
+    gaps = np.abs(motion.time_at(reached) - times[times >= 0])
+    assert (gaps * np.abs(theta_dot[times >= 0]) <= 1e-15 * (1 + np.abs(reached))).all()
+    assert np.isnan(motion.time_at(np.array([after + orbit.sense * 0.1]))).all()
+
+
+RESTS = {
+    "hanging": PendulumMotion(SIMPLE, 1.0, 0.0, 0.0),
+    "at its top": PendulumMotion(SIMPLE, 1.0, 3.0, 0.0, theta_from_top=0.0),
+    "at its top, by energy": PendulumMotion(SIMPLE, 1.0, -3.0, 1.0, excess=0.0, theta_from_top=0.0),
+    "without any force": PendulumMotion(TrigonometricPotential(0.0, 0.0, 0.0), 1.0, 0.4, 0.0),
+    "between equal wells": replace(STEEL, pivot_y=0.0, theta_dot=0.0).motion,
+}
+
+
+@pytest.mark.parametrize("case", RESTS)
+def test_rest(case: str) -> None:
+    motion = RESTS[case]
+    assert motion.regime == "rest"
+    assert motion.action == 0.0
+    times = np.linspace(-1e9, 1e9, 300)
+    theta, theta_dot = motion.state(times)
+    start = double(motion.closed_form.theta0)
+    assert (theta == start).all()
+    assert (theta_dot == 0.0).all()
+    assert np.isnan(motion.time_at(np.array([start + 1.0])))
+    assert all(np.isfinite(u).all() for u in motion.uncertainty(times).values())
+
+
+@pytest.mark.parametrize("theta", [3.0, -3.0, 20.0, -100.0])
+def test_angle_from_the_top_is_on_the_turn_nearest_to_theta(theta: float) -> None:
+    motion = PendulumMotion(SIMPLE, 1.0, theta, 0.0, theta_from_top=1e-3)
+    start = motion.state(np.zeros(1))[0][0]
+    assert abs(start - theta) < math.pi + 1e-3
+    assert math.remainder(start - math.pi - 1e-3, 2 * math.pi) == pytest.approx(0.0, abs=3e-14)
+
+
+@pytest.mark.parametrize("theta", [1.0, -1.0])
+def test_of_two_equal_tops_the_nearer_counts(theta: float) -> None:
+    tops = [e.theta for e in FLAT.equilibria if e.kind == "saddle"]
+    motion = PendulumMotion(FLAT.potential, 1.0, theta, 0.0, theta_from_top=0.01)
+    expected = min(tops, key=lambda x: abs(x - theta)) + 0.01
+    assert motion.state(np.zeros(1))[0] == pytest.approx(expected, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("given", "name"),
+    [
+        ({"excess": -20.0}, "excess"),
+        ({"inertia": 0.0}, "inertia"),
+        ({"theta": math.nan}, "theta"),
+        ({"theta_from_top": math.inf}, "theta_from_top"),
+    ],
+)
+def test_bad_input_is_named(given: dict[str, Any], name: str) -> None:
+    with pytest.raises(ParameterError) as caught:
+        replace(PendulumMotion(SIMPLE, 1.0, 0.3, 1.0), **given)
+    assert caught.value.name == name
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 1000])
+def test_any_number_of_times(count: int) -> None:
+    times = np.linspace(-1.0, 1.0, count)
+    for motion in (STEEL.motion, replace(STEEL, excess=0.0).motion):
+        theta, theta_dot = motion.state(times)
+        assert theta.shape == theta_dot.shape == times.shape
+        for values in (motion.observe(times), motion.uncertainty(times)):
+            assert all(v.shape == times.shape for v in values.values())
+
+
+@pytest.mark.parametrize("index", range(11))
+def test_time_of_an_angle(index: int) -> None:
+    """theta(time_at(x)) = x, and no earlier time has it."""
+    _, pendulum = list(pendulums(11, seed=3))[index]
+    motion = pendulum.motion
+    times = np.linspace(0.0, motion.period, 201)
+    theta, _ = motion.closed_form.state(times)
+    reached = motion.time_at(theta)
+    again, rate = motion.closed_form.state(reached)
+    span = 1.0 + np.abs(rate) * motion.period
+    assert (np.abs(again - theta) <= 1e-14 * span).all()
+    # At a turning point a rounding of the angle is as much as its square root of the time.
+    rounding = np.sqrt(1e-15 * (1.0 + np.abs(theta)) / np.ptp(theta))
+    assert (reached <= times + rounding * motion.period).all()
+    assert np.isnan(motion.time_at(theta[:1] - 7.0 * np.sign(pendulum.theta_dot or 1.0))).all()
+
+
+def test_momentum_and_phase() -> None:
+    motion = replace(STEEL, theta_dot=-37.0).motion
+    times = np.linspace(0.0, 0.5, 300)
+    theta, theta_dot = motion.state(times)
+    assert motion.momentum(theta) == pytest.approx(motion.inertia * theta_dot, rel=1e-13)
+    assert motion.phase(np.array([motion.period])) == pytest.approx(2 * math.pi, rel=1e-15)
+    assert np.isnan(replace(STEEL, theta_dot=5.0).motion.momentum(np.array([math.pi]))).all()
+
+
+INPUTS = ("a", "b", "c", "inertia", "theta", "theta_dot")
+
+
+def nudged(motion: PendulumMotion, name: str, by: float) -> PendulumMotion:
+    """The motion with one input a relative `by` off, and all as doubles."""
+    v = motion.potential
+    values = {"a": double(v.a), "b": double(v.b), "c": double(v.c), "inertia": motion.inertia,
+              "theta": motion.theta, "theta_dot": motion.theta_dot}  # fmt: skip
+    if name:
+        values[name] *= 1 + by
+    a, b, c = (values.pop(key) for key in "abc")
+    return PendulumMotion(TrigonometricPotential(a, b, c), **values)
+
+
+@pytest.mark.parametrize("start", [(0.4, 37.0), (0.4, 5.0), (-1.2, 3.0), (-2.7, 0.5), (0.4, -20.5)])
+def test_condition_numbers_are_those_of_finite_changes(start: tuple[float, float]) -> None:
+    motion = nudged(replace(STEEL, theta=start[0], theta_dot=start[1]).motion, "", 0.0)
+    for name in ("period", "action"):
+        total = 0.0
+        for which in INPUTS:
+            more, less = (getattr(nudged(motion, which, by), name) for by in (1e-6, -1e-6))
+            total += abs(more - less) / 2e-6 / getattr(motion, name)
+        # Second derivatives over 1e-6, and round-off of 1e-15 over 1e-6.
+        assert getattr(motion, f"{name}_condition") == pytest.approx(total, rel=1e-5)
+
+
+@pytest.mark.parametrize("theta_dot", [37.0, 5.0, 20.9, 0.0])
+@pytest.mark.parametrize("which", INPUTS)
+def test_an_input_off_by_an_ulp_moves_no_more_than_the_uncertainty(
+    which: str, theta_dot: float
+) -> None:
+    motion = nudged(replace(STEEL, theta=0.3, theta_dot=theta_dot).motion, "", 0.0)
+    times = np.linspace(-20.0, 20.0, 401)
+    uncertain = motion.uncertainty(times)
+    moved = nudged(motion, which, ULP).observe(times)
+    for name, values in motion.observe(times).items():
+        # Both motions are themselves rounded.
+        assert (np.abs(moved[name] - values) <= 3 * uncertain[name]).all(), name
+
+
+def test_uncertainty_is_not_a_blank_cheque() -> None:
+    times = np.array([0.5, 50.0])
+    theta = STEEL.motion.uncertainty(times)["theta"]
+    assert (theta <= 1e-13 * (1 + STEEL.motion.phase(times))).all()

@@ -1,0 +1,208 @@
+"""The closed form of the pendulum against 40-digit quadrature, in every regime.
+
+Bounds are what double precision leaves of a result: the set-up has 34 digits, so that nothing is
+said of condition numbers, which would excuse more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from gmpy2 import mpfr
+
+from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
+from plumbob.analytic.numerics.quad import double
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.tests.support.high_precision import Orbit, orbit_of, started
+from plumbob.tests.support.random_pendulums import REGIMES, pendulums
+
+EACH = 28  # of every regime
+PERIODS = np.array([0.31, -1.7, 50.3])  # after the start
+# Rounded once from 34 digits: 1.1e-16 in theory.
+PERIOD = 1e-15
+# A mean of up to 2^16 samples, each some units in the last place off.
+ACTION = 1e-14
+# Relative to 1 rad and the phase; for the rate to the fastest in the orbit, and for the table's,
+# which is made of angles, to what turns through 1 rad. Round-off of a time in a period as long as
+# ln(1e12) is 1e-14 of what moves in it.
+ANGLE = 1e-13
+
+STEEL = ConePendulum(cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
+FLAT = replace(STEEL, body=cone(8000.0, 0.3, math.radians(150.0)))  # I_x < I_z
+LEVEL = replace(STEEL, pivot_y=0.0)
+PITCHFORK = LEVEL.pitchfork_rate
+SIMPLE = TrigonometricPotential(0.0, 0.0, 9.8)
+
+
+def errors(motion: PendulumMotion, orbit: Orbit, times: Array) -> Mapping[str, float]:
+    """Errors of a motion of finite period, each over its bound, closed form and table alike."""
+    theta, theta_dot = motion.closed_form.state(times)
+    tabulated = motion.table.state(times)
+    period, action, states = orbit.follow(times.tolist(), list(zip(theta, theta_dot, strict=True)))
+    fastest = np.abs(motion.closed_form.state(np.linspace(0.0, motion.period, 200))[1]).max()
+    v = motion.potential
+    pull = math.sqrt(double(2 * abs(v.a) + abs(v.b) + abs(v.c)) / motion.inertia)
+    allowed = ANGLE * (1.0 + np.abs(motion.phase(times)))
+    uncertain = motion.uncertainty(times)
+
+    def worst(values: Array, which: int, scale: Array) -> float:
+        gaps = [float(x - state[which]) for x, state in zip(values, states, strict=True)]
+        return float((np.abs(gaps) / scale).max())
+
+    return {
+        "period": abs(float(motion.period / period - 1)) / PERIOD,
+        "action": abs(float(motion.action / action - 1)) / ACTION,
+        "theta": worst(theta, 0, allowed),
+        "theta_dot": worst(theta_dot, 1, allowed * fastest),
+        "tabulated theta": worst(tabulated[0], 0, allowed),
+        "tabulated theta_dot": worst(tabulated[1], 1, allowed * (fastest + pull)),
+        "theta over its uncertainty": worst(theta, 0, uncertain["theta"]),
+        "theta_dot over its uncertainty": worst(theta_dot, 1, uncertain["theta_dot"]),
+    }
+
+
+def assert_exact(motion: PendulumMotion, orbit: Orbit, times: Array | None = None) -> None:
+    times = PERIODS * motion.period if times is None else times
+    found = errors(motion, orbit, times)
+    assert max(found.values()) <= 1.0, (motion, found)
+
+
+def simple(theta: float, theta_dot: float, **given: float) -> tuple[PendulumMotion, Orbit]:
+    """A simple pendulum and its witness."""
+    motion = PendulumMotion(SIMPLE, 1.0, theta, theta_dot, **given)
+    orbit = Orbit(mpfr(0), mpfr(0), mpfr(9.8), mpfr(1), mpfr(theta), mpfr(theta_dot))
+    return motion, started(orbit, given.get("excess"), given.get("theta_from_top"))
+
+
+@cache
+def drawn() -> tuple[tuple[str, ConePendulum], ...]:
+    return tuple(pendulums(EACH * len(REGIMES)))
+
+
+@pytest.mark.parametrize("regime", REGIMES)
+def test_random_parameters(regime: str) -> None:
+    for name, pendulum in drawn():
+        if name == regime:
+            assert_exact(pendulum.motion, orbit_of(pendulum))
+
+
+def test_random_parameters_reach_far() -> None:
+    bodies = [p.body for _, p in drawn()]
+    assert len(bodies) >= 300
+    assert sum(b.inertia_x < b.inertia_z for b in bodies) >= 30
+    assert sum(b.inertia_x != b.inertia_y for b in bodies) >= 100
+    assert max(p.platform_rate for _, p in drawn()) == 1000.0
+    assert {p.motion.well for _, p in drawn()} >= {
+        "", "one of two wells", "the only well", "both wells", "the deeper well"
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0], ids=["above", "below"])
+@pytest.mark.parametrize("pendulum", [STEEL, LEVEL, FLAT], ids=["two wells", "equal wells", "flat"])
+@pytest.mark.parametrize("k", [3, 6, 9, 12, 20])
+def test_next_to_the_highest_barrier(pendulum: ConePendulum, sign: float, k: int) -> None:
+    height = double(pendulum.motion.barriers[0]) or 1.0
+    near = replace(pendulum, theta=0.3, theta_dot=-1.0, excess=sign * 10.0**-k * abs(height))
+    assert_exact(near.motion, orbit_of(near))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0], ids=["above", "below"])
+@pytest.mark.parametrize("k", range(1, 13))
+def test_simple_pendulum_next_to_its_top(k: int, sign: float) -> None:
+    assert_exact(*simple(0.1, 2.0, excess=sign * 19.6 * 10.0**-k))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0], ids=["before", "beyond"])
+@pytest.mark.parametrize("k", range(1, 13))
+def test_simple_pendulum_let_go_at_its_top(k: int, sign: float) -> None:
+    """theta0 = pi - 10^-k, by its complement."""
+    assert_exact(*simple(math.pi, 0.0, theta_from_top=-sign * 10.0**-k))
+
+
+HARD = {
+    **{f"pitchfork, {x:g}": replace(LEVEL, platform_rate=PITCHFORK, theta=x, theta_dot=0.0)
+       for x in (1.0, 1e-1, 1e-2, 1e-4)},
+    **{f"pitchfork, rate {r:g}, pivot {y:g}":
+       replace(LEVEL, platform_rate=PITCHFORK * r, pivot_y=y, theta=0.3, theta_dot=0.5)
+       for r in (0.999999, 1.000000001, 1.00001) for y in (0.0, 1e-12, 1e-9, 1e-6)},
+    **{f"equal wells, {x:g}": replace(LEVEL, theta=x, theta_dot=0.0)
+       for x in (0.1, -0.1, 1e-6, 1.5, 3.0, 3.1415926)},
+    **{f"let go at {x:g}": replace(STEEL, theta=x, theta_dot=0.0)
+       for x in (-2.9, -2.0, -1.0, -0.5, 0.0, 0.7, 2.0, 3.0, 100.0)},
+    **{f"start at {x:g}": replace(STEEL, theta=x) for x in (100.0, -55.5)},
+    **{f"small swing of {x:g}": replace(LEVEL, platform_rate=3.0, theta=x, theta_dot=0.0)
+       for x in (1e-4, 1e-8, 1e-12)},
+    **{f"no gravity, pivot {y:g}": replace(STEEL, gravity=0.0, pivot_y=y) for y in (0.0, 0.05)},
+    "flat, no gravity": replace(FLAT, gravity=0.0, pivot_y=0.0, theta_dot=5.0),
+    "still platform": replace(STEEL, platform_rate=0.0, theta_dot=13.0),
+    "1000 rad/s": replace(STEEL, platform_rate=1000.0, theta=0.3),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", HARD)
+def test_hard_case(case: str) -> None:
+    assert_exact(HARD[case].motion, orbit_of(HARD[case]))
+
+
+@pytest.mark.parametrize("offset", [1e-3, 1e-6, 1e-9, 1e-12, 0.0, -1e-12, -1e-6])
+def test_deeper_well_at_the_height_of_the_shallower(offset: float) -> None:
+    """Where the other two turning points are about to vanish, and the map is about to fold."""
+    level = min(e.potential for e in STEEL.equilibria[:3]) + 500.0 * offset
+    depth = float(double(STEEL.potential.value(1.0)))
+    speed = math.sqrt(2 * (level - depth) / STEEL.body.inertia_x)
+    pendulum = replace(STEEL, theta=1.0, theta_dot=speed)
+    assert_exact(pendulum.motion, orbit_of(pendulum))
+
+
+def test_a_quartic_well_is_as_exact_as_its_condition_number() -> None:
+    """The energy of 1e-6 rad is 1e-25 of the barrier, of which 34 digits leave 9."""
+    motion = replace(LEVEL, platform_rate=PITCHFORK, theta=1e-6, theta_dot=0.0).motion
+    orbit = orbit_of(replace(LEVEL, platform_rate=PITCHFORK, theta=1e-6, theta_dot=0.0))
+    period, action, _ = orbit.follow()
+    assert motion.period_condition > 1e12
+    assert abs(float(motion.period / period - 1)) <= 1e-13 * motion.period_condition
+    assert abs(float(motion.action / action - 1)) <= 1e-13 * motion.action_condition
+
+
+@pytest.mark.parametrize("theta_dot", [37.0, -37.0, 5.0])
+def test_long_times(theta_dot: float) -> None:
+    """To 10^9 s, 6 x 10^9 turns: the angle is then rounded to 7e-6 rad."""
+    pendulum = replace(STEEL, theta_dot=theta_dot)
+    times = np.array([-1e9, -1e6, 1e3, 1e6 + 0.1, 1e9])
+    assert_exact(pendulum.motion, replace(orbit_of(pendulum), agreement=1e-17), times)
+
+
+def test_a_rotation_without_any_force() -> None:
+    free = replace(STEEL, platform_rate=0.0, gravity=0.0, theta=0.5, theta_dot=-2.0).motion
+    theta, theta_dot = free.state(np.array([-1.0, 0.0, 1000.0]))
+    assert theta == pytest.approx([2.5, 0.5, -1999.5], rel=1e-15)
+    assert theta_dot == pytest.approx(-2.0, rel=1e-15)
+    assert free.period == pytest.approx(math.pi, rel=1e-15)
+    assert free.barriers.size == 0
+
+
+@pytest.mark.parametrize("change", ["a", "b", "c", "inertia"])
+@pytest.mark.parametrize("theta_dot", [37.0, 5.0])
+def test_a_change_of_2e_11_goes_red(change: str, theta_dot: float) -> None:
+    pendulum = replace(STEEL, theta_dot=theta_dot)
+    orbit = orbit_of(pendulum)
+    orbit = replace(orbit, **{change: getattr(orbit, change) * mpfr("1.00000000002")})
+    found = errors(pendulum.motion, orbit, PERIODS * pendulum.motion.period)
+    for name in ("period", "action", "theta", "theta_dot"):
+        assert found[name] > 1.0, name
+
+
+@pytest.mark.parametrize("name", ["excess", "theta_from_top"])
+def test_a_change_of_5e_11_next_to_the_top_goes_red(name: str) -> None:
+    motion, _ = simple(math.pi, 1.0 if name == "excess" else 0.0, **{name: 1e-9})
+    _, orbit = simple(math.pi, 1.0 if name == "excess" else 0.0, **{name: 1e-9 * (1 + 5e-11)})
+    found = errors(motion, orbit, PERIODS * motion.period)
+    for quantity in ("period", "theta", "theta_dot"):
+        assert found[quantity] > 1.0, quantity

@@ -1,0 +1,246 @@
+"""The simple pendulum and its linear companion: scenes, references, and every engine on them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.errors.energy_drift import energy_drift_rate
+from plumbob.analytic.systems.pendulums.rod_tension import tension
+from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.registry import engine_of, methods
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.convergence import climb
+from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import scenes, system_of
+from plumbob.models.scene import Scene
+from plumbob.reports.judge.verdict import Judgement, judge
+
+SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
+
+
+def run(name: str, method: str | Method, step: float, **changes: float) -> tuple[Scene, Method]:
+    """Scene `name`, with `duration` and parameters changed, and the method by name."""
+    how = find_method(method) if isinstance(method, str) else method
+    duration = changes.pop("duration", 0.0)
+    scene = find_scene(name, changes)
+    return (replace(scene, duration=duration) if duration else scene), how
+
+
+def measured(
+    name: str, method: str | Method, step: float, **changes: float
+) -> tuple[Measurement, Trajectory]:
+    """One run: what it measured, and its trajectory."""
+    scene, how = run(name, method, step, **changes)
+    found, trajectory = measure(system_of(scene), scene, how, step)
+    assert trajectory is not None
+    return found, trajectory
+
+
+def judged(name: str, method: str | Method, step: float, **changes: float) -> Judgement:
+    """One run, judged."""
+    scene, how = run(name, method, step, **changes)
+    system = system_of(scene)
+    return judge(measure(system, scene, how, step)[0], system, how)
+
+
+# physics.md section 3: RK4, dt 0.05 s, 1000 steps; three digits, as measured with the same method
+NOTEBOOK = {
+    "free-small": (1.29e-4, 1.36e-4),
+    "free-large": (7.77e-3, 1.63e-3),
+    "rotating-slow": (4.17e-2, 1.83e-3),
+    "rotating-fast": (5.97e-2, 2.69e-3),
+    "damped-small": (2.48e-5, 2.51e-5),
+    "damped-large": (1.07e-4, 3.02e-4),
+    "damped-rotating": (1.64e-4, 1.97e-4),
+}
+
+
+@pytest.mark.parametrize("case", NOTEBOOK)
+@pytest.mark.parametrize("method", ["ode/rk4", "mujoco/rk4"])
+def test_what_the_notebook_errs_by(case: str, method: str) -> None:
+    # half of the last digit printed; theory foretells the figure to a part in a hundred
+    for system, wanted in zip((SIMPLE, LINEAR), NOTEBOOK[case], strict=True):
+        found, trajectory = measured(system + case, method, 0.05)
+        assert found.steps == 1000
+        assert trajectory.times[-1] == pytest.approx(50.0)
+        error = found.errors["theta"]
+        assert error.largest == pytest.approx(wanted, rel=5e-3)
+        assert error.foretold is not None
+        assert error.foretold.largest == pytest.approx(error.largest, rel=1e-2)
+
+
+# What theory says of each observable, on a motion: RK4 errs by C4 h^4 + C5 h^5, and an energy drift
+# of h^5 rules where nothing damps a large swing. The band is the fit's own interval, or what a
+# second term does to it over the steps used.
+ORDERS = [
+    ("free-small", "ode/rk4", 4.0, 0.05),
+    ("free-large", "ode/rk4", 5.0, 0.4),
+    ("rotating-slow", "ode/rk4", 5.0, 0.1),
+    ("rotating-slow", "mujoco/rk4", 5.0, 0.1),
+    ("rotating-fast", "ode/rk4", 5.0, 0.1),
+    ("damped-small", "ode/rk4", 4.0, 0.02),
+    ("free-small", "ode/leapfrog", 2.0, 0.02),
+    ("rotating-slow", "ode/leapfrog", 2.0, 0.05),
+    ("free-large", "mujoco/euler", 1.0, 0.05),
+    ("damped-small", "mujoco/implicitfast", 1.0, 0.05),
+    ("damped-small", "pymunk/default", 1.0, 0.05),
+    ("damped-small", "pymunk/tight", 1.0, 0.05),
+    ("forced-small", "ode/rk4", 4.0, 0.05),
+    ("forced-small", "mujoco/rk4", 1.0, 0.05),
+    ("forced-small", "mujoco/rk4+midpoint", 2.0, 0.05),
+    ("forced-large", "mujoco/rk4", 1.0, 0.05),
+    ("forced-large", "mujoco/rk4+midpoint", 2.0, 0.02),
+]
+
+
+@pytest.mark.parametrize(("case", "method", "order", "band"), ORDERS)
+def test_order(case: str, method: str, order: float, band: float) -> None:
+    fourth = method == "ode/rk4" or (method == "mujoco/rk4" and "forced" not in case)
+    coarse = 0.05 if fourth else 0.02  # where the expansion still says it all
+    ladder = tuple(coarse / 2**n for n in range(4))
+    scene = replace(find_scene(SIMPLE + case), duration=50.0 if fourth else 20.0)
+    found = climb(scene, find_method(method), 20_000, ladder)
+    assert found.order is not None
+    assert found.foretold_order is not None
+    assert found.order.slope == pytest.approx(order, abs=band)
+    # four terms are left out at the fifth; nonlinear parts are a hundredth of the error at most
+    assert found.order.slope == pytest.approx(found.foretold_order.slope, abs=0.02)
+
+
+QUICK = [s.name for s in scenes(f"{SIMPLE}[!ms]*") if "near-top" not in s.name]
+STEPS = {"euler": 1e-3, "leapfrog": 1e-2, "rk4": 1e-2}
+
+
+@pytest.mark.parametrize("name", [*QUICK, SIMPLE + "near-top-1e-4", SIMPLE + "near-top-1e-9"])
+@pytest.mark.parametrize("method", ["mujoco/euler", "mujoco/rk4", "ode/leapfrog", "ode/rk4"])
+def test_errors_are_within_their_budget(name: str, method: str) -> None:
+    step = STEPS[method.rpartition("/")[2]]
+    if "forced" in name and method == "mujoco/rk4":
+        step = 1e-3  # of first order there
+    assert judged(name, method, step, duration=6.0).verdict == "pass"
+
+
+@pytest.mark.parametrize(
+    "method", ["mujoco/euler", "mujoco/discrete", "mujoco/rk4", "ode/leapfrog"]
+)
+@pytest.mark.parametrize("case", ["free-large", "damped-rotating", "forced-large", "overdamped"])
+def test_linear_errors_are_within_their_budget(case: str, method: str) -> None:
+    assert judged(LINEAR + case, method, 1e-3, duration=6.0).verdict == "pass"
+
+
+def test_the_spring_of_discrete_is_implicit() -> None:
+    # judged as if it were not, it fails: it damps a free swing, by k h / 2 of its size a second
+    how = find_method("mujoco/discrete")
+    assert "+implicit-spring" in how.scheme
+    plain = replace(how, scheme=how.scheme.replace("+implicit-spring", ""))
+    assert judged(LINEAR + "free-large", how, 1e-3, duration=6.0).verdict == "pass"
+    assert judged(LINEAR + "free-large", plain, 1e-3, duration=6.0).verdict == "fail"
+
+
+@pytest.mark.parametrize("name", ["length", "damping_rate", "gravity", "theta"])
+def test_a_parameter_off_by_a_millionth(name: str) -> None:
+    scene = find_scene(SIMPLE + "damped-large")
+    system, how = system_of(scene), find_method("mujoco/rk4")
+    wrong = find_scene(scene.name, {name: scene.parameters[name] * (1 + 1e-6)})
+    other = system.reference(system.problem(wrong.parameters))
+    assert judge(measure(system, scene, how, 5e-3)[0], system, how).verdict == "pass"
+    assert judge(measure(system, scene, how, 5e-3, other)[0], system, how).verdict == "fail"
+
+
+@pytest.mark.parametrize("method", ["mujoco/rk4+midpoint", "mujoco/euler+midpoint"])
+def test_a_forcing_half_a_step_off(method: str) -> None:
+    how = find_method(method)
+    early = replace(how, settings={**how.settings, "control_at": 0.0})
+    assert judged(SIMPLE + "forced-large", how, 1e-3, duration=20.0).verdict == "pass"
+    assert judged(SIMPLE + "forced-large", early, 1e-3, duration=20.0).verdict == "fail"
+
+
+def test_midpoint_methods_are_for_what_is_forced() -> None:
+    scene, how = run(SIMPLE + "damped-large", "mujoco/rk4+midpoint", 1e-2)
+    with pytest.raises(Unsupported, match="the same as mujoco/rk4"):
+        engine_of(how).prepare(system_of(scene), scene, how, 1e-2)
+
+
+@pytest.mark.parametrize("case", ["rotating-fast", "free-large", "forced-large"])
+def test_force_sensor_tells_the_tension(case: str) -> None:
+    # of the engine's own state, to round-off: ten products and sums of numbers up to 120 N
+    found, trajectory = measured(SIMPLE + case, "mujoco/euler", 1e-2, duration=10.0)
+    seen = trajectory.observables
+    own = tension(1.0, 9.8, seen["theta"], seen["theta_dot"])
+    np.testing.assert_allclose(seen["tension"], own, rtol=0, atol=10 * 2**-52 * 120)
+    assert found.errors["tension"].largest > 1e-2  # so it is not the reference that it was read off
+    assert own.min() < 0.0 or case != "free-large"  # a rod that is pushed
+
+
+@pytest.mark.parametrize("method", ["mujoco/rk4", "ode/rk4"])
+def test_energy_drifts_as_averaging_foretells(method: str) -> None:
+    # 1e5 steps: the drift per step is D5 h^6, and C4 h^4 only comes and goes: 1 % of it here
+    scene, _ = run(SIMPLE + "free-large", method, 5e-3, duration=500.0)
+    problem = system_of(scene).problem(scene.parameters)
+    rates = energy_drift_rate(
+        problem.rotor, problem.theta, problem.theta_dot, problem.elliptic.period, "rk4"
+    )
+    found, trajectory = measured(scene.name, method, 5e-3, duration=500.0)
+    seen = trajectory.observables
+    energy = problem.rotor.energy(seen["theta"], seen["theta_dot"])
+    told = rates[5] * 5e-3**5 * 500.0
+    assert energy[-1] - energy[0] == pytest.approx(told, rel=0.02)
+    assert found.invariants["energy"] == pytest.approx(abs(told) / 19.6, rel=0.02)
+
+
+@pytest.mark.parametrize("method", ["mujoco/euler", "ode/leapfrog"])
+def test_energy_of_a_symplectic_method_comes_and_goes(method: str) -> None:
+    # no trend over 2e4 steps: both halves reach equally far, to what 500 samples may miss of it
+    _, trajectory = measured(SIMPLE + "free-large", method, 5e-3, duration=100.0)
+    seen = trajectory.observables
+    energy = seen["theta_dot"] ** 2 / 2 - 9.8 * np.cos(seen["theta"])
+    first, second = np.array_split(energy - energy[0], 2)
+    assert np.abs(second).max() == pytest.approx(np.abs(first).max(), rel=0.02)
+
+
+def test_a_step_too_large_is_a_result() -> None:
+    # theta'' = -k theta: unstable where h sqrt(k) > 2, growing by (h^2 k - 2) a step and more
+    for method in ("mujoco/euler", "ode/leapfrog", "ode/rk4"):
+        found, _ = measured(LINEAR + "step-too-large", method, 1.0)
+        assert found.status == "diverged", method
+    whole = climb(find_scene(LINEAR + "step-too-large"), find_method("mujoco/euler"), 20_000)
+    assert [m.status for m in whole.measurements][:2] == ["diverged", "diverged"]
+    assert whole.measurements[-1].status == "done"
+
+
+def test_adaptive_methods_climb_tolerances() -> None:
+    for how in methods("ode,heyoka,exact"):
+        assert how.control == "step" or (how.ladder and max(how.ladder) < 1e-2), how.name
+
+
+@pytest.mark.parametrize("name", [SIMPLE + "free-large", LINEAR + "forced-large"])
+def test_the_closed_form_is_a_method(name: str) -> None:
+    found, trajectory = measured(name, "exact/closed-form", 2.0**-52)
+    assert found.status == "done"
+    assert found.steps == len(trajectory.times) == 501
+    assert found.errors["theta"].largest <= found.errors["theta"].uncertainty
+    scene, how = run(SIMPLE + "damped-large", "exact/closed-form", 1e-9)
+    with pytest.raises(Unsupported, match="no closed form"):
+        engine_of(how).prepare(system_of(scene), scene, how, 1e-9)
+
+
+@pytest.mark.parametrize(
+    "name", [SIMPLE + "free-large", SIMPLE + "forced-large", LINEAR + "damped-rotating",
+             "cone-pendulum/rotating-base"]
+)  # fmt: skip
+def test_heyoka_agrees_with_the_reference(name: str) -> None:
+    # 600 to 900 steps, each of which may round a few units in the last place
+    pytest.importorskip("heyoka")
+    found, _ = measured(name, "heyoka/taylor", 1e-15)
+    assert found.errors["theta"].largest < 30 * found.errors["theta"].uncertainty
+    scene = find_scene(name)
+    wrong = find_scene(name, {"gravity": scene.parameters["gravity"] * (1 + 1e-11)})
+    system, how = system_of(scene), find_method("heyoka/taylor")
+    other = system.reference(system.problem(wrong.parameters))
+    off, _ = measure(system, scene, how, 1e-15, other)
+    assert off.errors["theta"].largest > 30 * off.errors["theta"].uncertainty

@@ -1,0 +1,103 @@
+"""The simple pendulum's scenes: their references, what is told of them, which parameters may be."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import scenes, system_of
+from plumbob.reports.judge.verdict import judge
+
+SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
+
+
+@pytest.mark.parametrize("name", [s.name for s in scenes(SIMPLE + "[df]*")])
+def test_two_methods_agree_on_the_reference(name: str) -> None:
+    # 3e-12 is wanted over 50 s; in chaos within the horizon that the scene states
+    scene = find_scene(name)
+    problem = system_of(scene).problem(scene.parameters)
+    motion = UnendingMotion(problem.rotor, problem.theta, problem.theta_dot)
+    _, gaps = motion.until(50.0).disagreement
+    assert gaps["theta"].max() < 3e-12
+    exact = system_of(scene).reference(problem)
+    times = np.linspace(0.0, 50.0, 40)
+    np.testing.assert_allclose(
+        exact.observe(times)["theta"], motion.observe(times)["theta"], rtol=0, atol=3e-12
+    )
+
+
+def test_chaos_is_followed_within_its_horizon() -> None:
+    scene = find_scene(SIMPLE + "forced-chaotic")
+    motion = UnendingMotion(system_of(scene).problem(scene.parameters).rotor, 0.2, 0.0)
+    horizon = motion.until(200.0).horizon(1e-6)
+    assert scene.duration < horizon == pytest.approx(156.0, abs=1.0)
+    assert "156 s" in scene.summary
+
+
+def test_an_error_that_is_not_small_is_told() -> None:
+    # the second-order response grows with the error: ten times the error, ten times its share
+    scene = find_scene(SIMPLE + "damped-rotating")
+    motion = system_of(scene).problem(scene.parameters).motion
+    times = np.linspace(0.0, 20.0, 400)
+    errors = motion.leading_error("rk4", times)[4]
+    small = motion.nonlinearity(times, {n: 1e-9 * e for n, e in errors.items()})
+    large = motion.nonlinearity(times, {n: 1e-8 * e for n, e in errors.items()})
+    assert 0.0 < small == pytest.approx(large / 10, rel=1e-6)
+    linear = find_scene(LINEAR + "damped-rotating")
+    other = system_of(linear).problem(linear.parameters).motion
+    assert other.nonlinearity(times, dict(errors)) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("length", 0.0), ("length", -1.0), ("gravity", -9.8), ("damping_rate", -0.1),
+     ("theta", math.nan), ("forcing_frequency", math.inf), ("theta_dot", "fast"),
+     ("gravity", True), ("mass", 1.0)],
+)  # fmt: skip
+def test_bad_parameters_are_named(name: str, value: object) -> None:
+    with pytest.raises(ParameterError, match=name):
+        find_scene("simple-pendulum", {name: value})
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"theta": 0.0}, {"theta": math.pi}, {"gravity": 0.0, "theta_dot": 2.0},
+     {"theta": 0.0, "theta_dot": 2 * math.sqrt(9.8)}, {"length": 0.02}, {"length": 300.0},
+     {"damping_rate": 20.0}, {"forcing_amplitude": 5.0}, {"theta": 1e-8}],
+)  # fmt: skip
+@pytest.mark.parametrize("system", ["simple-pendulum", "linear-pendulum"])
+def test_odd_parameters_have_an_answer(system: str, changes: dict[str, float]) -> None:
+    scene = find_scene(system, changes)
+    owner = system_of(scene)
+    problem = owner.problem(scene.parameters)
+    assert owner.facts(problem)["kind"]
+    times = np.linspace(0.0, 2.0, 100)
+    for values in owner.reference(problem).observe(times).values():
+        assert np.isfinite(values).all()
+    step = 1e-4 if changes.get("length", 1.0) < 1.0 or "damping_rate" in changes else 1e-3
+    how = find_method("mujoco/rk4")
+    found, _ = measure(owner, replace(scene, duration=2.0), how, step)
+    verdict = judge(found, owner, how)
+    assert verdict.verdict in ("pass", "coarse"), verdict.reason
+
+
+def test_facts_say_what_the_motion_does() -> None:
+    told = {
+        case: system_of(scene).facts(system_of(scene).problem(scene.parameters))
+        for case in ("free-large", "rotating-slow", "damped-large", "forced-large", "overdamped")
+        for scene in [find_scene(SIMPLE + case)]
+    }
+    assert [told[case]["kind"] for case in told] == [
+        "libration", "rotation", "damped", "forced, damped", "overdamped"
+    ]  # fmt: skip
+    assert told["free-large"]["barrier"] == pytest.approx(9.8)
+    assert told["free-large"]["period"] == pytest.approx(2.7554946184863862, rel=1e-15)
+    assert "period" not in told["damped-large"]

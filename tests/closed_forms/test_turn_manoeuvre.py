@@ -1,0 +1,196 @@
+"""The turn manoeuvre's formulas, leading and second order, against the exact motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import validity
+from plumbob.analytic.systems.manoeuvres.turn_correction import TurnPose, leading_friction
+from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
+from plumbob.analytic.systems.slider_path import fixed
+from plumbob.analytic.systems.three_points.friction import three_point_motion
+from plumbob.tests.support.random_capsules import CHECK
+
+EPSILONS = (0.1, 0.03, 0.01, 0.003)
+# The check manoeuvre; one that turns half a radian the other way from another place; one more.
+TURNS = [
+    lambda epsilon: turn_of(CHECK, 0.12, epsilon),
+    lambda epsilon: turn_of(CHECK, 0.05, epsilon, 0.5, 1.0),
+    lambda epsilon: turn_of(replace(CHECK, slider_mass=2.0), 0.08, epsilon, -0.8, 4.0),
+]
+
+
+def numbers(pose: TurnPose) -> Array:
+    return np.array([pose.x, pose.y, pose.heading])
+
+
+def exact(turn: TurnManoeuvre) -> tuple[Array, Array]:
+    """(x, y, psi) at 2 tau and at rest, each of shape (3,)."""
+    motion = three_point_motion(turn.capsule, turn.path)
+    at = motion.at(np.array([2 * turn.half_time, motion.rest_time]))
+    stop, rest = np.column_stack([at.position, at.heading])
+    return stop, rest
+
+
+@pytest.mark.parametrize(
+    ("epsilon", "printed"),
+    [
+        (0.3, -0.9068671274),
+        (0.1, -0.9888885424),
+        (0.03, -0.9989925407),
+        (0.01, -0.9998879884),
+    ],
+)
+def test_the_exact_motion_turns_by_the_check_values(epsilon: float, printed: float) -> None:
+    """To the ten digits given; the motion's own error is 1e-14."""
+    assert exact(turn_of(CHECK, 0.12, epsilon))[0][2] == pytest.approx(printed, abs=2e-10)
+
+
+def test_the_parameters_are_the_sources() -> None:
+    turn = turn_of(CHECK, 0.12, 0.1)
+    reduced = 0.3 / 1.3 * 0.12**2
+    assert turn.inertia_ratio == pytest.approx(reduced / (0.02 + reduced), rel=1e-15)
+    bound = (0.2 + 0.3 / 1.3 * 0.12) * 0.3 * 9.81 * 1.3 / (0.02 + reduced)
+    assert turn.friction_bound == pytest.approx(bound, rel=1e-15)
+    assert turn.characteristic_time == pytest.approx(bound**-0.5, rel=1e-15)
+    assert turn.epsilon == pytest.approx(0.1, rel=1e-14)
+    ratio = turn.inertia_ratio * turn.angular_acceleration / bound
+    assert ratio == pytest.approx(turn.drive_ratio / 0.1**2, rel=1e-14)
+    assert turn.body_angle == pytest.approx(-1.0, rel=1e-14)
+
+
+def test_the_second_order_is_the_one_seen() -> None:
+    """1.12020 epsilon^2 at 2 tau and 1.90 epsilon^2 at rest."""
+    turn = turn_of(CHECK, 0.12, 0.1)
+    squared = turn.characteristic_time**2
+    assert squared * turn.correction.at_stop.heading == pytest.approx(1.12020, abs=5e-6)
+    assert squared * turn.correction.at_rest.heading == pytest.approx(1.90, abs=5e-3)
+
+
+@pytest.mark.parametrize("number", range(len(TURNS)))
+def test_the_corrected_pose_errs_by_a_higher_order(number: int) -> None:
+    """Formulas: order 2; corrected: 4 at 2 tau, and at rest 4 with a logarithm, which takes up to
+    0.25 off a slope in this range."""
+    errors = []
+    for epsilon in EPSILONS:
+        turn = TURNS[number](epsilon)
+        stop, rest = exact(turn)
+        leading = numbers(turn.leading_pose)
+        corrected = numbers(turn.corrected_pose), numbers(turn.corrected_pose_at_rest)
+        errors.append([stop - leading, rest - leading, stop - corrected[0], rest - corrected[1]])
+    sizes = np.log(np.linalg.norm(errors, axis=2))
+    slopes = np.polyfit(np.log(EPSILONS), sizes, 1)[0]
+    np.testing.assert_allclose(slopes[:2], 2.0, atol=0.08)
+    assert slopes[2] == pytest.approx(4.0, abs=0.1)
+    assert 3.5 < slopes[3] < 4.1
+
+
+@pytest.mark.parametrize("number", range(len(TURNS)))
+def test_every_coefficient_of_the_pose_is_right(number: int) -> None:
+    """Each of x, y and psi, to the fourth order that is left at epsilon = 0.003: 1e-5 of them,
+    times a logarithm and a factor of ten."""
+    turn = TURNS[number](0.003)
+    for found, coefficients in zip(
+        exact(turn), (turn.correction.at_stop, turn.correction.at_rest), strict=True
+    ):
+        seen = (found - numbers(turn.leading_pose)) / turn.half_time**2
+        size = np.abs(numbers(coefficients)).max()
+        np.testing.assert_allclose(seen, numbers(coefficients), rtol=0, atol=1e-3 * size)
+
+
+def test_the_time_to_rest_is_foretold() -> None:
+    turn = turn_of(CHECK, 0.12, 0.003)
+    motion = three_point_motion(CHECK, turn.path)
+    assert motion.rest_time == pytest.approx(turn.rest_time, rel=1e-4)
+
+
+def test_without_friction_the_formula_is_exact() -> None:
+    """Eq. 31 at every time, and C circling the combined centre."""
+    turn = TurnManoeuvre(replace(CHECK, friction=0.0), 0.12, 900.0, 0.05, 0.3)
+    motion = three_point_motion(turn.capsule, turn.path, until=0.2)
+    times = np.linspace(0.0, 0.12, 25)
+    at = motion.at(times)
+    np.testing.assert_allclose(at.heading, turn.body_angles(times), rtol=0, atol=1e-13)
+    pose = numbers(turn.leading_pose)
+    np.testing.assert_allclose([*at.position[-1], at.heading[-1]], pose, rtol=0, atol=1e-13)
+    assert not numbers(turn.correction.at_rest).any()
+
+
+def test_a_small_turn_within_the_hold_turns_nothing() -> None:
+    """Where eq. 30 fails altogether friction holds the body, and eq. 32 is 100 % off."""
+    turn = TurnManoeuvre(CHECK, 0.12, 5.0, 0.2)
+    assert turn.epsilon > 1.0
+    assert exact(turn)[1][2] == 0.0
+
+
+@given(
+    st.floats(0.02, 0.15),
+    st.floats(0.01, 0.1),
+    st.floats(0.1, 2.0),
+    st.floats(0.0, 2 * math.pi),
+    st.sampled_from([-1.0, 1.0]),
+)
+@settings(max_examples=12)
+def test_the_body_turns_against_the_slider_and_friction_takes_some_back(
+    radius: float, epsilon: float, angle: float, start: float, sense: float
+) -> None:
+    try:
+        turn = turn_of(CHECK, radius, epsilon, sense * angle, start)
+    except ParameterError:
+        return  # a support would lift
+    stop, rest = exact(turn)
+    assert math.copysign(1.0, rest[2]) == math.copysign(1.0, -turn.angular_acceleration)
+    # Eq. 28: no torque above R_0, so over 2 tau no more than 2 R_0 tau^2 of angle.
+    assert abs(stop[2] - turn.body_angle) <= 2 * turn.friction_bound * turn.half_time**2
+
+
+@given(st.floats(0.02, 0.3), st.floats(-10.0, 10.0), st.sampled_from([-1.0, 1.0]))
+def test_friction_stays_below_its_bound(radius: float, angle: float, sense: float) -> None:
+    """|R| <= R_0 (eq. 28), wherever the equations hold."""
+    place = (radius * math.cos(angle), radius * math.sin(angle))
+    if validity(CHECK, fixed(place).track()):
+        return
+    force, moment = leading_friction(CHECK, radius, np.array([angle]), sense)
+    arm = 0.2 + CHECK.mass_ratio * radius
+    assert abs(moment[0]) <= arm * CHECK.friction * CHECK.weight
+    assert abs(force[0]) <= CHECK.friction * CHECK.weight * (1 + 1e-14)
+
+
+def test_a_mirrored_turn_is_mirrored() -> None:
+    """The check triangle is its own mirror image."""
+    one, other = turn_of(CHECK, 0.12, 0.1, -0.7, 0.4), turn_of(CHECK, 0.12, 0.1, 0.7, -0.4)
+    mirror = np.array([1.0, -1.0, -1.0])
+    for a, b in zip(exact(one), exact(other), strict=True):
+        np.testing.assert_allclose(a, b * mirror, rtol=0, atol=1e-13)
+    for left, right in (
+        (one.correction.at_stop, other.correction.at_stop),
+        (one.correction.at_rest, other.correction.at_rest),
+    ):
+        np.testing.assert_allclose(numbers(left), numbers(right) * mirror, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("build", "name"),
+    [
+        (lambda: TurnManoeuvre(CHECK, -0.1, 1.0, 1.0), "radius"),
+        (lambda: TurnManoeuvre(CHECK, 0.1, 0.0, 1.0), "angular_acceleration"),
+        (lambda: TurnManoeuvre(CHECK, 0.1, 1.0, 0.0), "half_time"),
+        (lambda: TurnManoeuvre(CHECK, 0.1, 1.0, 1.0, math.nan), "start"),
+        (lambda: TurnManoeuvre(CHECK, 0.6, 500.0, 1.0), "normal_force"),
+        (lambda: turn_of(CHECK, 0.1, 0.0), "epsilon"),
+        (lambda: turn_of(CHECK, 0.1, 0.1, 0.0), "body_angle"),
+        (lambda: turn_of(replace(CHECK, friction=0.0), 0.1, 0.1), "friction"),
+    ],
+)
+def test_bad_input_is_named(build: Callable[[], TurnManoeuvre], name: str) -> None:
+    with pytest.raises(ParameterError, match=name):
+        build()

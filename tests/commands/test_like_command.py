@@ -1,0 +1,135 @@
+"""`--like` on the command line: how wrong a user's settings are, and what would be better."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from plumbob.engines.adapters.mujoco.like import mine
+from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import scenes, system_of
+from plumbob.reports.cli import main
+from plumbob.reports.commands.like import SCENES, beside
+from plumbob.reports.view import notation
+
+PENDULUM, LINE = "cone-pendulum/rotating-base", "capsule-line/heading-030"
+METHODS = "mujoco/euler+coulomb,ode/rk4"
+VALIDATE = ("validate", "--scenes", f"{PENDULUM},{LINE}", "--methods", METHODS)
+STEP = 0.002
+
+
+def written(folder: Path, integrator: str) -> str:
+    """A model file with this integrator and the step that MuJoCo takes by default."""
+    path = folder / "my.xml"
+    path.write_text(
+        f'<mujoco><option integrator="{integrator}" timestep="{STEP}"/></mujoco>', "utf-8"
+    )
+    return str(path)
+
+
+def test_validate_says_how_wrong_and_what_is_better(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    like, out = written(tmp_path, "Euler"), str(tmp_path / "out")
+    assert main([*VALIDATE, "--like", like, "--out", out, "--jobs", "2"]) == 0
+    told = capsys.readouterr().out
+    page = (tmp_path / "out" / "index.html").read_text("utf-8")
+    assert "How wrong is yours?" in page
+    assert "no dearer, most exact in MuJoCo" in page
+    cone, line = _told(told, PENDULUM), _told(told, LINE)
+    assert f"error        {notation.number(_error(PENDULUM, like))} rad" in cone
+    assert f"error        {notation.number(_error(LINE, like))} m" in line
+    # contacts as shipped do not converge, which is told, and is no failure
+    assert "not-converging" in line
+    assert "as exact     mujoco/euler+coulomb" in line
+    assert "as exact     ode/rk4" in cone
+    assert "no dearer    " in cone  # what, is a matter of costs: see tests/test_yours.py
+
+
+def test_the_same_of_a_file_with_rk4(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    like, out = written(tmp_path, "RK4"), str(tmp_path / "out")
+    assert main([*VALIDATE, "--like", like, "--out", out, "--jobs", "1", "--json"]) == 0
+    rows: list[dict[str, Any]] = json.loads(capsys.readouterr().out)
+    told = {row["scene"]: row for row in rows if "as_exact" in row}
+    assert set(told) == {PENDULUM, LINE}
+    for name, row in told.items():
+        assert (row["method"], row["step"], row["expected"]) == ("mujoco/mine", STEP, None)
+        error = row["errors"][next(iter(row["errors"]))]
+        assert error == _error(name, like)
+        assert row["as_exact"]["anywhere"]["error"] <= error
+    assert told[PENDULUM]["as_exact"]["anywhere"]["method"] == "ode/rk4"
+    assert told[LINE]["as_exact"]["here"]["method"] == "mujoco/euler+coulomb"
+    assert main(["recommend", PENDULUM, "--error", "1e-3", "--out", out, "--like", like]) == 0
+    assert f"{PENDULUM}: theta with your settings at 0.002 s" in capsys.readouterr().out
+
+
+def _told(text: str, scene: str) -> str:
+    """What is said of the user's settings on one scene."""
+    return text.rpartition(f"\n{scene}: ")[2].partition("\n\n")[0]
+
+
+def _error(name: str, like: str) -> float:
+    scene = find_scene(name)
+    run, _ = measure(system_of(scene), scene, mine(like), STEP)
+    return run.errors[system_of(scene).observables[0].name].largest
+
+
+def test_others_are_measured_at_the_users_step(tmp_path: Path) -> None:
+    scene, own = find_scene(LINE), mine(written(tmp_path, "Euler"))
+    assert beside(scene, own).steps == (STEP, *scene.steps)
+    assert beside(find_scene(PENDULUM), own) == find_scene(PENDULUM)  # has that step already
+    far = replace(own, ladder=(0.01,))
+    assert beside(scene, far) == scene
+
+
+def test_run_takes_the_files_step(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    like = written(tmp_path, "RK4")
+    assert main(["run", LINE, "--like", like, "--json"]) == 0
+    (one,) = [json.loads(capsys.readouterr().out)]
+    assert (one["method"], one["step"], one["expected"]) == ("mujoco/mine", STEP, None)
+    assert main(["run", LINE, "mujoco/euler+coulomb", "--step", "1e-3", "--like", like]) == 0
+    told = capsys.readouterr().out
+    assert f"{LINE} with mujoco/euler+coulomb at 0.001: pass" in told
+    assert f"{LINE} with mujoco/mine at 0.001:" in told
+
+
+def test_without_scenes_the_line_is_run_at_four_headings() -> None:
+    chosen = {scene.name for scene in scenes(SCENES, "quick")}
+    headings = {name for name in chosen if "/heading-" in name}
+    assert headings == {f"capsule-line/heading-{angle:03d}" for angle in (0, 30, 45, 90)}
+    assert {scene.name for scene in scenes("*", "quick")} <= chosen
+
+
+@pytest.mark.parametrize("words", [["validate"], ["run", PENDULUM], ["recommend", PENDULUM]])
+@pytest.mark.parametrize("text", [None, "notes", '<robot name="a"><link name="b"/></robot>'])
+def test_what_is_no_mjcf_ends_in_one_line(
+    words: list[str], text: str | None, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    if text is not None:
+        Path("my.xml").write_text(text, "utf-8")
+    if words[0] == "recommend":
+        words = [*words, "--error", "1e-3"]
+    before = sorted(tmp_path.iterdir())
+    assert main([*words, "--like", "my.xml"]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.startswith("plumbob: like = 'my.xml': must be a MuJoCo model file")
+    assert told.err.count("\n") == 1
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    "words", [["run", PENDULUM, "--step", "1e-3"], ["run", PENDULUM, "ode/rk4"]]
+)
+def test_run_wants_a_method_and_a_step(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words) == 2
+    assert "must be given" in capsys.readouterr().err

@@ -1,0 +1,58 @@
+"""`plumbob plan`: what it prints, and what it says of a pose that can't be reached."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from plumbob.reports.cli import main
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("acceleration", "acceleration=12"),
+        ("radius", "radius=0.5"),
+        ("manoeuvres", "manoeuvres=3"),
+        ("manoeuvres", "stroke=1e-3"),
+        ("holding", "holding=1.1"),
+        ("stroke", "stroke=0"),
+        ("friction", "friction=0"),
+        ("supports", "supports=[[0.2, 0], [0.1, 0.1], [0.1, -0.1]]"),
+    ],
+)
+@pytest.mark.parametrize("track", ["free", "curve"])
+def test_what_stands_in_the_way_is_named(
+    name: str, change: str, track: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    options = ["--set", change]
+    assert main(["plan", "--to", "-0.15", "2e-1", "-1.2", "--track", track, *options]) == 2
+    assert capsys.readouterr().err.startswith(f"plumbob: {name} = ")
+
+
+def test_the_command_prints_manoeuvres_time_and_errors(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["plan", "--to", "0.05", "-1e-2", "0", "--track", "curve", "--set", "stroke=0.1"]
+    assert main(words) == 0
+    out = capsys.readouterr().out
+    assert " line " in out
+    assert out.count("\n") >= 5
+    assert main([*words, "--json", "--set", "start=[0.04, 0, 0.3]"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["turns"] > 0  # from heading 0.3 to 0
+    assert answer["limits"]["stroke"] == 0.1
+    last = answer["manoeuvres"][-1]
+    assert answer["total_time"] == pytest.approx(last["start"] + last["duration"])
+    assert max(answer["position_error"], answer["heading_error"]) <= 1e-9
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["--step", "1e-3"], ["--method", "mujoco/euler"], ["--set", "start=3"], ["--set", "mass=1"]],
+)
+def test_the_command_refuses_in_one_line(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["plan", "--to", "0.1", "0", "0", *words]) == 2
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)

@@ -1,0 +1,130 @@
+"""Folder contracts on files: their size, first line and name, state, systems, machine traces."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from plumbob.tests.contracts.tree import ROOMS, files, python
+
+MOST_LINES = 250
+TOP_LEVEL = {
+    *ROOMS,
+    "tests",
+    *("CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "README.md"),
+    *("__init__.py", "__main__.py", "py.typed"),
+    *("Makefile", "constraints.txt", "pyproject.toml"),
+}
+DOT_FILES = {".ci", ".gitattributes", ".github", ".gitignore", ".pre-commit-config.yaml"}
+VAGUE = re.compile(r"_*(common|data|helpers?|managers?|misc|stuff|tools?|util(s|ities|ity)?)")
+MUTABLE = (ast.List, ast.Dict, ast.Set, ast.ListComp, ast.DictComp, ast.SetComp)
+CONTAINERS = {"list", "dict", "set", "bytearray", "defaultdict", "Counter", "deque", "OrderedDict"}
+# A name of one machine, or of a place that packages come from; URLs are not machine paths.
+MACHINE_PATH = re.compile(r"(?<![\w.:/~)}-])/(tmp|work|root|home|Users|opt|mnt)/\w")
+PACKAGE_INDEX = re.compile(
+    r"pypi[.]org|python[h]osted|deb[.]debian|registry[.]npm|index[-]url|find[-]links"
+)
+
+
+def strangers(root: Path) -> list[str]:
+    """Top-level names that the layout does not have."""
+    return sorted({path.parts[0] for path in files(root)} - TOP_LEVEL - DOT_FILES)
+
+
+def long_files(root: Path) -> list[str]:
+    """Python files that are not under 250 lines."""
+    counts = {path: len((root / path).read_text("utf-8").splitlines()) for path, _ in python(root)}
+    return [f"{path}: {lines} lines" for path, lines in counts.items() if lines >= MOST_LINES]
+
+
+def silent_files(root: Path) -> list[str]:
+    """Python files with content whose first line does not say what they do."""
+    silent = []
+    for path, module in python(root):
+        first, _, _ = (ast.get_docstring(module) or "").partition("\n")
+        opens = (root / path).read_text("utf-8").startswith(('"""', 'r"""'))
+        if module.body and not (opens and len(first.split()) >= 3):
+            silent.append(f"{path}: first line {first!r}")
+    return silent
+
+
+def vague_names(root: Path) -> list[str]:
+    """Modules and folders named after nothing in particular."""
+    return [
+        str(path)
+        for path, _ in python(root)
+        if any(VAGUE.fullmatch(part) for part in path.with_suffix("").parts)
+    ]
+
+
+def module_state(root: Path) -> list[str]:
+    """Lists, dicts and sets bound outside functions, and `global` statements, in the rooms."""
+    state = []
+    for path, module in python(root):
+        if path.parts[0] not in ROOMS:
+            continue
+        for statement in _outside_functions(module.body):
+            if not isinstance(statement, (ast.Assign, ast.AnnAssign, ast.AugAssign)):
+                continue
+            targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
+            name = ", ".join(ast.unparse(target) for target in targets)
+            if name != "__all__" and statement.value is not None and _mutable(statement.value):
+                state.append(f"{path}:{statement.lineno}: {name} can be changed")
+        state += [
+            f"{path}:{node.lineno}: global {', '.join(node.names)}"
+            for node in ast.walk(module)
+            if isinstance(node, ast.Global)
+        ]
+    return state
+
+
+def _outside_functions(body: list[ast.stmt]) -> Iterator[ast.stmt]:
+    """Yield statements that run on import, those of classes, conditions and loops included."""
+    for statement in body:
+        if isinstance(statement, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            continue
+        yield statement
+        for _, field in ast.iter_fields(statement):
+            if isinstance(field, list) and field and isinstance(field[0], ast.stmt):
+                yield from _outside_functions(field)
+        for handler in getattr(statement, "handlers", ()):
+            yield from _outside_functions(handler.body)
+
+
+def _mutable(value: ast.expr) -> bool:
+    """Whether an expression builds a container that others could change."""
+    if isinstance(value, ast.Call):
+        return ast.unparse(value.func).rpartition(".")[2] in CONTAINERS
+    return isinstance(value, MUTABLE)
+
+
+def incomplete_systems(root: Path) -> list[str]:
+    """What a system's folder lacks: README with provenance, MJCF, scene, picture."""
+    lacking = []
+    for init in sorted((root / "models").glob("*/__init__.py")):
+        folder, name = init.parent, init.parent.name
+        wanted = ("README.md", f"{name}.xml", "scene.xml")
+        lacking += [f"models/{name}: no {file}" for file in wanted if not (folder / file).is_file()]
+        if not any(folder.glob("*.png")):
+            lacking.append(f"models/{name}: no picture (*.png)")
+        readme = folder / "README.md"
+        told = readme.is_file() and re.search(r"(?im)^#+ .*provenance", readme.read_text("utf-8"))
+        if not told and not (folder / "CHANGELOG.md").is_file():
+            lacking.append(f"models/{name}: neither a section on provenance nor a CHANGELOG.md")
+    return lacking
+
+
+def machine_traces(root: Path) -> list[str]:
+    """Lines of text files that name a place on one machine, or where packages come from."""
+    traces = []
+    for path in files(root):
+        try:
+            lines = (root / path).read_text("utf-8").splitlines()
+        except UnicodeDecodeError:
+            continue  # a picture
+        for number, line in enumerate(lines, start=1):
+            for match in filter(None, (MACHINE_PATH.search(line), PACKAGE_INDEX.search(line))):
+                traces.append(f"{path}:{number}: {match.group()}")
+    return traces

@@ -1,0 +1,107 @@
+"""The wheel holds all that the rooms need and nothing else; every dependency has a lower bound."""
+
+from __future__ import annotations
+
+import configparser
+import shutil
+import subprocess
+import sys
+import tomllib
+import zipfile
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.version import Version
+
+from plumbob.tests.contracts.tree import PACKAGE, ROOMS, files
+
+ROOT = Path(__file__).parents[2]
+PLANTED = {  # kinds of file that a room may come to hold
+    "models": ("*.xml", "*.md", "*.png"),
+    "reports": ("*.html", "*.css", "*.jinja", "*.js"),
+}
+
+
+def project() -> dict[str, Any]:
+    """The project's own description."""
+    table: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    return table
+
+
+def requirements() -> list[Requirement]:
+    """What plumbob requires, with every extra."""
+    extras = project()["optional-dependencies"].values()
+    return [Requirement(line) for line in sum(extras, project()["dependencies"])]
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the tree, with a file of every kind planted deep in its room."""
+    copy = tmp_path_factory.mktemp("source")
+    for path in files(ROOT):
+        (copy / path).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / path, copy / path)
+    for room, patterns in PLANTED.items():
+        (copy / room / "deep" / "er").mkdir(parents=True)
+        for pattern in patterns:
+            (copy / room / "deep" / "er" / pattern.replace("*", "planted")).write_text("planted")
+    return copy
+
+
+@pytest.fixture(scope="module")
+def wheel(source: Path) -> zipfile.ZipFile:
+    """The wheel, built from the copy."""
+    if Version(version("setuptools")) < Version("77"):
+        pytest.skip("needs the setuptools of the extra 'test', and this environment's is older")
+    command = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check", "wheel"]
+    options = ["--no-deps", "--no-build-isolation", "--no-index", "--wheel-dir", "dist", "."]
+    subprocess.run([*command, *options], cwd=source, check=True)
+    (built,) = (source / "dist").glob("plumbob-*.whl")
+    return zipfile.ZipFile(built)
+
+
+def test_wheel_holds_the_rooms_and_nothing_else(source: Path, wheel: zipfile.ZipFile) -> None:
+    inside = {name for name in wheel.namelist() if ".dist-info/" not in name}
+    root = {"__init__.py", "__main__.py", "py.typed"}
+    ours = {p.as_posix() for p in files(source) if p.parts[0] in ROOMS or p.as_posix() in root}
+    assert inside == {f"{PACKAGE}/{path}" for path in ours}
+    assert f"{PACKAGE}/reports/deep/er/planted.jinja" in inside
+
+
+def test_package_list_is_the_tree() -> None:
+    listed = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["setuptools"]
+    folders = {path.parent for path in files(ROOT) if path.name == "__init__.py"}
+    found = {".".join((PACKAGE, *folder.parts)) for folder in folders}
+    assert set(listed["packages"]) == found
+
+
+def test_wheel_has_the_command_and_the_licence(wheel: zipfile.ZipFile) -> None:
+    (entry,) = (name for name in wheel.namelist() if name.endswith("/entry_points.txt"))
+    points = configparser.ConfigParser()
+    points.read_string(wheel.read(entry).decode())
+    assert dict(points["console_scripts"]) == {"plumbob": "plumbob.reports.cli:main"}
+    assert any(name.endswith("/licenses/LICENSE") for name in wheel.namelist())
+
+
+@pytest.mark.parametrize("requirement", requirements(), ids=str)
+def test_dependency_has_a_lower_bound(requirement: Requirement) -> None:
+    assert [specifier.operator for specifier in requirement.specifier] == [">="]
+
+
+def test_constraints_are_within_the_bounds() -> None:
+    lines = (ROOT / "constraints.txt").read_text("utf-8").splitlines()
+    pins = {
+        pin.name: str(pin.specifier).removeprefix("==")
+        for pin in (Requirement(line) for line in lines if line and not line.startswith("#"))
+    }
+    assert pins["mujoco"] == "3.17.0"
+    bounds = {requirement.name: requirement.specifier for requirement in requirements()}
+    assert {name for name, version in pins.items() if version not in bounds[name]} == set()
+
+
+def test_citation_names_the_version() -> None:
+    citation = (ROOT / "CITATION.cff").read_text("utf-8")
+    assert f"\nversion: {project()['version']}\n" in citation

@@ -1,0 +1,76 @@
+"""The project's files, modules and imports, as the folder contracts see them."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+PACKAGE = "plumbob"  # the root of the tree, as an import package
+ROOMS = ("analytic", "models", "engines", "reports")  # each may import those before it
+Tree = tuple[tuple[Path, ast.Module], ...]
+
+
+@dataclass(frozen=True)
+class Import:
+    """One imported module: who imports it, on which line, and whether that runs on import."""
+
+    module: str
+    name: str  # dotted, absolute; of `from a import b` it is "a.b"
+    line: int
+    on_import: bool
+
+
+def files(root: Path) -> tuple[Path, ...]:
+    """Paths relative to `root` of what is or would be committed; without git, of every file."""
+    if (root / ".git").exists():
+        listing = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+        out = subprocess.run(listing, cwd=root, check=True, capture_output=True, text=True).stdout
+        found = [Path(name) for name in out.split("\0") if name and (root / name).is_file()]
+    else:
+        found = [path.relative_to(root) for path in root.rglob("*") if path.is_file()]
+    return tuple(sorted(path for path in found if "__pycache__" not in path.parts))
+
+
+@cache
+def python(root: Path) -> Tree:
+    """Every Python file of the rooms and the tests with its syntax tree, read once."""
+    chosen = [p for p in files(root) if p.suffix == ".py" and p.parts[0] != "build"]
+    return tuple((path, ast.parse((root / path).read_text("utf-8"), str(path))) for path in chosen)
+
+
+def module_name(path: Path) -> str:
+    """Dotted name under which `path`, relative to the root, is imported."""
+    parts = (PACKAGE, *path.with_suffix("").parts)
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports(path: Path, module: ast.Module) -> Iterator[Import]:
+    """Yield every import in a file, those inside functions and type-checking blocks included."""
+    name, deferred = module_name(path), _deferred(module)
+    package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
+    for node in ast.walk(module):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            stem = package[: len(package) - node.level + 1] if node.level else []
+            base = ".".join([*stem, *([node.module] if node.module else [])])
+            names = [f"{base}.{alias.name}" for alias in node.names]
+        else:
+            continue
+        for imported in names:
+            yield Import(name, imported, node.lineno, node not in deferred)
+
+
+def _deferred(module: ast.Module) -> set[ast.AST]:
+    """Nodes that do not run when the module is imported."""
+    late: set[ast.AST] = set()
+    for node in ast.walk(module):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)):
+            late.update(ast.walk(node))
+        elif isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
+            late.update(inner for statement in node.body for inner in ast.walk(statement))
+    return late

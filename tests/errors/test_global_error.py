@@ -1,0 +1,216 @@
+"""Error coefficients and energy drift of fixed-step schemes against the schemes themselves."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.special import ellipk
+
+from plumbob.analytic.errors.energy_drift import energy_drift_rate
+from plumbob.analytic.errors.global_error import expansion, leading_error
+from plumbob.analytic.errors.schemes import find_scheme
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
+from plumbob.tests.support.fixed_step import run
+from plumbob.tests.support.pendulum_cases import CASES, GRAVITY, Case
+
+NAMES = ("theta", "theta_dot")
+FREE = ("semi-implicit-euler", "position-first-euler", "leapfrog", "rk4")
+DAMPED = ("semi-implicit-euler", "semi-implicit-euler+implicit-damping", "leapfrog", "rk4")
+HELD = (
+    "rk4+start-control",
+    "rk4+midpoint-control",
+    "semi-implicit-euler+midpoint-control",
+    "leapfrog+start-control",
+)
+PAIRS = [
+    *((name, scheme) for name in ("free-large", "rotating-slow", "cone") for scheme in FREE),
+    *((name, scheme) for name in ("damped-large", "damped-rotating") for scheme in DAMPED),
+    *((name, scheme) for name in ("forced-large", "forced-chaotic") for scheme in DAMPED + HELD),
+]
+
+
+def errors(
+    case: Case, scheme: str, steps: int, samples: int = 100
+) -> tuple[float, Array, dict[str, Array]]:
+    """Step, times and the scheme's error there, from its start to the case's end."""
+    step = case.duration / steps
+    found = run(case.rotor, case.theta, case.theta_dot, step, steps, scheme)
+    times = np.linspace(0.0, case.duration, steps + 1)[:: steps // samples]
+    exact = DrivenMotion(case.rotor, case.theta, case.theta_dot, case.duration).observe(times)
+    return (
+        step,
+        times,
+        {q: x[:: steps // samples] - exact[q] for q, x in zip(NAMES, found, strict=True)},
+    )
+
+
+def remainders(case: Case, scheme: str, steps: int, rotor: DrivenRotor, terms: int = 2) -> Array:
+    """Largest error of theta and theta_dot, and largest rest after one, two ... terms of the
+    expansion made for `rotor`; shape (terms + 1, 2)."""
+    step, times, error = errors(case, scheme, steps)
+    coefficients = leading_error(rotor, case.theta, case.theta_dot, times, scheme, terms)
+    left, found = dict(error), [[np.abs(error[q]).max() for q in NAMES]]
+    for order in sorted(coefficients):
+        left = {q: left[q] - step**order * coefficients[order][q] for q in NAMES}
+        found.append([np.abs(left[q]).max() for q in NAMES])
+    return np.array(found)
+
+
+@pytest.mark.parametrize(("name", "scheme"), PAIRS)
+def test_the_coefficients_make_up_the_error(name: str, scheme: str) -> None:
+    case = replace(CASES[name], duration=0.5 if name == "cone" else 5.0)
+    found = find_scheme(scheme)
+    assert found is not None
+    steps = 2000 if found.order_on(case.rotor) == 1 else 200  # the error far above round-off
+    error, _, second, _, fourth = remainders(case, scheme, steps, case.rotor, terms=4)
+    assert np.all(second < 0.02 * error)  # two orders predict the error to 2 %
+    # and what they leave is the next two orders: nothing else is missing, nothing is doubled
+    assert np.all(fourth < 0.1 * second + 1e-14 * steps)
+
+
+@pytest.mark.parametrize("name", ["free-large", "rotating-fast", "cone"])
+def test_euler_errs_by_half_the_acceleration_at_both_ends(name: str) -> None:
+    case = replace(CASES[name], duration=0.5)
+    times = np.linspace(0.0, 0.5, 21)
+    exact = DrivenMotion(case.rotor, case.theta, case.theta_dot, 0.5).observe(times)
+    lead = leading_error(case.rotor, case.theta, case.theta_dot, times, "semi-implicit-euler")[1]
+    matrix = sensitivity(case.rotor, case.theta, case.theta_dot, times)
+    first = 0.5 * case.rotor.acceleration(0.0, case.theta, case.theta_dot)
+    last = 0.5 * case.rotor.acceleration(times, exact["theta"], exact["theta_dot"])
+    # semi-implicit Euler is leapfrog whose rate is read half a step late, at either end
+    assert lead["theta"] == pytest.approx(first * matrix[:, 0, 1], rel=1e-7, abs=1e-9)
+    assert lead["theta_dot"] == pytest.approx(first * matrix[:, 1, 1] - last, rel=1e-7, abs=1e-7)
+
+
+@pytest.mark.parametrize("name", ["free-large", "damped-rotating", "forced-large"])
+def test_a_symmetric_scheme_has_no_odd_powers(name: str) -> None:
+    case = CASES[name]
+    motion = DrivenMotion(case.rotor, case.theta, case.theta_dot, 5.0)
+    leapfrog = find_scheme("leapfrog")
+    assert leapfrog is not None
+    terms = expansion(motion.flow, replace(leapfrog, symmetric=False), terms=3)
+    sizes = {order: np.abs(term.at_nodes()).max() for order, term in terms.items()}
+    assert set(sizes) == {2, 3, 4}
+    assert sizes[3] < 1e-5 * sizes[2]  # what differentiating collocation polynomials leaves
+    even = expansion(motion.flow, leapfrog)
+    assert np.abs(even[4].at_nodes() - terms[4].at_nodes()).max() < 1e-5 * sizes[4]
+
+
+def test_a_forcing_held_from_the_start_of_a_step_costs_the_order() -> None:
+    case = CASES["forced-large"]
+    times = np.linspace(0.0, 50.0, 101)
+    found = {
+        control: sorted(leading_error(case.rotor, 0.0, 0.0, times, "rk4" + control))
+        for control in ("", "+start-control", "+midpoint-control")
+    }
+    assert found == {"": [4, 5], "+start-control": [1, 2], "+midpoint-control": [2, 3]}
+    unforced = CASES["damped-large"]
+    held = leading_error(unforced.rotor, 1.0, 0.0, times, "rk4+start-control")
+    assert sorted(held) == [4, 5]
+
+
+@pytest.mark.parametrize(
+    ("name", "stated"),
+    [  # physics.md, the notebook's own runs: RK4, 0.05 s, 50 s
+        ("free-small", 1.3e-4),
+        ("free-large", 7.8e-3),
+        ("rotating-slow", 4.2e-2),
+        ("rotating-fast", 6.0e-2),
+        ("damped-small", 2.5e-5),
+        ("damped-large", 1.1e-4),
+        ("damped-rotating", 1.6e-4),
+    ],
+)
+def test_the_notebooks_own_errors_are_predicted(name: str, stated: float) -> None:
+    case = CASES[name]
+    step, times, error = errors(case, "rk4", 1000, samples=1000)
+    terms = leading_error(case.rotor, case.theta, case.theta_dot, times, "rk4")
+    predicted = sum(step**order * term["theta"] for order, term in terms.items())
+    largest = np.abs(error["theta"]).max()
+    assert largest == pytest.approx(stated, rel=0.03)  # two digits are stated
+    assert np.abs(predicted - error["theta"]).max() < 0.03 * largest
+    fourth, fifth = (np.abs(step**p * terms[p]["theta"]).max() for p in (4, 5))
+    # the order that a fit at this step finds: 5 where energy drifts over many turns
+    assert (fifth > fourth) == (
+        name in ("free-large", "rotating-slow", "rotating-fast", "damped-rotating")
+    )
+
+
+@pytest.mark.parametrize("scheme", FREE)
+def test_gravity_off_by_two_percent_spoils_the_prediction(scheme: str) -> None:
+    case = replace(CASES["free-large"], duration=5.0)
+    wrong = replace(case.rotor, sin=1.02 * GRAVITY)
+    steps = 200 if scheme == "rk4" else 4000
+    for rotor, spoilt in ((case.rotor, False), (wrong, True)):
+        error, _, rest = remainders(case, scheme, steps, rotor)
+        assert np.any(rest > 0.02 * error) == spoilt
+
+
+def period(case: Case) -> float:
+    """Period of an undamped simple pendulum that starts at rest or turns over."""
+    g = case.rotor.sin
+    m = math.sin(case.theta / 2) ** 2 + case.theta_dot**2 / (4 * g)
+    if m < 1:
+        return float(4 * ellipk(m) / math.sqrt(g))
+    return float(2 * ellipk(1 / m) / math.sqrt(g * m))
+
+
+CONE_PERIOD = 0.16006944027755794  # physics.md, correct Hamiltonian, theta_dot(0) = 37
+
+
+@pytest.mark.parametrize(
+    "name", ["free-small", "free-large", "rotating-slow", "rotating-fast", "cone"]
+)
+def test_rk4_loses_energy_at_the_averaged_rate(name: str) -> None:
+    case = CASES[name]
+    turn = CONE_PERIOD if name == "cone" else period(case)
+    rates = energy_drift_rate(case.rotor, case.theta, case.theta_dot, turn, "rk4")
+    # A pendulum's motion looks the same played backwards, which kills the even powers. The cone
+    # that turns over a potential without a mirror does not: its energy drifts with h^4 already.
+    assert (rates[4] == 0.0) == (name != "cone")
+    assert rates[5] < 0.0
+    per_turn, turns = 120, 300
+    step = turn / per_turn
+    x, v = run(case.rotor, case.theta, case.theta_dot, step, per_turn * turns, "rk4")
+    energy = case.rotor.energy(x, v)[::per_turn]
+    measured = float(energy[-1] - energy[0]) / (turns * turn)
+    # left: h^8, the change of the orbit itself over 300 turns, round-off 1e-16 a step
+    assert sum(rate * step**p for p, rate in rates.items()) == pytest.approx(measured, rel=5e-3)
+
+
+@pytest.mark.parametrize("scheme", ["leapfrog", "semi-implicit-euler"])
+@pytest.mark.parametrize("name", ["free-large", "rotating-slow", "cone"])
+def test_symplectic_schemes_have_no_drift(name: str, scheme: str) -> None:
+    case = CASES[name]
+    turn = CONE_PERIOD if name == "cone" else period(case)
+    rates = energy_drift_rate(case.rotor, case.theta, case.theta_dot, turn, scheme)
+    assert rates
+    assert not any(rates.values())
+
+
+def test_drift_is_of_conservative_motion_only() -> None:
+    case = CASES["damped-large"]
+    with pytest.raises(ParameterError, match="rotor"):
+        energy_drift_rate(case.rotor, case.theta, case.theta_dot, 1.0, "rk4")
+
+
+def test_unknown_schemes_have_no_theory_and_wrong_options_are_named() -> None:
+    case = CASES["free-large"]
+    assert leading_error(case.rotor, case.theta, 0.0, np.array([1.0]), "adaptive") == {}
+    assert energy_drift_rate(case.rotor, case.theta, 0.0, 1.0, "adaptive") == {}
+    for wrong in ("rk4+implicit-damping", "leapfrog+nothing"):
+        with pytest.raises(ParameterError, match="scheme"):
+            find_scheme(wrong)
+
+
+def test_nothing_has_gone_wrong_at_the_start() -> None:
+    case = CASES["free-large"]
+    terms = leading_error(case.rotor, case.theta, case.theta_dot, np.array([0.0]), "rk4")
+    assert not any(term[q].any() for term in terms.values() for q in NAMES)

@@ -1,0 +1,109 @@
+"""The theory of Euler's step on a jointed bob against the step itself, in complex arithmetic."""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.errors.joint_series import TERMS, JointedSeries
+from plumbob.analytic.errors.joint_step import CLOSING
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
+from plumbob.tests.support.pendulum_cases import CASES
+
+NAMES = ("theta", "theta_dot", "excess")
+# a duration [s] and two steps [s] for each scheme: where the fifth term is seen above round-off
+RUNS = {"jointed-euler": (5.0, 2e-3, 1e-3), "jointed-euler+drift": (2.0, 4e-4, 2e-4)}
+
+
+def stepped(
+    rotor: DrivenRotor, theta: float, theta_dot: float, step: float, steps: int, closing: float
+) -> Array:
+    """theta, theta_dot and the excess of the joint's pull after each step, shape (3, steps + 1)."""
+    tight = math.isinf(closing)
+    closed = 1.0 if tight else -math.expm1(-closing * step)
+    before = theta_dot - step * float(rotor.acceleration(0.0, theta, theta_dot))
+    turn = 1j * step * before
+    opening = cmath.exp(-turn) * (1 + turn) - 1 if tight else 0j
+    x, w, rows = theta, theta_dot, [(theta, theta_dot, 0.0)]
+    for n in range(steps):
+        push = float(rotor.forcing(n * step)) - rotor.damping_rate * w
+        turned = step * w
+        x, back = x + turned, cmath.exp(-1j * turned)
+        opened = (1 - closed) * back * opening + back * (1 + 1j * turned) - 1
+        slack = closed * (opened - back * opening) / step
+        pull = (slack.real + w * math.sin(turned)) / step + push * math.sin(turned)
+        w = w * math.cos(turned) + slack.imag
+        w += step * (push * math.cos(turned) - rotor.sin * math.sin(x))
+        opening = opened
+        rows.append((x, w, pull - w * w))
+    return np.array(rows).T
+
+
+def left_over(case: str, scheme: str, step: float, rotor: DrivenRotor | None = None) -> Array:
+    """Largest error after 0, 1 ... TERMS terms of the expansion for `rotor`, (TERMS + 1, 3)."""
+    given, (duration, *_) = CASES[case], RUNS[scheme]
+    start = (given.theta, given.theta_dot)
+    steps = round(duration / step)
+    kept = np.arange(steps // 20, steps + 1, steps // 20)
+    values = stepped(given.rotor, *start, step, steps, CLOSING[scheme])[:, kept]
+    times = np.minimum(kept * step, duration)
+    exact = DrivenMotion(given.rotor, *start, duration).observe(times)
+    errors = values - np.stack([exact["theta"], exact["theta_dot"], np.zeros(len(times))])
+    told = JointedSeries(rotor or given.rotor, *start).at(scheme, times)
+    left = [np.abs(errors).max(axis=1)]
+    for power in range(1, TERMS + 1):
+        errors = errors - np.stack([told[power][name] for name in NAMES]) * step**power
+        left.append(np.abs(errors).max(axis=1))
+    return np.array(left)
+
+
+@pytest.mark.parametrize("scheme", RUNS)
+@pytest.mark.parametrize("case", ["free-large", "damped-large", "forced-large", "damped-rotating"])
+def test_each_term_takes_one_order_away(case: str, scheme: str) -> None:
+    _, coarse, fine = RUNS[scheme]
+    first, second = left_over(case, scheme, coarse), left_over(case, scheme, fine)
+    # theta rounds at 1e-14; the opening too, and the joint's pull divides that by h^2
+    above = second > np.array([1e-12, 1e-11, 1e-15 / fine**2])
+    assert above[:2].all()
+    for terms in range(1, TERMS + 1):
+        # halving the step divides what is left by 2^(terms + 1), but for the term after it; after
+        # a start in motion, right to h^3 alone, the fourth power may stay
+        orders = np.log2(first[terms] / second[terms])[above[terms]]
+        assert (orders > min(terms, TERMS - 1) + 0.5).all(), (terms, orders)
+
+
+@pytest.mark.parametrize("scheme", RUNS)
+def test_a_coefficient_off_by_a_thousandth_is_seen(scheme: str) -> None:
+    # three terms leave 1e-6 of the error or less; a damping rate off by 1e-3 of itself, 1e-4
+    given = CASES["forced-large"].rotor
+    off = DrivenRotor(sin=given.sin, damping_rate=given.damping_rate * (1 + 1e-3),
+                      forcing_amplitude=given.forcing_amplitude,
+                      forcing_frequency=given.forcing_frequency)  # fmt: skip
+    step = RUNS[scheme][2]
+    right, wrong = (left_over("forced-large", scheme, step, r) for r in (given, off))
+    assert wrong[3][0] > 10 * right[3][0]
+
+
+def test_a_joint_that_closes_fast_is_one_that_closes_in_a_step() -> None:
+    # 1 - e^(-40) is 1 to double precision; the first pull tells that one was closed at the start
+    given = CASES["free-large"]
+    start = (given.rotor, given.theta, given.theta_dot, 1e-3, 2000)
+    tight, fast = stepped(*start, math.inf), stepped(*start, 40e3)
+    np.testing.assert_allclose(tight[:2], fast[:2], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(tight[2, 2:], fast[2, 2:], rtol=0, atol=1e-15 / 1e-3**2)
+
+
+def test_later_times_are_worked_out_anew() -> None:
+    given = CASES["free-large"]
+    series = JointedSeries(given.rotor, given.theta, given.theta_dot)
+    early, late = np.array([0.5, 1.0]), np.array([0.5, 5.0])
+    first = series.at("jointed-euler", early)[1]["theta"][0]
+    again = series.at("jointed-euler", late)[1]["theta"][0]
+    assert first == pytest.approx(again, rel=1e-9)
+    with pytest.raises(KeyError):
+        series.at("rk4", early)

@@ -1,0 +1,130 @@
+"""The foretold error of a fixed step at every grid time: against the schemes run step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.reference import Array, StepReference
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
+from plumbob.analytic.systems.manoeuvres.manoeuvre_train import ManoeuvreTrain
+from plumbob.analytic.systems.manoeuvres.residual_motion import translation
+from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
+from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold
+from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE
+
+EULER, RK4 = "semi-implicit-euler", "rk4"
+GRIP = CHECK.friction * CHECK.gravity
+TRAIN = ManoeuvreTrain(
+    LINE, 3, 0.9, pause=0.32 - LINE.t2 - ManoeuvreTrain(LINE, 1, 0.9).returning.duration
+)
+ROUNDING = 1e-11  # of forces of 4 N from differences over a step; places keep 1e-14 m
+OFF_GRID = replace(LINE, t1=0.0317)
+
+
+def friction(v: float, w: float, step: float) -> float:
+    """Acceleration by Coulomb friction that asks for rest within `step`, against mu w."""
+    return float(np.clip(-v / step + CHECK.mass_ratio * w, -GRIP, GRIP))
+
+
+def simulated(
+    control: Array, step: float, scheme: str, velocity: float = 0.0
+) -> Mapping[str, Array]:
+    """Body and slider at grid times, w held over each step."""
+    state, mu = np.array([0.0, velocity, 0.0, 0.0]), CHECK.mass_ratio
+    rows, forces = [state], []
+    for w in control:
+        held = float(w)
+
+        def slope(y: Array, held: float = held) -> Array:
+            a = friction(y[1], held, step) - mu * held
+            return np.array([y[1], a, y[3], held])
+
+        forces.append(CHECK.weight / CHECK.gravity * friction(state[1], held, step))
+        if scheme == RK4:
+            k1 = slope(state)
+            k2 = slope(state + step / 2 * k1)
+            k3 = slope(state + step / 2 * k2)
+            state = state + step / 6 * (k1 + 2 * k2 + 2 * k3 + slope(state + step * k3))
+        else:
+            x, v, xi, rate = state
+            v, rate = v + step * slope(state)[1], rate + step * held
+            state = np.array([x + step * v, v, xi + step * rate, rate])
+        rows.append(state)
+    names = ("displacement", "velocity", "stroke", "stroke_rate")
+    found = dict(zip(names, np.array(rows).T, strict=True))
+    return {**found, "friction_force": np.append(forces, np.nan)}
+
+
+def left(motion: Any, reference: Any, step: float, scheme: str, end: float) -> dict[str, float]:
+    """Largest part of each observable's error [SI] that neither theory nor rounding explains."""
+    times = np.arange(round(end / step) + 1, dtype=np.float64) * step
+    found = simulated(motion.mean_relative_acceleration(times), step, scheme)
+    exact, told = reference.observe(times), reference.foretold(scheme, step, times)
+    doubt = reference.uncertainty(times)
+    return {
+        name: float(np.nanmax(np.abs(found[name] - exact[name] - told[name]) - doubt[name]))
+        for name in found
+        if name in told
+    }
+
+
+@pytest.mark.parametrize("scheme", [EULER, RK4])
+@pytest.mark.parametrize("step", [1e-3, 3.7e-4, 1e-4])
+@pytest.mark.parametrize("line", [LINE, OFF_GRID, replace(LINE, w2=0.3 * LIMIT)])
+def test_line(line: LineManoeuvre, step: float, scheme: str) -> None:
+    unexplained = left(line, LineReference(line), step, scheme, line.t2 + 0.01)
+    assert max(unexplained.values()) < ROUNDING, unexplained
+    assert ("friction_force" in unexplained) == (scheme == EULER)
+
+
+@pytest.mark.parametrize("scheme", [EULER, RK4])
+def test_train(scheme: str) -> None:
+    unexplained = left(TRAIN, TRAIN, 1e-3, scheme, TRAIN.duration)
+    assert max(unexplained.values()) < ROUNDING, unexplained
+
+
+@pytest.mark.parametrize("both", [True, False])
+def test_slow_stroke(both: bool) -> None:
+    stroke = SlowStroke(CHECK, 0.08, 0.9, there_and_back=both)
+    unexplained = left(stroke, stroke, 7e-4, EULER, stroke.duration + 0.01)
+    assert max(unexplained.values()) < ROUNDING, unexplained
+
+
+@pytest.mark.parametrize("scheme", [EULER, RK4])
+@pytest.mark.parametrize("speed", [0.4, -0.4])
+def test_coasting(speed: float, scheme: str) -> None:
+    motion, step = translation(CHECK, (0.05, 0.0), speed, 0.0), 1e-3
+    times = np.arange(200, dtype=np.float64) * step
+    found = simulated(np.zeros(199), step, scheme, speed)
+    exact, told = motion.observe(times), motion.foretold(scheme, step, times)
+    for name, like in (("x", "displacement"), ("velocity_x", "velocity")):
+        np.testing.assert_allclose(found[like], exact[name] + told[name], rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    "perturb",
+    [
+        lambda line: replace(line, capsule=replace(line.capsule, friction=0.3 * (1 + 1e-4))),
+        lambda line: replace(line, w2=line.w2 * (1 - 1e-4)),
+        lambda line: replace(line, t1=line.t1 * (1 + 1e-4)),
+    ],
+)
+def test_a_small_change_is_not_foretold(perturb: Callable[[LineManoeuvre], LineManoeuvre]) -> None:
+    unexplained = left(LINE, LineReference(perturb(LINE)), 1e-3, EULER, 0.15)
+    assert unexplained["displacement"] > 1e3 * ROUNDING
+
+
+def test_nothing_is_foretold_of_other_schemes() -> None:
+    held = TiltedHold(CHECK, 0.9)
+    times = np.linspace(0.0, 0.1, 5)
+    for reference in (LineReference(LINE), TRAIN, held, SlowStroke(CHECK, 0.08)):
+        assert reference.foretold("adams", 1e-3, times) == {}
+        assert isinstance(reference, StepReference)
+        assert reference.nonlinearity(times, {}) == 0.0
+    assert not any(np.any(error) for error in held.foretold(RK4, 1e-3, times).values())

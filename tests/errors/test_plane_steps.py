@@ -1,0 +1,128 @@
+"""Steps of a fixed size in the plane: against closed forms of lines and turns, and as a minimum."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from plumbob.analytic.errors.implicit_friction import Grip, after_friction
+from plumbob.analytic.errors.line_step_error import step_error
+from plumbob.analytic.errors.plane_steps import COLUMNS, EULER, RK4, course, covered
+from plumbob.analytic.errors.turn_step_error import euler_lead
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+from plumbob.analytic.systems.manoeuvres.residual_motion import translation
+from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
+from plumbob.analytic.systems.slider_path import fixed, line_stroke
+from plumbob.analytic.systems.three_points.friction import Start
+from plumbob.tests.support.random_capsules import CHECK, LINE
+
+X, Y, HEADING = (COLUMNS.index(name) for name in ("x", "y", "heading"))
+
+
+@pytest.mark.parametrize("direction", [0.0, 0.7, 2.15])
+@pytest.mark.parametrize("step", [1e-3, 3.7e-4])
+def test_on_a_line_it_is_the_sawtooth(direction: float, step: float) -> None:
+    line = LineManoeuvre(CHECK, LINE.w1, LINE.w2, LINE.t1, direction)
+    path = line_stroke((0.0, 0.0), direction, line.w1, line.w2, line.t1)
+    steps = math.ceil(line.t_star / step) + 2
+    end = course(CHECK, path, Start(), EULER, step, steps)[-1]
+    gone = end[X] * math.cos(direction) + end[Y] * math.sin(direction)
+    told = line.displacement + float(step_error(line, step, "mean"))
+    assert gone == pytest.approx(told, abs=1e-15)  # rounding of 5.6e-3 m in a hundred steps
+    assert abs(end[HEADING]) < 1e-13
+
+
+def test_coasting_in_a_line_is_as_its_own_theory_says() -> None:
+    motion = translation(CHECK, (0.12, 0.0), 0.5, 0.4)
+    step, start = 1e-3, Start(velocity=(0.5 * math.cos(0.4), 0.5 * math.sin(0.4)))
+    times: Array = np.arange(201, dtype=np.float64) * step
+    rows = course(CHECK, fixed((0.12, 0.0)), start, EULER, step, 200)
+    told = motion.foretold("semi-implicit-euler", step, times)
+    exact = motion.observe(times)
+    for column, name in enumerate(COLUMNS):
+        np.testing.assert_allclose(rows[:, column] - exact[name], told[name], atol=1e-14)
+
+
+@pytest.mark.parametrize("angle", [-1.0, 0.4])
+def test_a_turn_leaks_angular_momentum(angle: float) -> None:
+    # Of first order to 0.5 % at tau/1600; extrapolated, but for h^2 and friction of epsilon^2 1e-5.
+    turn = turn_of(CHECK, 0.12, 0.003, angle)
+    lead = euler_lead(turn)
+    assert lead * angle < 0.0  # opposite to the turn
+    found = []
+    for parts in (400, 800, 1600):
+        step = turn.half_time / parts
+        end = course(CHECK, turn.path, Start(), EULER, step, 2 * parts)[-1]
+        found.append((end[HEADING] - turn.corrected_pose.heading) / step)
+    assert abs(found[-1] / lead - 1.0) < 0.005
+    extrapolated = 2.0 * found[-1] - found[-2]
+    assert abs(extrapolated / lead - 1.0) < 1e-4  # epsilon^2 is 1e-5
+
+
+def test_rk4_errs_by_what_holding_the_control_does_to_the_path() -> None:
+    # The slider goes by trapezoids: off by h^2/12 of what w has changed, but for the jump at tau.
+    # Without friction psi' = -mu M (r x v)/(J + mu M r^2) along that path. 0.5 %: the h^4 that
+    # follows, and friction, of epsilon^2 = 1e-5.
+    turn, parts = turn_of(CHECK, 0.12, 0.003), 200
+    mu_m, tau, step = CHECK.mass_ratio * CHECK.body_mass, turn.half_time, turn.half_time / parts
+    gained, off = 0.0, 0j
+    for piece in turn.path.pieces:
+        times = np.linspace(0.0, tau, 4001)
+        r, v, w = (part @ [1.0, 1j] for part in piece.kinematics(times))
+        shift = off + step**2 / 12.0 * (w - w[0])
+        off = shift[-1]
+        for sign in (1.0, -1.0):
+            place, speed = r + 0.5 * sign * shift, v + 0.5 * sign * np.gradient(shift, times)
+            angular = mu_m * (place.conjugate() * speed).imag
+            inertia = CHECK.inertia + mu_m * np.abs(place) ** 2
+            gained -= sign * float(np.trapezoid(angular / inertia, times))
+    end = course(CHECK, turn.path, Start(), RK4, step, 2 * parts)[-1]
+    assert end[HEADING] - turn.corrected_pose.heading == pytest.approx(gained, rel=5e-3)
+
+
+def test_what_it_covers() -> None:
+    assert covered("semi-implicit-euler+implicit-damping+mean-control", 10) == EULER
+    assert covered("semi-implicit-euler+position-first", 10) is None
+    assert covered("rk4+mean-control", 10) == RK4
+    assert covered("rk4", 10**6) is None
+
+
+SIZE = st.floats(-1.0, 1.0)
+POINT = st.builds(complex, SIZE, SIZE)
+
+
+@given(
+    st.floats(0.1, 10.0),
+    st.floats(0.01, 1.0),
+    st.tuples(*[st.floats(1e-3, 1.0)] * 3),
+    st.tuples(POINT, POINT, POINT),
+    POINT,
+    SIZE,
+)
+def test_friction_finds_the_least_value(
+    mass: float,
+    inertia: float,
+    limits: tuple[float, float, float],
+    arms: tuple[complex, complex, complex],
+    point: complex,
+    rate: float,
+) -> None:
+    # kinks included: with limits as large as the momenta most of these bodies end at rest or on one
+    # support; no neighbour at any distance lies lower, but for rounding of the value
+    (a, b, c), free = arms, (point, rate)
+    if abs(((b - a).conjugate() * (c - a)).imag) < 1e-2:
+        return
+    grip = Grip(mass, inertia, limits, arms)
+    found = after_friction(grip, free, free)
+    least = grip.value(free, found)
+    rounding = 1e-13 * (grip.value(free, (0j, 0.0)) + 1e-3)
+    for size in (1e-1, 1e-3, 1e-5):
+        for k in range(16):
+            way = np.exp(0.7j * k)
+            other = (found[0] + size * way, found[1] + size * math.sin(2.3 * k))
+            assert grip.value(free, other) >= least - rounding

@@ -1,0 +1,91 @@
+"""Sensitivities, condition numbers and growth of errors along the driven rotor's motion."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from plumbob.analytic.numerics.rotor import lyapunov
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.rotor.sensitivity import (
+    condition,
+    parameter_sensitivity,
+    sensitivity,
+)
+from plumbob.tests.support.pendulum_cases import CASES, Case, cases, endpoint, motion
+
+PARAMETERS = [field.name for field in fields(DrivenRotor)]
+
+
+@settings(max_examples=25)
+@given(case=cases())
+def test_phase_area_shrinks_at_the_damping_rate(case: Case) -> None:
+    times = np.linspace(0.0, case.duration, 11)
+    matrix = sensitivity(case.rotor, case.theta, case.theta_dot, times)
+    area = np.exp(-case.rotor.damping_rate * times)
+    products = np.abs(matrix[:, 0, 0] * matrix[:, 1, 1]) + np.abs(matrix[:, 0, 1] * matrix[:, 1, 0])
+    # the determinant is a difference of products that chaos makes large; collocation gives 1e-9
+    assert np.all(np.abs(np.linalg.det(matrix) - area) <= 1e-9 * (products + 1))
+
+
+@pytest.mark.parametrize("name", ["damped-rotating", "forced-large", "forced-chaotic", "cone"])
+def test_sensitivities_are_central_differences(name: str) -> None:
+    case = replace(CASES[name], duration=0.5 if name == "cone" else 10.0)
+    rotor, times = case.rotor, np.array([case.duration])
+    start = sensitivity(rotor, case.theta, case.theta_dot, times)[0]
+    by_parameter = parameter_sensitivity(rotor, case.theta, case.theta_dot, times)
+    nudge = 1e-5
+    found = {
+        "theta": start[:, 0],
+        "theta_dot": start[:, 1],
+        **{name: by_parameter[name][0] for name in PARAMETERS if getattr(rotor, name)},
+    }
+    for field, derivative in found.items():
+        above, below = (
+            replace(case, **{field: getattr(case, field) + sign * nudge})
+            if field in ("theta", "theta_dot")
+            else replace(
+                case, rotor=replace(rotor, **{field: getattr(rotor, field) + sign * nudge})
+            )
+            for sign in (1, -1)
+        )
+        difference = (endpoint(above) - endpoint(below)) / (2 * nudge)
+        # central differences: nudge^2 times a third derivative that grows as the cube of the first
+        assert derivative == pytest.approx(
+            difference, rel=1e-5, abs=1e-5 * np.abs(derivative).max()
+        )
+
+
+def test_chaos_has_a_positive_exponent_and_a_horizon() -> None:
+    case = CASES["forced-chaotic"]
+    found = lyapunov.largest_exponent(case.rotor, case.theta, case.theta_dot, duration=1000.0)
+    assert found.value > 5 * found.standard_error
+    assert found.value == pytest.approx(0.108, abs=4 * found.standard_error)  # 10 000 s gave 0.108
+    exact = motion(replace(case, duration=200.0))
+    horizons = [exact.horizon(tolerance) for tolerance in (1e-12, 1e-9, 1e-6)]
+    assert horizons == sorted(horizons)
+    assert 20.0 < horizons[0] < horizons[1] < 150.0
+    assert motion(CASES["damped-large"]).horizon(1e-12) == math.inf
+
+
+def test_damping_alone_shrinks_errors_at_half_its_rate() -> None:
+    case = CASES["damped-small"]
+    found = lyapunov.largest_exponent(case.rotor, case.theta, case.theta_dot, 400.0)
+    # exact for the linear equation; a batch of 25 s holds 12.5 turns of a vector that is not round
+    assert found.value == pytest.approx(-0.04, abs=2e-3)
+    growth = lyapunov.growth(case.rotor, case.theta, case.theta_dot, np.array([20.0, 40.0]))
+    assert growth[1] / growth[0] == pytest.approx(math.exp(-0.8), rel=0.1)
+
+
+def test_condition_adds_up_what_each_input_does() -> None:
+    case = CASES["forced-large"]
+    times = np.array([1.0, 7.0, 50.0])
+    total = condition(case.rotor, case.theta, case.theta_dot, times)["theta"]
+    by_parameter = parameter_sensitivity(case.rotor, case.theta, case.theta_dot, times)
+    weighted = [np.abs(getattr(case.rotor, p) * by_parameter[p][:, 0]) for p in PARAMETERS]
+    speed = motion(case).observe(times)["theta_dot"]
+    assert total == pytest.approx(sum(weighted) + np.abs(times * speed), rel=1e-12)

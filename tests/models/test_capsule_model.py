@@ -1,0 +1,227 @@
+"""The capsule's MJCF files: their literal numbers, what they do alone, what the adapter makes of
+them, and the scenes that stand beside them."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob.analytic.errors.line_step_error import step_error
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.adapters.mujoco.capsule_model import HOLD, armature, tilt_inertia, whole
+from plumbob.engines.adapters.mujoco.contact_profiles import PROFILES, coulomb_pair
+from plumbob.engines.adapters.mujoco.messages import collected
+from plumbob.models.registry import scene, scenes, system_of, systems
+from plumbob.tests.support.random_capsules import CHECK, LINE
+
+FOLDER = Path(__file__).parents[2] / "models" / "tripod_capsule"
+FULL, REDUCED, PLANAR = (FOLDER / f"{name}.xml" for name in ("tripod_capsule", "reduced", "planar"))
+STEP = 1e-4  # that the files are written for
+CAPSULES = [name for name in systems() if name.startswith("capsule-")]
+
+
+def load(file: Path) -> mujoco.MjModel:
+    """The file as it stands."""
+    return mujoco.MjModel.from_xml_path(str(file))
+
+
+def numbers(model: mujoco.MjModel) -> dict[str, float]:
+    """The numbers of the source's problem that a full model has."""
+    body, slider = model.body("body"), model.body("slider")
+    places = [model.geom(f"support_{i}").pos[:2] for i in (1, 2, 3)]
+    return {
+        "body_mass": body.mass[0],
+        "slider_mass": slider.mass[0],
+        "inertia": body.inertia[2],
+        "gravity": -model.opt.gravity[2],
+        "friction": model.pair_friction[0, 0],
+        **{
+            f"support_{i}{axis}": float(places[i][j])
+            for i in range(3)
+            for j, axis in enumerate("xy")
+        },
+    }
+
+
+def wanted() -> dict[str, float]:
+    """The same of physics' check values."""
+    return {
+        **{name: getattr(CHECK, name) for name in ("body_mass", "slider_mass", "inertia")},
+        "gravity": CHECK.gravity,
+        "friction": CHECK.friction,
+        **{
+            f"support_{i}{axis}": CHECK.supports[i][j]
+            for i in range(3)
+            for j, axis in enumerate("xy")
+        },
+    }
+
+
+def test_numbers_are_the_check_values() -> None:
+    model = load(FULL)
+    assert numbers(model) == wanted()
+    assert (model.pair_friction[:, :2] == CHECK.friction).all()
+    for i in (1, 2, 3):  # their lowest points at height zero, with C and the slider
+        support = model.geom(f"support_{i}")
+        assert support.pos[2] == support.size[0] <= 1e-5
+    np.testing.assert_array_equal(model.body("body").ipos, 0.0)
+    np.testing.assert_array_equal(model.body("slider").pos, 0.0)
+    assert model.jnt_type[model.joint("slider").id] == mujoco.mjtJoint.mjJNT_SLIDE
+    assert model.dof_armature[-1] == model.actuator_gear[0, 0] >= HOLD * CHECK.slider_mass
+
+
+def test_reduced_and_planar_have_the_same_numbers() -> None:
+    reduced, planar = load(REDUCED), load(PLANAR)
+    assert reduced.dof_frictionloss[0] == pytest.approx(CHECK.friction * CHECK.weight, rel=1e-15)
+    assert [reduced.body(b).mass[0] for b in ("body", "slider")] == [1.0, 0.3]
+    off = system_of(scene("capsule-line/off-centroid")).problem(
+        scene("capsule-line/off-centroid").parameters
+    )
+    for i, place in enumerate(off.staging.capsule.supports):
+        np.testing.assert_array_equal(planar.geom(f"support_{i + 1}").pos[:2], place)
+    line = off.staging.direction
+    np.testing.assert_allclose(planar.joint("slider").axis[:2], [np.cos(line), np.sin(line)])
+
+
+def test_contacts_are_those_of_the_profile_without_what_mjcf_cannot_say() -> None:
+    # S = 1: nothing to change after compiling, and what a user may copy
+    for file in (FULL, PLANAR):
+        model = load(file)
+        for name, value in coulomb_pair(STEP, softening=1.0).items():
+            field = getattr(model, f"pair_{name}")
+            np.testing.assert_allclose(field, np.tile(value, (3, 1)), rtol=1e-12, err_msg=name)
+        assert model.opt.impratio == 1e9
+        assert model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
+
+
+def displacement(file: Path) -> float:
+    """How far the body goes [m] in the file as it stands, driven by the check manoeuvre."""
+    model = load(file)
+    data = mujoco.MjData(model)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+    with collected():  # a remark of its line search is no fault of the motion
+        _drive(model, data)
+    assert not any(warning.number for warning in data.warning)
+    return float(data.qpos[0])
+
+
+def _drive(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    for w in LINE.mean_relative_acceleration(np.arange(1501, dtype=np.float64) * STEP):
+        data.ctrl[0] = w
+        mujoco.mj_step(model, data)
+
+
+@pytest.mark.parametrize(
+    ("name", "surplus"),
+    [
+        # what contacts that sag and creep add with S = 1, 6.0e-8 of it; and friction loss at an
+        # impedance of 0.9999, which creeps 3.3e-7 of it back
+        ("tripod_capsule", 1e-7),
+        ("scene", 1e-7),
+        ("reduced", 5e-7),
+    ],
+)
+def test_a_file_as_it_stands_takes_the_step_that_theory_says(name: str, surplus: float) -> None:
+    exact = LINE.displacement
+    error = displacement(FOLDER / f"{name}.xml") - exact
+    assert error == pytest.approx(float(step_error(LINE, STEP, "mean")), abs=surplus * abs(exact))
+
+
+def test_rebuilt_at_the_default_parameters_it_is_the_file() -> None:
+    default = scene("capsule-line")
+    problem = system_of(default).problem(default.parameters)
+    file, rebuilt = load(FULL), whole(FULL, problem).compile()
+    compared = 0
+    contacts = {"pair_solref", "pair_solimp"}  # softened further, for what a compiled model takes
+    for name in dir(file):
+        if name in contacts or name.startswith(("key_", "name_", "names", "_", "text")):
+            continue
+        if isinstance(given := getattr(file, name), np.ndarray) and given.dtype.kind in "fiub":
+            np.testing.assert_allclose(getattr(rebuilt, name), given, 1e-12, 1e-18, err_msg=name)
+            compared += given.size > 0
+    assert compared > 50  # so that the loop does look at something
+
+
+def test_free_inertias_are_possible_and_large_enough() -> None:
+    for case in scenes("capsule-*"):
+        problem = system_of(case).problem(case.parameters)
+        across, capsule = tilt_inertia(problem), problem.staging.capsule
+        assert 2 * across >= capsule.inertia
+        assert (
+            across >= capsule.weight / capsule.gravity / 3 * np.square(capsule.supports).sum() / 2
+        )
+        assert armature(problem.staging) >= HOLD * capsule.slider_mass
+
+
+@pytest.mark.parametrize("name", CAPSULES)
+def test_scenes_describe_problems_and_facts(name: str) -> None:
+    system = systems()[name]
+    assert any(case.profile == "quick" for case in system.scenes)
+    for case in system.scenes:
+        if name == "capsule-plan" and case.profile != "quick":
+            continue  # seconds each, and the planner's own tests make them all
+        problem = system.problem(case.parameters)
+        facts = system.facts(problem)
+        assert facts.get("t_rest", 0.0) <= case.duration * (1 + 1e-12)
+        seen = system.reference(problem).observe(np.array([0.0, case.duration]))
+        assert {o.name for o in system.observables} <= set(seen)
+        assert all(np.isfinite(values).all() for values in seen.values())
+
+
+def test_line_says_what_the_source_does() -> None:
+    default = scene("capsule-line")
+    facts: Any = system_of(default).facts(system_of(default).problem(default.parameters))
+    # physics section 2, to 1e-14: the manoeuvre's own numbers are rounded once
+    assert facts["displacement"] == pytest.approx(-0.0055917, rel=1e-14)
+    assert facts["stroke"] == pytest.approx(0.0817786125, rel=1e-14)
+    assert facts["source_assumption"] == {"com_inside": True, "slider_inside": True}
+    assert "t1" in facts["findings"]["eq_19"]
+
+
+def test_support_and_direction_exclude_each_other() -> None:
+    turned = scene("capsule-line/ca1", {"direction": 0.5})
+    assert "support" not in turned.parameters
+    again = scene("capsule-line/at-50", {"support": 3})
+    assert "direction" not in again.parameters
+    with pytest.raises(ParameterError, match=r"^direction = "):
+        scene("capsule-line", {"support": 1, "direction": 0.5})
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "message"),
+    [
+        ("capsule-line", {"support": 4}, "^support = 4"),
+        ("capsule-line", {"w2": 13.0}, r"^w2 = 13.0: must be at most f g/mu"),
+        ("capsule-line", {"start": 1.0}, r"^normal_force_2 = .*greater than 0"),
+        ("capsule-line", {"w3": 1.0}, "^w3 = 1.0: must be one of"),
+        ("capsule-hold", {"fraction": 1.5}, "^fraction = 1.5"),
+        ("capsule-hold", {"slider": 3}, r"^slider = 3: must be a point"),
+        ("capsule-coast", {"heading_rate": math.nan}, "^heading_rate = "),
+        ("capsule-train", {"count": 0}, "^count = 0"),
+    ],
+)
+def test_what_cannot_be_is_refused_by_name(
+    name: str, changes: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ParameterError, match=message):
+        scene(name, changes)
+
+
+def test_picture_is_small() -> None:
+    picture = (FOLDER / "tripod_capsule.png").read_bytes()
+    assert picture.startswith(b"\x89PNG")
+    assert len(picture) < 60_000
+
+
+def test_readme_tells_every_number_and_profile() -> None:
+    text = (FOLDER / "README.md").read_text("utf-8")
+    for number in re.findall(r'(?:mass|armature)="([\d.e]+)"', FULL.read_text("utf-8")):
+        assert number in text, number
+    assert all(f"`{name}`" in text for name in PROFILES if name != "default")

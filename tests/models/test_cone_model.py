@@ -1,0 +1,160 @@
+"""The cone pendulum's MJCF: its literal numbers, its scene, and what the adapter makes of it."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob.engines.adapters.mujoco.cone_pendulum import HOLD, load_inertia, whole
+from plumbob.engines.adapters.mujoco.flags import needless
+from plumbob.tests.support.cone_scene import DEFAULT, MJCF, THETA
+
+FOLDER = MJCF.parent
+DENSITY, HEIGHT, HALF_ANGLE = 8000.0, 0.3, math.radians(15.0)
+
+
+def expected() -> dict[str, float]:
+    """The numbers of the file, from Sudakov 2015, eq. 1, and the parallel axis theorem."""
+    tan2 = math.tan(HALF_ANGLE) ** 2
+    mass = math.pi / 3 * DENSITY * HEIGHT**3 * tan2
+    return {
+        "mass": mass,
+        "com": -0.75 * HEIGHT,
+        "inertia_x": 3 / 80 * mass * HEIGHT**2 * (1 + 4 * tan2),
+        "inertia_y": 3 / 80 * mass * HEIGHT**2 * (1 + 4 * tan2),
+        "inertia_z": 3 / 10 * mass * HEIGHT**2 * tan2,
+        "inertia_x about the pivot": 3 / 20 * mass * HEIGHT**2 * (4 + tan2),
+        "pivot_y": 0.09,
+        "gravity": -9.8,
+        "platform_rate": 26.0,
+        "theta_dot": 37.0,
+    }
+
+
+def found(model: mujoco.MjModel) -> dict[str, float]:
+    """The same numbers as `model` has them."""
+    cone = model.body("cone")
+    start = model.key("start")
+    return {
+        "mass": cone.mass[0],
+        "com": cone.ipos[2],
+        "inertia_x": cone.inertia[0],
+        "inertia_y": cone.inertia[1],
+        "inertia_z": cone.inertia[2],
+        "inertia_x about the pivot": cone.inertia[0] + cone.mass[0] * cone.ipos[2] ** 2,
+        "pivot_y": cone.pos[1],
+        "gravity": model.opt.gravity[2],
+        "platform_rate": start.qvel[0],
+        "theta_dot": start.qvel[1],
+    }
+
+
+def wrong(model: mujoco.MjModel) -> set[str]:
+    """Numbers off by more than 1e-12 of themselves: they are written to 16 digits."""
+    numbers = found(model)
+    return {name for name, x in expected().items() if not abs(numbers[name] - x) <= 1e-12 * abs(x)}
+
+
+def spec() -> mujoco.MjSpec:
+    """The file, open to changes."""
+    return mujoco.MjSpec.from_file(str(MJCF))
+
+
+def test_numbers_are_those_of_the_formulas() -> None:
+    model = mujoco.MjModel.from_xml_path(str(MJCF))
+    assert not wrong(model)
+    cone = model.body("cone")
+    np.testing.assert_array_equal(cone.iquat, [1, 0, 0, 0])
+    np.testing.assert_array_equal([cone.pos[0], cone.pos[2], *cone.ipos[:2]], 0.0)
+    np.testing.assert_array_equal(model.opt.gravity[:2], 0.0)
+    np.testing.assert_array_equal(model.joint("theta").axis, [1, 0, 0])
+    np.testing.assert_array_equal(model.joint("platform").axis, [0, 0, 1])
+    np.testing.assert_array_equal(model.key("start").qpos, 0.0)
+    assert model.joint("platform").armature[0] >= HOLD * load_inertia(DEFAULT)
+
+
+def _scaled(name: str) -> Callable[[mujoco.MjSpec], None]:
+    def change(given: mujoco.MjSpec) -> None:
+        cone, factor = given.body("cone"), 1 + 3e-12
+        match name:
+            case "mass":
+                cone.mass *= factor
+            case "com":
+                cone.ipos = np.array(cone.ipos) * factor
+            case "pivot_y":
+                cone.pos = np.array(cone.pos) * factor
+            case "gravity":
+                given.option.gravity = np.array(given.option.gravity) * factor
+            case _:
+                cone.inertia = np.array(cone.inertia) * factor
+
+    return change
+
+
+@pytest.mark.parametrize("name", ["mass", "com", "pivot_y", "gravity", "inertia_z"])
+def test_a_number_off_in_the_twelfth_digit_is_seen(name: str) -> None:
+    changed = spec()
+    _scaled(name)(changed)
+    assert name in wrong(changed.compile())
+
+
+def test_cone_is_drawn_where_it_is() -> None:
+    # meshes are kept in single precision: 1e-6 of the size
+    model = mujoco.MjModel.from_xml_path(str(MJCF))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    geom = model.geom("cone").id
+    corners = data.geom_xpos[geom] + model.mesh_vert @ data.geom_xmat[geom].reshape(3, 3).T
+    assert corners[:, 2].max() == pytest.approx(0.0, abs=1e-6)
+    assert corners[:, 2].min() == pytest.approx(-HEIGHT, rel=1e-6)
+    assert corners[:, 0].max() == pytest.approx(HEIGHT * math.tan(HALF_ANGLE), rel=1e-6)
+
+
+def test_nothing_is_left_out_that_would_act() -> None:
+    # every flag set in the file is one of an idle stage, and every idle stage has its flag
+    model = mujoco.MjModel.from_xml_path(str(MJCF))
+    assert model.opt.disableflags == needless(model)
+    assert not model.geom_contype.any()
+    assert not model.geom_conaffinity.any()
+
+
+def test_rebuilt_at_the_default_parameters_it_is_the_file() -> None:
+    # inertia_x - M S^2 loses a digit that the file's own formula does not: a few 1e-15
+    file, rebuilt = mujoco.MjModel.from_xml_path(str(MJCF)), whole(MJCF, DEFAULT).compile()
+    compared = 0
+    for name in dir(file):
+        if isinstance(given := getattr(file, name), np.ndarray) and given.dtype.kind in "fiub":
+            np.testing.assert_allclose(getattr(rebuilt, name), given, 1e-14, 1e-18, err_msg=name)
+            compared += given.size > 0
+    assert compared > 50  # so that the loop does look at something
+    assert rebuilt.opt.disableflags == file.opt.disableflags
+    np.testing.assert_array_equal(rebuilt.opt.gravity, file.opt.gravity)
+
+
+@pytest.mark.parametrize("file", ["cone_pendulum.xml", "scene.xml"])
+def test_loaded_on_its_own_it_swings_as_it_should(file: str) -> None:
+    # 5000 steps of RK4 err by 1.1e-12 rad here, their round-off included; four times that
+    model = mujoco.MjModel.from_xml_path(str(FOLDER / file))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
+    mujoco.mj_step(model, data, nstep=5000)
+    assert data.qpos[1] == pytest.approx(THETA, abs=4e-12)
+    assert data.qvel[0] == 26.0
+    assert not any(warning.number for warning in data.warning)
+
+
+def test_picture_is_small() -> None:
+    picture = (FOLDER / "cone_pendulum.png").read_bytes()
+    assert picture.startswith(b"\x89PNG")
+    assert len(picture) < 60_000
+
+
+def test_readme_tells_every_number_of_the_file() -> None:
+    text = (FOLDER / "README.md").read_text("utf-8")
+    for number in re.findall(r'(?:mass|armature)="([\d.e]+)"', MJCF.read_text("utf-8")):
+        assert number in text or float(number) == 1.0, number

@@ -1,0 +1,112 @@
+"""The simple pendulum's MJCF: its literal numbers, its scene, and what the adapter makes of it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob.analytic.systems.pendulums.rod_tension import MASS
+from plumbob.analytic.systems.simple_pendulum import SimplePendulum
+from plumbob.engines.adapters.mujoco import linear_pendulum, simple_pendulum
+from plumbob.engines.adapters.mujoco.flags import needless
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of, systems
+
+MJCF = systems()["simple-pendulum"].mjcf
+FOLDER = MJCF.parent
+
+
+def problem(name: str = "simple-pendulum", **changes: float) -> SimplePendulum:
+    """The problem of a system's default scene, with parameters changed."""
+    scene = find_scene(name, changes)
+    found = system_of(scene).problem(scene.parameters)
+    assert isinstance(found, SimplePendulum)
+    return found
+
+
+def test_numbers_are_those_of_the_default_scene() -> None:
+    model, given = mujoco.MjModel.from_xml_path(str(MJCF)), problem()
+    bob, start = model.body("bob"), model.key("start")
+    assert bob.mass[0] == MASS
+    np.testing.assert_array_equal(bob.ipos, [0.0, 0.0, -given.length])
+    np.testing.assert_array_equal(bob.inertia, simple_pendulum.POINT)
+    np.testing.assert_array_equal(model.opt.gravity, [0.0, 0.0, -given.gravity])
+    assert (start.qpos[0], start.qvel[0]) == (given.theta, given.theta_dot)
+    assert model.dof_damping[0] == given.damping_rate
+    assert model.actuator("forcing").gear[0] == MASS * given.length**2
+
+
+def test_nothing_is_left_out_that_would_act() -> None:
+    # every flag of the file is one of an idle stage; springs, damping and forcing may be filled in
+    model = mujoco.MjModel.from_xml_path(str(MJCF))
+    assert model.opt.disableflags
+    assert model.opt.disableflags & needless(model) == model.opt.disableflags
+    assert not model.geom_contype.any()
+    assert not model.geom_conaffinity.any()
+
+
+def test_rebuilt_at_the_default_parameters_it_is_the_file() -> None:
+    file = mujoco.MjModel.from_xml_path(str(MJCF))
+    rebuilt = simple_pendulum.whole(MJCF, problem()).compile()
+    compared = 0
+    for name in dir(file):
+        if isinstance(given := getattr(file, name), np.ndarray) and given.dtype.kind in "fiub":
+            np.testing.assert_allclose(getattr(rebuilt, name), given, 1e-15, 0, err_msg=name)
+            compared += given.size > 0
+    assert compared > 50  # so that the loop does look at something
+
+
+def test_every_parameter_reaches_the_model() -> None:
+    given = {"length": 2.5, "gravity": 3.7, "damping_rate": 0.3, "forcing_amplitude": 1.5,
+             "forcing_frequency": 2.0, "theta": 0.4, "theta_dot": -0.7}  # fmt: skip
+    moment = MASS * 2.5**2
+    for builder, spring in ((simple_pendulum, 0.0), (linear_pendulum, MASS * 3.7 * 2.5)):
+        name = builder.__name__.rpartition(".")[2].replace("_", "-")
+        model = builder.whole(MJCF, problem(name, **given)).compile()
+        assert model.body("bob").ipos[2] == -2.5
+        assert model.opt.gravity[2] == (0.0 if spring else -3.7)
+        assert model.dof_damping[0] == pytest.approx(0.3 * moment, rel=1e-15)
+        assert model.actuator("forcing").gear[0] == moment
+        assert model.jnt_stiffness[0] == pytest.approx(spring, rel=1e-15)
+        assert (model.key("start").qpos[0], model.key("start").qvel[0]) == (0.4, -0.7)
+        data = mujoco.MjData(model)
+        mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
+        data.ctrl[0] = 1.5 * np.sin(2.0 * 0.9)
+        mujoco.mj_forward(model, data)
+        wanted = float(problem(name, **given).rotor.acceleration(0.9, 0.4, -0.7))
+        assert data.qacc[0] == pytest.approx(wanted, rel=1e-14)  # a dozen operations
+
+
+@pytest.mark.parametrize("file", ["simple_pendulum.xml", "scene.xml"])
+def test_loaded_on_its_own_it_swings_as_it_should(file: str) -> None:
+    # 5000 steps of RK4 at 1e-3 s, with the error that theory foretells, 9e-12 rad, to round-off
+    model = mujoco.MjModel.from_xml_path(str(FOLDER / file))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
+    mujoco.mj_step(model, data, nstep=5000)
+    given = problem()
+    times = np.array([5000 * model.opt.timestep])
+    exact = given.motion.observe(times)
+    told = given.motion.leading_error("rk4", times)
+    wanted = exact["theta"][0] + sum(e["theta"][0] * 1e-3**p for p, e in told.items())
+    assert data.qpos[0] == pytest.approx(wanted, abs=1e-12)
+    mujoco.mj_forward(model, data)
+    assert data.sensordata[2] == pytest.approx(exact["tension"][0], abs=2e-10)
+    assert data.xipos[1][0] == pytest.approx(np.sin(wanted), abs=2e-12)
+    assert not any(warning.number for warning in data.warning)
+
+
+def test_picture_is_small() -> None:
+    picture = (FOLDER / "simple_pendulum.png").read_bytes()
+    assert picture.startswith(b"\x89PNG")
+    assert len(picture) < 60_000
+
+
+def test_readme_tells_every_number_of_the_file() -> None:
+    text = Path(FOLDER / "README.md").read_text("utf-8").replace("\u2212", "-")
+    for number in re.findall(r'(?:mass|qpos|diaginertia)="([-\d.e]+)', MJCF.read_text("utf-8")):
+        assert number in text, number

@@ -1,0 +1,152 @@
+"""A user's own MuJoCo options as a method: what is taken, what is left, what is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import pytest
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.adapters.mujoco import options
+from plumbob.engines.adapters.mujoco.like import HALVINGS, NAME, mine
+from plumbob.engines.method import Method
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of
+from plumbob.reports.judge.verdict import judge
+
+MODEL = """
+<mujoco>
+  <option integrator="{integrator}" timestep="{step}" cone="elliptic" solver="CG" impratio="30"
+          noslip_iterations="4" tolerance="1e-11" iterations="77" gravity="0 0 -1" density="5">
+    <flag {flags}/>
+  </option>
+  <default>
+    <geom solref="0.004 0.9" solimp="0.8 0.97 0.002" condim="4" friction="0.3"/>
+    <default class="foot"><geom solref="0.5 1"/></default>
+  </default>
+  <worldbody><geom size="1"/></worldbody>
+</mujoco>
+"""
+
+
+def written(
+    folder: Path, integrator: str = "Euler", step: str = "0.002", flags: str = 'contact="disable"'
+) -> Path:
+    """A model file with these options."""
+    path = folder / "my.xml"
+    path.write_text(MODEL.format(integrator=integrator, step=step, flags=flags), "utf-8")
+    return path
+
+
+INTEGRATORS = {
+    "Euler": "mujoco/euler",
+    "RK4": "mujoco/rk4",
+    "implicit": "mujoco/implicit",
+    "implicitfast": "mujoco/implicitfast",
+}
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_options_are_taken(integrator: str, tmp_path: Path) -> None:
+    found, like = mine(written(tmp_path, integrator)), find_method(INTEGRATORS[integrator])
+    assert found.name == NAME
+    assert found.engine == "mujoco"
+    assert (found.scheme, found.order) == (like.scheme, like.order)
+    assert found.systems == ()
+    assert found.ladder == tuple(0.002 / 2**n for n in range(HALVINGS + 1))
+    spec = mujoco.MjSpec.from_string("<mujoco/>")
+    before = [*spec.option.gravity, spec.option.density]
+    options.apply(spec, found.settings, 0.5)
+    assert spec.option.integrator == getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
+    assert spec.option.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
+    assert spec.option.solver == mujoco.mjtSolver.mjSOL_CG
+    assert spec.option.impratio == 30.0
+    assert found.settings["contact"]["tolerance"] == 1e-11  # with the contacts: scaled there
+    assert (spec.option.iterations, spec.option.noslip_iterations) == (77, 4)
+    # what a scene is, and how long its step, is not the user's file's to say
+    assert [*spec.option.gravity, spec.option.density] == before
+    assert spec.option.timestep == 0.5
+    assert not spec.option.disableflags & int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+
+
+def test_contact_defaults_are_taken(tmp_path: Path) -> None:
+    contact = mine(written(tmp_path)).settings["contact"]
+    assert contact["solref"] == (0.004, 0.9)
+    assert contact["solimp"][:3] == (0.8, 0.97, 0.002)
+    assert contact["condim"] == 4
+    assert "friction" not in contact
+
+
+def test_overridden_contacts_are_taken(tmp_path: Path) -> None:
+    path = written(tmp_path, flags='override="enable" energy="enable"')
+    path.write_text(path.read_text("utf-8").replace('cone="', 'o_solref="-500 -9" cone="'), "utf-8")
+    found = mine(path)
+    assert found.settings["contact"]["solref"] == (-500.0, -9.0)
+    assert found.settings["contact"]["condim"] == 4  # which no option overrides
+    assert found.settings["enableflags"] == 0  # the flag would override the scene's friction too
+
+
+@pytest.mark.parametrize(
+    "name", ["simple-pendulum/damped-large", "linear-pendulum/damped-large", "cone-pendulum"]
+)
+@pytest.mark.parametrize(
+    ("integrator", "flags"),
+    [("Euler", 'contact="disable"'), ("Euler", 'eulerdamp="disable"'),
+     ("implicitfast", 'eulerdamp="disable"'), ("RK4", 'warmstart="disable"')],
+)  # fmt: skip
+def test_mine_is_measured_as_any_method(
+    name: str, integrator: str, flags: str, tmp_path: Path
+) -> None:
+    scene = replace(find_scene(name), duration=0.5)
+    system, found = system_of(scene), mine(written(tmp_path, integrator, "0.0005", flags))
+    run, _ = measure(system, scene, found, found.ladder[0])
+    assert judge(run, system, found).verdict == "pass"
+    if name == "cone-pendulum" or integrator == "RK4":
+        return
+    # damping explicit or implicit makes the difference: the error is what the one foretells, to
+    # the nonlinear part of it, and not what the other does
+    other, _ = measure(system, scene, _with_damping_the_other_way(found), found.ladder[0])
+    error, wrong = run.errors["theta"].foretold, other.errors["theta"].foretold
+    assert error is not None
+    assert wrong is not None
+    assert run.errors["theta"].end == pytest.approx(error.end, rel=1e-3)
+    assert run.errors["theta"].end != pytest.approx(wrong.end, rel=1e-2)
+
+
+def _with_damping_the_other_way(found: Method) -> Method:
+    word = "+implicit-damping"
+    base, _, rest = found.scheme.partition("+")
+    scheme = found.scheme.replace(word, "") if word in found.scheme else f"{base}{word}+{rest}"
+    return replace(found, scheme=scheme)
+
+
+CONTENTS = {
+    "text.xml": "no model at all",
+    "empty.xml": "",
+    "schema.xml": "<mujoco><fooo/></mujoco>",
+    "other.xml": "<html/>",
+    "robot.xml": '<robot name="a"><link name="b"/></robot>',
+    "unfinished.xml": "<mujoco><option",
+    "step.xml": '<mujoco><option timestep="0"/></mujoco>',
+    "notes.txt": "notes",
+}
+
+
+@pytest.mark.parametrize("name", [*CONTENTS, "missing.xml", ""])
+def test_what_is_no_model_is_refused_in_one_line(
+    name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    if name in CONTENTS:
+        (tmp_path / name).write_text(CONTENTS[name], "utf-8")
+    with pytest.raises(ParameterError) as caught:
+        mine(tmp_path / name)
+    assert caught.value.name == "like"
+    assert str(tmp_path / name) in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+    assert {path.name for path in tmp_path.iterdir()} <= {name}

@@ -1,0 +1,102 @@
+"""A user's contacts on the capsule: the file's own, and every system that MuJoCo can do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plumbob.engines.adapters.mujoco.like import mine
+from plumbob.engines.adapters.mujoco.simulation import compiled
+from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of, systems
+
+LINE = "capsule-line/heading-030"
+BARE = "<mujoco><option {options}/><default><geom {geom}/></default></mujoco>"
+NOSLIP = 'cone="elliptic" impratio="100" noslip_iterations="10"'
+
+
+def own(folder: Path, options: str = "", geom: str = "") -> Method:
+    """The method of a file with these options and contact defaults."""
+    path = folder / "my.xml"
+    path.write_text(BARE.format(options=options, geom=geom), "utf-8")
+    return mine(path)
+
+
+@pytest.mark.parametrize(
+    ("options", "like"),
+    [("", "mujoco/euler"), ('integrator="RK4"', "mujoco/rk4"),
+     ('cone="elliptic" impratio="100"', "mujoco/euler+elliptic"),
+     (NOSLIP, "mujoco/euler+elliptic+noslip")],
+)  # fmt: skip
+def test_a_file_that_says_what_a_method_says_is_that_method(
+    options: str, like: str, tmp_path: Path
+) -> None:
+    scene = replace(find_scene(LINE), duration=0.06)
+    system = system_of(scene)
+    mine_, _ = measure(system, scene, own(tmp_path, options), 1e-3)
+    same, _ = measure(system, scene, find_method(like), 1e-3)
+    other, _ = measure(system, scene, find_method("mujoco/euler+pyramidal"), 1e-3)
+    for name, error in same.errors.items():
+        assert mine_.errors[name].largest == error.largest  # the same numbers, to the last bit
+    assert mine_.errors["displacement"].largest != other.errors["displacement"].largest
+
+
+FIELDS = (
+    ('solref="0.005 0.7"', "solref", [0.005, 0.7]),
+    ('solref="-4000 -60"', "solref", [-4000.0, -60.0]),
+    ('solimp="0.5 0.9 0.01 0.4 3"', "solimp", [0.5, 0.9, 0.01, 0.4, 3.0]),
+    ('condim="4"', "dim", 4),
+    ('condim="1"', "dim", 1),
+    ('margin="0.002"', "margin", 0.002),
+    ('gap="0.001"', "gap", 0.001),
+)
+
+
+@pytest.mark.parametrize(("geom", "field", "value"), FIELDS)
+def test_every_contact_is_the_users(geom: str, field: str, value: object, tmp_path: Path) -> None:
+    scene = find_scene(LINE)
+    system = system_of(scene)
+    model = compiled(system, scene, own(tmp_path, geom=geom), 1e-3).model
+    assert model.npair == 3
+    for row in getattr(model, f"pair_{field}"):
+        assert np.all(row == np.array(value))
+    assert np.all(model.pair_friction[:, :2] == scene.parameters["friction"])
+
+
+def test_the_solver_ends_where_the_users_does(tmp_path: Path) -> None:
+    # Termination is scaled by the trace of the mass matrix, which the slider's armature inflates:
+    # unscaled, the default 1e-8 would be 1e2 and the solver end at once.
+    scene = find_scene(LINE)
+    found = {
+        tolerance: compiled(
+            system_of(scene), scene, own(tmp_path, f'tolerance="{tolerance}"'), 1e-3
+        ).model.opt.tolerance
+        for tolerance in (1e-8, 1e-11)
+    }
+    shipped = compiled(system_of(scene), scene, find_method("mujoco/euler"), 1e-3).model
+    assert found[1e-8] == shipped.opt.tolerance < 1e-15
+    assert found[1e-11] == pytest.approx(1e-3 * found[1e-8])
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicit", "RK4"])
+@pytest.mark.parametrize("system", systems())
+def test_it_runs_on_every_system_that_mujoco_can_do(
+    system: str, integrator: str, tmp_path: Path
+) -> None:
+    scene = find_scene(system)
+    found = own(tmp_path, f'integrator="{integrator}" cone="elliptic"', 'solref="0.004 1"')
+    short = replace(scene, duration=min(scene.duration, 40 * found.ladder[0]))
+    try:
+        compiled(system_of(scene), short, find_method("mujoco/euler"), found.ladder[0])
+    except Unsupported:
+        assert measure(system_of(scene), short, found, found.ladder[0])[0].status == "unsupported"
+        return
+    run, _ = measure(system_of(scene), short, found, found.ladder[0])
+    assert run.status == "done"
+    assert run.errors[system_of(scene).observables[0].name].largest < 10.0

@@ -1,0 +1,87 @@
+"""What the MuJoCo adapter refuses, in one clear line, and which idle stages it leaves out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import pytest
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.cone_pendulum import cone
+from plumbob.engines.adapters.mujoco import ENGINE, prepare
+from plumbob.engines.adapters.mujoco.flags import BIT, needless
+from plumbob.engines.method import Unsupported
+from plumbob.tests.support.cone_scene import SYSTEM, scene
+from plumbob.tests.support.one_hinge import HINGE
+
+EULER = next(method for method in ENGINE.methods if method.name == "mujoco/euler")
+
+
+@pytest.mark.parametrize("step", [0.0, -1e-4, float("nan"), float("inf"), 0.6, 1e-300])
+def test_a_step_that_cannot_be_is_refused(step: float) -> None:
+    with pytest.raises(ParameterError, match=r"^step = .*: must be [^\n]*$"):
+        prepare(SYSTEM, scene(), EULER, step)
+
+
+@pytest.mark.parametrize("name", ["theta", "theta_dot", "platform_rate", "pivot_y"])
+def test_nan_is_refused_by_name(name: str) -> None:
+    with pytest.raises(ParameterError, match=f"^{name} = nan: must be a finite number$"):
+        prepare(SYSTEM, scene(**{name: float("nan")}), EULER, 1e-3)
+
+
+def test_a_system_without_builder_is_unsupported() -> None:
+    with pytest.raises(Unsupported, match="no builder for spring-mattress"):
+        prepare(replace(SYSTEM, name="spring-mattress"), scene(), EULER, 1e-3)
+
+
+def test_a_body_that_the_engine_refuses_is_unsupported() -> None:
+    with pytest.raises(Unsupported, match=r"refuses the model of cone-pendulum/test: [^\n]*$"):
+        prepare(SYSTEM, scene(body=cone(1e-14, 0.3, 0.5)), EULER, 1e-3)
+
+
+@pytest.mark.parametrize("text", [None, "", "no model", "<mujoco><worldbody></mujoco>", "<urdf/>"])
+def test_a_file_that_is_no_model_is_refused(tmp_path: Path, text: str | None) -> None:
+    path = tmp_path / "wrong.xml"
+    if text is not None:
+        path.write_text(text, "utf-8")
+    with pytest.raises(ParameterError, match=r"^mjcf = .*must be a MuJoCo model file [^\n]*$"):
+        prepare(replace(SYSTEM, mjcf=path), scene(), EULER, 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [({"integrator": "Verlet"}, "one of euler, rk4"), ({"viscousness": 1}, "an option")],
+)
+def test_settings_that_mujoco_does_not_have_are_refused(
+    settings: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ParameterError, match=message):
+        prepare(SYSTEM, scene(), replace(EULER, settings=settings), 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("given", "needed"),
+    [
+        ({}, set()),
+        ({"joint": 'damping="1"'}, {"DAMPER"}),
+        ({"joint": 'stiffness="1"'}, {"SPRING"}),
+        ({"joint": 'frictionloss="1"'}, {"CONSTRAINT"}),
+        ({"joint": 'limited="true" range="-1 1"'}, {"CONSTRAINT"}),
+        ({"contype": 1}, {"CONSTRAINT", "CONTACT"}),
+        ({"more": '<option density="1"/>'}, {"SPRING", "DAMPER"}),
+        ({"more": "<sensor><clock/></sensor>"}, {"SENSOR"}),
+        (
+            {"joint": 'name="a"', "more": '<actuator><motor joint="a"/></actuator>'},
+            {"ACTUATION"},
+        ),
+    ],
+)
+def test_only_idle_stages_are_left_out(given: dict[str, Any], needed: set[str]) -> None:
+    xml = HINGE.format(**{"joint": "", "contype": 0, "more": "", **given})
+    stages = {"CONSTRAINT", "CONTACT", "ACTUATION", "SPRING", "DAMPER", "SENSOR"}
+    model = mujoco.MjModel.from_xml_string(xml)
+    idle = {stage for stage in stages if needless(model) & int(getattr(BIT, f"mjDSBL_{stage}"))}
+    assert idle == stages - needed

@@ -1,0 +1,182 @@
+"""MuJoCo runs: samples, divergence, the engine's own messages, controls held over steps."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters import sampling
+from plumbob.engines.adapters.mujoco import ENGINE, prepare, stepping
+from plumbob.engines.adapters.mujoco.flags import BIT, needless
+from plumbob.engines.adapters.mujoco.messages import collected
+from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
+from plumbob.engines.adapters.mujoco.translation import Translation
+from plumbob.engines.method import Method
+from plumbob.tests.support.cone_scene import SYSTEM, scene
+from plumbob.tests.support.one_hinge import HINGE
+
+# nothing is controlled here: the methods that differ in a control are left out
+METHODS = {
+    m.name: m for m in ENGINE.methods if not {"control_at", "contact", "model"} & m.settings.keys()
+}
+RK4, EULER = METHODS["mujoco/rk4"], METHODS["mujoco/euler"]
+
+PUSHED = """
+<mujoco>
+  <option timestep="1e-3"/>
+  <worldbody>
+    <geom type="plane" size="5 5 .1"/>
+    <body pos="0 0 .1">
+      <freejoint/>
+      <geom type="box" size=".1 .1 .1"/>
+      <body pos="0 0 .2">
+        <joint name="slide" type="slide" axis="1 0 0"/>
+        <geom type="box" size=".05 .05 .05"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator><motor joint="slide"/></actuator>
+</mujoco>
+"""
+
+
+def simulation(xml: str, translation: dict[str, Any], steps: int) -> MujocoSimulation:
+    """A model of one's own as the adapter would run it, its first coordinate and rate observed."""
+    model = mujoco.MjModel.from_xml_string(xml)
+    model.opt.disableflags |= int(BIT.mjDSBL_AUTORESET)
+    given: dict[str, Any] = {
+        "spec": None,
+        "qpos": np.array(model.qpos0),
+        "qvel": np.zeros(model.nv),
+        "observe": lambda qpos, qvel: ({"q": qpos[:, 0], "v": qvel[:, 0]}, {}),
+    }
+    whole = Translation(**{**given, **translation})
+    return MujocoSimulation(whole, model, mujoco.MjData(model), steps, model.opt.timestep, 0.0)
+
+
+def test_samples_end_with_the_run_and_times_are_multiples_of_the_step() -> None:
+    # 0.5 s is 714.3 steps of 7e-4 s: the run ends at the step nearest to it
+    trajectory = prepare(SYSTEM, scene(), EULER, 7e-4).run()
+    assert trajectory.steps == 714
+    assert trajectory.times[0] == 0.0
+    assert trajectory.times[-1] == 714 * 7e-4
+    assert len(trajectory.times) <= sampling.SAMPLES + 1
+    np.testing.assert_array_equal(np.diff(trajectory.times)[:-1] > 0.9 * 2 * 7e-4, True)
+
+
+@pytest.mark.parametrize("steps", [1, 3, 499, 500, 501, 8191, 8192, 8193, 20_011])
+def test_samples_do_not_depend_on_how_the_steps_are_grouped(steps: int) -> None:
+    simulated = compiled(SYSTEM, scene(duration=steps * 1e-5), EULER, 1e-5)
+    trajectory = simulated.run()
+    data = mujoco.MjData(simulated.model)
+    data.qpos[:], data.qvel[:] = simulated.translation.qpos, simulated.translation.qvel
+    mujoco.mj_step(simulated.model, data, nstep=steps)
+    assert trajectory.steps == steps == round(trajectory.times[-1] / 1e-5)
+    assert trajectory.observables["theta"][-1] == data.qpos[1]
+    again = simulated.run()
+    np.testing.assert_array_equal(again.observables["theta"], trajectory.observables["theta"])
+
+
+@pytest.mark.parametrize("method", METHODS.values(), ids=lambda method: method.name)
+def test_a_step_far_too_large_is_a_divergence(method: Method) -> None:
+    # the torque is bounded, so a step of half a turn kicks the body beyond any speed it can have
+    trajectory = prepare(SYSTEM, scene(duration=200.0), method, 0.5).run()
+    assert trajectory.diverged_at is not None
+    assert 0.0 < trajectory.diverged_at < 200.0
+    assert (trajectory.times < trajectory.diverged_at).all()
+    for values in (*trajectory.observables.values(), *trajectory.channels.values()):
+        assert len(values) == len(trajectory.times)
+        assert np.isfinite(values).all()
+
+
+def test_the_engines_own_alarm_ends_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    spring = HINGE.format(joint='stiffness="-1e6"', contype=0, more="")
+    # qpos grows as e^{at}, past the engine's 1e10 long before 5000 steps of 2 ms
+    trajectory = simulation(spring, {"qpos": np.array([1e-3])}, 5000).run()
+    assert trajectory.diverged_at is not None
+    assert trajectory.diverged_at < 1.0
+    assert np.abs(trajectory.observables["q"]).max() < 1e10
+    assert len(trajectory.times) > 1
+    assert any("unstable" in message for message in trajectory.warnings)
+    assert not list(tmp_path.iterdir())
+    assert capfd.readouterr() == ("", "")
+
+
+def test_without_capture_the_engine_would_write_a_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # teeth: the alarm above does reach the disk when nobody takes it
+    monkeypatch.chdir(tmp_path)
+    model = mujoco.MjModel.from_xml_string(HINGE.format(joint="", contype=0, more=""))
+    data = mujoco.MjData(model)
+    data.qpos[0] = np.nan
+    mujoco.mj_step(model, data)
+    assert [path.name for path in tmp_path.iterdir()] == ["MUJOCO_LOG.TXT"]
+    with collected() as told:
+        mujoco.mj_resetData(model, data)
+        data.qpos[0] = np.nan
+        mujoco.mj_step(model, data)
+    assert len(told) == 1
+
+
+@pytest.mark.parametrize("start", [np.nan, np.inf, 1e11])
+def test_a_start_that_is_no_state_gives_no_samples(start: float) -> None:
+    given = {"qpos": np.array([start])}
+    trajectory = simulation(HINGE.format(joint="", contype=0, more=""), given, 100).run()
+    assert trajectory.diverged_at == 0.0
+    assert len(trajectory.times) == trajectory.steps == 0
+
+
+def test_the_engine_is_kept_from_starting_afresh_by_itself() -> None:
+    model = compiled(SYSTEM, scene(), EULER, 1e-3).model
+    assert model.opt.disableflags == needless(model) | int(BIT.mjDSBL_AUTORESET)
+
+
+def test_limits_cut_a_run_that_the_engine_itself_is_content_with() -> None:
+    given = {"qpos": np.array([1.0]), "limits": {"v": 1.0}}
+    trajectory = simulation(HINGE.format(joint="", contype=0, more=""), given, 1000).run()
+    assert trajectory.diverged_at is not None
+    assert trajectory.observables["v"].max() <= 1.0
+
+
+@pytest.mark.parametrize("control_at", [0.0, 0.5])
+@pytest.mark.parametrize("block", [64, 8192])
+def test_controls_are_held_over_each_step(
+    control_at: float, block: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # on contacts, so that the solver's warm start must survive from block to block, bit for bit
+    def control(times: Array) -> Array:
+        return 20 * np.sin(40 * times)[:, None]
+
+    monkeypatch.setattr(stepping, "BLOCK", block)
+    given = {"control": control, "control_at": control_at}
+    simulated = simulation(PUSHED, given, 1000)
+    trajectory = simulated.run()
+    data = mujoco.MjData(simulated.model)
+    for n in range(1000):
+        data.ctrl[:] = control(np.array([(n + control_at) * 1e-3]))[0]
+        mujoco.mj_step(simulated.model, data)
+    assert data.ncon > 0
+    assert abs(data.qpos[0]) > 1e-4
+    assert trajectory.observables["q"][-1] == data.qpos[0]
+
+
+def test_adapters_are_imported_without_their_engines() -> None:
+    code = (
+        "import sys, plumbob.engines.adapters.mujoco, plumbob.engines.adapters.ode;"
+        "print({'mujoco', 'scipy.integrate'} & set(sys.modules))"
+    )
+    root = Path(__file__).parents[2]
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, cwd=root, check=True, capture_output=True, text=True)
+    assert done.stdout.strip() == "set()"

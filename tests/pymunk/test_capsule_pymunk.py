@@ -1,0 +1,164 @@
+"""The capsule in pymunk: on feet and from the side it does what theory says of the step, on bare
+pivots it does not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.errors.line_step_error import step_error
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem
+from plumbob.analytic.systems.manoeuvres.manoeuvre_train import ManoeuvreTrain
+from plumbob.engines.adapters.pymunk import capsule
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of
+from plumbob.reports.judge.verdict import judge
+from plumbob.tests.support.pymunk_capsule import (
+    GOOD,
+    METHODS,
+    ended,
+    last,
+    moved,
+    problem_of,
+    run,
+    verdict,
+)
+from plumbob.tests.support.random_capsules import LINE
+
+LINES = ("ca1", "ca2", "at-50", "at-222", "off-centroid", "off-grid", "frictionless")
+HARD = ("w1-threshold", "w2-threshold", "near-edge", "near-vertex")
+
+
+@pytest.mark.parametrize("model", GOOD)
+@pytest.mark.parametrize(
+    ("name", "step"),
+    [
+        *((f"capsule-line/{case}", 5e-4) for case in (*LINES, *HARD)),
+        ("capsule-line/light-slider", 2e-5),
+        ("capsule-line/heavy-slider", 1e-3),
+        ("capsule-hold/0.999", 1e-3),
+        ("capsule-hold/slow-motion", 5e-4),
+        ("capsule-coast/translation", 5e-4),
+        ("capsule-coast/rotation", 5e-4),
+        ("capsule-train/ten", 2e-3),
+    ],
+)
+def test_every_observable_does_what_is_foretold(name: str, model: str, step: float) -> None:
+    # The verdict holds each sample to what theory says of this very step, up to rounding and the
+    # model's own shares; the two tests below say that these are small where it matters.
+    if (name, model) == ("capsule-coast/rotation", "side"):
+        return
+    found, _ = run(name, model, step)
+    # Feet may miss by more than the micrometre that a push at the threshold moves the body.
+    hollow = (name, model) == ("capsule-line/w1-threshold", "feet")
+    assert verdict(found, model) == ("coarse" if hollow else "pass"), judge(
+        found, system_of(find_scene(name)), METHODS[model]
+    ).reason
+    foretold = {n for n, error in found.errors.items() if error.foretold is not None}
+    if name.startswith(("capsule-line", "capsule-train")):
+        seen = {o.name for o in system_of(find_scene(name)).observables}
+        assert foretold == seen - ({"heading", "sideways"} if model == "side" else set())
+
+
+@pytest.mark.parametrize("model", GOOD)
+@pytest.mark.parametrize("case", ["ca1", "at-50", "at-222", "off-centroid"])
+def test_final_displacement(case: str, model: str) -> None:
+    # the bounds wanted; what the sawtooth foretells is 1.05e-4 and 1.05e-6
+    exact = find_scene(f"capsule-line/{case}")
+    whole = system_of(exact).problem(exact.parameters).motion.displacement
+    assert last(exact.name, model, 1e-3) == pytest.approx(whole, rel=2e-4)
+    assert last(exact.name, model, 1e-4) == pytest.approx(whole, rel=5e-6)
+
+
+@pytest.mark.parametrize("model", GOOD)
+def test_error_at_random_steps(model: str) -> None:
+    # With t1 on the grid -p (1 - p) (mu w2 + f g) dt^2/2, t1/dt a whole number drawn at random; off
+    # it with the bend at t1. 5 % is asked for; 50 sweeps leave 3e-4 of the largest such error, and
+    # 30 over two contacts nothing. At this w2 t_star/t1 is no simple ratio; with LINE's p would be
+    # a ninth part, whatever the step.
+    rng, line = np.random.default_rng(4), replace(LINE, direction=0.87, w2=9.7)
+    near = {"feet": 1e-3, "side": 1e-6}[model]
+    envelope = line.closed.braking / 8
+    for step in line.t1 / rng.integers(12, 200, 8):
+        part = line.t_star / step % 1
+        error = moved(line, model, step)["displacement"] - line.displacement
+        saw = -0.5 * part * (1 - part) * line.closed.braking * step**2
+        assert error == pytest.approx(saw, rel=0.05, abs=near * envelope * step**2)
+    for step in np.exp(rng.uniform(math.log(1.5e-4), math.log(2e-3), 8)):
+        error = moved(line, model, step)["displacement"] - line.displacement
+        told = float(step_error(line, step, "mean"))
+        assert error == pytest.approx(told, rel=1e-12, abs=near * envelope * step**2)
+
+
+@pytest.mark.parametrize("model", GOOD)
+def test_the_models_own_shares_are_small(model: str) -> None:
+    # less than the sawtooth's largest value, so that a fault of the size of the step's error shows:
+    # 50 sweeps with one foot gripping leave 2 % of what the stop asks of them, contacts nothing
+    part = {"feet": 0.6, "side": 1e-3}[model]
+    for step in (1e-3, 1e-4):
+        shares = capsule.regularisation(problem_of(LINE), 0.15, METHODS[model], step)
+        assert sum(shares["displacement"].values()) < part * LINE.closed.braking * step**2 / 8
+
+
+def test_every_heading_alike() -> None:
+    # a joint's largest force is a disc, so only rounding tells headings apart; 1e-12 is asked for
+    for step in (1e-3, 5e-4):
+        ends = [last(f"capsule-line/heading-{a:03d}", "feet", step) for a in range(0, 360, 15)]
+        assert np.ptp(ends) < 1e-12 * abs(ends[0])
+
+
+def test_bare_pivots_do_not_converge() -> None:
+    # 7.2 % off along this line, whatever the step and however many sweeps
+    line, method = replace(LINE, direction=math.radians(50)), METHODS["pivots"]
+    for step in (1e-3, 2e-4):
+        for sweeps in (10, 300):
+            tried = replace(method, settings={**method.settings, "iterations": sweeps})
+            built = capsule.build(problem_of(line), tried, step)
+            assert built.act is not None
+            for n in range(math.ceil(line.t2 / step) + 2):
+                built.act(n * step)
+                built.space.step(step)
+            assert built.read()["displacement"] == pytest.approx(
+                1.072 * line.displacement, rel=1e-3
+            )
+
+
+def test_creep_for_ten_seconds() -> None:
+    # 1e-6 m is asked for at 0.999 of the threshold; pivots slide away
+    for model, most in (("feet", 1e-15), ("side", 1e-15)):
+        assert abs(last("capsule-hold/0.999", model, 1e-3)) < most
+    assert last("capsule-hold/0.999", "pivots", 1e-3) > 1.0
+
+
+def test_normal_forces_from_the_side() -> None:
+    # at rest the contacts' own are those of statics to 1e-6, and better: what the solver leaves
+    found, _ = run("capsule-hold/0.5", "side", 1e-3)
+    for i in (1, 2, 3):
+        error = found.errors[f"normal_force_{i}"]
+        assert error.largest < 1e-9 * error.scale
+    # while the slider goes, those of the place where it is, half a step behind where it is to be:
+    # rounding by dt^2 is all that is left (the heights are zero, its acceleration moves no load)
+    for step in (1e-3, 1e-4):
+        found, trajectory = run("capsule-line/at-50", "side", step)
+        # contacts and gravity are all that changes the momentum, to its rounding over a step
+        assert np.abs(trajectory.channels["momentum_residual"]).max() < 1e-15 / step
+        for i in (1, 2, 3):
+            error = found.errors[f"normal_force_{i}"]
+            assert error.foretold is not None
+            assert error.foretold.missed is not None
+            assert error.foretold.missed < 1e-8 * error.scale
+            assert error.foretold.largest > 100 * error.foretold.missed
+
+
+@pytest.mark.parametrize("model", ["feet", "side"])
+def test_many_manoeuvres(model: str) -> None:
+    # 1e-3 of the whole is asked for; the error of one, 50 times
+    train = ManoeuvreTrain(LINE, 50, 0.9, 0.32 - ManoeuvreTrain(LINE, 1, 0.9).period)
+    staging = replace(problem_of(LINE).staging, relative_velocity=train.relative_velocity)
+    seen = ended(CapsuleProblem(train, train, staging), model, 2e-3, 8000)
+    one = float(step_error(LINE, 2e-3, "mean"))
+    assert seen["displacement"] - train.displacement == pytest.approx(50 * one, rel=1e-4)
+    assert seen["displacement"] == pytest.approx(train.displacement, rel=1e-3)

@@ -1,0 +1,140 @@
+"""Any capsule in pymunk: bodies drawn at random, momentum, and what must turn a verdict red."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from plumbob.analytic.errors.line_step_error import step_error
+from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+from plumbob.engines.adapters.pymunk import ENGINE, capsule
+from plumbob.engines.adapters.pymunk.capsule_feet import few_feet_left_by_sweep
+from plumbob.engines.method import Unsupported
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of
+from plumbob.models.scene import Scene
+from plumbob.tests.support.pymunk_capsule import GOOD, METHODS, moved, problem_of, run, verdict
+from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE
+
+
+@st.composite
+def ordinary_lines(draw: st.DrawFn) -> LineManoeuvre:
+    """Line manoeuvres of bodies that are not extreme, on triangles of any shape that is not."""
+    gaps = [draw(st.floats(0.7, 1.0)) for _ in range(3)]
+    angles = [2 * math.pi * sum(gaps[: i + 1]) / sum(gaps) for i in range(3)]
+    arms = [draw(st.floats(0.1, 0.3)) for _ in range(3)]
+    a, b, c = ((r * math.cos(p), r * math.sin(p)) for r, p in zip(arms, angles, strict=True))
+    mass, spread = draw(st.floats(0.2, 5.0)), sum(r * r for r in arms) / 3
+    body = Capsule(
+        mass,
+        mass * 10.0 ** draw(st.floats(-1.5, 0.7)),
+        mass * spread * draw(st.floats(0.3, 1.5)),
+        (a, b, c),
+        draw(st.floats(0.05, 1.0)),
+        9.81,
+    )
+    holding, way = body.holding_acceleration, 0.3 * min(arms) / body.mass_ratio
+    w1, w2 = holding * draw(st.floats(1.2, 5.0)), holding * draw(st.floats(0.2, 0.9))
+    t1 = math.sqrt(draw(st.floats(0.1, 1.0)) * 2 * way * w2 / (w1 * (w1 + w2)))
+    return LineManoeuvre(body, w1, w2, t1, draw(st.floats(-4.0, 4.0)))
+
+
+# Two light feet: when the body is held from the other side they are at their limits.
+UNEVEN = Capsule(1.0, 1.0, 0.02, ((0.2, 0.0), (-0.05, 0.1), (-0.1, -0.25)), 1.0, 9.81)
+
+
+def uneven(friction: float) -> LineManoeuvre:
+    """A manoeuvre of that body, its accelerations in units of f g/mu and its times in f^(-1/2)."""
+    body = replace(UNEVEN, friction=friction)
+    holding = body.holding_acceleration
+    return LineManoeuvre(body, 3 * holding, 0.9 * holding, 0.01 / math.sqrt(friction), 2.45)
+
+
+@settings(max_examples=25)
+@given(line=ordinary_lines(), part=st.floats(0.01, 0.04), model=st.sampled_from(GOOD))
+@example(line=uneven(1.0), part=0.03, model="feet")
+@example(line=uneven(0.2), part=0.03, model="feet")
+def test_any_line_manoeuvre(line: LineManoeuvre, part: float, model: str) -> None:
+    step, problem = part * line.t2, problem_of(line)
+    shares = capsule.regularisation(problem, line.t2, METHODS[model], step)
+    allowed = sum(shares["displacement"].values())
+    times = np.array([line.t2])
+    rounded = (1 + 2 * part**-0.5) * float(problem.reference.uncertainty(times)["displacement"][0])
+    seen, told = moved(line, model, step), float(step_error(line, step, "mean"))
+    assert abs(seen["displacement"] - line.displacement - told) <= allowed + rounded
+    assert allowed < 0.25 * line.closed.braking * step**2 + 1e-12  # and that says something
+    if model == "feet":
+        assert abs(seen["heading"]) <= sum(shares["heading"].values())
+
+
+def test_friction_sets_the_unit_of_time_alone() -> None:
+    # Everything that the sweeps leave is the same part of the way for every f: no friction is hard.
+    ends = []
+    for friction in (0.1, 1.0):
+        line = uneven(friction)
+        ends.append(moved(line, "feet", 0.03 * line.t2)["displacement"])
+    assert ends[0] == pytest.approx(ends[1], rel=1e-12)
+
+
+def test_light_feet_leave_the_last_one_to_stop_the_body() -> None:
+    # The share is that of one foot gripping; with two of them the same body would be out of it.
+    line, method = uneven(1.0), METHODS["feet"]
+    step, problem = 0.03 * line.t2, problem_of(line)
+    count = capsule.iterations(problem, method)
+    off = moved(line, "feet", step)["displacement"] - line.displacement
+    off -= float(step_error(line, step, "mean"))
+    asked = line.closed.braking * step**2
+    one, two = (few_feet_left_by_sweep(line.capsule, grips) ** count for grips in (1, 2))
+    assert 10 * two * asked < off < one * asked
+    loads = line.normal_forces(np.array([line.t_star]))[0] / line.capsule.weight
+    assert sorted(loads)[1] < 0.3 < 0.5 < loads.max()
+
+
+@pytest.mark.parametrize("model", ["feet", "side", "pivots"])
+@pytest.mark.parametrize("slider_mass", [0.003, 0.3, 30.0])
+def test_without_friction_the_common_centre_stays(model: str, slider_mass: float) -> None:
+    body = replace(CHECK, friction=0.0, slider_mass=slider_mass)
+    line = LineManoeuvre(body, 3 * LIMIT, 0.8 * LIMIT, 0.03, 0.87)
+    # 1e-12 m is asked for
+    seen = moved(line, model, 3e-4)
+    assert abs(seen["displacement"] + body.mass_ratio * seen["stroke"]) < 1e-14
+    assert abs(seen["displacement"]) > 1e-4
+
+
+TEETH = [("friction", 1.0 + 1e-4), ("slider_mass", 1.0 + 1e-4), ("w1", 1.0 + 1e-4)]
+
+
+@pytest.mark.parametrize("model", GOOD)
+@pytest.mark.parametrize(("name", "factor"), TEETH)
+def test_a_parameter_off_by_a_ten_thousandth(name: str, factor: float, model: str) -> None:
+    right = find_scene("capsule-line/at-50")
+    changed: Scene = find_scene(right.name, {name: right.parameters[name] * factor})
+    assert verdict(run(right.name, model, 1e-3)[0], model) == "pass"
+    assert verdict(run(right.name, model, 1e-3, changed)[0], model) == "fail"
+
+
+def test_a_body_without_the_reaction_does_not_move() -> None:
+    built = capsule.build(problem_of(LINE), METHODS["feet"], 1e-3)
+    assert built.act is not None
+    joint = next(c for c in built.space.constraints if c.b.mass == CHECK.slider_mass)
+    built.space.remove(joint)
+    for n in range(150):
+        built.act(n * 1e-3)
+        built.space.step(1e-3)
+    assert abs(built.read()["displacement"]) < 1e-6 * abs(LINE.displacement)
+
+
+def test_what_cannot_be_built() -> None:
+    rotation = find_scene("capsule-coast/rotation")
+    problem = system_of(rotation).problem(rotation.parameters)
+    with pytest.raises(Unsupported, match="one line"):
+        capsule.build(problem, METHODS["side"], 1e-3)
+    tight = next(m for m in ENGINE.methods if m.name == "pymunk/tight")
+    with pytest.raises(Unsupported, match="no model"):
+        capsule.build(problem, tight, 1e-3)

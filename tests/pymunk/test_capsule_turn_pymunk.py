@@ -1,0 +1,167 @@
+"""Turns, spins and plans in pymunk: on feet within what is foretold, and what is wrong by a little
+goes red; on bare pivots off at any step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.errors import position_first as plane_chords
+from plumbob.analytic.errors.implicit_friction import Slip
+from plumbob.engines.adapters.pymunk import capsule, capsule_drive
+from plumbob.engines.adapters.pymunk.capsule_space import Assembly, Tell, told
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import scene, system_of
+from plumbob.reports.judge.verdict import judge
+from plumbob.tests.support.pymunk_capsule import run, verdict
+from plumbob.tests.support.random_capsules import CHECK
+from plumbob.tests.support.random_slides import moved_support
+
+CASES = (  # a scene, steps in a half time (or a step [s]), and what of its error may be the model's
+    ("capsule-turn/0.3", 200, 0.02),
+    ("capsule-turn/0.1-stop", 100, 0.03),
+    ("capsule-turn/0.001", 50, 0.05),
+    ("capsule-turn/unloaded", 100, 0.03),
+    ("capsule-turn/pivot", 200, 0.2),
+    ("capsule-turn/held", 200, 1.0),
+    ("capsule-coast/spin", 5e-4, 0.03),
+    ("capsule-plan/near-free", 1e-3, 0.03),
+)
+
+
+def step_of(name: str, parts: float) -> float:
+    """`parts` of a scene's half time, or the step itself."""
+    return scene(name).parameters["half_time"] / parts if parts > 1 else parts
+
+
+@pytest.mark.parametrize(("name", "parts", "share"), CASES)
+def test_feet_err_as_foretold(name: str, parts: float, share: float) -> None:
+    """Within what the step does to the motion and what the model adds, which is far less (but where
+    a growing load overcomes friction, and sweeps stall)."""
+    found, _ = run(name, "feet", step_of(name, parts))
+    assert verdict(found, "feet") == "pass"
+    leading = next(iter(found.errors.values()))
+    assert leading.foretold is not None
+    assert sum(leading.model.values()) <= share * leading.foretold.largest
+    assert leading.largest == pytest.approx(leading.foretold.largest, rel=share)
+
+
+@pytest.mark.parametrize("epsilon", [0.3, 0.1, 0.03])
+def test_a_turn_ends_within_1e_4_rad_at_800_steps_in_a_half_time(epsilon: float) -> None:
+    """At 2 tau and at rest."""
+    case = scene(f"capsule-turn/{epsilon}")
+    tau = case.parameters["half_time"]
+    found, seen = run(case.name, "feet", tau / 800)
+    facts = system_of(case).facts(system_of(case).problem(case.parameters))
+    stop = int(np.argmin(np.abs(seen.times - 2.0 * tau)))
+    assert seen.times[stop] == pytest.approx(2.0 * tau, rel=1e-12)
+    assert abs(seen.observables["body_angle"][stop] - facts["body_angle"]) <= 1e-4
+    assert abs(found.errors["body_angle"].end) <= 1e-4
+
+
+def test_a_spin_s_error_is_of_first_order_with_the_coefficient_foretold() -> None:
+    """3.184 rad/s times the step, over a decade of steps; the rest is of second order, as is what
+    feet add: 10 rad/s^2 times its square."""
+    for step in (1e-3, 5e-4, 2e-4, 1e-4):
+        end = run("capsule-coast/spin", "feet", step)[0].errors["heading"].end
+        assert end / step == pytest.approx(3.184, abs=0.001 + 20.0 * step)
+
+
+@pytest.mark.parametrize("name", ["capsule-turn/0.3", "capsule-coast/spin"])
+def test_bare_pivots_are_off_at_any_step(name: str) -> None:
+    coarse, fine = (
+        run(name, "pivots", scene(name).steps[k])[0].errors["x"].largest for k in (1, 3)
+    )
+    assert fine > 0.5 * coarse > 1e-4
+
+
+def red(name: str, step: float, **changes: Any) -> bool:
+    """Whether a run that is wrong by `changes` fails."""
+    found, _ = run(name, "feet", step, other=scene(name), **changes)
+    return verdict(found, "feet") == "fail"
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"friction": CHECK.friction * (1 + 1e-4)},
+        {"supports": moved_support(CHECK, 1e-4).supports},
+    ],
+)
+@pytest.mark.parametrize(
+    ("name", "parts"), [("capsule-turn/0.3", 400), ("capsule-coast/spin", 5e-4)]
+)
+def test_teeth_of_friction_and_of_the_supports(
+    name: str, parts: float, wrong: dict[str, Any]
+) -> None:
+    """1e-4 of the friction, or of a support's arm."""
+    assert red(name, step_of(name, parts), **wrong)
+
+
+def test_teeth_of_the_moment_about_the_combined_centre(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With CA_i for CA_i - mu r in eq. 25 the engine is not what is foretold."""
+    solved: Callable[..., tuple[Slip, complex]] = plane_chords._solved
+
+    def about_com(
+        body: Any, motion: plane_chords.Motion, supports: list[complex], *rest: Any
+    ) -> tuple[Slip, complex]:
+        centre = body.mass_ratio * motion[3]
+        return solved(body, motion, [place + centre for place in supports], *rest)
+
+    monkeypatch.setattr(plane_chords, "_solved", about_com)
+    plane_chords.chord_course.cache_clear()
+    assert red("capsule-turn/0.3", step_of("capsule-turn/0.3", 200))
+    plane_chords.chord_course.cache_clear()
+
+
+def still(tell: Tell) -> Tell:
+    """Loads as if the slider stayed where it begins."""
+    return lambda x, y: tell(0.12, 0.0)
+
+
+def test_teeth_of_loads_that_follow_the_slider(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(capsule, "told", lambda *given: still(told(*given)))
+    assert red("capsule-turn/0.3", step_of("capsule-turn/0.3", 200))
+
+
+def test_teeth_of_where_the_slider_is_held(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Held where it was to go, and not where it is, it makes a torque while the body turns."""
+
+    def straight(assembly: Assembly, aimed: Any, step: float, tell: Tell) -> capsule_drive.Act:
+        return capsule_drive.driven_along(assembly, aimed, 0.0, tell)
+
+    monkeypatch.setattr(capsule_drive, "driven", straight)
+    assert red("capsule-turn/0.3", step_of("capsule-turn/0.3", 200))
+
+
+def test_a_turn_of_the_whole_scene_turns_the_same_way() -> None:
+    """At heading 2: the engine knows no directions. Rounding alone, a random walk."""
+    name, step = "capsule-turn/0.3", step_of("capsule-turn/0.3", 100)
+    plain, turned = (run(name, "feet", step, heading=h)[1].observables for h in (0.0, 2.0))
+    for seen in ("x", "y", "body_angle"):
+        np.testing.assert_allclose(turned[seen], plain[seen], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("late", "least", "most"), [(0.5, 0.0, 1e-11), (0.9988, 1e-7, 1.0)])
+def test_a_switch_at_the_very_end_of_a_step(late: float, least: float, most: float) -> None:
+    """A push that begins in the last thousandth of a step sets the body off by what sweeps leave,
+    which it keeps while it slides: the share has room for that, and less than twice as much."""
+    short = scene("capsule-plan/ahead-curve", {"to": (0.02, 0.0, 0.0)})
+    system, how = system_of(short), find_method("pymunk/feet")
+    problem = system.problem(short.parameters)
+    starts = next(e.time for e in problem.reference.motion.events if e.mode == "slide")
+    step = starts / (4000 + late)
+    lasting = step * math.ceil(problem.motion.duration / step + 1)
+    found, _ = measure(system, replace(short, duration=lasting), how, step)
+    assert judge(found, system, how).verdict == "pass"
+    place = found.errors["x"]
+    assert place.foretold is not None
+    assert place.foretold.missed is not None
+    assert least <= place.foretold.missed <= most
+    assert least == 0.0 or sum(place.model.values()) < 2.0 * place.foretold.missed

@@ -1,0 +1,166 @@
+"""pymunk's simple pendulum against the exact motion and the theory of its joint."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.errors.joint_step import DRIFT
+from plumbob.analytic.systems.pendulums.rod_tension import tension
+from plumbob.engines.adapters.pymunk import ENGINE, prepare
+from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of
+from plumbob.reports.judge.verdict import judge
+
+METHODS = {m.name: m for m in ENGINE.methods if "simple-pendulum" in m.systems}
+DEFAULT, TIGHT = METHODS["pymunk/default"], METHODS["pymunk/tight"]
+SPAN = 2 * 9.8  # [J/kg] from hanging to the top
+
+
+def run(
+    name: str, method: Method, step: float, duration: float, **settings: Any
+) -> tuple[Measurement, Trajectory]:
+    """One run of a scene of the simple pendulum, cut to `duration` [s]."""
+    scene = replace(find_scene(f"simple-pendulum/{name}"), duration=duration)
+    how = replace(method, settings={**method.settings, **settings})
+    found, trajectory = measure(system_of(scene), scene, how, step)
+    assert trajectory is not None
+    return found, trajectory
+
+
+def verdict(found: Measurement, method: Method) -> str:
+    """The verdict on a run."""
+    return judge(found, system_of(find_scene(found.scene)), method).verdict
+
+
+CASES = ("free-small", "free-large", "rotating-slow", "damped-large", "damped-rotating",
+         "forced-large", "forced-chaotic", "overdamped")  # fmt: skip
+STEPS = {"pymunk/default": 1e-4, "pymunk/tight": 2e-4}
+
+
+@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize("case", CASES)
+def test_errors_are_what_the_joint_makes_them(name: str, case: str) -> None:
+    # theta, theta_dot and the tension that the joint's impulse tells, all within their budget; the
+    # budget is the theory's error and its last two terms, so a tenth of it more is a failure
+    found, _ = run(case, METHODS[name], STEPS[name], duration=2.0)
+    assert verdict(found, METHODS[name]) == "pass", found
+    assert set(found.errors) == {"theta", "theta_dot", "tension"}
+    for error in found.errors.values():
+        assert error.foretold is not None
+        share = sum(error.model.values())
+        assert error.largest == pytest.approx(error.foretold.largest, rel=1e-3, abs=share)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_the_other_joint_is_not_this_one(name: str) -> None:
+    other = next(method for method in METHODS.values() if method.name != name)
+    wrong = replace(METHODS[name], scheme=other.scheme)
+    found, _ = run("free-large", wrong, STEPS[name], duration=2.0)
+    told = found.errors["theta"].foretold
+    assert told is not None
+    assert found.errors["theta"].end != pytest.approx(told.end, rel=0.5)
+    assert verdict(found, wrong) == "fail" or name == "pymunk/tight"  # whose error is smaller
+
+
+@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize("parameter", ["gravity", "length", "forcing_amplitude", "damping_rate"])
+def test_a_parameter_off_by_a_thousandth(name: str, parameter: str) -> None:
+    # first order: the budget at this step is a hundredth of an error of 1e-4 to 1e-3
+    scene = replace(find_scene("simple-pendulum/forced-large"), duration=5.0)
+    wrong = find_scene(scene.name, {parameter: scene.parameters[parameter] * 1.001})
+    system, how = system_of(scene), METHODS[name]
+    other = system.reference(system.problem(wrong.parameters))
+    assert verdict(measure(system, scene, how, STEPS[name])[0], how) == "pass"
+    assert verdict(measure(system, scene, how, STEPS[name], other)[0], how) == "fail"
+
+
+def test_joints_as_they_come_lose_energy_at_first_order() -> None:
+    # 0.28 % of the span a second for each millisecond of step, averaged over 10 s of case 2
+    losses = []
+    for step in (4e-4, 2e-4, 1e-4):
+        _, trajectory = run("free-large", DEFAULT, step, duration=10.0)
+        seen = trajectory.observables
+        energy = seen["theta_dot"] ** 2 / 2 - 9.8 * np.cos(seen["theta"])
+        losses.append((energy[-1] - energy[0]) / (SPAN * 10.0 * step))
+    assert losses[-1] == pytest.approx(-2.85, rel=0.01)
+    np.testing.assert_allclose(losses, losses[-1], rtol=0.02)
+    _, trajectory = run("free-large", TIGHT, 4e-4, duration=10.0)
+    seen = trajectory.observables
+    energy = seen["theta_dot"] ** 2 / 2 - 9.8 * np.cos(seen["theta"])
+    assert abs(energy[-1] - energy[0]) < 0.05 * abs(losses[0]) * SPAN * 10.0 * 4e-4
+
+
+@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize("iterations", [2, 50])
+def test_iterations_change_nothing(name: str, iterations: int) -> None:
+    # one joint is solved exactly at once, but for the digits that the small moment of the bob costs
+    _, ten = run("free-large", METHODS[name], 1e-3, duration=2.0)
+    _, other = run("free-large", METHODS[name], 1e-3, duration=2.0, iterations=iterations)
+    np.testing.assert_allclose(
+        other.observables["theta"], ten.observables["theta"], rtol=0, atol=1e-12
+    )
+
+
+@pytest.mark.parametrize("step", [1e-3, 2.5e-4])
+def test_joint_stays_open_while_the_bob_turns(step: float) -> None:
+    # at speed w the opening settles at h w^2 L / 2 |beta + i w|; the speed changes by a tenth in
+    # 1/beta, and so does the opening
+    _, trajectory = run("rotating-fast", DEFAULT, step, duration=3.0)
+    late = trajectory.times > 1.5  # 1.5 s are ten times 1/beta
+    speed = trajectory.observables["theta_dot"][late]
+    steady = step * speed**2 / (2 * np.hypot(DRIFT, speed))
+    assert np.median(trajectory.channels["opening"][late] / steady) == pytest.approx(1.0, abs=0.15)
+    _, tight = run("rotating-fast", TIGHT, step, duration=3.0)
+    opened = (step * tight.observables["theta_dot"]) ** 2 / 2
+    # of the step before, whose speed was another by up to 50 h of itself
+    np.testing.assert_allclose(tight.channels["opening"][1:], opened[1:], rtol=50 * step)
+
+
+@pytest.mark.parametrize("case", ["free-large", "rotating-fast"])
+def test_impulse_tells_the_tension_late(case: str) -> None:
+    # by m g h theta_dot sin theta, to first order; and of a rod that is pushed it keeps the sign
+    gaps = []
+    for step in (4e-4, 2e-4):
+        _, trajectory = run(case, TIGHT, step, duration=2.0)
+        seen = {name: values[1:] for name, values in trajectory.observables.items()}
+        own = tension(1.0, 9.8, seen["theta"], seen["theta_dot"])
+        late = 9.8 * step * seen["theta_dot"] * np.sin(seen["theta"])
+        gaps.append(np.abs(seen["tension"] - own - late).max())
+        assert gaps[-1] < 0.05 * np.abs(late).max()
+        assert case != "free-large" or seen["tension"].min() < -1.0
+    assert gaps[1] == pytest.approx(gaps[0] / 4, rel=0.1)
+
+
+def test_runs_are_the_same_again() -> None:
+    scene = replace(find_scene("simple-pendulum/forced-large"), duration=1.0)
+    simulation = prepare(system_of(scene), scene, TIGHT, 1e-3)
+    first, second = simulation.run(), simulation.run()
+    assert first.steps == 1000
+    assert first.times[-1] == pytest.approx(1.0)
+    assert first.seconds > 0.0
+    for name, values in first.observables.items():
+        np.testing.assert_array_equal(values, second.observables[name])
+
+
+@pytest.mark.parametrize("iterations", [1, 10])
+def test_a_bob_that_flies_off_is_a_result(iterations: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    # with a moment of 1e-12 m L^2 the joint's equations lose twelve digits
+    monkeypatch.setattr("plumbob.engines.adapters.pymunk.simple_pendulum.MOMENT", 1e-12)
+    found, trajectory = run("free-small", TIGHT, 1e-3, duration=5.0, iterations=iterations)
+    assert found.status == ("diverged" if iterations == 1 else "done")
+    for values in trajectory.observables.values():
+        assert np.isfinite(values).all()
+        assert len(values) == len(trajectory.times)
+
+
+def test_a_scene_without_a_builder_is_unsupported() -> None:
+    scene = find_scene("cone-pendulum")
+    with pytest.raises(Unsupported, match="no builder for cone-pendulum"):
+        prepare(system_of(scene), scene, TIGHT, 1e-3)

@@ -1,0 +1,199 @@
+"""What the page says of the capsule's line, holding, coasting and trains is so."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+
+import pytest
+
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.convergence import climb
+from plumbob.engines.study.study import Study
+from plumbob.models.registry import scene as find_scene
+from plumbob.reports.findings import section
+from plumbob.reports.findings.capsule.runs import LINE
+from plumbob.reports.findings.capsule_line import (
+    any_line,
+    errors,
+    hard,
+    heights,
+    hops,
+    isotropy,
+    loads,
+    misprints,
+    momentum,
+    saving,
+    sawtooth,
+    source_figure,
+)
+from plumbob.reports.view.content import Finding, Table
+
+METHODS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk/side")
+EXACT = -0.0055917  # [m], eq. 22 at physics' check values
+
+
+@cache
+def study(scene: str, *steps: float) -> Study:
+    """A scene with some methods at a few steps, and no costs."""
+    chosen, methods = find_scene(scene), [find_method(name) for name in METHODS]
+    climbs = tuple(climb(chosen, method, 100_000, steps) for method in methods)
+    return Study("quick", (chosen,), tuple(methods), climbs, {}, 1.0, {"errors": 0, "costs": 0})
+
+
+@cache
+def none() -> Study:
+    """A study of nothing."""
+    return Study("quick", (), (), (), {}, 1.0, {"errors": 0.0, "costs": 0.0})
+
+
+def column(table: Table, head: str) -> dict[str, float]:
+    """Numbers of a column by the text that begins their rows."""
+    place = next(i for i, text in enumerate(table.heads) if text.startswith(head))
+    return {line[0].text: float(line[place].text) for line in table.rows}
+
+
+def known(found: Finding | None) -> Finding:
+    assert found is not None
+    return found
+
+
+def test_figure_of_the_source() -> None:
+    ((_, panels),) = source_figure.galleries()
+    assert [len(panel.traces) for panel in panels] == [3, 3, 3]  # exact, and two engines
+    v, v_c, x = (panel.traces[0]["y"] for panel in panels)
+    assert max(v) == pytest.approx(1.14777, rel=1e-3)
+    assert min(v_c) == pytest.approx(-0.17658, rel=1e-3)
+    assert x[-1] == pytest.approx(EXACT, rel=1e-3)
+    for panel in panels[:2]:  # dots on the corner's own curve, but for its four digits
+        assert max(panel.traces[1]["y"], key=abs) == pytest.approx(
+            max(panel.traces[0]["y"], key=abs), rel=0.02
+        )
+
+
+def test_misprints() -> None:
+    found = misprints.finding()
+    assert "-0.196 m/s" in found.summary
+    printed, right, seen = (float(line[1].text) for line in found.tables[0].rows)
+    assert printed == pytest.approx(-0.1962, rel=1e-2)
+    assert right == 0.0
+    assert abs(seen) < 5e-3  # t* is inside a step, between whose ends it is interpolated
+
+
+def test_any_line() -> None:
+    (table,) = any_line.finding().tables
+    assert len(table.rows) == 6
+    for line in table.rows:
+        assert float(line[2].text) == pytest.approx(EXACT, rel=1e-4)
+        assert all(float(line[i].text) < 1.2e-4 for i in (3, 5))
+        assert all(float(line[i].text) < 1e-6 for i in (4, 6))
+
+
+def test_errors_and_what_explains_them() -> None:
+    found = known(errors.finding(study(LINE, 1e-3, 1e-4)))
+    coarse, fine = (column(found.tables[0], head) for head in ("0.001 s", "1e-4 s"))
+    theory = found.tables[0].rows[0][0].text
+    for name, most in (("mujoco/euler+reduced", 1.01), ("pymunk/side", 1.01),
+                       ("mujoco/euler+coulomb", 1.08)):  # fmt: skip
+        assert 0.99 < coarse[name] / coarse[theory] < most
+        assert 0.99 < fine[name] / fine[theory] < most
+    assert coarse["mujoco/euler"] > 0.02 < fine["mujoco/euler"]
+    # what is left of the surplus: 4 % of it for the lag at the coarse step, and the armature
+    for line in found.tables[1].rows:
+        beyond, *_, left = (float(cell.text) for cell in line[2:])
+        assert abs(left) < 0.04 * abs(beyond) + 4e-13
+    assert errors.finding(none()) is None
+
+
+def test_random_steps_are_on_the_parabola() -> None:
+    (table,) = known(sawtooth.finding(none())).tables
+    bare, sunk = column(table, "largest distance"), column(table, "with the sinking")
+    assert max(bare[name] for name in bare if "coulomb" not in name) < 1e-3
+    assert sunk["mujoco/euler+coulomb"] < 0.05 < bare["mujoco/euler+coulomb"]
+
+
+def test_hops() -> None:
+    found = known(hops.finding())
+    default, good = found.tables[0].rows[:2], found.tables[0].rows[2:]
+    assert all(0.15 < float(line[4].text) < 0.4 for line in default)
+    assert all(float(line[3].text) > 5e-6 for line in default)
+    assert all(float(line[5].text) == 0.0 for line in default)
+    assert all(float(line[3].text) < 1e-9 for line in good)
+    assert all([cell.text for cell in line[4:]] == ["0", "3", "1", "1"] for line in good)
+    assert [len(plot.traces) for plot in found.figures] == [2, 2, 2]
+
+
+def test_isotropy() -> None:
+    (table,) = known(isotropy.finding(none())).tables
+    spread = column(table, "spread")
+    assert spread["mujoco/euler"] > 0.2
+    assert max(spread[name] for name in spread if name != "mujoco/euler") < 1e-12
+
+
+def test_loads() -> None:
+    (table,) = known(loads.finding()).tables
+    assert max(column(table, "at rest").values()) < 1e-6
+    assert min(column(table, "largest on the way").values()) > 1e-4
+    assert max(column(table, "with half").values()) < 1e-5
+
+
+def test_heights() -> None:
+    found = known(heights.finding())
+    assert "1.2 N" in found.summary
+    rows = {(line[0].text, line[1].text): line for line in found.tables[0].rows}
+    for step, most in (("0.001", 3e-4), ("1e-4", 4e-6)):
+        low, tall = (float(rows[f"mujoco/euler+{n}", step][2].text) for n in ("coulomb", "tall"))
+        assert abs(tall - low) < most
+
+
+def test_momentum_and_saving() -> None:
+    (table,) = known(momentum.finding()).tables
+    assert len(table.rows) == 5
+    assert max(column(table, "common").values()) < 1e-12
+    (table,) = known(saving.finding(none())).tables
+    # of processor time, 0.3 to 0.5 where it was measured
+    assert column(table, "over the full")["mujoco/euler+reduced"] < 0.8
+
+
+def test_hard_case() -> None:
+    name = "capsule-line/near-edge"
+    numbers, ends = hard.hard(study(name, 1e-3, 5e-4), find_scene(name))
+    assert isinstance(numbers, Table)
+    assert isinstance(ends, Table)
+    assert float(numbers.rows[0][-1].text) == pytest.approx(1e-4 / 0.3, rel=1e-3)
+    error, told = column(ends, "error of"), column(ends, "foretold")
+    assert error["mujoco/euler+reduced"] == pytest.approx(told["mujoco/euler+reduced"], rel=0.02)
+
+
+def findings_of(system: str, given: Study) -> Sequence[Finding]:
+    own = section(system)
+    assert own is not None
+    return own.findings(given)
+
+
+def test_creep() -> None:
+    (found,) = findings_of("capsule-hold", study("capsule-hold/0.999", 1e-3))
+    text = {line[0].text: [cell.text for cell in line[1:]] for line in found.tables[0].rows}
+    assert text["mujoco/euler"] == ["slides", ""]
+    way, speed = map(float, text["mujoco/euler+coulomb"])
+    assert way == pytest.approx(1.05e-7, rel=0.05)
+    assert speed == pytest.approx(way / 10, rel=0.05)
+    assert findings_of("capsule-hold", none()) == ()
+
+
+def test_train() -> None:
+    (found,) = findings_of("capsule-train", study("capsule-train/ten", 1e-3))
+    error, told = column(found.tables[0], "relative"), column(found.tables[0], "foretold")
+    assert error["mujoco/euler+reduced"] == pytest.approx(told["mujoco/euler+reduced"], rel=0.01)
+    assert error["mujoco/euler+coulomb"] < 1.2e-4
+    assert error["mujoco/euler"] > 0.02
+    assert findings_of("capsule-train", none()) == ()
+
+
+def test_stopping_distance() -> None:
+    (found,) = findings_of("capsule-coast", none())
+    for head in ("measured, step 0.001", "measured, step 1e-4"):
+        lead = column(found.tables[0], head)
+        assert lead["mujoco/euler+coulomb"] == pytest.approx(-1.0, abs=1e-2)
+        assert lead["pymunk/feet"] == pytest.approx(1.0, abs=1e-2)
+        assert abs(lead["mujoco/euler"]) > 10.0

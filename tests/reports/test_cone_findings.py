@@ -1,0 +1,67 @@
+"""What the page says of the cone pendulum's source, and of its hard cases, is so."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of
+from plumbob.reports.findings.cone_pendulum import claims, energy, hamiltonian, inertia, saddle
+from plumbob.reports.findings.cone_pendulum.problems import ROTATING, case
+from plumbob.reports.findings.energy_drift import measured
+from plumbob.tests.support.studies import quick
+
+
+def test_finding_printed_hamiltonian() -> None:
+    found = hamiltonian.finding()
+    # Sudakov's eqs. 7 and 9 integrated with 40 digits part by this much at 0.5 s.
+    assert "6.27 rad" in found.summary
+    mutual = [float(line[1].text) for line in found.tables[1].rows]
+    assert len(mutual) == 3
+    assert max(map(abs, mutual)) < 1e-11  # what RK4 at 1e-4 and DOP853 at 1e-13 leave
+    correct, printed = (float(cell.text) for cell in found.tables[2].rows[0][1:])
+    assert correct < 1e-8 < 1000.0 < printed
+
+
+def test_finding_inertia() -> None:
+    (table,) = inertia.finding().tables
+    theta = [float(line[1].text) for line in table.rows]
+    assert theta == pytest.approx([19.729448, 19.655093, 19.729448], abs=1e-6)
+
+
+def test_claims_in_numbers() -> None:
+    turning = case(ROTATING)
+    right, printed = claims.speeds(turning.correct), claims.speeds(turning.printed)
+    assert (right.least, right.most) == pytest.approx((33.45358, 49.40424), abs=1e-4)
+    assert (right.spread, printed.spread) == pytest.approx((0.4311, 0.7161), abs=1e-4)
+    # Energy alone: from 37 rad/s at the bottom of a resting base to the top.
+    level = replace(turning.problem, platform_rate=0.0)
+    arm = level.body.mass * level.body.com_distance * level.gravity
+    top = math.sqrt(37.0**2 - 4 * arm / level.body.inertia_x)
+    assert claims.speeds(level.motion).spread == pytest.approx((37.0 - top) / 37.0, abs=1e-6)
+
+
+def test_energy_is_bounded_or_drifts_as_foretold() -> None:
+    _, _, drifts = measured(
+        ROTATING, case(ROTATING).correct, energy.METHODS, energy.STEP, energy.DURATION
+    )
+    assert {name for name, d in drifts.items() if d.secular} == {"mujoco/rk4"}
+    drift = drifts["mujoco/rk4"]
+    # Ripple that a line through whole turns and a part of one does not average out: 0.2 %.
+    assert drift.rate == pytest.approx(drift.foretold, rel=0.005)
+    assert drift.round_off < 1e-3 * abs(drift.rate)
+
+
+def test_errors_grow_at_the_saddle_s_rate() -> None:
+    scene = find_scene("cone-pendulum/above-barrier-1e-6")
+    plot, table = saddle.hard(quick(), scene)
+    assert hasattr(plot, "traces")
+    assert hasattr(table, "rows")
+    rate = max(e.rate for e in system_of(scene).problem(scene.parameters).equilibria[:1])
+    fitted = [float(line[1].text) for line in table.rows if line[1].text[0].isdigit()]
+    assert len(fitted) >= 3
+    # The neighbourhood of 0.25 rad is linear to 3 %, and so are the rates on its way.
+    assert fitted == pytest.approx([rate] * len(fitted), rel=0.03)

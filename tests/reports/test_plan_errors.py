@@ -1,0 +1,54 @@
+"""`plumbob plan --method`: what an engine makes of a plan, and where along it that arises."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from plumbob.engines.registry import method
+from plumbob.models.registry import scene
+from plumbob.models.tripod_capsule.plan import planned
+from plumbob.reports.cli import main
+from plumbob.reports.findings.plan_errors import arising, run_plan
+
+TO = (0.02, 0.0, 0.05)  # a turn and a line or two
+FEET = method("pymunk/feet")
+
+
+def test_what_arises_along_a_plan_is_what_is_off_at_its_end() -> None:
+    short = scene("capsule-plan", {"to": TO})
+    found = planned(short.parameters)
+    run = run_plan(found, short, FEET, 2e-4)
+    assert {"turn", "line", "slow"} <= (kinds := {m.kind for m in found.manoeuvres})
+    last, parts = run.after[-1], arising(found, run)
+    assert last is not None
+    for name in ("x", "y", "heading"):
+        assert sum(getattr(off, name) for off in parts.values()) == pytest.approx(
+            getattr(last, name),
+            abs=1e-15,  # a sum of some ten roundings of 1e-4
+        )
+        assert run.found.errors[name].end == pytest.approx(getattr(last, name), abs=1e-13)
+    assert set(parts) <= kinds
+    # While friction holds nothing arises: what it creeps is left by the solver's sweeps.
+    assert parts["slow"].distance < 1e-3 * last.distance
+    assert abs(last.heading) < 1e-3
+
+
+def test_the_command_says_where_errors_arise(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["plan", "--to", *(str(value) for value in TO), "--method", "pymunk/feet"]
+    assert main([*words, "--step", "1e-3"]) == 0
+    out = capsys.readouterr().out
+    assert " moving " in out  # at the end of a turn, before the residual motion
+    assert "of it from turns" in out
+    assert main([*words, "--step", "1e-3", "--json"]) == 0
+    run = json.loads(capsys.readouterr().out)["method"]
+    assert run["status"] == "done"
+    assert run["off_after"][-1]["heading"] == pytest.approx(run["errors_at_end"]["heading"])
+    assert set(run["arising"]) >= {"turn", "line"}
+
+
+def test_a_method_that_cannot_run_a_plan_says_why(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["plan", "--to", *(str(value) for value in TO), "--step", "1e-3"]
+    assert main([*words, "--method", "pymunk/side"]) == 0
+    assert "pymunk/side at 0.001 s: unsupported" in capsys.readouterr().out

@@ -1,0 +1,187 @@
+"""The recommended step keeps its promise, on made-up curves of every kind; in fresh runs it does
+in tests/validation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.method import Method
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.measurement import Foretold
+from plumbob.engines.study.study import Study
+from plumbob.models.ladder import ladder
+from plumbob.reports.judge.recommend import cheapest
+from plumbob.tests.support.studies import SCENE, made_up
+
+STEPS = ladder(5e-3, 1e-5)
+FIRST, FOURTH = Method("made/euler", "euler", 1), Method("made/rk4", "rk4", 4)
+ADAPTIVE = Method("made/dop853", "adaptive", None, "tolerance")
+positive = st.floats(-3, 3).map(lambda x: 10.0**x)
+
+
+def one(method: Method, error: Callable[[float], float]) -> Study:
+    return made_up([(method, STEPS, error)])
+
+
+@given(c4=positive, c5=positive, wanted=st.floats(-12, -1).map(lambda x: 10.0**x))
+def test_convex_curve(c4: float, c5: float, wanted: float) -> None:
+    def error(h: float) -> float:
+        return 1e8 * c4 * h**4 + 1e10 * c5 * h**5
+
+    choice = cheapest(one(FOURTH, error), SCENE, wanted).choice
+    if choice is None:
+        assert error(STEPS[-1]) > wanted
+        return
+    assert error(choice.step) <= wanted * (1 + 1e-12)
+    finer = [h for h in STEPS if error(h) <= wanted]
+    assert choice.step >= finer[0]
+    if finer[0] != STEPS[0]:
+        # Not much dearer than it need be: order 4 is counted on where a slope of 5 is true, which
+        # over a rung of 2.5 costs 2.5^(1/4) at most, the margin 1.05^(1/4), two digits 10 %.
+        assert error(1.4 * choice.step) > wanted
+
+
+@given(rise=positive, bend=positive, wanted=st.floats(-6, 1).map(lambda x: 10.0**x))
+def test_saturating_curve(rise: float, bend: float, wanted: float) -> None:
+    # Errors near a saddle, or of a motion that has lost its phase, flatten towards coarse steps.
+    def error(h: float) -> float:
+        return rise * h / (1 + 100 * bend * h)
+
+    choice = cheapest(one(FIRST, error), SCENE, wanted).choice
+    assert choice is None or error(choice.step) <= wanted * (1 + 1e-12)
+
+
+@given(
+    flat=st.floats(2.0, 4.0), bend=st.floats(-3.6, -2.7), after=st.floats(4.0, 7.0),
+    at=st.floats(-0.3, 0.3),
+)  # fmt: skip
+def test_curve_that_flattens_out_and_rises_again(
+    flat: float, bend: float, after: float, at: float
+) -> None:
+    # C4 h^4 and C5 h^5 of opposite sign: slope 4, then less, then more where other terms rule.
+    def error(h: float) -> float:
+        x, knee = math.log10(h), bend + 0.25
+        risen = 4.0 * min(x - bend, 0.0) + flat * min(max(x - bend, 0.0), 0.25)
+        return math.pow(10.0, -5.0 + risen + after * max(x - knee, 0.0))
+
+    choice = cheapest(one(FOURTH, error), SCENE, error(10.0 ** (bend + at))).choice
+    assert choice is None or error(choice.step) <= choice.error * (1 + 1e-12)
+
+
+@given(phase=st.floats(0, 1), wanted=st.floats(-5, -2).map(lambda x: 10.0**x))
+def test_sawtooth_rung_is_covered(phase: float, wanted: float) -> None:
+    # A switch inside a step: the error is the step times the part of it that is missed.
+    def error(h: float) -> float:
+        return h * ((phase / h) % 1.0)
+
+    found = cheapest(one(FIRST, error), SCENE, wanted)
+    if found.choice is not None:
+        finer = [error(h) for h in STEPS if h <= found.choice.step]
+        assert max(finer) <= wanted
+        assert found.choice.error >= max(finer)
+
+
+def test_a_lucky_zero_promises_nothing() -> None:
+    def error(h: float) -> float:
+        return 1e-12 if h == 1e-3 else h
+
+    choice = cheapest(one(FIRST, error), SCENE, 2.5e-4).choice
+    assert choice is not None
+    assert choice.step == 2e-4
+
+
+def test_nothing_is_extrapolated() -> None:
+    study = one(FOURTH, lambda h: 1e6 * h**4)
+    within_all = cheapest(study, SCENE, 1e6).choice
+    assert within_all is not None
+    assert (within_all.step, within_all.measured) == (STEPS[0], True)
+    beyond = cheapest(study, SCENE, 1e-15)
+    assert beyond.choice is None
+    assert beyond.best is not None
+    assert beyond.best.step == STEPS[-1]
+
+
+def test_a_run_that_diverged_bounds_the_step() -> None:
+    study = one(FOURTH, lambda h: math.inf if h > 1e-3 else 1e6 * h**4)
+    choice = cheapest(study, SCENE, 1e3).choice
+    assert choice is not None
+    assert (choice.step, choice.measured) == (1e-3, True)
+
+
+def test_adaptive_solvers_are_asked_for_what_was_run() -> None:
+    rungs = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
+    jumpy = dict(zip(rungs, (1e-2, 3e-4, 1e-3, 1e-5, 1e-6), strict=True))
+    study = made_up([(ADAPTIVE, rungs, jumpy.__getitem__)])
+    choice = cheapest(study, SCENE, 5e-4).choice
+    assert choice is not None
+    assert (choice.step, choice.measured) == (1e-6, True)
+
+
+def test_cheapest_first_then_another_method() -> None:
+    study = made_up(
+        [(FIRST, STEPS, lambda h: h), (FOURTH, STEPS, lambda h: 1e4 * h**4)], ns=(1000.0, 4000.0)
+    )
+    tight, loose = cheapest(study, SCENE, 1e-5), cheapest(study, SCENE, 5e-3)
+    assert tight.choice is not None
+    assert loose.choice is not None
+    assert loose.runner_up is not None
+    assert tight.choice.method == FOURTH.name
+    assert (loose.choice.method, loose.runner_up.method) == (FIRST.name, FOURTH.name)
+    assert [c.method for c in loose.by_engine] == [FIRST.name]
+    assert loose.choice.ns_per_second == pytest.approx(1000.0 / 5e-3)
+
+
+def test_default_step_of_mujoco() -> None:
+    study = made_up([(find_method("mujoco/euler"), STEPS, lambda h: 7.0 * h)])
+    (default,) = cheapest(study, SCENE, 1e-3).defaults
+    assert default.step == 0.002
+    assert default.error == pytest.approx(0.014)
+    assert default.measured
+
+
+@pytest.mark.parametrize("wrong", [0.0, -1.0, math.nan, math.inf])
+def test_wanted_error_must_be_positive(wrong: float) -> None:
+    with pytest.raises(ParameterError, match="error"):
+        cheapest(one(FIRST, lambda h: h), SCENE, wrong)
+
+
+def test_scene_must_have_been_measured() -> None:
+    with pytest.raises(ParameterError, match="scene"):
+        cheapest(one(FIRST, lambda h: h), "cone-pendulum/deep-well", 1e-3)
+
+
+def test_where_theory_has_no_series_the_rungs_alone_count() -> None:
+    def error(h: float) -> float:
+        return 7.0 * h
+
+    study = one(FIRST, error)
+    smooth = cheapest(study, SCENE, 5e-3).choice
+    assert smooth is not None
+    assert not smooth.measured
+    (climb,) = study.climbs
+    untold = [
+        replace(m, errors={n: replace(e, foretold=None) for n, e in m.errors.items()})
+        for m in climb.measurements
+    ]
+    sawtooth = [
+        replace(
+            m,
+            errors={
+                n: replace(e, foretold=Foretold(e.largest, e.end, {}, 0.0, missed=0.0))
+                for n, e in m.errors.items()
+            },
+        )
+        for m in climb.measurements
+    ]
+    for runs in (untold, sawtooth):
+        changed = replace(study, climbs=(replace(climb, measurements=tuple(runs)),))
+        choice = cheapest(changed, SCENE, 5e-3).choice
+        assert choice is not None
+        assert (choice.step, choice.measured) == (5e-4, True)

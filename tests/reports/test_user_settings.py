@@ -1,0 +1,103 @@
+"""What is said of a user's settings, on made-up curves: what is cheaper, and what is better."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from plumbob.engines.adapters.mujoco.like import NAME
+from plumbob.engines.method import Method
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.study import Study, joined
+from plumbob.models.ladder import ladder
+from plumbob.reports.judge.user_settings import instead, lines, table, yours
+from plumbob.tests.support.studies import SCENE, made_up
+
+STEPS = ladder(5e-3, 1e-4)
+OWN = replace(find_method("mujoco/euler"), name=NAME, ladder=(2e-3, 1e-3, 5e-4, 2.5e-4))
+RK4, PEER = find_method("mujoco/rk4"), find_method("ode/rk4")
+EXACT = Method("exact/closed-form", "closed-form", None, "tolerance", {}, (1e-16,))
+
+
+def study(largest: float = 1.0) -> Study:
+    """Errors 1000 h, 1e8 h^4 twice, and a closed form; steps of 1000, 4000, 2000 and 10 ns."""
+    return made_up(
+        [
+            (OWN, OWN.ladder, lambda h: 1e3 * h * largest),
+            (RK4, STEPS, lambda h: 1e8 * h**4),
+            (PEER, STEPS, lambda h: 1e8 * h**4),
+            (EXACT, EXACT.ladder, lambda h: 1e-15),
+        ],
+        ns=(1000.0, 4000.0, 2000.0, 10.0),
+    )
+
+
+def test_as_exact_and_no_dearer() -> None:
+    (found,) = yours(study())
+    assert (found.step, found.error) == (2e-3, 2.0)
+    assert found.finest == (2.5e-4, 0.25)
+    assert found.ns_per_second == pytest.approx(1000 / 2e-3)
+    # 1e8 h^4 is 0.0625 at the coarsest step, and 2 nowhere: that step is the cheapest
+    here, anywhere = found.as_exact.here, found.as_exact.anywhere
+    assert here is not None
+    assert anywhere is not None
+    assert (here.method, here.step) == ("mujoco/rk4", 5e-3)
+    assert here.ns_per_second / found.ns_per_second == pytest.approx(4000 / 5e-3 * 2e-3 / 1000)
+    assert (anywhere.method, anywhere.step) == ("ode/rk4", 5e-3)
+    # 5e5 ns per second buy the one no step, and the other steps of 5e-3 s; closed forms none
+    assert found.better.here is None
+    assert found.better.anywhere is not None
+    assert (found.better.anywhere.method, found.better.anywhere.step) == ("ode/rk4", 5e-3)
+
+
+def test_it_is_told_in_words_cells_and_data() -> None:
+    told = "\n".join(lines(study()))
+    assert "error        2 rad; 0.25 at 2.5e-4 s" in told
+    assert "as exact     mujoco/rk4 at 0.005 s: errs by 0.0625 rad, 1.6 of your cost" in told
+    assert "no dearer    ode/rk4 at 0.005 s: errs by 0.0625 rad, 0.8 of your cost" in told
+    shown = table(study())
+    assert shown is not None
+    assert shown.heads[2] == "at your 0.002 s"
+    assert [cell.text for cell in shown.rows[0]][2:4] == ["2", "0.25 at 2.5e-4 s"]
+    ((key, beside),) = instead(study()).items()
+    assert key == (SCENE, NAME, 2e-3)
+    assert beside["no_dearer"]["here"] is None
+
+
+def test_a_run_that_diverged_at_the_users_step() -> None:
+    (found,) = yours(study(largest=math.inf))
+    assert found.error == math.inf
+    assert found.as_exact.anywhere is not None
+    assert "diverges" in "\n".join(lines(study(largest=math.inf)))
+
+
+def test_the_same_setting_by_another_name_is_no_alternative() -> None:
+    def error(h: float) -> float:
+        return 1e3 * h
+
+    twin = made_up([(OWN, OWN.ladder, error), (find_method("mujoco/euler"), STEPS, error)],
+                   ns=(1000.0, 900.0))  # fmt: skip
+    (found,) = yours(twin)
+    assert (found.as_exact.anywhere, found.better.anywhere) == (None, None)
+    apart = made_up([(OWN, OWN.ladder, error),
+                     (find_method("mujoco/euler"), STEPS, lambda h: 0.999 * error(h))],
+                    ns=(1000.0, 900.0))  # fmt: skip
+    (found,) = yours(apart)
+    assert found.as_exact.here is not None
+
+
+def test_nothing_is_said_without_a_users_settings() -> None:
+    without = made_up([(RK4, STEPS, lambda h: 1e8 * h**4)])
+    assert (yours(without), lines(without), table(without)) == ((), [], None)
+
+
+def test_joined_costs_are_those_of_the_first_study() -> None:
+    first = made_up([(RK4, STEPS, lambda h: h)], ns=(4000.0,))
+    slow = replace(made_up([(OWN, OWN.ladder, lambda h: h)], ns=(3000.0,)), yardstick=3000.0)
+    both = joined(first, slow)
+    assert [m.name for m in both.methods] == [NAME, "mujoco/rk4"]
+    # the yardstick took three times as long: on the first day a step would have taken 1000 ns
+    assert both.costs[SCENE, NAME].ns_per_step == pytest.approx(1000.0)
+    assert both.costs[SCENE, "mujoco/rk4"].ns_per_step == 4000.0

@@ -1,0 +1,201 @@
+"""MuJoCo's capsule: what is slightly wrong is seen, bounds are not loose, random bodies hold."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.adapters.mujoco import ENGINE, prepare, regularisation
+from plumbob.engines.adapters.mujoco.contact_profiles import PROFILES, convergent, profile
+from plumbob.engines.adapters.mujoco.saving import saving
+from plumbob.engines.adapters.mujoco.simulation import compiled
+from plumbob.engines.method import Unsupported
+from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.models.registry import scene, system_of, systems
+from plumbob.models.scene import Scene
+from plumbob.reports.judge.verdict import judge
+from plumbob.tests.support.mujoco_capsule import GOOD, LOADS, METHODS, displaced, run, verdict
+
+LINE = systems()["capsule-line"]
+FINE = ("euler+coulomb", "euler+coulomb+noslip", "euler+reduced", "rk4+coulomb")
+
+
+@pytest.mark.parametrize("method", FINE)
+@pytest.mark.parametrize("name", ["friction", "slider_mass", "w1", "gravity"])
+def test_a_parameter_off_by_a_ten_thousandth(name: str, method: str) -> None:
+    right = scene("capsule-line/ca1")
+    assert verdict(run(right.name, method, 1e-3)[0], method) == "pass"
+    wrong = scene(right.name, {name: right.parameters[name] * (1 + 1e-4)})
+    assert verdict(run(right.name, method, 1e-3, other=wrong)[0], method) == "fail"
+
+
+@pytest.mark.parametrize("method", GOOD)
+def test_loads_swapped_between_two_supports(method: str) -> None:
+    right = scene("capsule-line/at-123")
+    one, two, three = right.parameters["supports"]
+    wrong = scene(right.name, {"supports": (one, three, two)})
+    assert verdict(run(right.name, method, 1e-3, other=wrong)[0], method) == "fail"
+
+
+def test_the_reaction_on_the_body_dropped() -> None:
+    # the slider's mass moved to the body: the weight is the same, and nothing pushes
+    case = scene("capsule-line/ca1")
+    simulation = compiled(LINE, case, METHODS["euler+coulomb"], 1e-3)
+    model, data = simulation.model, mujoco.MjData(simulation.model)
+    model.body_mass[model.body("body").id] += model.body_mass[model.body("slider").id]
+    model.body_mass[model.body("slider").id] = 1e-12
+    mujoco.mj_setConst(model, data)
+    simulation.translation.tune(model)
+    assert abs(simulation.run().observables["displacement"][-1]) < 1e-6
+
+
+def test_a_step_twice_as_large_is_seen() -> None:
+    case, method = scene("capsule-line/ca1"), METHODS["euler+coulomb"]
+    fine, _ = measure(LINE, case, method, 5e-4)
+    coarse, _ = measure(LINE, case, method, 1e-3)
+    pretended = {
+        name: replace(error, largest=coarse.errors[name].largest)
+        for name, error in fine.errors.items()
+    }
+    assert judge(fine, LINE, method).verdict == "pass"
+    assert judge(replace(fine, errors=pretended), LINE, method).verdict == "fail"
+
+
+def tight(found: Measurement, name: str) -> float:
+    """Bound of what the model adds over what is not foretold."""
+    error = found.errors[name]
+    assert error.foretold is not None
+    assert error.foretold.missed is not None
+    return sum(error.model.values()) / error.foretold.missed
+
+
+@pytest.mark.parametrize("step", [1e-3, 1e-4])
+def test_bounds_are_not_loose(step: float) -> None:
+    # within what they leave for phases and for an underdamped contact's swings
+    found, _ = run("capsule-line/at-123", "euler+coulomb", step)
+    for name in ("displacement", "velocity", "heading", "friction_force", *LOADS):
+        assert 1.0 <= tight(found, name) < 15.0, name
+    assert 1.0 <= tight(found, "stroke") < 1.5
+
+
+def test_the_slider_follows_its_control_but_for_its_armature() -> None:
+    _, moved = run("capsule-line/ca1", "euler+coulomb", 1e-3)
+    exact: Any = LINE.problem(scene("capsule-line/ca1").parameters).reference
+    told = exact.foretold("semi-implicit-euler", 1e-3, moved.times)["stroke"]
+    off = moved.observables["stroke"] - exact.observe(moved.times)["stroke"] - told
+    # m/A = 3e-11 of the slider's way in space, 0.076 m
+    assert off[-1] == pytest.approx(-3e-11 * (0.0817786 - 0.0055917), rel=1e-3)
+
+
+def test_heights_shift_loads_along_the_line_and_leave_the_motion() -> None:
+    low, high = (run("capsule-line/at-123", f"euler+{n}", 1e-4)[0] for n in ("coulomb", "tall"))
+    assert verdict(high, "euler+tall") == "pass"
+    assert high.errors["normal_force_2"].largest > 1.0  # f h (M + m) g of 0.19 N m
+    assert low.errors["normal_force_2"].largest < 1e-3
+    assert abs(high.errors["displacement"].end - low.errors["displacement"].end) < 2e-8
+
+
+def test_the_planar_model_shares_the_weight_equally() -> None:
+    found, moved = run("capsule-line/off-centroid", "euler+planar", 1e-4)
+    shares = np.stack([moved.observables[load] for load in LOADS])
+    assert np.ptp(shares, axis=0).max() < 1e-4  # of 4.25 N, while slip grows
+    assert found.errors["normal_force_3"].largest > 0.9
+    assert found.errors["heading"].largest > 5e-4
+    assert verdict(found, "euler+planar") == "fail"
+    full, _ = run("capsule-line/off-centroid", "euler+coulomb", 1e-4)
+    assert full.errors["heading"].largest < 2e-8
+
+
+@pytest.mark.parametrize("model", ["euler+coulomb", "euler+reduced", "euler"])
+@pytest.mark.parametrize("name", ["capsule-line/ca1", "capsule-hold/0.9"])
+def test_trimming_changes_no_bit(name: str, model: str) -> None:
+    case = scene(name)
+    assert saving(system_of(case), case, METHODS[model], 1e-4, steps=300, repeats=3).identical
+
+
+def test_what_is_not_meant_for_a_scene_says_so() -> None:
+    found, trajectory = measure(LINE, scene("capsule-line/ca1"), METHODS["euler+planar"], 1e-3)
+    assert found.status == "unsupported"
+    assert "not meant" in found.reason
+    assert trajectory is None
+    turning = scene("capsule-coast/rotation")
+    with pytest.raises(Unsupported, match="one line"):
+        prepare(system_of(turning), turning, METHODS["euler+reduced"], 1e-3)
+
+
+def test_an_unknown_profile_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"^contact = 'coulom': must be one of coulomb"):
+        profile({"contact": "coulom"})
+    assert {name for name in PROFILES if convergent({"contact": name})} == {
+        "coulomb",
+        "coulomb+noslip",
+    }
+
+
+def test_other_contacts_have_no_bounds() -> None:
+    case = scene("capsule-line/ca1")
+    assert regularisation(LINE, case, METHODS["euler"], 1e-3) == {}
+    assert regularisation(LINE, case, METHODS["euler+coulomb"], 1e-3)
+
+
+@st.composite
+def bodies(draw: st.DrawFn) -> dict[str, Any]:
+    """Parameters of any body of 0.1 to 0.4 m and of a manoeuvre that fits it."""
+    gaps = [draw(st.floats(0.6, 1.0)) for _ in range(3)]
+    angles = [2 * math.pi * sum(gaps[: i + 1]) / sum(gaps) for i in range(3)]
+    arms = [draw(st.floats(0.1, 0.4)) for _ in range(3)]
+    mass, ratio = draw(st.floats(0.1, 10.0)), 10.0 ** draw(st.floats(-2, 2))
+    friction = draw(st.floats(0.1, 1.0))
+    holding = friction * 9.81 * (1 + ratio) / ratio
+    w1 = holding * (1 + 10.0 ** draw(st.floats(-2, 1)))
+    w2 = holding * draw(st.floats(0.1, 1.0))
+    stroke = draw(st.floats(0.01, 0.2)) * min(arms) * (1 + ratio) / ratio
+    return {
+        "body_mass": mass,
+        "slider_mass": mass * ratio,
+        "inertia": mass * draw(st.floats(0.1, 1.0)) * max(arms) ** 2,
+        "supports": tuple(
+            (r * math.cos(a), r * math.sin(a)) for r, a in zip(arms, angles, strict=True)
+        ),
+        "friction": friction,
+        "gravity": 9.81,
+        "w1": w1,
+        "w2": w2,
+        "t1": math.sqrt(2 * stroke * w2 / (w1 * (w1 + w2))),
+        "direction": draw(st.floats(-3, 3)),
+        "heading": draw(st.floats(-3, 3)),
+    }
+
+
+@settings(max_examples=40)
+@given(bodies(), st.sampled_from(FINE), st.floats(20, 60))
+def test_any_body_goes_as_foretold(given: dict[str, Any], method: str, fine: float) -> None:
+    end = 1.02 * (given["w1"] + given["w2"]) * given["t1"] / given["w2"]
+    try:
+        LINE.problem(given)
+    except ParameterError:
+        assume(False)
+    assume(end * fine / given["t1"] < 3000)
+    case = Scene("capsule-line/any", "", given, end, (), "")
+    how = next(m for m in ENGINE.methods if m.name == f"mujoco/{method}")
+    found, _ = measure(LINE, case, how, given["t1"] / fine)
+    judgement = judge(found, LINE, how)
+    assert judgement.verdict == "pass", judgement.reason
+
+
+def test_unscaled_the_solvers_tolerance_is_no_tolerance() -> None:
+    # 1e-8 of a trace that the armature makes 1e10: the solver keeps the last step's answer
+    case, method = scene("capsule-line/ca1"), METHODS["implicitfast+coulomb"]
+    simulation = compiled(LINE, case, method, 1e-3)
+    simulation.model.opt.tolerance = 1e-12
+    wrong = simulation.run().observables["displacement"][-1] + 0.0055917
+    right, _ = displaced("capsule-line/ca1", "implicitfast+coulomb", 1e-3)
+    assert abs(wrong) > 10 * abs(right)

@@ -1,0 +1,82 @@
+"""What is slightly wrong turns the verdicts red: gravity, the platform's rate, the Hamiltonian, the
+step. A tolerance that let these pass would be no tolerance."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of
+from plumbob.reports.judge.verdict import judge
+
+METHODS = [("mujoco/rk4", 5e-4), ("ode/rk4", 5e-4), ("mujoco/rk4", 1e-4), ("ode/dop853", 1e-13)]
+
+
+@pytest.mark.parametrize(("method", "step"), METHODS)
+@pytest.mark.parametrize("name", ["gravity", "platform_rate", "pivot_y", "theta_dot"])
+def test_a_parameter_off_by_a_millionth(name: str, method: str, step: float) -> None:
+    right = find_scene("cone-pendulum/rotating-base")
+    system, how = system_of(right), find_method(method)
+    assert judge(measure(system, right, how, step)[0], system, how).verdict == "pass"
+    wrong = find_scene(right.name, {name: right.parameters[name] * (1 + 1e-6)})
+    other = system.reference(system.problem(wrong.parameters))
+    assert judge(measure(system, right, how, step, other)[0], system, how).verdict == "fail"
+
+
+@pytest.mark.parametrize(("method", "step"), [*METHODS, ("mujoco/euler", 1e-4)])
+def test_the_printed_hamiltonian(method: str, step: float) -> None:
+    scene = find_scene("cone-pendulum/rotating-base")
+    system, how = system_of(scene), find_method(method)
+    printed = system.problem(scene.parameters).printed_motion()
+    assert judge(measure(system, scene, how, step, printed)[0], system, how).verdict == "fail"
+
+
+@pytest.mark.parametrize("scene_name", ["rotating-base", "unequal-inertia", "deep-well"])
+@pytest.mark.parametrize("method", ["mujoco/euler", "mujoco/rk4", "ode/leapfrog", "ode/rk4"])
+def test_a_step_ten_times_too_large(method: str, scene_name: str) -> None:
+    scene = find_scene(f"cone-pendulum/{scene_name}")
+    system, how = system_of(scene), find_method(method)
+    right, _ = measure(system, scene, how, 2e-4)
+    large, _ = measure(system, scene, how, 2e-3)
+    assert judge(right, system, how).verdict == "pass"
+    pretended = {
+        name: replace(error, largest=large.errors[name].largest)
+        for name, error in right.errors.items()
+    }
+    assert judge(replace(right, errors=pretended), system, how).verdict == "fail"
+
+
+def test_the_inertia_that_the_source_prints() -> None:
+    """I_x for I_y in the centrifugal term: the same for a cone, wrong for a general body."""
+    scene = find_scene("cone-pendulum/unequal-inertia")
+    system, how = system_of(scene), find_method("mujoco/rk4")
+    printed = find_scene(scene.name, {"inertia_y": scene.parameters["inertia_x"]})
+    other = system.reference(system.problem(printed.parameters))
+    assert judge(measure(system, scene, how, 5e-4)[0], system, how).verdict == "pass"
+    assert judge(measure(system, scene, how, 5e-4, other)[0], system, how).verdict == "fail"
+
+
+def test_a_bound_wider_than_the_motion_is_no_bound() -> None:
+    """Near a separatrix what a loose solver is allowed exceeds all that the motion can do."""
+    scene = find_scene("cone-pendulum/above-barrier-1e-6")
+    system, how = system_of(scene), find_method("ode/radau")
+    found, _ = measure(system, scene, how, 1e-5)
+    assert found.errors["theta"].largest > 1.0
+    assert judge(found, system, how).verdict == "coarse"
+
+
+def test_a_step_that_leads_elsewhere_claims_nothing() -> None:
+    """What a model adds is reckoned along the exact motion, and holds near that alone."""
+    scene = find_scene("capsule-line/ca1")
+    system, how = system_of(scene), find_method("mujoco/euler+coulomb")
+    found, _ = measure(system, scene, how, 1e-3)
+    error = found.errors["displacement"]
+    assert error.foretold is not None
+    assert judge(found, system, how).verdict == "pass"
+    far = replace(error, foretold=replace(error.foretold, largest=0.6 * error.scale))
+    elsewhere = replace(found, errors={**found.errors, "displacement": far})
+    assert judge(elsewhere, system, how).verdict == "coarse"

@@ -1,0 +1,85 @@
+"""What is slightly wrong with a pendulum turns its verdict red: damping rate and length off by a
+millionth, a push half a step early; for every kind of exact answer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from plumbob.analytic.reference import Reference
+from plumbob.analytic.systems.pendulums.rod_tension import RodMotion
+from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
+from plumbob.analytic.systems.simple_pendulum import SimplePendulum
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of
+from plumbob.reports.judge.verdict import judge
+
+# Jacobi functions, Taylor series damped and forced, closed form damped and forced: RK4 at this
+# step errs by 1e-9 to 1e-6 rad over 20 s, a millionth of a parameter does ten times as much
+SCENES = {
+    "simple-pendulum/free-small": 5e-3,
+    "simple-pendulum/free-large": 5e-3,
+    "simple-pendulum/rotating-slow": 2e-3,
+    "simple-pendulum/damped-small": 5e-3,
+    "simple-pendulum/damped-rotating": 2e-3,
+    "simple-pendulum/forced-large": 5e-3,
+    "simple-pendulum/forced-chaotic": 1e-2,
+    "linear-pendulum/free-large": 5e-3,
+    "linear-pendulum/damped-large": 5e-3,
+    "linear-pendulum/forced-large": 5e-3,
+}
+DURATION = 20.0  # [s]
+
+
+def verdict(name: str, method: str, step: float, exact: Reference | None = None) -> str:
+    """The verdict on one run, held against its own reference or another."""
+    scene, how = replace(find_scene(name), duration=DURATION), find_method(method)
+    system = system_of(scene)
+    return judge(measure(system, scene, how, step, exact)[0], system, how).verdict
+
+
+@pytest.mark.parametrize("parameter", ["length", "damping_rate"])
+@pytest.mark.parametrize("name", SCENES)
+def test_a_parameter_off_by_a_millionth(name: str, parameter: str) -> None:
+    right, step = find_scene(name), SCENES[name]
+    value = right.parameters[parameter]
+    if not value:
+        return
+    wrong = find_scene(name, {parameter: value * (1 + 1e-6)})
+    other = system_of(wrong).reference(system_of(wrong).problem(wrong.parameters))
+    assert verdict(name, "ode/rk4", step) == "pass"
+    assert verdict(name, "ode/rk4", step, other) == "fail"
+
+
+def early(problem: SimplePendulum, time: float) -> Reference:
+    """The exact motion under a push that comes `time` [s] early."""
+    rotor = replace(problem.rotor, forcing_phase=problem.forcing_frequency * time)
+    start = (problem.theta, problem.theta_dot)
+    angle = UnendingMotion(rotor, *start)
+    if problem.linear:
+        return angle
+    return RodMotion(angle, rotor, *start, problem.length, problem.gravity)
+
+
+@pytest.mark.parametrize("method", ["ode/rk4", "ode/leapfrog", "mujoco/rk4+midpoint"])
+@pytest.mark.parametrize("case", ["forced-small", "forced-large", "forced-chaotic"])
+@pytest.mark.parametrize("system", ["simple-pendulum", "linear-pendulum"])
+def test_a_push_half_a_step_early(system: str, case: str, method: str) -> None:
+    name, step = f"{system}/{case}", 5e-3
+    problem = system_of(find_scene(name)).problem(find_scene(name).parameters)
+    assert verdict(name, method, step, early(problem, 0.0)) == "pass"
+    assert verdict(name, method, step, early(problem, step / 2)) == "fail"
+
+
+@pytest.mark.parametrize("parameter", ["length", "damping_rate", "forcing_amplitude"])
+def test_pymunk_s_spring(parameter: str) -> None:
+    # first order: the budget at this step is 3e-3 rad, of a swing of 2.5 rad
+    name, step = "linear-pendulum/forced-large", 1e-3
+    right = find_scene(name)
+    wrong = find_scene(name, {parameter: right.parameters[parameter] * 1.01})
+    other = system_of(wrong).reference(system_of(wrong).problem(wrong.parameters))
+    assert verdict(name, "pymunk/spring", step) == "pass"
+    assert verdict(name, "pymunk/spring", step, other) == "fail"

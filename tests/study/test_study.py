@@ -1,0 +1,95 @@
+"""A study: the same errors by one process, two, or anybody's executor; costs alone; big steps."""
+
+from __future__ import annotations
+
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.method import Method
+from plumbob.engines.registry import method, methods
+from plumbob.engines.study.convergence import Climb, climb
+from plumbob.engines.study.measurement import floor, measure
+from plumbob.engines.study.study import Study, run_study
+from plumbob.models.registry import scene, scenes, system_of
+from plumbob.models.scene import Scene
+
+SCENES = "cone-pendulum/rotating-base,cone-pendulum/deep-well"
+METHODS = "mujoco/euler,ode/rk4"
+
+
+def _study(**how: object) -> Study:
+    chosen = [replace(s, steps=(5e-3, 2e-3, 1e-3, 5e-4)) for s in scenes(SCENES)]
+    return run_study(chosen, methods(METHODS), timed=False, **how)  # type: ignore[arg-type]
+
+
+def _errors(climbs: tuple[Climb, ...]) -> list[tuple[str, str, float, float]]:
+    return [
+        (c.scene, c.method, m.step, m.errors["theta"].end) for c in climbs for m in c.measurements
+    ]
+
+
+def test_one_process_two_and_an_executor_agree_to_the_last_bit() -> None:
+    alone = _errors(_study(jobs=1).climbs)
+    assert len(alone) == 16
+    assert _errors(_study(jobs=2).climbs) == alone
+    with ThreadPoolExecutor(2) as executor:
+        assert _errors(_study(executor=executor).climbs) == alone
+
+
+@pytest.mark.parametrize("item", [*scenes(), *methods()], ids=lambda item: item.name)
+def test_every_scene_and_method_can_be_sent_to_a_worker(item: Scene | Method) -> None:
+    assert pickle.loads(pickle.dumps(item)) == item
+
+
+def test_costs_are_medians_and_ratios_of_one_run() -> None:
+    study = run_study(scenes("cone-pendulum/deep-well"), methods("ode/euler,ode/rk4"))
+    cheap, dear = (study.costs["cone-pendulum/deep-well", f"ode/{m}"] for m in ("euler", "rk4"))
+    for cost in (cheap, dear):
+        assert 0 < cost.low <= cost.ns_per_step <= cost.high
+        assert cost.ratio == pytest.approx(cost.ns_per_step / study.yardstick)
+        assert cost.repeats >= 5
+
+
+def test_the_ladder_stops_where_the_error_has_reached_its_floor() -> None:
+    chosen = scene("cone-pendulum/resting-base")
+    found = climb(chosen, method("ode/rk4"), most_steps=10**6)
+    last = found.measurements[-1]
+    assert last.step > min(chosen.steps)
+    assert last.errors["theta"].largest <= 3.0 * floor(last.errors["theta"], last.steps)
+
+
+def test_an_engine_that_is_not_there_is_missing_and_nothing_else(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
+    chosen = scene("cone-pendulum")
+    found, run = measure(system_of(chosen), chosen, method("mujoco/rk4"), 1e-3)
+    assert (found.status, run) == ("missing", None)
+    assert "mujoco" in found.reason
+
+
+def test_a_step_far_too_large_diverges_as_a_result() -> None:
+    chosen = scene("cone-pendulum", {"platform_rate": 900.0})
+    found, _ = measure(system_of(chosen), chosen, method("mujoco/euler"), 0.05)
+    assert found.status == "diverged"
+    assert found.diverged_at is not None
+    assert not found.errors
+
+
+def test_nothing_is_left_in_the_working_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    chosen = scene("cone-pendulum", {"platform_rate": 900.0})
+    measure(system_of(chosen), chosen, method("mujoco/euler"), 0.05)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_ladder_of_nonsense_is_refused() -> None:
+    with pytest.raises(ParameterError, match="step"):
+        measure(system_of(scene("cone-pendulum")), scene("cone-pendulum"), method("ode/rk4"), -1.0)

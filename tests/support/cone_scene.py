@@ -1,0 +1,45 @@
+"""The cone pendulum of Sudakov 2015 as a system and scene for tests of the engines alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.models.scene import Observable, Scene, System
+
+MJCF = Path(__file__).parents[2] / "models" / "cone_pendulum" / "cone_pendulum.xml"
+DEFAULT = ConePendulum(cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
+# physics.md, for DEFAULT: theta [rad] and theta_dot [rad/s] at 0.5 s, to 17 digits
+THETA, THETA_DOT = 19.655093168749575, 45.196918078698202
+
+
+def _problem(parameters: Mapping[str, Any]) -> ConePendulum:
+    return replace(DEFAULT, **parameters)
+
+
+def _nothing(*_: Any) -> Any:
+    raise NotImplementedError
+
+
+SYSTEM = System(
+    name="cone-pendulum",
+    title="Cone pendulum",
+    observables=(Observable("theta", "rad"), Observable("theta_dot", "rad/s")),
+    parameters=(),
+    scenes=(),
+    default="",
+    problem=_problem,
+    reference=lambda problem: problem.motion,
+    invariants=_nothing,
+    facts=_nothing,
+    mjcf=MJCF,
+)
+
+
+def scene(duration: float = 0.5, **changes: Any) -> Scene:
+    """Scene of DEFAULT with some of its fields changed, for `duration` [s]."""
+    return Scene("cone-pendulum/test", "", changes, duration, (), "Sudakov 2015")

@@ -1,0 +1,67 @@
+"""Running the capsule in MuJoCo, for its tests."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem
+from plumbob.engines.adapters.mujoco import ENGINE
+from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of
+from plumbob.reports.judge.verdict import judge
+
+METHODS = {m.name.partition("/")[2]: m for m in ENGINE.methods}
+SHIPPED = ("euler", "implicitfast", "rk4", "euler+pyramidal", "euler+elliptic")
+GOOD = ("euler+coulomb", "euler+coulomb+noslip", "implicitfast+coulomb", "rk4+coulomb")
+REDUCED = ("euler+reduced", "rk4+reduced")
+LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
+
+
+def run(
+    name: str, method: str, step: float, other: Any = None, **changes: Any
+) -> tuple[Measurement, Trajectory]:
+    """One run of a scene, held against its own answer or that of `other`, and its samples."""
+    scene = find_scene(name, changes)
+    system = system_of(scene)
+    exact = other and system.reference(system.problem(other.parameters))
+    found, trajectory = measure(system, scene, METHODS[method], step, exact)
+    assert trajectory is not None, found
+    return found, trajectory
+
+
+def verdict(found: Measurement, method: str) -> str:
+    """The verdict on a run."""
+    return judge(found, system_of(find_scene(found.scene)), METHODS[method]).verdict
+
+
+def problem(name: str, **changes: Any) -> CapsuleProblem:
+    """The problem of a scene."""
+    scene = find_scene(name, changes)
+    found = system_of(scene).problem(scene.parameters)
+    assert isinstance(found, CapsuleProblem)
+    return found
+
+
+def displaced(name: str, method: str, step: float, **changes: Any) -> tuple[float, float]:
+    """Error of the displacement at the end of a run [m], and what is foretold of it."""
+    error = run(name, method, step, **changes)[0].errors["displacement"]
+    assert error.foretold is not None
+    return error.end, error.foretold.end
+
+
+def loads(name: str, method: str, step: float) -> tuple[Array, Array, Array]:
+    """Normal forces [N] of a run, of statics, and what is foretold of their difference: (3, n)."""
+    _, run_ = run(name, method, step)
+    reference: Any = problem(name).reference
+    told = reference.foretold(METHODS[method].scheme, step, run_.times)
+    exact = reference.observe(run_.times)
+    return (
+        np.stack([run_.observables[load] for load in LOADS]),
+        np.stack([exact[load] for load in LOADS]),
+        np.stack([told[load] for load in LOADS]),
+    )

@@ -1,0 +1,97 @@
+"""The notebook's seven pendulums, three forced ones and the source's cone, for tests."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+from hypothesis import strategies as st
+
+from plumbob.analytic.numerics.rotor import taylor_series
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.cone_pendulum import cone
+from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
+
+DEGREE = math.pi / 180
+GRAVITY = 9.8
+
+
+@dataclass(frozen=True)
+class Case:
+    """A rotor, its start, and how long it is followed [s]."""
+
+    rotor: DrivenRotor
+    theta: float
+    theta_dot: float
+    duration: float = 50.0
+
+
+def _notebook(theta: float, theta_dot: float, damping_rate: float = 0.0) -> Case:
+    rotor = DrivenRotor(sin=GRAVITY, damping_rate=damping_rate)
+    return Case(rotor, theta * DEGREE, theta_dot * DEGREE)
+
+
+def _forced(
+    amplitude: float, frequency: float, damping_rate: float, sin: float, theta: float
+) -> Case:
+    return Case(DrivenRotor(0.0, 0.0, sin, damping_rate, amplitude, frequency), theta, 0.0)
+
+
+def _cone() -> Case:
+    body, rate, pivot_y = cone(8000.0, 0.3, 30 * DEGREE), 26.0, 0.09
+    arm = body.mass * body.com_distance / body.inertia_x
+    rotor = DrivenRotor(
+        sin2=(body.inertia_y - body.inertia_z) * rate**2 / (2 * body.inertia_x),
+        cos=pivot_y * arm * rate**2,
+        sin=GRAVITY * arm,
+    )
+    return Case(rotor, 0.0, 37.0, 0.5)
+
+
+CASES: Mapping[str, Case] = MappingProxyType(
+    {
+        "free-small": _notebook(-10, 0),
+        "free-large": _notebook(-120, 0),
+        "rotating-slow": _notebook(-120, 200),
+        "rotating-fast": _notebook(-120, 500),
+        "damped-small": _notebook(-10, 0, 0.08),
+        "damped-large": _notebook(-120, 0, 0.08),
+        "damped-rotating": _notebook(-120, 500, 0.2),
+        "forced-small": _forced(0.1, 3.0, 0.08, GRAVITY, 0.0),
+        "forced-large": _forced(1.5, 2.8, 0.2, GRAVITY, 0.0),
+        "forced-chaotic": _forced(1.5, 2 / 3, 0.5, 1.0, 0.2),
+        "cone": _cone(),
+    }
+)
+
+
+@st.composite
+def cases(draw: st.DrawFn, conservative: bool = False) -> Case:
+    """Any rotor of moderate rates, damped and forced unless conservative."""
+    size = st.floats(-10.0, 10.0)
+    rotor = DrivenRotor(sin2=draw(size), cos=draw(size), sin=draw(size))
+    if not conservative:
+        damped = replace(rotor, damping_rate=draw(st.floats(0.0, 5.0)))
+        rotor = replace(
+            damped,
+            forcing_amplitude=draw(size),
+            forcing_frequency=draw(st.floats(-5.0, 5.0)),
+            forcing_phase=draw(st.floats(-4.0, 4.0)),
+            stiffness=draw(st.floats(0.0, 5.0)),
+        )
+    return Case(rotor, draw(st.floats(-4.0, 4.0)), draw(size), 2.0)
+
+
+def motion(case: Case) -> DrivenMotion:
+    """The case's exact motion."""
+    return DrivenMotion(case.rotor, case.theta, case.theta_dot, case.duration)
+
+
+def endpoint(case: Case) -> Array:
+    """Theta and theta_dot at the case's end, shape (2,)."""
+    orbit = taylor_series.integrate(case.rotor, case.theta, case.theta_dot, case.duration)
+    return np.array([orbit.theta[-1], orbit.theta_dot[-1]])

@@ -1,0 +1,69 @@
+"""Running the capsule in pymunk, for its tests."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
+from plumbob.engines.adapters.pymunk import ENGINE, capsule
+from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of
+from plumbob.reports.judge.verdict import judge
+
+METHODS = {m.name.partition("/")[2]: m for m in ENGINE.methods if "model" in m.settings}
+GOOD = ("feet", "side")
+
+
+def run(
+    name: str, model: str, step: float, other: Any = None, **changes: Any
+) -> tuple[Measurement, Trajectory]:
+    """One run of a scene, held against its own answer or that of `other`, and its samples."""
+    scene = find_scene(name, changes)
+    system = system_of(scene)
+    exact = other and system.reference(system.problem(other.parameters))
+    found, trajectory = measure(system, scene, METHODS[model], step, exact)
+    assert trajectory is not None, found
+    return found, trajectory
+
+
+def verdict(found: Measurement, model: str) -> str:
+    """The verdict on a run."""
+    return judge(found, system_of(find_scene(found.scene)), METHODS[model]).verdict
+
+
+def last(name: str, model: str, step: float, **changes: Any) -> float:
+    """Displacement at the end of a run [m]."""
+    return float(run(name, model, step, **changes)[1].observables["displacement"][-1])
+
+
+def moved(line: LineManoeuvre, model: str, step: float) -> Mapping[str, float]:
+    """What is read off a line manoeuvre once everything rests, two steps after t2."""
+    return ended(problem_of(line), model, step, math.ceil(line.t2 / step) + 2)
+
+
+def problem_of(line: LineManoeuvre) -> CapsuleProblem:
+    """A line manoeuvre as engines get it."""
+    staging = Staging(
+        line.capsule,
+        line.path.start,
+        line.direction,
+        press=line.capsule.gravity,
+        relative_velocity=line.relative_velocity,
+    )
+    return CapsuleProblem(line, LineReference(line), staging)
+
+
+def ended(problem: CapsuleProblem, model: str, step: float, steps: int) -> Mapping[str, float]:
+    """What is read off after so many steps."""
+    built = capsule.build(problem, METHODS[model], step)
+    for n in range(steps):
+        if built.act is not None:
+            built.act(n * step)
+        built.space.step(step)
+    return built.read()

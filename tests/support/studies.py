@@ -1,0 +1,59 @@
+"""Studies for the tests of what is told of one: a small measured one, and made-up ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache
+
+from plumbob.engines.method import Method
+from plumbob.engines.registry import methods as find_methods
+from plumbob.engines.study.convergence import Climb
+from plumbob.engines.study.cost import Cost
+from plumbob.engines.study.measurement import Foretold, Measurement, ObservedError
+from plumbob.engines.study.study import Study, run_study
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import scenes as find_scenes
+
+SCENE = "cone-pendulum/rotating-base"
+NS = 1000.0  # [ns] of a step, and of an evaluation
+Error = Callable[[float], float]
+
+
+@cache
+def quick() -> Study:
+    """The quick scenes of the cone pendulum, with a method of each kind."""
+    methods = find_methods("mujoco/euler,ode/leapfrog,ode/rk4,ode/dop853")
+    return run_study(find_scenes("cone-pendulum", "quick"), methods, "quick")
+
+
+def made_up(
+    errors: Sequence[tuple[Method, Sequence[float], Error]], ns: Sequence[float] = ()
+) -> Study:
+    """A study of one scene: for each method its ladder, and the error at a step; an infinite error
+    is a run that diverged. `ns` are the costs of a step, 1000 ns without."""
+    scene = find_scene(SCENE)
+    climbs = tuple(
+        Climb(SCENE, method.name, tuple(_run(method, step, error(step)) for step in steps))
+        for method, steps, error in errors
+    )
+    per_step = ns or [NS] * len(errors)
+    costs = {
+        (SCENE, method.name): Cost(value, value, value, 1.0, 0.0, 5)
+        for (method, _, _), value in zip(errors, per_step, strict=True)
+    }
+    methods = tuple(method for method, _, _ in errors)
+    return Study("quick", (scene,), methods, climbs, costs, NS, {"errors": 1.0, "costs": 1.0})
+
+
+def _run(method: Method, step: float, error: float) -> Measurement:
+    if error == float("inf"):
+        return Measurement(SCENE, method.name, step, "diverged")
+    duration = find_scene(SCENE).duration
+    steps = round(duration / step) if method.control == "step" else round(100 / step**0.2)
+    told = Foretold(error, error, {1: error}, 0.0)  # a series in the step, as a smooth motion has
+    found = {
+        n: ObservedError(error, error, 1e-16, 1.0, foretold=told) for n in ("theta", "theta_dot")
+    }
+    return Measurement(
+        SCENE, method.name, step, "done", errors=found, duration=duration, steps=steps
+    )

@@ -1,0 +1,137 @@
+"""What every three-point motion obeys: Coulomb's law, balances, symmetries, its own error."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.slider_path import Kinematics, Piece, SliderPath, SmoothPiece
+from plumbob.analytic.systems.three_points.balance import balance
+from plumbob.analytic.systems.three_points.forces import loading
+from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.tests.support.random_slides import COAST, ending, pose, slide
+
+SEEDS = st.integers(0, 10**6)
+
+
+@pytest.mark.parametrize("seed", [2, 6, 24, 26, 27, 89, 120, 174])
+def test_energy_and_momentum_balance(seed: int) -> None:
+    """Gauss quadrature of 64 points a stretch leaves 1e-12 of what goes through."""
+    left = balance(slide(seed).motion())
+    assert max(left.energy, left.momentum, left.angular_momentum) <= 5e-12
+    assert left.friction_work <= 0.0
+
+
+def test_every_mode_is_met() -> None:
+    """The seeds above are worth something: they pivot, slip from a pivot, pass through rest."""
+    pairs: set[tuple[str, str]] = set()
+    for seed in (2, 24, 26, 27):
+        modes = [event.mode for event in slide(seed).motion().events]
+        pairs |= set(itertools.pairwise(modes))
+    assert {("slide", "pivot"), ("pivot", "slide"), ("pivot", "rest"), ("slide", "slide")} <= pairs
+
+
+@given(SEEDS)
+@settings(max_examples=8)
+def test_friction_obeys_coulomb_and_the_body_stops(seed: int) -> None:
+    case = slide(seed)
+    motion = case.motion()
+    assert np.isfinite(motion.rest_time)
+    times = np.linspace(0.0, motion.rest_time, 80, endpoint=False)
+    for _, load in loading(motion, times):
+        resisting = (load.shares.conjugate() * load.velocities).real
+        assert not np.nanmax(resisting, initial=-1.0) > 1e-15
+        # A pivot may hold up to its limit; a support that slips is judged from an acceleration.
+        assert not np.nanmax(np.abs(load.shares) / load.at.limits, initial=0.0) > 1.0 + 1e-9
+    speeds = motion.at(motion.rest_time + np.array([0.0, 1.0]))
+    assert not speeds.velocity.any()
+    assert not speeds.angular_velocity.any()
+
+
+@given(SEEDS, st.floats(-3.0, 3.0))
+@settings(max_examples=5)
+def test_turning_the_ground_turns_the_motion(seed: int, angle: float) -> None:
+    case = slide(seed)
+    turn = complex(math.cos(angle), math.sin(angle))
+    place, speed = (complex(*v) * turn for v in (case.start.position, case.start.velocity))
+    start = Start(
+        (place.real, place.imag),
+        case.start.heading + angle,
+        (speed.real, speed.imag),
+        case.start.angular_velocity,
+    )
+    motion = case.motion()
+    time = ending(motion)
+    x, y, psi = pose(motion, time)
+    found = pose(three_point_motion(case.capsule, case.path, start), time)
+    there = complex(x, y) * turn
+    np.testing.assert_allclose(found, [there.real, there.imag, psi + angle], rtol=0, atol=1e-12)
+
+
+@given(SEEDS)
+@settings(max_examples=5)
+def test_a_mirror_mirrors_the_motion(seed: int) -> None:
+    case = slide(seed)
+    (a, b, c), start = case.capsule.supports, case.start
+
+    def mirrored(piece: Piece) -> SmoothPiece:
+        def kinematics(times: Array) -> Kinematics:
+            r, v, w = (part * np.array([1.0, -1.0]) for part in piece.kinematics(times))
+            return r, v, w
+
+        return SmoothPiece(piece.duration, kinematics)
+
+    capsule = replace(case.capsule, supports=((a[0], -a[1]), (b[0], -b[1]), (c[0], -c[1])))
+    path = SliderPath(tuple(mirrored(piece) for piece in case.path.pieces))
+    other = Start(
+        (start.position[0], -start.position[1]),
+        -start.heading,
+        (start.velocity[0], -start.velocity[1]),
+        -start.angular_velocity,
+    )
+    motion = case.motion()
+    time = ending(motion)
+    found = pose(three_point_motion(capsule, path, other), time)
+    np.testing.assert_allclose(found * [1, -1, -1], pose(motion, time), rtol=0, atol=1e-12)
+
+
+@given(SEEDS)
+@settings(max_examples=3)
+def test_it_knows_its_own_error(seed: int) -> None:
+    """Against 36 nodes, the error is within what the motion says of itself, and that is small."""
+    case = slide(seed)
+    motion = case.motion()
+    better = three_point_motion(case.capsule, case.path, case.start, nodes=36, tolerance=1e-13)
+    times = np.linspace(0.0, ending(motion), 50)
+    own, other, said = motion.at(times), better.at(times), motion.error
+    for name in ("position", "heading"):
+        off = np.abs(getattr(own, name) - getattr(other, name)).max(axis=0)
+        # A coarser motion may by chance come closer than the fine one is to the truth.
+        assert (off <= 10.0 * getattr(said, name)[0] + 1e-15).all()
+        assert getattr(said, name).max() <= 1e-11
+
+
+def test_a_pose_has_no_jumps_and_its_rate_is_its_velocity() -> None:
+    motion = slide(26).motion()
+    times = np.linspace(0.0, motion.rest_time, 4001)
+    at, step = motion.at(times), motion.rest_time / 4000
+    between = motion.at(times[:-1] + 0.5 * step)
+    # Midpoint rule: what is left is the third derivative, large only within a step of an event.
+    for value, rate in ((at.position, between.velocity), (at.heading, between.angular_velocity)):
+        off = np.abs(np.diff(value, axis=0) / step - rate)
+        assert np.median(off) <= 1e-7
+        assert off.max() * step <= 1e-6
+
+
+def test_the_balance_has_teeth() -> None:
+    """A millionth of the friction missing from the body's constants shows in the balance."""
+    motion = COAST.motion()
+    body = replace(motion.body, centre_limits=motion.body.centre_limits * (1 + 1e-6))
+    assert balance(replace(motion, body=body)).energy > 1e-7

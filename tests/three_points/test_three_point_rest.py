@@ -1,0 +1,122 @@
+"""The set of wrenches that friction can hold, and how a body starts outside it, by construction."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.three_points.equations import Complex
+from plumbob.analytic.systems.three_points.rest import load_factor, onset, slip_onset
+
+RATES = st.floats(-3.0, 3.0)
+ANGLES = st.floats(0.0, 2 * math.pi)
+
+
+@st.composite
+def supports(draw: st.DrawFn) -> tuple[Array, Complex]:
+    """Limits f N_i [N] and arms from the centre of pressure [m]: sum N_i arm_i = 0."""
+    gaps = [draw(st.floats(0.4, 1.0)) for _ in range(3)]
+    angles = 2 * math.pi * np.cumsum(gaps) / sum(gaps)
+    arms = np.array([draw(st.floats(0.05, 0.5)) for _ in range(3)]) * np.exp(1j * angles)
+    shares = np.array([draw(st.floats(0.02, 1.0)) for _ in range(3)])
+    shares /= shares.sum()
+    return 3.0 * shares, arms - shares @ arms
+
+
+def rate(velocity: tuple[float, float, float], arms: Complex) -> Complex:
+    """Velocities of the supports, of a body with this (x, y, angle) rate."""
+    return np.asarray(complex(velocity[0], velocity[1]) + 1j * velocity[2] * arms)
+
+
+def wrench(forces: Complex, arms: Complex) -> tuple[complex, float]:
+    """Sum and moment of `forces` at `arms`."""
+    return complex(forces.sum()), float((arms.conjugate() * forces).imag.sum())
+
+
+@given(supports(), st.tuples(RATES, RATES, RATES), st.floats(0.1, 5.0))
+def test_a_full_slip_is_the_edge_of_the_set(
+    held: tuple[Array, Complex], slip: tuple[float, float, float], size: float
+) -> None:
+    """Forces f N_i along v_i of any rigid velocity are extreme: load factor 1, times any factor."""
+    limits, arms = held
+    velocities = rate(slip, arms)
+    if np.abs(velocities).min() < 1e-3:
+        return
+    force, torque = wrench(size * limits * velocities / np.abs(velocities), arms)
+    factor, worst = load_factor(limits, arms, force, torque)
+    assert factor == pytest.approx(size, rel=1e-13)
+    # The direction is a minimum's place: good to the root of what its value is good to.
+    along = np.array(slip) / np.linalg.norm(slip)
+    assert np.abs(worst / np.linalg.norm(worst) - along).max() <= 1e-5
+
+
+@given(supports(), st.integers(0, 2), st.sampled_from([-1.0, 1.0]), ANGLES, st.floats(0, 1))
+def test_a_pivot_is_a_flat_face_of_the_set(
+    held: tuple[Array, Complex], about: int, sense: float, angle: float, part: float
+) -> None:
+    """With a rotation about A_i, its force may be anything in its disc."""
+    limits, arms = held
+    velocities = 1j * sense * (arms - arms[about])
+    velocities[about] = part * np.exp(1j * angle)
+    sizes = np.where(np.arange(3) == about, 1.0, np.abs(velocities))
+    force, torque = wrench(limits * velocities / sizes, arms)
+    assert load_factor(limits, arms, force, torque)[0] == pytest.approx(1.0, rel=1e-13)
+
+
+@given(supports(), st.tuples(RATES, RATES, RATES), st.floats(0.02, 2.0))
+def test_a_slide_starts_with_the_acceleration_it_was_made_from(
+    held: tuple[Array, Complex], given_rate: tuple[float, float, float], inertia: float
+) -> None:
+    limits, arms = held
+    accelerations = rate(given_rate, arms)
+    if np.abs(accelerations).min() < 1e-3:
+        return
+    force, torque = wrench(limits * accelerations / np.abs(accelerations), arms)
+    force += 1.3 * complex(given_rate[0], given_rate[1])
+    torque += inertia * given_rate[2]
+    answer = onset(1.3, inertia, limits, arms, force, torque)
+    assert answer.mode == "slide"
+    found = np.array([answer.linear.real, answer.linear.imag, answer.angular])
+    np.testing.assert_allclose(found, given_rate, rtol=0, atol=1e-9)
+
+
+@given(supports(), st.integers(0, 2), st.floats(0.01, 3.0), ANGLES, st.floats(0, 0.999999))
+def test_a_pivot_starts_about_its_support(
+    held: tuple[Array, Complex], about: int, spin_up: float, angle: float, part: float
+) -> None:
+    limits, arms = held
+    accelerations = 1j * spin_up * (arms - arms[about])
+    forces = np.array([complex(a) for a in accelerations])
+    forces[about] = part * np.exp(1j * angle)
+    sizes = np.where(np.arange(3) == about, 1.0, np.abs(accelerations))
+    force, torque = wrench(limits * forces / sizes, arms)
+    linear = complex(-1j * spin_up * arms[about])
+    answer = onset(1.3, 0.2, limits, arms, force + 1.3 * linear, torque + 0.2 * spin_up)
+    assert (answer.mode, answer.support) == ("pivot", about)
+    assert answer.angular == pytest.approx(spin_up, rel=1e-11)
+
+
+@given(st.floats(0.1, 2.0), st.floats(0.001, 1.0), ANGLES, st.floats(1e-6, 10.0), ANGLES)
+def test_a_slip_starts_along_the_force_it_lacks(
+    limit: float, inertia: float, angle: float, size: float, lean: float
+) -> None:
+    """a = -B (F_needed + f N a/|a|), with B of any directedness."""
+    arm, a = 0.3 * complex(np.exp(1j * lean)), size * complex(np.exp(1j * angle))
+    lever = np.array([-arm.imag, arm.real])
+    mobility = np.eye(2) / 1.3 + np.outer(lever, lever) / inertia
+    pushed = np.linalg.solve(mobility, [a.real, a.imag])
+    share = -complex(*pushed) - limit * a / abs(a)
+    found = slip_onset(1.3, inertia, limit, arm, share)
+    assert abs(found - a) <= 1e-9 * (1.0 + abs(a))
+
+
+def test_nothing_needed_is_held_and_nothing_holds_without_friction() -> None:
+    arms = np.array([0.2, -0.1 + 0.15j, -0.1 - 0.15j])
+    assert load_factor(np.ones(3), arms, 0j, 0.0)[0] == 0.0
+    assert load_factor(np.zeros(3), arms, 1 + 0j, 0.0)[0] == math.inf
+    assert onset(1.3, 0.02, np.zeros(3), arms, 1.3 + 0j, 0.0).linear == pytest.approx(1.0)

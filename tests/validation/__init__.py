@@ -1,1 +1,0 @@
-"""The registry as a test suite: every scene with every method."""
