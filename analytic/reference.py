@@ -39,7 +39,7 @@ class StepReference(Protocol):
     """An exact answer that knows a fixed step's error itself, where it is no series in the step:
     friction stops a body inside a step, and the error is a sawtooth."""
 
-    def foretold(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
+    def predicted(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
         """Error, simulated minus exact, of a scheme with `step` [s] at grid `times` [s], shape
         (n,), for each observable that theory reaches; empty for a scheme that it does not."""
         ...

@@ -8,7 +8,7 @@ from fnmatch import fnmatchcase
 from typing import Any, Literal, Protocol
 
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Scene, System
+from plumbob.models.scene import Case, Scene
 
 
 class Unsupported(Exception):
@@ -24,7 +24,7 @@ class Method:
     order: int | None  # of the global error in the step; None for adaptive methods
     control: Literal["step", "tolerance"] = "step"  # what its `step` argument means: [s], or rtol
     settings: Mapping[str, Any] = field(default_factory=dict)  # the engine's own option names
-    ladder: tuple[float, ...] = ()  # of tolerances, loose to tight; steps are the scene's own
+    step_sizes: tuple[float, ...] = ()  # of tolerances, loose to tight; steps are the scene's own
     systems: tuple[str, ...] = ()  # patterns of systems, or scenes, it is meant for; empty: all
 
     def __getstate__(self) -> dict[str, Any]:
@@ -60,7 +60,7 @@ class Engine:
     name: str
     package: str  # the import name that must be there
     methods: tuple[Method, ...]
-    prepare: Callable[[System, Scene, Method, float], Simulation]  # raises Unsupported
-    regularisation: Callable[[System, Scene, Method, float], Mapping[str, Mapping[str, float]]]
+    prepare: Callable[[Case, Method, float], Simulation]  # raises Unsupported
+    model_error: Callable[[Case, Method, float], Mapping[str, Mapping[str, float]]]
     """{observable: {reason: absolute bound}}: what the model itself adds, apart from the step."""
     optional: bool = False  # a peer: not missed unless it is asked for by name

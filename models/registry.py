@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError, known
-from plumbob.models.scene import Scene, System
+from plumbob.models.scene import Case, Scene, System
 
 
 @cache
@@ -64,6 +64,11 @@ def scene(name: str, changes: Mapping[str, Any] | None = None) -> Scene:
 def system_of(scene: Scene) -> System:
     """The system that a scene belongs to."""
     return systems()[scene.system]
+
+
+def case_of(scene: Scene) -> Case:
+    """The case of a scene: its problem and its exact motion, worked out; raises ParameterError."""
+    return system_of(scene).case(scene)
 
 
 def unknown(name: str, names: list[str]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -28,7 +28,7 @@ class Scene:
     summary: str
     parameters: Parameters  # SI units, radians; the start included; the names of `--set`
     duration: float  # [s]
-    steps: tuple[float, ...]  # ladder of fixed steps [s], coarse to fine
+    steps: tuple[float, ...]  # step_sizes of fixed steps [s], coarse to fine
     source: str
     profile: Literal["quick", "full"] = "full"  # the smallest profile that runs it
     hard: str = ""  # what makes it hard, where it is there for that
@@ -63,5 +63,25 @@ class System:
     invariants: Callable[[Any, Mapping[str, Array]], Mapping[str, Array]]  # relative drifts
     facts: Callable[[Any], Mapping[str, Any]]  # what `solve` says beside the observables
     mjcf: Path  # the model on its own
+    family: str  # by which an engine's adapter finds its builder: adapters/<engine>/<family>.py
     change: Callable[[Parameters, Parameters], Parameters] = replaced
     weight: float = 1.0  # what a step of it costs, roughly, in steps of a pendulum
+
+    def case(self, scene: Scene) -> Case:
+        """The problem and the exact motion of `scene`, worked out; raises ParameterError."""
+        problem = self.problem(scene.parameters)
+        return Case(self, scene, problem, self.reference(problem))
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene with what follows from its parameters, worked out once for all its runs."""
+
+    system: System
+    scene: Scene
+    problem: Any  # the system's analytic object
+    reference: Reference  # its exact motion
+
+    def lasting(self, duration: float) -> Case:
+        """The same case for another `duration` [s]."""
+        return replace(self, scene=replace(self.scene, duration=duration))

@@ -13,7 +13,7 @@ from plumbob.analytic.systems.capsule import Capsule, Point
 
 
 @dataclass(frozen=True)
-class Staging:
+class CapsuleSetup:
     """A start and what is imposed, the same for every engine.
 
     Body axes have their origin at C and are turned by the heading; the world's coincide with them
@@ -48,13 +48,13 @@ class CapsuleProblem:
     """Of analytic: LineManoeuvre, SlowStroke, TiltedHold, ManoeuvreTrain; in the plane
     ResidualMotion, ThreePointMotion (coasting), TurnTrain, Plan."""
     reference: Reference
-    staging: Staging
+    setup: CapsuleSetup
 
     @property
     def slider_ends(self) -> Array:
         """The ends of the slider's line relative to C [m], shape (2, 2): its place, twice, where
         it stays there."""
         path = getattr(getattr(self.motion, "manoeuvre", self.motion), "path", None)
-        if path is None or self.staging.relative_velocity is None:
-            return np.array([self.staging.slider] * 2)
+        if path is None or self.setup.relative_velocity is None:
+            return np.array([self.setup.slider] * 2)
         return np.array([path.start, path.end])

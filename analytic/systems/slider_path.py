@@ -24,7 +24,7 @@ SAMPLES = 129  # of a smooth piece, for the search of its lowest normal force
 
 
 class Piece(Protocol):
-    """A stretch of the path that is smooth in time, from local time 0 to `duration`."""
+    """A segment of the path that is smooth in time, from local time 0 to `duration`."""
 
     @property
     def duration(self) -> float:

@@ -12,7 +12,7 @@ from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.adapters.sampling import SAMPLES
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Scene, System
+from plumbob.models.scene import Case
 
 ULP = 2.0**-52  # all that it can be asked for
 METHODS = (Method("exact/closed-form", "closed-form", None, "tolerance", {}, (ULP,)),)
@@ -34,23 +34,21 @@ class Evaluation:
         return Trajectory(self.times, observed, steps=len(self.times), seconds=seconds)
 
 
-def prepare(system: System, scene: Scene, method: Method, step: float) -> Simulation:
+def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Work out the constants of the closed form; `step` has no part in it. Raises Unsupported where
     there is none, and the reference is a series or a quadrature."""
     begin = time.perf_counter()
-    reference = system.reference(system.problem(scene.parameters))
+    reference = case.system.reference(case.problem)
     if getattr(reference, "closed_form", reference) is None:
-        raise Unsupported(f"{scene.name} has no closed form")
-    times = np.linspace(0.0, scene.duration, SAMPLES + 1)
+        raise Unsupported(f"{case.scene.name} has no closed form")
+    times = np.linspace(0.0, case.scene.duration, SAMPLES + 1)
     reference.observe(times)
     return Evaluation(reference, times, time.perf_counter() - begin)
 
 
-def regularisation(
-    system: System, scene: Scene, method: Method, step: float
-) -> Mapping[str, Mapping[str, float]]:
+def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
     """Nothing."""
     return {}
 
 
-ENGINE = Engine("exact", "scipy", METHODS, prepare, regularisation)
+ENGINE = Engine("exact", "scipy", METHODS, prepare, model_error)

@@ -18,7 +18,7 @@ from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.adapters.sampling import SAMPLES
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Scene, System
+from plumbob.models.scene import Case
 
 SMALLEST = 2.0**-52
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 17, 2))
@@ -54,22 +54,22 @@ class TaylorSimulation:
         )
 
 
-def prepare(system: System, scene: Scene, method: Method, step: float) -> Simulation:
-    """Compile `scene` at the relative tolerance `step`; raises Unsupported and ParameterError."""
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Compile `case` at the relative tolerance `step`; raises Unsupported and ParameterError."""
     if not SMALLEST <= positive("step", step) < 1.0:
         raise ParameterError("step", step, f"a relative tolerance from {SMALLEST:.1e} to below 1")
-    problem = system.problem(scene.parameters)
+    problem = case.problem
     problem = getattr(problem, "started", problem)
     rotor = getattr(getattr(problem, "motion", None), "rotor", None)
     if rotor is None:
-        raise Unsupported(f"{system.name} is no equation of motion in one angle")
+        raise Unsupported(f"{case.system.name} is no equation of motion in one angle")
     import heyoka
 
     begin = time.perf_counter()
     start = (problem.theta, problem.theta_dot)
     build: Any = heyoka.taylor_adaptive
     integrator = build(_equations(rotor), list(start), tol=step)
-    return TaylorSimulation(integrator, start, scene.duration, time.perf_counter() - begin)
+    return TaylorSimulation(integrator, start, case.scene.duration, time.perf_counter() - begin)
 
 
 def _equations(rotor: DrivenRotor) -> list[tuple[Any, Any]]:
@@ -91,11 +91,9 @@ def _equations(rotor: DrivenRotor) -> list[tuple[Any, Any]]:
     return [(theta, theta_dot), (theta_dot, total)]
 
 
-def regularisation(
-    system: System, scene: Scene, method: Method, step: float
-) -> Mapping[str, Mapping[str, float]]:
+def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
     """Nothing: an equation of motion is the system itself."""
     return {}
 
 
-ENGINE = Engine("heyoka", "heyoka", METHODS, prepare, regularisation, optional=True)
+ENGINE = Engine("heyoka", "heyoka", METHODS, prepare, model_error, optional=True)

@@ -12,7 +12,7 @@ from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement, floor, measure
 from plumbob.engines.study.order import Order, fit_order
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.registry import system_of
+from plumbob.models.registry import case_of
 from plumbob.models.scene import Scene
 
 TRACE = 160  # points of an error curve: as many as a plot can show
@@ -31,30 +31,31 @@ class Trace:
 
 
 @dataclass(frozen=True)
-class Climb:
+class ConvergenceStudy:
     """The measurements of one method on one scene, coarse to fine, and the order they show."""
 
     scene: str
     method: str
     measurements: tuple[Measurement, ...]
     order: Order | None = None  # of the error of the leading observable, largest over the run
-    foretold_order: Order | None = None  # the same fit to what theory foretells at those steps
+    predicted_order: Order | None = None  # the same fit to what theory predicts at those steps
     trace: Trace | None = None
     cut: bool = False  # the finest steps were left out: they would have taken too many
 
 
-def climb(scene: Scene, method: Method, most_steps: int, ladder: tuple[float, ...] = ()) -> Climb:
-    """Run `scene` with `method` down its ladder (or the one given), leaving out steps that would
-    take more than `most_steps`, and stopping two rungs after the error is within its floor."""
-    system = system_of(scene)
-    exact = system.reference(system.problem(scene.parameters))
-    leading = system.observables[0].name
-    chosen = rungs(scene, method, most_steps, ladder)
+def convergence_study(
+    scene: Scene, method: Method, most_steps: int, step_sizes: tuple[float, ...] = ()
+) -> ConvergenceStudy:
+    """Run `scene` with `method` down its step_sizes (or the one given), leaving out steps that would
+    take more than `most_steps`, and stopping two chosen_step_sizes after the error is within its floor."""
+    case = case_of(scene)
+    leading = case.system.observables[0].name
+    chosen = chosen_step_sizes(scene, method, most_steps, step_sizes)
     taken: list[Measurement] = []
     finest: tuple[float, Trajectory] | None = None
     at_floor = 0
     for step in chosen:
-        found, run = measure(system, scene, method, step, exact)
+        found, run = measure(case, method, step)
         taken.append(found)
         if found.status in ("unsupported", "missing"):
             break
@@ -66,27 +67,29 @@ def climb(scene: Scene, method: Method, most_steps: int, ladder: tuple[float, ..
         at_floor += error.largest <= 3.0 * floor(error, found.steps)
         if at_floor > 2:
             break
-    cut = at_floor <= 2 and len(chosen) < len(rungs(scene, method, math.inf, ladder))
-    trace = _trace(*finest, leading, exact) if finest else None
-    return Climb(
+    cut = at_floor <= 2 and len(chosen) < len(
+        chosen_step_sizes(scene, method, math.inf, step_sizes)
+    )
+    trace = _trace(*finest, leading, case.reference) if finest else None
+    return ConvergenceStudy(
         scene.name, method.name, tuple(taken), *_orders(taken, leading, method), trace, cut
     )
 
 
-def rungs(
-    scene: Scene, method: Method, most_steps: float, ladder: tuple[float, ...] = ()
+def chosen_step_sizes(
+    scene: Scene, method: Method, most_steps: float, step_sizes: tuple[float, ...] = ()
 ) -> tuple[float, ...]:
-    """The steps [s], or tolerances, that a climb may run, coarse to fine: the ladder given, the
+    """The steps [s], or tolerances, that a convergence_study may run, coarse to fine: the step_sizes given, the
     method's own or the scene's, but for steps longer than the scene and steps that would take more
     than `most_steps`. The step that a method is asked about is never too fine: the first of its
     own, and MuJoCo's default for its default method."""
-    every = ladder or method.ladder or scene.steps
+    every = step_sizes or method.step_sizes or scene.steps
     if method.control == "tolerance":
         return every
     asked, most = math.nan, most_steps
     if own_steps(method):
-        asked, most = method.ladder[0], FURTHER * most_steps
-    elif method.name == SHIPPED[0] and not ladder:
+        asked, most = method.step_sizes[0], FURTHER * most_steps
+    elif method.name == SHIPPED[0] and not step_sizes:
         asked = SHIPPED[1]
         every = tuple(sorted({*every, asked}, reverse=True))
     short = (h for h in every if h <= scene.duration)
@@ -96,7 +99,7 @@ def rungs(
 def own_steps(method: Method) -> bool:
     """Whether a method brings its own fixed steps, as a user's settings do, the first of which is
     the one that is asked about."""
-    return method.control == "step" and bool(method.ladder)
+    return method.control == "step" and bool(method.step_sizes)
 
 
 def _orders(
@@ -111,12 +114,12 @@ def _orders(
         [e.largest for e in errors],
         [floor(e, m.steps) for e, m in zip(errors, done, strict=True)],
     )
-    if order is None or any(e.foretold is None for e in errors):
+    if order is None or any(e.predicted is None for e in errors):
         return order, None
     same = [
-        (m.step, e.foretold.largest)
+        (m.step, e.predicted.largest)
         for m, e in zip(done, errors, strict=True)
-        if m.step in order.steps and e.foretold is not None
+        if m.step in order.steps and e.predicted is not None
     ]
     return order, fit_order([s for s, _ in same], [v for _, v in same], [0.0] * len(same))
 

@@ -1,16 +1,16 @@
-"""What a step costs: measured alone, interleaved, as medians, and against a yardstick."""
+"""What a step costs: measured alone, interleaved, as medians, and against a reference_step."""
 
 from __future__ import annotations
 
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from plumbob.engines.method import Method, Simulation, Unsupported
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Scene, System
+from plumbob.models.scene import Case
 
 Key = tuple[str, str]  # scene, method
 TRIAL = 2000  # steps of a first trial
@@ -21,7 +21,7 @@ EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of
 @dataclass(frozen=True)
 class Cost:
     """Time that a step computes for [ns], median over repeats, with the quartiles; the same over
-    the yardstick's; and how long the scene took to compile [s]."""
+    the reference_step's; and how long the scene took to compile [s]."""
 
     ns_per_step: float
     low: float
@@ -32,25 +32,25 @@ class Cost:
 
 
 def costs(
-    tasks: Sequence[tuple[System, Scene, Method, float]],
+    tasks: Sequence[tuple[Case, Method, float]],
     repeats: int = 5,
     budget: float = 0.05,
     told: Callable[[str], None] = lambda _: None,
 ) -> tuple[Mapping[Key, Cost], float]:
-    """Cost of each task (a scene, a method and a step), and the yardstick's [ns per step].
+    """Cost of each task (a scene, a method and a step), and the reference_step's [ns per step].
 
     Every round times each task once, in turn, so that a slow spell of the machine touches all of
     them alike; `budget` [s] caps how much of a long scene one round runs.
     """
     ready: dict[Key, Simulation] = {}
-    for system, scene, method, step in tasks:
+    for case, method, step in tasks:
         if not installed(engine_of(method)):
             continue
         try:
-            ready[scene.name, method.name] = _sized(system, scene, method, step, budget)
+            ready[case.scene.name, method.name] = _sized(case, method, step, budget)
         except Unsupported:
             continue
-    rule = yardstick()
+    rule = reference_step()
     times: dict[Key, list[float]] = {key: [] for key in ready}
     rules: list[float] = []
     for _ in range(repeats):
@@ -68,7 +68,7 @@ def costs(
     }, unit
 
 
-def yardstick(steps: int = 10_000) -> Callable[[], float]:
+def reference_step(steps: int = 10_000) -> Callable[[], float]:
     """A function that times a bare MuJoCo step of an empty model [ns]: what two machines, or two
     days, can be compared by."""
     import mujoco
@@ -94,24 +94,24 @@ def _computing(run: Callable[[], Trajectory]) -> tuple[float, Trajectory]:
     return min(1.0, computed / wall), found
 
 
-def _sized(system: System, scene: Scene, method: Method, step: float, budget: float) -> Simulation:
+def _sized(case: Case, method: Method, step: float, budget: float) -> Simulation:
     """The scene, compiled, cut to about `budget` seconds of wall time by trial runs of longer and
     longer pieces; raises Unsupported."""
     engine = engine_of(method)
     adaptive = method.control == "tolerance"
-    piece = scene.duration / PIECES if adaptive else min(scene.duration, TRIAL * step)
+    piece = case.scene.duration / PIECES if adaptive else min(case.scene.duration, TRIAL * step)
     while True:
-        simulation = engine.prepare(system, replace(scene, duration=piece), method, step)
+        simulation = engine.prepare(case.lasting(piece), method, step)
         run = simulation.run()
         enough = run.seconds >= budget and (not adaptive or run.steps >= EVALUATIONS)
-        if enough or piece >= scene.duration:
+        if enough or piece >= case.scene.duration:
             return simulation
         longer = 2.0 * piece
         if not adaptive:
             longer = budget / max(run.seconds / max(run.steps, 1), 1e-9) * step
             if longer <= 1.5 * piece:
                 return simulation
-        piece = min(longer, scene.duration)
+        piece = min(longer, case.scene.duration)
 
 
 def _cost(values: Sequence[float], unit: float, compile_seconds: float) -> Cost:

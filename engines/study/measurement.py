@@ -1,4 +1,4 @@
-"""One run held against the exact answer: errors, what theory foretold, invariants, cost."""
+"""One run held against the exact answer: errors, what theory predicted, invariants, cost."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from plumbob.analytic.reference import Array, Reference, StepReference
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Scene, System
+from plumbob.models.scene import Case, System
 
 ULP = 2.0**-52
 Status = Literal["done", "diverged", "unsupported", "missing"]
 
 
 @dataclass(frozen=True)
-class Foretold:
+class Prediction:
     """What theory says the error of one observable is, sum_p C_p step^p, and its reach."""
 
     largest: float  # largest magnitude over the samples
@@ -48,7 +48,7 @@ class ObservedError:
     uncertainty: float  # what double precision allows the exact answer, largest over the samples
     scale: float  # largest magnitude of the exact observable
     model: Mapping[str, float] = field(default_factory=dict)  # {reason: bound}, not from the step
-    foretold: Foretold | None = None
+    predicted: Prediction | None = None
     controlled: Controlled | None = None
 
 
@@ -72,12 +72,9 @@ class Measurement:
     warnings: tuple[str, ...] = ()
 
 
-def measure(
-    system: System, scene: Scene, method: Method, step: float, reference: Reference | None = None
-) -> tuple[Measurement, Trajectory | None]:
+def measure(case: Case, method: Method, step: float) -> tuple[Measurement, Trajectory | None]:
     """Run once and measure; the trajectory too, for those who plot it. Raises ParameterError."""
-    problem = system.problem(scene.parameters)
-    exact = reference or system.reference(problem)
+    scene, system, exact = case.scene, case.system, case.reference
     blank = Measurement(scene.name, method.name, step, "unsupported")
     if not installed(engine_of(method)):
         return _with(
@@ -87,8 +84,8 @@ def measure(
     if not meant(method, scene):
         return _with(blank, reason=f"{method.name} is not meant for {scene.name}"), None
     try:
-        simulation = engine.prepare(system, scene, method, step)
-        model = engine.regularisation(system, scene, method, step)
+        simulation = engine.prepare(case, method, step)
+        model = engine.model_error(case, method, step)
     except Unsupported as why:
         return _with(blank, reason=str(why)), None
     run = simulation.run()
@@ -102,7 +99,7 @@ def measure(
             seconds=run.seconds,
             warnings=run.warnings,
         ), run
-    drifts = system.invariants(problem, run.observables)
+    drifts = system.invariants(case.problem, run.observables)
     return _with(
         blank,
         status="done",
@@ -128,7 +125,7 @@ def _errors(
     truth, doubt = exact.observe(run.times), exact.uncertainty(run.times)
     told: Mapping[str, Array] = {}
     if isinstance(exact, StepReference) and method.control == "step":
-        told = exact.foretold(method.scheme, step, run.times)
+        told = exact.predicted(method.scheme, step, run.times)
     series = {} if told else exact.leading_error(method.scheme, run.times)
     powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
     total = {
@@ -147,9 +144,9 @@ def _errors(
             uncertainty=float(doubt[name].max()),
             scale=float(np.abs(truth[name]).max()),
             model=dict(model.get(name, {})),
-            foretold=_at_step(told[name], error, doubt[name], run.steps)
+            predicted=_at_step(told[name], error, doubt[name], run.steps)
             if name in told
-            else _foretold(name, total, powers, bent),
+            else _predicted(name, total, powers, bent),
             controlled=carried.get(name),
         )
     return errors
@@ -165,12 +162,12 @@ def _carried(
     return {name: Controlled(float(value.max()), bent) for name, value in may.items()}
 
 
-def _foretold(
+def _predicted(
     name: str, total: Mapping[str, Array], powers: Mapping[int, Mapping[str, Array]], bent: float
-) -> Foretold | None:
+) -> Prediction | None:
     if name not in total:
         return None
-    return Foretold(
+    return Prediction(
         largest=float(np.abs(total[name]).max()),
         end=float(total[name][-1]),
         terms={p: float(np.abs(terms[name]).max()) for p, terms in powers.items()},
@@ -178,10 +175,10 @@ def _foretold(
     )
 
 
-def _at_step(told: Array, error: Array, doubt: Array, steps: int) -> Foretold:
-    """What is foretold of an error at the samples, shape (n,), for this very step."""
+def _at_step(told: Array, error: Array, doubt: Array, steps: int) -> Prediction:
+    """What is predicted of an error at the samples, shape (n,), for this very step."""
     rounded = doubt * (1.0 + 2.0 * float(np.sqrt(steps)))  # as in `floor`
-    return Foretold(
+    return Prediction(
         largest=float(np.abs(told).max()),
         end=float(told[-1]),
         terms={},

@@ -15,9 +15,9 @@ from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import Method
-from plumbob.engines.study.convergence import Climb, Trace
+from plumbob.engines.study.convergence import ConvergenceStudy, Trace
 from plumbob.engines.study.cost import Cost
-from plumbob.engines.study.measurement import Controlled, Foretold, Measurement, ObservedError
+from plumbob.engines.study.measurement import Controlled, Measurement, ObservedError, Prediction
 from plumbob.engines.study.order import Order
 from plumbob.engines.study.study import Study
 from plumbob.models.scene import Observable, Scene
@@ -26,10 +26,10 @@ FILE = "studies.sqlite3"  # its name in a folder of results
 _TABLES = """
 create table if not exists study (
     id integer primary key, created text not null, command text not null, profile text not null,
-    yardstick real, seconds text not null, versions text not null);
+    reference_step real, seconds text not null, versions text not null);
 create table if not exists scene (study integer not null references study, body text not null);
 create table if not exists method (study integer not null references study, body text not null);
-create table if not exists climb (
+create table if not exists convergence_study (
     study integer not null references study, scene text not null, method text not null,
     orders text not null, trace text not null, cost text not null, cut integer not null);
 create table if not exists run (
@@ -44,9 +44,9 @@ def save(study: Study, file: Path, created: str, command: str, versions: Mapping
     that is no store."""
     with _opened(file) as store, store:
         number = store.execute(
-            "insert into study (created, command, profile, yardstick, seconds, versions)"
+            "insert into study (created, command, profile, reference_step, seconds, versions)"
             " values (?, ?, ?, ?, ?, ?)",
-            (created, command, study.profile, study.yardstick, _text(study.seconds),
+            (created, command, study.profile, study.reference_step, _text(study.seconds),
              _text(versions)),
         ).lastrowid  # fmt: skip
         assert number is not None
@@ -61,9 +61,9 @@ def save(study: Study, file: Path, created: str, command: str, versions: Mapping
             "insert into method values (?, ?)",
             [(number, _text(asdict_of(m))) for m in study.methods],
         )
-        for c in study.climbs:
+        for c in study.convergence:
             orders = _text(
-                [c.order and asdict(c.order), c.foretold_order and asdict(c.foretold_order)]
+                [c.order and asdict(c.order), c.predicted_order and asdict(c.predicted_order)]
             )
             cost = study.costs.get((c.scene, c.method))
             row: tuple[Any, ...] = (
@@ -74,7 +74,7 @@ def save(study: Study, file: Path, created: str, command: str, versions: Mapping
                 _text(c.trace and asdict(c.trace)),
             )
             row += (_text(cost and asdict(cost)), c.cut)
-            store.execute("insert into climb values (?, ?, ?, ?, ?, ?, ?)", row)
+            store.execute("insert into convergence_study values (?, ?, ?, ?, ?, ?, ?)", row)
             store.executemany(
                 "insert into run values (?, ?, ?, ?, ?, ?)",
                 [(number, c.scene, c.method, m.step, m.status, _text(asdict_of(m)))
@@ -92,7 +92,7 @@ def load(file: Path, number: int | None = None, scene: str | None = None) -> Stu
     with _opened(file) as store:
         found = number or _newest(store, scene)
         head = store.execute(
-            "select profile, yardstick, seconds from study where id = ?", (found,)
+            "select profile, reference_step, seconds from study where id = ?", (found,)
         ).fetchone()
         if head is None:
             return None
@@ -103,8 +103,8 @@ def load(file: Path, number: int | None = None, scene: str | None = None) -> Stu
             Method(**json.loads(b)) for (b,) in _rows(store, "select body from method", found)
         ]
         methods = [_tupled(m) for m in methods]
-        climbs, costs = [], {}
-        query = "select scene, method, orders, trace, cost, cut from climb"
+        convergence, costs = [], {}
+        query = "select scene, method, orders, trace, cost, cut from convergence_study"
         for name, method, orders, trace, cost, cut in _rows(store, query, found):
             if scene not in (None, name):
                 continue
@@ -112,17 +112,17 @@ def load(file: Path, number: int | None = None, scene: str | None = None) -> Stu
                 "select body from run where study = ? and scene = ? and method = ? order by rowid",
                 (found, name, method),
             )
-            order, foretold = (o and _order(o) for o in json.loads(orders))
+            order, predicted = (o and _order(o) for o in json.loads(orders))
             kept = json.loads(trace)
-            climbs.append(
-                Climb(name, method, tuple(_measurement(json.loads(b)) for (b,) in runs), order,
-                      foretold, kept and Trace(kept["step"], *(tuple(kept[k]) for k in
+            convergence.append(
+                ConvergenceStudy(name, method, tuple(_measurement(json.loads(b)) for (b,) in runs), order,
+                      predicted, kept and Trace(kept["step"], *(tuple(kept[k]) for k in
                                                               ("times", "values", "errors"))),
                       bool(cut))
             )  # fmt: skip
             if (price := json.loads(cost)) is not None:
                 costs[name, method] = Cost(**price)
-    return Study(head[0], tuple(map(_scene, bodies)), tuple(methods), tuple(climbs), costs,
+    return Study(head[0], tuple(map(_scene, bodies)), tuple(methods), tuple(convergence), costs,
                  float("nan") if head[1] is None else head[1], json.loads(head[2]),
                  leads)  # fmt: skip
 
@@ -180,7 +180,7 @@ def _tupled(method: Method) -> Method:
         return tuple(value) if isinstance(value, list) else value
 
     return replace(
-        method, ladder=tuple(method.ladder), systems=tuple(method.systems),
+        method, step_sizes=tuple(method.step_sizes), systems=tuple(method.systems),
         settings=tupled(method.settings),
     )  # fmt: skip
 
@@ -192,9 +192,9 @@ def _scene(body: dict[str, Any]) -> Scene:
 def _measurement(body: dict[str, Any]) -> Measurement:
     errors = {}
     for name, error in body["errors"].items():
-        told = error["foretold"]
+        told = error["predicted"]
         if told is not None:
-            told = Foretold(**{**told, "terms": {int(p): v for p, v in told["terms"].items()}})
+            told = Prediction(**{**told, "terms": {int(p): v for p, v in told["terms"].items()}})
         held = error.get("controlled") and Controlled(**error["controlled"])
-        errors[name] = ObservedError(**{**error, "foretold": told, "controlled": held})
+        errors[name] = ObservedError(**{**error, "predicted": told, "controlled": held})
     return Measurement(**{**body, "errors": errors, "warnings": tuple(body["warnings"])})

@@ -10,9 +10,14 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from plumbob.engines.method import Method, meant
-from plumbob.engines.study.convergence import Climb, climb, own_steps, rungs
+from plumbob.engines.study.convergence import (
+    ConvergenceStudy,
+    chosen_step_sizes,
+    convergence_study,
+    own_steps,
+)
 from plumbob.engines.study.cost import Cost, Key, costs
-from plumbob.models.registry import system_of
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Observable, Scene
 
 if TYPE_CHECKING:  # who reads a stored study starts no processes
@@ -32,9 +37,9 @@ class Study:
     profile: Profile
     scenes: tuple[Scene, ...]
     methods: tuple[Method, ...]
-    climbs: tuple[Climb, ...]
+    convergence: tuple[ConvergenceStudy, ...]
     costs: Mapping[Key, Cost]
-    yardstick: float  # [ns] of a bare step of an empty model, in this study
+    reference_step: float  # [ns] of a bare step of an empty model, in this study
     seconds: Mapping[str, float]  # wall time of the two halves, "errors" and "costs"
     leads: Mapping[str, Observable] = field(default_factory=dict)
     """The leading observable of each scene, for who would rather not load every system."""
@@ -59,23 +64,23 @@ def run_study(
     of `jobs` processes (a Dask client's will do); `told` hears what is being done."""
     begin = time.perf_counter()
     chosen = pairs(scenes, methods)
-    climbs = _climbs(chosen, profile, jobs, executor, told)
+    convergence = _convergence_studies(chosen, profile, jobs, executor, told)
     between = time.perf_counter()
     measured: Mapping[Key, Cost] = {}
     unit = float("nan")
     if timed:
-        by_scene = {scene.name: scene for scene in scenes}
+        cases = {scene.name: case_of(scene) for scene in scenes}
         by_method = {method.name: method for method in methods}
         tasks = [
-            (system_of(by_scene[c.scene]), by_scene[c.scene], by_method[c.method], step)
-            for c in climbs
+            (cases[c.scene], by_method[c.method], step)
+            for c in convergence
             if (step := _typical(c, by_method[c.method])) is not None
         ]
         measured, unit = costs(
             tasks, _REPEATS[profile], _BUDGET[profile], lambda what: told(what, 0, 0)
         )
     return Study(
-        profile, tuple(scenes), tuple(methods), tuple(climbs), measured, unit,
+        profile, tuple(scenes), tuple(methods), tuple(convergence), measured, unit,
         {"errors": between - begin, "costs": time.perf_counter() - between},
         {scene.name: system_of(scene).observables[0] for scene in scenes},
     )  # fmt: skip
@@ -87,19 +92,19 @@ def most_steps(scene: Scene, profile: Profile) -> int:
     return int(most / system_of(scene).weight) if profile == "quick" else most
 
 
-def _climbs(
+def _convergence_studies(
     chosen: Sequence[tuple[Scene, Method]],
     profile: Profile,
     jobs: int,
     executor: Executor | None,
     told: Callable[[str, int, int], None],
-) -> list[Climb]:
-    """The climbs of all pairs, in their order; this process is one of the `jobs`, for it is there
+) -> list[ConvergenceStudy]:
+    """The convergence of all pairs, in their order; this process is one of the `jobs`, for it is there
     already, while another has to load everything first."""
     most = [most_steps(scene, profile) for scene, _ in chosen]
     # The long ones first, so that nobody is left with one at the end.
     order = sorted(range(len(chosen)), key=lambda i: -_work(*chosen[i], most[i]))
-    found: dict[int, Climb] = {}
+    found: dict[int, ConvergenceStudy] = {}
 
     def begun(i: int) -> None:
         told(f"{chosen[i][0].name} {chosen[i][1].name}", len(found), len(chosen))
@@ -108,13 +113,13 @@ def _climbs(
         if pool is None:
             for i, pair in enumerate(chosen):
                 begun(i)
-                found[i] = climb(*pair, most[i])
+                found[i] = convergence_study(*pair, most[i])
             return list(found.values())
-        waiting = {i: pool.submit(climb, *chosen[i], most[i]) for i in order}
+        waiting = {i: pool.submit(convergence_study, *chosen[i], most[i]) for i in order}
         for i in order:  # what nobody has begun yet
             if executor is None and waiting[i].cancel():
                 begun(i)
-                found[i] = climb(*chosen[i], most[i])
+                found[i] = convergence_study(*chosen[i], most[i])
         for i in order:
             if i not in found:
                 begun(i)
@@ -124,8 +129,8 @@ def _climbs(
 
 def joined(study: Study, more: Study) -> Study:
     """A study with what another says of its own methods, whose costs are brought to the first one's
-    machine, or day, by the two yardsticks."""
-    scale = study.yardstick / more.yardstick
+    machine, or day, by the two reference_steps."""
+    scale = study.reference_step / more.reference_step
     names = {method.name for method in more.methods}
     found = {
         key: replace(
@@ -136,7 +141,7 @@ def joined(study: Study, more: Study) -> Study:
     return replace(
         study,
         methods=(*more.methods, *(m for m in study.methods if m.name not in names)),
-        climbs=(*more.climbs, *(c for c in study.climbs if c.method not in names)),
+        convergence=(*more.convergence, *(c for c in study.convergence if c.method not in names)),
         costs={**study.costs, **found},
     )
 
@@ -158,14 +163,14 @@ def _pool(executor: Executor | None, jobs: int) -> AbstractContextManager[Execut
 
 
 def _work(scene: Scene, method: Method, most: int) -> float:
-    """Roughly how long a climb takes: the steps of its ladder, dearer in Python than in C."""
+    """Roughly how long a convergence_study takes: the steps of its step_sizes, dearer in Python than in C."""
     if method.control == "tolerance":
         return 1e5
-    steps = sum(scene.duration / h for h in rungs(scene, method, most))
+    steps = sum(scene.duration / h for h in chosen_step_sizes(scene, method, most))
     return steps * system_of(scene).weight * (1.0 if method.engine == "mujoco" else 2.0)
 
 
-def _typical(found: Climb, method: Method) -> float | None:
+def _typical(found: ConvergenceStudy, method: Method) -> float | None:
     """The step that a method's cost is measured at: the first of its own, or the middle one of
     those that worked."""
     done = [m.step for m in found.measurements if m.status == "done"]

@@ -16,8 +16,8 @@ from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.models.ladder import ladder
 from plumbob.models.scene import Observable, Parameters, Scene, System, replaced
+from plumbob.models.step_sizes import step_sizes
 
 SOURCE = (
     "V. F. Sudakov, Angular velocity of physical pendulum suspended on movable base, "
@@ -99,7 +99,7 @@ def _about(motion: PendulumMotion) -> Mapping[str, Any]:
 
 def _scene(case: str, summary: str, duration: float, hard: str = "", **values: Any) -> Scene:
     profile = values.pop("profile", "full")
-    steps = values.pop("steps", ladder(5e-3, 2.5e-6))
+    steps = values.pop("steps", step_sizes(5e-3, 2.5e-6))
     return Scene(
         f"cone-pendulum/{case}", summary, change(_STEEL, values), duration, steps, SOURCE,
         profile, hard,
@@ -118,7 +118,7 @@ def _near(side: str, sign: float, k: int) -> Scene:
         hard=f"errors grow as e^(24.7 t) at the saddle; period grows as ln(10^{k})",
         theta_dot=start.theta_dot,
         profile="quick" if (side, k) == ("above", 6) else "full",
-        steps=ladder(1e-3, 1e-5),
+        steps=step_sizes(1e-3, 1e-5),
     )
 
 
@@ -135,17 +135,17 @@ SCENES = (
     *(_near(side, sign, k) for k in range(3, 13) for side, sign in (("above", 1), ("below", -1))),
     _scene("pitchfork", "hanging at the rate where it stops being stable", 20.0, **_LEVEL,
            hard="quartic well: the period grows as 1/amplitude", platform_rate=_PITCHFORK,
-           theta=0.1, theta_dot=0.0, steps=ladder(2e-2, 2e-4)),
+           theta=0.1, theta_dot=0.0, steps=step_sizes(2e-2, 2e-4)),
     _scene("pitchfork-small", "the same at half the amplitude: twice the period", 40.0, **_LEVEL,
            hard="quartic well: the period grows as 1/amplitude", platform_rate=_PITCHFORK,
-           theta=0.05, theta_dot=0.0, steps=ladder(2e-2, 2e-4)),
+           theta=0.05, theta_dot=0.0, steps=step_sizes(2e-2, 2e-4)),
     _scene("equal-wells", "beyond the pitchfork: from next to the saddle over both wells", 8.0,
            hard="homoclinic to theta = 0: errors grow as e^(7.4 t)", **_LEVEL, platform_rate=10.0,
-           theta=1e-3, theta_dot=0.0, steps=ladder(5e-3, 5e-5)),
+           theta=1e-3, theta_dot=0.0, steps=step_sizes(5e-3, 5e-5)),
     _scene("flat-cone", "a cone so flat that I_x < I_z", 1.0, hard="the centrifugal term changes "
            "sign", apex_angle=2 * math.atan(2.5), theta_dot=30.0),
     _scene("fast-platform", "a platform at 1000 rad/s", 0.05, hard="accelerations of 10^6 rad/s^2",
-           platform_rate=1000.0, theta_dot=1500.0, steps=ladder(1e-4, 1e-7)),
+           platform_rate=1000.0, theta_dot=1500.0, steps=step_sizes(1e-4, 1e-7)),
     _scene("million-steps", "the source's Fig. 3, for 625 turns", 100.0, hard="10^6 steps of 1e-4 "
            "s: energy bounded, or drifting at a rate", steps=(8e-4, 4e-4, 2e-4, 1e-4)),
 )  # fmt: skip
@@ -163,6 +163,7 @@ SYSTEMS = (
         invariants=invariants,
         facts=facts,
         mjcf=Path(__file__).parent / "cone_pendulum.xml",
+        family="cone_pendulum",
         change=change,
     ),
 )

@@ -13,8 +13,8 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
-from plumbob.models.ladder import ladder
 from plumbob.models.scene import Observable, Parameters, Scene, System, replaced
+from plumbob.models.step_sizes import step_sizes
 
 SOURCE = (
     "Pêndulo Simples, course notebook: the simple pendulum, linear and non-linear, free, damped "
@@ -29,7 +29,7 @@ _REST: Parameters = MappingProxyType(
     {"length": 1.0, "gravity": 9.8, "damping_rate": 0.0, "forcing_amplitude": 0.0,
      "forcing_frequency": 0.0, "theta": 0.0, "theta_dot": 0.0}
 )  # fmt: skip
-_STEPS = ladder(1e-1, 1e-5)  # the notebook's 0.05 s among them
+_STEPS = step_sizes(1e-1, 1e-5)  # the notebook's 0.05 s among them
 _DEGREE = math.pi / 180
 
 
@@ -116,7 +116,7 @@ def _both(
 ) -> tuple[Scene, Scene]:
     """A scene of the simple pendulum, and the same start of the linear one."""
     own = {name: value for name, value in values.items() if name not in ("profile", "hard")}
-    own.setdefault("steps", ladder(1e-1, 1e-4))
+    own.setdefault("steps", step_sizes(1e-1, 1e-4))
     return (
         _scene(f"simple-pendulum/{case}", summary, **values),
         _scene(f"linear-pendulum/{case}", linear, profile=linear_profile, **own),
@@ -128,7 +128,7 @@ def _near_top(k: int) -> Scene:
         f"simple-pendulum/near-top-1e-{k}",
         f"from rest 10^-{k} off the top, through the bottom and up the other side",
         duration=float(math.ceil(0.75 * k + 1.5)),
-        steps=ladder(2e-2, 2e-4),
+        steps=step_sizes(2e-2, 2e-4),
         profile="quick" if k == 6 else "full",
         hard=f"errors grow as e^(3.13 t) at the top; period grows as ln(10^{k}); a double of theta "
         "holds the distance to 4e-16 rad",
@@ -172,11 +172,11 @@ _SCENES = (
     *(_near_top(k) for k in range(1, 13)),
     *_both("overdamped", "damped at 10/s, more than 2 sqrt(g/L): creeps down without a swing",
            "damped at 10/s, more than critically, linear", duration=10.0,
-           steps=ladder(5e-2, 1e-4), theta=_LARGE, damping_rate=10.0, linear_profile="quick",
+           steps=step_sizes(5e-2, 1e-4), theta=_LARGE, damping_rate=10.0, linear_profile="quick",
            hard="rates of 1.1/s and 8.9/s side by side"),
     *_both("step-too-large", "the large swing, from steps far beyond what any method takes",
            "linear: unstable above 2 sqrt(L/g) = 0.64 s, RK4 above 0.90 s", theta=_LARGE,
-           duration=20.0, steps=(2.0, 1.0, 0.7, 0.5, *ladder(2e-1, 1e-3)), hard="divergence"),
+           duration=20.0, steps=(2.0, 1.0, 0.7, 0.5, *step_sizes(2e-1, 1e-3)), hard="divergence"),
 )  # fmt: skip
 
 
@@ -193,6 +193,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         invariants=invariants,
         facts=facts,
         mjcf=Path(__file__).parent / "simple_pendulum.xml",
+        family=name.replace("-", "_"),
         change=change,
     )
 

@@ -13,14 +13,14 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError, finite
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, Point
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion, spin, translation
 from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
-from plumbob.models.ladder import ladder
 from plumbob.models.scene import Observable, Parameters, Scene, System
+from plumbob.models.step_sizes import step_sizes
 from plumbob.models.tripod_capsule.line import MJCF
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
@@ -49,12 +49,14 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     vx, vy = (finite(name, parameters[name]) for name in ("velocity_x", "velocity_y"))
     rate = finite("heading_rate", parameters["heading_rate"])
     line = math.atan2(vy, vx)
-    staging = Staging(body, slider, line, turned, (vx, vy), rate, press=body.gravity, in_plane=True)
+    setup = CapsuleSetup(
+        body, slider, line, turned, (vx, vy), rate, press=body.gravity, in_plane=True
+    )
     closed = _closed_form(body, slider, (vx, vy), rate)
     if closed is not None:
-        return CapsuleProblem(closed, closed, staging)
+        return CapsuleProblem(closed, closed, setup)
     motion = _coasting(body, slider, Start(velocity=(vx, vy), angular_velocity=rate))
-    return CapsuleProblem(motion, PlaneReference(motion), staging)
+    return CapsuleProblem(motion, PlaneReference(motion), setup)
 
 
 @lru_cache(maxsize=8)  # every method and step of a scene asks for the same
@@ -84,7 +86,7 @@ def _closed_form(
 
 def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
     """How much the kinetic energy rises from one sample to the next, over that at the start."""
-    body, (x, y) = problem.staging.capsule, problem.staging.slider
+    body, (x, y) = problem.setup.capsule, problem.setup.slider
     vx, vy = observed["velocity_x"], observed["velocity_y"]
     still = np.zeros_like(vx)  # for a model that has no turn
     rate, turn = (observed.get(name, still) for name in ("heading_rate", "heading"))
@@ -114,7 +116,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
 
 def _scene(case: str, summary: str, duration: float, profile: Any, **values: Any) -> Scene:
     parameters = {**_CHECK, **values}
-    steps = ladder(1e-3, 1e-5)
+    steps = step_sizes(1e-3, 1e-5)
     return Scene(f"capsule-coast/{case}", summary, parameters, duration, steps, SOURCE, profile)
 
 
@@ -146,5 +148,6 @@ SYSTEM = System(
     invariants=invariants,
     facts=facts,
     mjcf=MJCF,
+    family="capsule",
     weight=CONTACTS,
 )

@@ -9,11 +9,11 @@ from typing import Any
 
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle
-from plumbob.models.ladder import ladder
 from plumbob.models.scene import Parameters, Scene, System
+from plumbob.models.step_sizes import step_sizes
 from plumbob.models.tripod_capsule.line import MJCF
 from plumbob.models.tripod_capsule.parameters import (
     ALONG,
@@ -44,7 +44,9 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     hold = TiltedHold(body, finite("fraction", parameters["fraction"]), line, slider)
     angle = tilt_angle(body, hold.fraction)
     pull, press = body.gravity * math.sin(angle), body.gravity * math.cos(angle)
-    return CapsuleProblem(hold, hold, Staging(body, slider, line, turned, pull=pull, press=press))
+    return CapsuleProblem(
+        hold, hold, CapsuleSetup(body, slider, line, turned, pull=pull, press=press)
+    )
 
 
 def _stroke(parameters: Parameters) -> CapsuleProblem:
@@ -57,7 +59,7 @@ def _stroke(parameters: Parameters) -> CapsuleProblem:
     return CapsuleProblem(
         stroke,
         stroke,
-        Staging(
+        CapsuleSetup(
             body,
             (x, y),
             line,
@@ -75,7 +77,7 @@ def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mappin
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """What friction is to hold, and what it could."""
-    body, hold = problem.staging.capsule, problem.motion
+    body, hold = problem.setup.capsule, problem.motion
     about: dict[str, Any] = {
         "displacement": 0.0,
         "fraction": hold.fraction,
@@ -93,7 +95,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
 
 def _scene(case: str, summary: str, duration: float, **values: Any) -> Scene:
     profile, hard = values.pop("profile", "full"), values.pop("hard", "")
-    steps = values.pop("steps", ladder(5e-3, 1e-4))
+    steps = values.pop("steps", step_sizes(5e-3, 1e-4))
     return Scene(
         f"capsule-hold/{case}", summary, change(_TILTED, values), duration, steps, SOURCE, profile,
         hard,
@@ -107,7 +109,7 @@ SCENES = (
       for fraction in (0.5, 0.9, 0.99, 0.999)),
     Scene("capsule-hold/slow-motion", "the slider out and back at 0.999 of f g/mu",
           {**CHECK, "direction": 0.7, "length": 0.08, "fraction": 0.999}, 0.4,
-          ladder(1e-3, 1e-5), SOURCE),
+          step_sizes(1e-3, 1e-5), SOURCE),
 )  # fmt: skip
 
 SYSTEM = System(
@@ -122,6 +124,7 @@ SYSTEM = System(
     invariants=invariants,
     facts=facts,
     mjcf=MJCF,
+    family="capsule",
     change=change,
     weight=CONTACTS,
 )

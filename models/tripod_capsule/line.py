@@ -13,11 +13,11 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces, source_assumption
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import printed_body_velocity
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference, condition_number
-from plumbob.models.ladder import ladder
 from plumbob.models.scene import Parameters, Scene, System
+from plumbob.models.step_sizes import step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     ALONG,
     BODY,
@@ -48,7 +48,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     return CapsuleProblem(
         line,
         LineReference(line),
-        Staging(
+        CapsuleSetup(
             line.capsule,
             (x, y),
             line.direction,
@@ -62,7 +62,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
 def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
     """What holds whatever the motion: friction is f (M + m) g at most (by how much of that it is
     beyond), and without any the common centre of mass stays where it is (over the body's way)."""
-    body = problem.staging.capsule
+    body = problem.setup.capsule
     if body.friction == 0.0:
         shift = observed["displacement"] + body.mass_ratio * observed["stroke"]
         return {"centre_of_mass": shift / (float(np.abs(observed["displacement"]).max()) or 1.0)}
@@ -101,7 +101,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
 
 def _scene(case: str, summary: str, hard: str = "", **values: Any) -> Scene:
     profile, duration = values.pop("profile", "full"), values.pop("duration", 0.15)
-    steps = values.pop("steps", ladder(1e-3, 1e-5))
+    steps = values.pop("steps", step_sizes(1e-3, 1e-5))
     return Scene(
         f"capsule-line/{case}", summary, change(_LINE, values), duration, steps, SOURCE, profile,
         hard,
@@ -135,7 +135,7 @@ SCENES = (
     _scene("at-222", "along a line 222 degrees off C-A1", direction=math.radians(222)),
     *(_scene(f"heading-{angle:03d}", f"along C-A1, all of it turned by {angle} degrees",
              heading=math.radians(angle), profile="quick" if angle in (0, 30) else "full",
-             steps=ladder(1e-3, 1e-4)) for angle in range(0, 360, 15)),
+             steps=step_sizes(1e-3, 1e-4)) for angle in range(0, 360, 15)),
     _scene("off-centroid", "a triangle whose centroid is not C, along 50 degrees",
            supports=_OFF_CENTROID, direction=math.radians(50)),
     _scene("frictionless", "no friction: only the reaction moves the body", friction=0.0,
@@ -145,7 +145,7 @@ SCENES = (
     _scene("w1-threshold", "a push that hardly moves the body", w1=_HOLDING * (1 + 1e-6),
            hard="w1 = f g/mu (1 + 1e-6): a motion of 1e-9 m, of condition 1e6", duration=0.07),
     _mass_ratio("light-slider", 1e-3, "m/M = 1e-3", 0.002, duration=0.01,
-                steps=ladder(5e-5, 5e-7)),
+                steps=step_sizes(5e-5, 5e-7)),
     _mass_ratio("heavy-slider", 1e3, "m/M = 1e3", 0.03),
     _scene("near-edge", "the combined centre ends 0.1 mm inside an edge", hard="N_1 -> 0",
            direction=math.pi, start=_start(0.0999)),
@@ -167,6 +167,7 @@ SYSTEM = System(
     invariants=invariants,
     facts=facts,
     mjcf=MJCF,
+    family="capsule",
     change=change,
     weight=CONTACTS,
 )

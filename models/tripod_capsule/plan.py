@@ -14,7 +14,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.planner import POSES, Limits, Plan, RestPose
 from plumbob.analytic.systems.planner import plan as find_plan
 from plumbob.analytic.systems.planner.result import TrackName
@@ -77,7 +77,7 @@ def planned(parameters: Parameters) -> Plan:
 def problem(parameters: Parameters) -> CapsuleProblem:
     """The plan as a motion in the axes of its start; raises ParameterError."""
     found = planned(parameters)
-    staging = Staging(
+    setup = CapsuleSetup(
         found.capsule,
         found.start.slider,
         heading=found.start.heading,
@@ -86,7 +86,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
         plane_velocity=found.relative_velocity,
         plane_place=found.slider,
     )
-    return CapsuleProblem(found, PlaneReference(found.motion), staging)
+    return CapsuleProblem(found, PlaneReference(found.motion), setup)
 
 
 def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
@@ -141,5 +141,6 @@ SYSTEM = System(
     invariants=invariants,
     facts=facts,
     mjcf=MJCF,
+    family="capsule",
     weight=CONTACTS,
 )

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Any
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.manoeuvre_train import ManoeuvreTrain
 from plumbob.models.scene import Parameters, Scene, System
 from plumbob.models.tripod_capsule import line
@@ -24,7 +24,7 @@ from plumbob.models.tripod_capsule.parameters import (
 )
 
 NAMES = (*line.NAMES, "count", "fraction", "pause")
-_PERIOD = 0.32  # [s], a whole number of every step of the ladder
+_PERIOD = 0.32  # [s], a whole number of every step of the step_sizes
 _LINE: Parameters = MappingProxyType({
     **CHECK, "w1": 3 * threshold({}), "w2": 0.8 * threshold({}), "t1": 0.03, "support": 1,
     "fraction": 0.9,
@@ -43,7 +43,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     return CapsuleProblem(
         train,
         train,
-        Staging(
+        CapsuleSetup(
             one.capsule,
             one.path.start,
             one.direction,
@@ -97,6 +97,7 @@ SYSTEM = System(
     invariants=invariants,
     facts=facts,
     mjcf=line.MJCF,
+    family="capsule",
     change=change,
     weight=CONTACTS,
 )

@@ -12,7 +12,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
 from plumbob.analytic.systems.manoeuvres.turn_train import TurnTrain
 from plumbob.analytic.systems.three_points.reference import PlaneReference
@@ -54,7 +54,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     )
     train = _train(one, parameters.get("count", 1), parameters.get("pause", 0.0))
     x, y = train.slider(np.zeros(1))[0]
-    staging = Staging(
+    setup = CapsuleSetup(
         one.capsule,
         (float(x), float(y)),
         heading=heading(parameters),
@@ -63,7 +63,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
         plane_velocity=train.relative_velocity,
         plane_place=train.slider,
     )
-    return CapsuleProblem(train, PlaneReference(train), staging)
+    return CapsuleProblem(train, PlaneReference(train), setup)
 
 
 @lru_cache(maxsize=8)  # every method and step of a scene asks for the same
@@ -73,9 +73,9 @@ def _train(one: TurnManoeuvre, count: int, pause: float) -> TurnTrain:
 
 def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
     """Without friction the common centre of mass stays where it is (over the body's way)."""
-    if problem.staging.capsule.friction > 0.0:
+    if problem.setup.capsule.friction > 0.0:
         return {}
-    begin, mu = complex(*problem.staging.slider), problem.staging.capsule.mass_ratio
+    begin, mu = complex(*problem.setup.slider), problem.setup.capsule.mass_ratio
     path = problem.motion.slider(np.linspace(0.0, problem.motion.period, len(observed["x"])))
     arm = mu * (path @ [1.0, 1j]) * np.exp(1j * observed["body_angle"])
     shift = observed["x"] + 1j * observed["y"] + arm - mu * begin
@@ -171,5 +171,6 @@ SYSTEM = System(
     invariants=invariants,
     facts=facts,
     mjcf=MJCF,
+    family="capsule",
     weight=CONTACTS,
 )

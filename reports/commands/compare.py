@@ -14,10 +14,10 @@ from plumbob.engines.study.measurement import floor
 from plumbob.engines.study.study import Study
 from plumbob.models.registry import system_of
 from plumbob.reports.commands import values
-from plumbob.reports.judge.verdict import judge_climb
+from plumbob.reports.judge.verdict import judge_convergence
 
 MOVED = 1e-3  # of an error, beside what rounding explains: the same code gives the same bits
-DEARER = 1.25  # of a cost in yardsticks, beyond the quartiles of both
+DEARER = 1.25  # of a cost in reference_steps, beyond the quartiles of both
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,15 +67,17 @@ def _judged(study: Study) -> dict[tuple[str, str], str]:
     scenes = {s.name: s for s in study.scenes}
     methods = {m.name: m for m in study.methods}
     return {
-        (c.scene, c.method): judge_climb(c, system_of(scenes[c.scene]), methods[c.method]).verdict
-        for c in study.climbs
+        (c.scene, c.method): judge_convergence(
+            c, system_of(scenes[c.scene]), methods[c.method]
+        ).verdict
+        for c in study.convergence
     }
 
 
 def _errors(old: Study, new: Study) -> list[dict[str, Any]]:
-    before = {(m.scene, m.method, m.step): m for c in old.climbs for m in c.measurements}
+    before = {(m.scene, m.method, m.step): m for c in old.convergence for m in c.measurements}
     rows = []
-    for now in (m for c in new.climbs for m in c.measurements):
+    for now in (m for c in new.convergence for m in c.measurements):
         then = before.get((now.scene, now.method, now.step))
         for name, error in now.errors.items():
             if then is None or name not in then.errors:
@@ -96,7 +98,7 @@ def _costs(old: Study, new: Study) -> list[dict[str, Any]]:
             continue
         apart = cost.low > past.high or cost.high < past.low
         if apart and max(cost.ratio / past.ratio, past.ratio / cost.ratio) > DEARER:
-            rows.append(_row(pair, "cost of a step [yardsticks]", past.ratio, cost.ratio))
+            rows.append(_row(pair, "cost of a step [reference_steps]", past.ratio, cost.ratio))
     return rows
 
 

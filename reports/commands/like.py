@@ -18,7 +18,7 @@ METHODS = ",".join((
     "mujoco/euler+elliptic+noslip", "mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk",
     "ode/leapfrog", "ode/rk4",
 ))  # fmt: skip
-RUNG = 2.5  # the most between two steps of a ladder
+LARGEST_RATIO = 2.5  # the most between two steps of a step_sizes
 
 
 def add_like(parser: argparse.ArgumentParser) -> None:
@@ -38,9 +38,9 @@ def own_method(path: str) -> Method:
 
 
 def beside(scene: Scene, own: Method) -> Scene:
-    """The scene with the user's step on its ladder, for others to be measured at it too; as it was
-    where that step is more than a rung off its ends."""
-    step = own.ladder[0]
-    if step in scene.steps or not min(scene.steps) <= step <= RUNG * max(scene.steps):
+    """The scene with the user's step on its step_sizes, for others to be measured at it too; as it was
+    where that step is more than a step off its ends."""
+    step = own.step_sizes[0]
+    if step in scene.steps or not min(scene.steps) <= step <= LARGEST_RATIO * max(scene.steps):
         return scene
     return replace(scene, steps=tuple(sorted((*scene.steps, step), reverse=True)))

@@ -30,7 +30,7 @@ def record(
         "step": found.step,
         "errors": {name: error.largest for name, error in found.errors.items()},
         "errors_at_end": {name: error.end for name, error in found.errors.items()},
-        "foretold": {n: e.foretold.end for n, e in found.errors.items() if e.foretold},
+        "predicted": {n: e.predicted.end for n, e in found.errors.items() if e.predicted},
         "tolerances": {name: bound.bound for name, bound in judgement.tolerances.items()},
         "budget": {
             name: {term.name: term.value for term in bound.terms}

@@ -45,12 +45,12 @@ def command(chosen: argparse.Namespace) -> int:
     scene = find_scene(chosen.scene, values.changes(chosen.changes))
     if chosen.step is None and not chosen.like:
         raise ParameterError("step", None, "given, or the step of the file that --like names")
-    own = methods[-1].ladder[:1] if chosen.step is None else ()
+    own = methods[-1].step_sizes[:1] if chosen.step is None else ()
     step = own[0] if own else values.positive_number("step", chosen.step)
     codes, records = [], []
     for method in methods:
-        found, _ = measure(system_of(scene), scene, method, step)
-        timed = [(system_of(scene), scene, method, step)] if found.status == "done" else []
+        found, _ = measure(system_of(scene).case(scene), method, step)
+        timed = [(system_of(scene).case(scene), method, step)] if found.status == "done" else []
         measured, unit = costs(timed, repeats=5)
         cost = measured.get((scene.name, method.name))
         records.append(record(scene, method, found, None, cost))
@@ -78,7 +78,7 @@ def _code(scene: Scene, method: Method, found: Measurement, verdict: str) -> int
     if method.name == NAME:  # nothing is promised of a user's own settings but that they run
         return INCOMPLETE if found.status == "unsupported" else 0
     promised = expected(scene.name, method.name).verdict
-    # One step claims less than a ladder: it may be too coarse, or finer than a ladder that is.
+    # One step claims less than a step_sizes: it may be too coarse, or finer than a step_sizes that is.
     return 0 if verdict in ("coarse", promised) or (verdict, promised) == ("pass", "coarse") else 1
 
 
@@ -103,7 +103,7 @@ def _print(
         print(f"  {name}: relative drift {drift:.4g}")
     if cost:
         print(
-            f"  cost: {cost.ns_per_step:.0f} ns a step, {cost.ratio:.2f} of the yardstick's "
+            f"  cost: {cost.ns_per_step:.0f} ns a step, {cost.ratio:.2f} of the reference_step's "
             f"{unit:.0f} ns; {one['real_time_factor']:.0f} times real time"
         )
     for warning in found.warnings:

@@ -31,7 +31,7 @@ from plumbob.reports.commands.records import record
 from plumbob.reports.judge.expectations import as_expected
 from plumbob.reports.judge.user_settings import instead
 from plumbob.reports.judge.user_settings import lines as own_lines
-from plumbob.reports.judge.verdict import Judgement, judge_climb
+from plumbob.reports.judge.verdict import Judgement, judge_convergence
 
 INCOMPLETE = 3
 Pair = tuple[str, str]  # scene, method
@@ -99,8 +99,8 @@ def verdicts(study: Study) -> dict[Pair, Judgement]:
     by_scene = {scene.name: scene for scene in study.scenes}
     by_method = {method.name: method for method in study.methods}
     return {
-        (c.scene, c.method): judge_climb(c, system_of(by_scene[c.scene]), by_method[c.method])
-        for c in study.climbs
+        (c.scene, c.method): judge_convergence(c, system_of(by_scene[c.scene]), by_method[c.method])
+        for c in study.convergence
     }
 
 
@@ -115,7 +115,7 @@ def records(study: Study) -> list[dict[str, Any]]:
             by_scene[c.scene], by_method[c.method], m, c.order, study.costs.get((c.scene, c.method))
         )
         | told.get((c.scene, c.method, m.step), {})
-        for c in study.climbs
+        for c in study.convergence
         for m in c.measurements
     ]
 
@@ -141,12 +141,12 @@ def surprises(study: Study, judged: dict[Pair, Judgement]) -> set[Pair]:
 
 
 def _print(study: Study, judged: dict[Pair, Judgement]) -> None:
-    orders = {(c.scene, c.method): c.order for c in study.climbs}
+    orders = {(c.scene, c.method): c.order for c in study.convergence}
     best = {
         (c.scene, c.method): min(
             (e.largest for m in c.measurements for e in list(m.errors.values())[:1]), default=None
         )
-        for c in study.climbs
+        for c in study.convergence
     }
     unexpected = surprises(study, judged)
     width = max(len(method.name) for method in study.methods) + 2

@@ -38,7 +38,7 @@ def _stopping() -> Sequence[Finding]:
     posed = problem(SCENE)
     reference = posed.reference
     assert isinstance(reference, StepReference)
-    speed = math.hypot(*posed.staging.velocity)
+    speed = math.hypot(*posed.setup.velocity)
     distance = float(posed.motion.coasting.distance)
     rows = []
     for name in METHODS:
@@ -47,7 +47,7 @@ def _stopping() -> Sequence[Finding]:
             if (found := run(SCENE, name, step)) is None:
                 break
             gone = np.hypot(found.observables["x"][-1], found.observables["y"][-1])
-            told = reference.foretold(find_method(name).scheme, step, found.times)
+            told = reference.predicted(find_method(name).scheme, step, found.times)
             lead = math.copysign(math.hypot(told["x"][-1], told["y"][-1]), told["x"][-1])
             half = 0.5 * speed * step
             cells += [value((gone - distance) / half, 4), value(lead / half, 4)]
@@ -56,7 +56,7 @@ def _stopping() -> Sequence[Finding]:
     if not rows:
         return ()
     heads = ("method", *(
-        f"{what}, step {short(step)} s" for step in STEPS for what in ("measured", "foretold")
+        f"{what}, step {short(step)} s" for step in STEPS for what in ("measured", "predicted")
     ))  # fmt: skip
     return (
         Finding(
@@ -93,7 +93,7 @@ def _spin(study: Study) -> Sequence[Finding]:
         traces.append(
             curve(DECADE, positive(ends), colour=COLOURS[name], marks=True, width=1.0, name=name)
         )
-        last = errors[-1].foretold
+        last = errors[-1].predicted
         if name != DEFAULT and last is not None:
             told[name] = last.end / DECADE[-1]
             rows.append(row(named(name), *(value(e / h, 4) for e, h in zip(ends, DECADE,
@@ -104,7 +104,7 @@ def _spin(study: Study) -> Sequence[Finding]:
             )  # fmt: skip
     if not rows:
         return ()
-    heads = ("method", *(f"step {short(h)} s" for h in DECADE), "foretold at the last")
+    heads = ("method", *(f"step {short(h)} s" for h in DECADE), "predicted at the last")
     said = ", ".join(f"{name} {number(c, 4)}" for name, c in told.items())
     default = _default(study)
     summary = (
@@ -125,7 +125,7 @@ def _spin(study: Study) -> Sequence[Finding]:
             summary,
             (
                 "Friction couples the two, and a support comes to rest before the others do. The "
-                "coefficient is foretold by taking the same steps in three degrees of freedom, "
+                "coefficient is predicted by taking the same steps in three degrees of freedom, "
                 "with friction resolved to the last digit.",
                 "Default contacts lose the ground: a body that slides hops on them, as on a line, "
                 "and what each landing takes from spin and from translation is not friction's.",

@@ -30,7 +30,7 @@ def findings(study: Study) -> Sequence[Finding]:
             continue
         error = found.errors["displacement"]
         errors[name] = error.end / train.displacement
-        told = None if error.foretold is None else error.foretold.end / train.displacement
+        told = None if error.predicted is None else error.predicted.end / train.displacement
         each = study.costs.get((scene, name))
         cost = None if each is None else each.ns_per_step * 1e-9 * found.steps / train.count
         rows.append(
@@ -49,7 +49,7 @@ def findings(study: Study) -> Sequence[Finding]:
         )
     if beyond:
         said += f"{';' if within else ''} the others are off by {number(min(beyond), 2)} or more"
-    heads = ("method", "total displacement [m]", "relative error", "foretold", "per manoeuvre")
+    heads = ("method", "total displacement [m]", "relative error", "predicted", "per manoeuvre")
     return (
         Finding(
             "capsule-train-total",

@@ -1,5 +1,5 @@
 """Energy of an undamped pendulum over many steps: bounded, or secular at the rate that averaging
-foretells."""
+predicts."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Drift:
     errors: tuple[float, ...]  # [J]
     rate: float  # [J/s], of the line
     scatter: float  # [J], largest distance from it
-    foretold: float | None  # [J/s]; None where theory has nothing
+    predicted: float | None  # [J/s]; None where theory has nothing
     round_off: float  # [J/s], one standard deviation of what rounding theta may add
     available: float  # [J] that the motion has above its deepest well
 
@@ -65,7 +65,7 @@ def drift(
     errors, times = values - values[0], found.times
     rate, start = np.polyfit(times, errors, 1)
     scatter = float(np.abs(errors - (start + rate * times)).max())
-    told = foretold(motion, find_method(method).scheme, step)
+    told = predicted(motion, find_method(method).scheme, step)
     noise = _round_off(motion, found, step)
     turn = np.linspace(-np.pi, np.pi, 721)
     available = float(values[0] - np.min(in_double(motion.potential).value(turn)))
@@ -85,7 +85,7 @@ def in_double(potential: TrigonometricPotential) -> TrigonometricPotential:
     )
 
 
-def foretold(motion: PendulumMotion, scheme: str, step: float) -> float | None:
+def predicted(motion: PendulumMotion, scheme: str, step: float) -> float | None:
     """Mean rate [J/s] at which a scheme changes the energy; None where there is no theory."""
     if not np.isfinite(motion.period):
         return None
@@ -117,12 +117,12 @@ def measured(
             d.fate,
             Cell(notation.number(d.scatter), "number"),
             Cell(notation.number(d.rate, 4), "number"),
-            Cell("–" if d.foretold is None else notation.number(d.foretold, 4), "number"),
+            Cell("–" if d.predicted is None else notation.number(d.predicted, 4), "number"),
             Cell(notation.number(d.round_off, 2), "number"),
         )
         for method, d in drifts.items()
     )
-    heads = ("method", "energy error", "ripple [J]", "fitted drift [J/s]", "foretold drift [J/s]",
+    heads = ("method", "energy error", "ripple [J]", "fitted drift [J/s]", "predicted drift [J/s]",
              "round-off may add [J/s]")  # fmt: skip
     count = f"{duration / step:.0f} steps of {notation.short(step)} s"
     traces = [
@@ -142,7 +142,7 @@ def measured(
     note = (
         "Fitted: a straight line through the energy error. Secular: the line leaves twice its "
         "scatter behind. Lost: by the end a third of the energy is gone, and a line says nothing. "
-        "Foretold: one step's energy error, averaged along the exact orbit. "
+        "Prediction: one step's energy error, averaged along the exact orbit. "
         "Round-off: of θ, once a step, one standard deviation."
     )
     return Table(f"Energy over {count}", heads, rows, note), plot, drifts

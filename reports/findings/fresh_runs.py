@@ -9,8 +9,8 @@ from plumbob.engines.method import Method
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
 
 
 def run(
@@ -24,5 +24,5 @@ def run(
         chosen = replace(chosen, duration=duration)
     if not installed(engine_of(how)):
         return None
-    found = engine_of(how).prepare(system_of(chosen), chosen, how, step).run()
+    found = engine_of(how).prepare(case_of(chosen), how, step).run()
     return found if found.diverged_at is None else None

@@ -51,7 +51,7 @@ def run_plan(plan: Plan, scene: Scene, method: Method, step: float) -> PlanRun:
     system = system_of(scene)
     whole = replace(scene, duration=lasting)
     exact = system.reference(system.problem(whole.parameters))
-    found, run = measure(system, whole, method, step, exact)
+    found, run = measure(replace(system.case(whole), reference=exact), method, step)
     if run is None or found.status != "done":
         return PlanRun(found, ())
     seen = exact.observe(run.times)

@@ -9,7 +9,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.engines.study.convergence import Climb
+from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.study import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.view import notation
@@ -35,12 +35,14 @@ def saddle_growth(
 ) -> tuple[Figure | Table, ...]:
     """Errors of the study's runs of a scene over time, and the rates they grow at while its exact
     `motion` is next to the saddle; nothing where it never is."""
-    climbs = [c for c in study.climbs if c.scene == scene.name and c.trace and any(c.trace.errors)]
+    convergence = [
+        c for c in study.convergence if c.scene == scene.name and c.trace and any(c.trace.errors)
+    ]
     stay = _first_stay(motion, saddle, np.linspace(0.0, scene.duration, 2001))
-    if stay is None or not climbs:
+    if stay is None or not convergence:
         return ()
-    plot = _growth(motion, saddle, stay, climbs, study, scene)
-    table = _rates(saddle, stay, climbs, note)
+    plot = _growth(motion, saddle, stay, convergence, study, scene)
+    table = _rates(saddle, stay, convergence, note)
     return (plot, table) if table else (plot,)
 
 
@@ -60,7 +62,7 @@ def _growth(
     motion: PendulumMotion,
     saddle: Saddle,
     stay: tuple[float, float],
-    climbs: Sequence[Climb],
+    convergence: Sequence[ConvergenceStudy],
     study: Study,
     scene: Scene,
 ) -> Figure:
@@ -73,7 +75,7 @@ def _growth(
             ),
             "showlegend": False,
         }
-        for c in climbs
+        for c in convergence
         if c.trace is not None
     ]
     times = np.linspace(0.0, scene.duration, 200)[1:]
@@ -104,13 +106,13 @@ def _growth(
 
 
 def _rates(
-    saddle: Saddle, stay: tuple[float, float], climbs: Sequence[Climb], note: str
+    saddle: Saddle, stay: tuple[float, float], convergence: Sequence[ConvergenceStudy], note: str
 ) -> Table | None:
     """Fitted growth rates over the second half of the stay, where the growing mode rules, while
     the error is small."""
     start, end = stay
     rows = []
-    for c in climbs:
+    for c in convergence:
         if c.trace is None:
             continue
         times, errors = np.array(c.trace.times), np.abs(c.trace.errors)

@@ -21,7 +21,7 @@ def check(
     for a name or number that does not fit."""
     chosen, how = find_scene(scene, changes), find_method(method)
     system = system_of(chosen)
-    found, _ = measure(system, chosen, how, step)
+    found, _ = measure(system.case(chosen), how, step)
     judgement = judge(found, system, how)
     wanted = expected(chosen.name, how.name)
     if not wanted.allows(judgement):

@@ -19,10 +19,10 @@ class Expectation:
     methods: str
     verdict: Verdict
     reason: str
-    other: Verdict | None = None  # as good: which of the two it is hangs on the ladder
+    other: Verdict | None = None  # as good: which of the two it is hangs on the step_sizes
 
     def allows(self, found: Judgement) -> bool:
-        """Whether a verdict is the expected one, or as good; of a ladder cut short, a failure is as
+        """Whether a verdict is the expected one, or as good; of a step_sizes cut short, a failure is as
         good as the finding that none of its steps helps."""
         good = (self.verdict, self.other)
         short = found.cut and found.verdict == "fail"
@@ -99,7 +99,7 @@ def expected(scene: str, method: str) -> Expectation:
 def as_expected(scene: Scene, method: Method, found: Judgement) -> bool:
     """Whether a verdict is the expected one. What cannot be run breaks no promise, nor do a user's
     own settings, of which nothing is promised; and a hard scene may be beyond every step of its
-    ladder, or a quick profile beyond its own, which the page says, and which claims nothing."""
+    step_sizes, or a quick profile beyond its own, which the page says, and which claims nothing."""
     if method.name == NAME:
         return True
     if found.verdict in ("unsupported", "missing"):

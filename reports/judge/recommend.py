@@ -1,7 +1,7 @@
 """Which method, and which step: the cheapest that was measured to reach a wanted error.
 
 An error is looked up on the upper envelope of a method's measured curve: the largest error at this
-step or any smaller one, so that a lucky zero of a sawtooth promises nothing. Between two rungs the
+step or any smaller one, so that a lucky zero of a sawtooth promises nothing. Between two chosen_step_sizes the
 error is taken to fall from the coarser one with the smallest slope that the curve shows about
 there, no faster than the method's order, and to rise from the finer one as it rose to it, if that
 is more: an upper bound for a curve that bends one way between them. Nothing is extrapolated.
@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.method import Method
-from plumbob.engines.study.convergence import SHIPPED, Climb
+from plumbob.engines.study.convergence import SHIPPED, ConvergenceStudy
 from plumbob.engines.study.study import Study
 from plumbob.models.registry import unknown as unknown_name
 from plumbob.reports.judge.work_precision import Point, of_method, points
@@ -27,7 +27,7 @@ from plumbob.reports.judge.work_precision import Point, of_method, points
 DEFAULT_METHOD, DEFAULT_STEP = SHIPPED
 EXACT = "closed-form"  # the scheme of what is no simulation, and is not recommended as one
 _DIGITS = 2  # of an interpolated step, rounded down
-# Between rungs a run ends up to half a step before or after the ones beside it, and its largest
+# Between chosen_step_sizes a run ends up to half a step before or after the ones beside it, and its largest
 # error, often the last one, comes out a per cent or two apart from their curve.
 _MARGIN = 1.05
 _STEEP = 50.0  # a slope that allows nothing: from an error that happened to be next to none
@@ -75,7 +75,7 @@ def cheapest(study: Study, scene: str, error: float) -> Recommendation:
         (
             method,
             _envelope(of_method(found, method)),
-            _steepest(study.climbs, scene, method, leading.name),
+            _steepest(study.convergence, scene, method, leading.name),
         )
         for method in study.methods
     ]
@@ -112,14 +112,22 @@ def _envelope(curve: Sequence[Point]) -> tuple[Point, ...]:
     return tuple(risen)
 
 
-def _steepest(climbs: Sequence[Climb], scene: str, method: Method, leading: str) -> float:
+def _steepest(
+    convergence: Sequence[ConvergenceStudy], scene: str, method: Method, leading: str
+) -> float:
     """The largest slope that may be counted on: the method's order, or what was observed; 0 where
     theory has no series for the error."""
-    climb = next((c for c in climbs if (c.scene, c.method) == (scene, method.name)), None)
-    told = [m.errors[leading].foretold for m in climb.measurements if m.errors] if climb else []
-    if climb is None or not any(t is not None and t.missed is None for t in told):
+    convergence_study = next(
+        (c for c in convergence if (c.scene, c.method) == (scene, method.name)), None
+    )
+    told = (
+        [m.errors[leading].predicted for m in convergence_study.measurements if m.errors]
+        if convergence_study
+        else []
+    )
+    if convergence_study is None or not any(t is not None and t.missed is None for t in told):
         return 0.0
-    return max(method.order or 0.0, climb.order.low if climb.order else 0.0)
+    return max(method.order or 0.0, convergence_study.order.low if convergence_study.order else 0.0)
 
 
 def _coarsest(
@@ -141,7 +149,7 @@ def _coarsest(
 
 def _above(curve: Sequence[Point], i: int, steepest: float) -> list[tuple[float, float, float]]:
     """Straight lines on logarithmic axes, by a step, the error there and a slope, the higher of
-    which is above the curve between rungs `i` and `i + 1`; none where it may be as flat as can
+    which is above the curve between chosen_step_sizes `i` and `i + 1`; none where it may be as flat as can
     be."""
     fine, coarse = curve[i], curve[i + 1]
     if (falling := min(steepest, _slope(curve, i))) <= 0.0:
@@ -155,7 +163,7 @@ def _above(curve: Sequence[Point], i: int, steepest: float) -> list[tuple[float,
 
 
 def _slope(curve: Sequence[Point], i: int) -> float:
-    """The smallest slope of log error against log step from rung `i` to the next and beside it; 0
+    """The smallest slope of log error against log step from step `i` to the next and beside it; 0
     where a run beyond it diverged."""
     if not math.isfinite(curve[i + 1].error):
         return 0.0
@@ -175,7 +183,7 @@ def _chord(fine: Point, coarse: Point) -> float:
 def _between(
     method: Method, curve: Sequence[Point], i: int, step: float, steepest: float
 ) -> Choice:
-    """What holds at a step between rungs `i` and `i + 1`: the error's upper bound, and the cost on
+    """What holds at a step between chosen_step_sizes `i` and `i + 1`: the error's upper bound, and the cost on
     the straight line between theirs on logarithmic axes."""
     fine, coarse = curve[i], curve[i + 1]
     bounds = [e * (step / h) ** slope for h, e, slope in _above(curve, i, steepest)]

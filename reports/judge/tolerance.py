@@ -13,7 +13,7 @@ TRUST = (
 )
 
 
-AT_STEP = "discretisation"  # the term that is foretold to the last digit, where one is
+AT_STEP = "discretisation"  # the term that is predicted to the last digit, where one is
 
 
 @dataclass(frozen=True)
@@ -57,16 +57,16 @@ def tolerance(found: Measurement, method: Method, observable: str, unit: str) ->
 
 
 def missed(error: ObservedError) -> str | None:
-    """Why an error is not what was foretold of it, or None: where theory says it to the last digit,
+    """Why an error is not what was predicted of it, or None: where theory says it to the last digit,
     no more may be left of it than rounding and the model explain."""
-    told = error.foretold
+    told = error.predicted
     if told is None or told.missed is None or told.missed <= (allowed := sum(error.model.values())):
         return None
-    return f"off what is foretold by {told.missed:.3g}, allowed {allowed:.3g}"
+    return f"off what is predicted by {told.missed:.3g}, allowed {allowed:.3g}"
 
 
 def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
-    told = error.foretold
+    told = error.predicted
     if told is None:
         return None
     if told.missed is not None:

@@ -8,12 +8,12 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from plumbob.engines.adapters.mujoco.like import NAME
-from plumbob.engines.study.convergence import Climb
+from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.study import Study
 from plumbob.models.registry import system_of
 from plumbob.reports.judge.recommend import EXACT, Choice, cheapest, chosen
-from plumbob.reports.judge.verdict import Judgement, judge_climb
+from plumbob.reports.judge.verdict import Judgement, judge_convergence
 from plumbob.reports.judge.work_precision import Point, points
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
@@ -52,23 +52,25 @@ def yours(study: Study) -> tuple[Yours, ...]:
     rest = replace(
         study,
         methods=tuple(m for m in study.methods if m.name != NAME),
-        climbs=tuple(c for c in study.climbs if c.method != NAME),
+        convergence=tuple(c for c in study.convergence if c.method != NAME),
     )
     return tuple(
         _of_scene(study, rest, c, c.measurements[0])
-        for c in study.climbs
+        for c in study.convergence
         if c.method == NAME and c.measurements
         if c.measurements[0].status in ("done", "diverged")
     )
 
 
-def _of_scene(study: Study, rest: Study, found: Climb, own: Measurement) -> Yours:
+def _of_scene(study: Study, rest: Study, found: ConvergenceStudy, own: Measurement) -> Yours:
     scene = next(s for s in study.scenes if s.name == found.scene)
     method = next(m for m in study.methods if m.name == NAME)
     system = system_of(scene)
     leading = system.observables[0]
     error = own.errors[leading.name].largest if own.status == "done" else math.inf
-    rest = replace(rest, climbs=tuple(c for c in rest.climbs if not _same(c, own, leading.name)))
+    rest = replace(
+        rest, convergence=tuple(c for c in rest.convergence if not _same(c, own, leading.name))
+    )
     prices = [p.ns_per_second for p in points(study, scene.name) if p.method == NAME]
     price = prices[0] if prices else math.inf
     last = next((m for m in reversed(found.measurements) if m.status == "done"), None)
@@ -79,14 +81,14 @@ def _of_scene(study: Study, rest: Study, found: Climb, own: Measurement) -> Your
         own.step,
         error,
         price,
-        judge_climb(found, system, method),
+        judge_convergence(found, system, method),
         (last.step, last.errors[leading.name].largest) if last and last is not own else None,
         _as_exact(rest, scene.name, error),
         _better(rest, scene.name, error, price),
     )
 
 
-def _same(other: Climb, own: Measurement, leading: str) -> bool:
+def _same(other: ConvergenceStudy, own: Measurement, leading: str) -> bool:
     """Whether another method of the user's engine does to the last bits what the user's setting
     does: it is that very setting, by another name."""
     if own.status != "done" or other.scene != own.scene or not other.method.startswith(HERE):

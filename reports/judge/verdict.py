@@ -1,4 +1,4 @@
-"""Is a run within its tolerance, and what does a whole climb of steps say of its method?"""
+"""Is a run within its tolerance, and what does a whole convergence_study of steps say of its method?"""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from plumbob.engines.method import Method
-from plumbob.engines.study.convergence import Climb
+from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement, ObservedError, floor
 from plumbob.models.scene import System
 from plumbob.reports.judge.tolerance import Tolerance, missed, tolerance
@@ -24,7 +24,7 @@ class Judgement:
     verdict: Verdict
     tolerances: Mapping[str, Tolerance]
     reason: str
-    cut: bool = False  # finer steps of the ladder were left out, by the profile
+    cut: bool = False  # finer steps of the step_sizes were left out, by the profile
 
 
 def judge(found: Measurement, system: System, method: Method) -> Judgement:
@@ -48,10 +48,10 @@ def judge(found: Measurement, system: System, method: Method) -> Judgement:
     if leading in known:
         seen = found.errors[leading]
         if 0.0 < seen.scale <= (allowed := _unexplained(seen, known[leading])):
-            why = f"{leading} may be {allowed:.3g} {units[leading]} beside what is foretold of it"
+            why = f"{leading} may be {allowed:.3g} {units[leading]} beside what is predicted of it"
             return Judgement("coarse", known, f"{why}, and is {seen.scale:.3g} in all")
     if not known:
-        told = any(e.foretold or e.controlled for e in found.errors.values())
+        told = any(e.predicted or e.controlled for e in found.errors.values())
         why = "the step is too coarse for" if told else "there is no"
         return Judgement("coarse", {}, f"{why} theory of its error")
     return Judgement("pass", known, "")
@@ -60,24 +60,24 @@ def judge(found: Measurement, system: System, method: Method) -> Judgement:
 def _elsewhere(error: ObservedError) -> bool:
     """Whether a step goes by theory so far from the exact motion that what the model adds, which is
     reckoned along that, says nothing."""
-    told = error.foretold
+    told = error.predicted
     return bool(told and told.missed is not None and told.largest > ELSEWHERE * error.scale > 0.0)
 
 
 def _unexplained(error: ObservedError, held: Tolerance) -> float:
     """How far an error may be from what theory says of it: the model's share where that is said to
     the last digit, else all of its tolerance."""
-    told = error.foretold
+    told = error.predicted
     return sum(error.model.values()) if told and told.missed is not None else held.bound
 
 
-def judge_climb(found: Climb, system: System, method: Method) -> Judgement:
+def judge_convergence(found: ConvergenceStudy, system: System, method: Method) -> Judgement:
     """The verdict on a method on a scene: the worst of its runs, but for steps too coarse for it,
     if a finer one is within tolerance."""
-    return replace(_judge_climb(found, system, method), cut=found.cut)
+    return replace(_judge_convergence(found, system, method), cut=found.cut)
 
 
-def _judge_climb(found: Climb, system: System, method: Method) -> Judgement:
+def _judge_convergence(found: ConvergenceStudy, system: System, method: Method) -> Judgement:
     runs = [judge(m, system, method) for m in found.measurements]
     for verdict in ("unsupported", "missing"):
         for run in runs:
@@ -97,7 +97,7 @@ def _judge_climb(found: Climb, system: System, method: Method) -> Judgement:
     if passed:
         return passed[-1]
     if not runs:
-        return Judgement("unsupported", {}, "no step of the ladder fits")
+        return Judgement("unsupported", {}, "no step of the step_sizes fits")
     return runs[-1]
 
 

@@ -22,13 +22,14 @@ class Point:
 
 def points(study: Study, scene: str) -> tuple[Point, ...]:
     """Every run of `scene` whose cost is known, by method, coarse to fine; runs that diverged at
-    the end of the ladder they belong to, with an infinite error and cost."""
+    the end of the step_sizes they belong to, with an infinite error and cost."""
     leading = study.leading(scene).name
     return tuple(
         Point(m.method, m.step, _error(m, leading), _cost(m, cost.ns_per_step))
-        for climb in study.climbs
-        if climb.scene == scene and (cost := study.costs.get((scene, climb.method))) is not None
-        for m in climb.measurements
+        for convergence_study in study.convergence
+        if convergence_study.scene == scene
+        and (cost := study.costs.get((scene, convergence_study.method))) is not None
+        for m in convergence_study.measurements
         if m.status in ("done", "diverged")
     )
 

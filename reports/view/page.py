@@ -18,7 +18,7 @@ from plumbob.models.registry import systems
 from plumbob.models.scene import Scene, System
 from plumbob.reports.findings import section as own_section
 from plumbob.reports.judge.user_settings import table as own_table
-from plumbob.reports.judge.verdict import judge_climb
+from plumbob.reports.judge.verdict import judge_convergence
 from plumbob.reports.judge.work_precision import points
 from plumbob.reports.view import notation, overview, tables
 from plumbob.reports.view.content import Figure, Finding, Section, Table
@@ -119,8 +119,10 @@ def judgements(study: Study) -> Judgements:
     """The verdict on every pair of scene and method."""
     methods, known = {m.name: m for m in study.methods}, systems()
     return {
-        (c.scene, c.method): judge_climb(c, known[c.scene.partition("/")[0]], methods[c.method])
-        for c in study.climbs
+        (c.scene, c.method): judge_convergence(
+            c, known[c.scene.partition("/")[0]], methods[c.method]
+        )
+        for c in study.convergence
     }
 
 
@@ -169,24 +171,28 @@ def _scene(
     found: Judgements,
     own: Section | None,
 ) -> SceneView:
-    climbs = [climb for climb in study.climbs if climb.scene == scene.name]
-    judged = {c.method: found[scene.name, c.method] for c in climbs}
+    convergence = [
+        convergence_study
+        for convergence_study in study.convergence
+        if convergence_study.scene == scene.name
+    ]
+    judged = {c.method: found[scene.name, c.method] for c in convergence}
     costs = {name: cost for (of, name), cost in study.costs.items() if of == scene.name}
-    ran = [c.method for c in climbs if any(m.status == "done" for m in c.measurements)]
+    ran = [c.method for c in convergence if any(m.status == "done" for m in c.measurements)]
     first = (
-        tables.summary(system, climbs, judged, methods),
+        tables.summary(system, convergence, judged, methods),
         overview.scene_recommendations(study, scene.name),
     )
     rest = (
-        tables.orders(climbs, methods),
-        tables.cost(climbs, costs, methods),
+        tables.orders(convergence, methods),
+        tables.cost(convergence, costs, methods),
         trimming(scene, [methods[name] for name in ran]),
-        tables.budgets(system, climbs, methods),
-        tables.every_run(system, climbs, methods),
+        tables.budgets(system, convergence, methods),
+        tables.every_run(system, convergence, methods),
         tables.parameters(system, scene),
     )
     figures = scene_figures(
-        scene, climbs, methods, styles(study.methods), points(study, scene.name)
+        scene, convergence, methods, styles(study.methods), points(study, scene.name)
     )
     return SceneView(
         scene,

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from plumbob.engines.method import Method
-from plumbob.engines.study.convergence import Climb
+from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement
 from plumbob.models.registry import system_of
 from plumbob.models.scene import Scene, System
@@ -35,16 +35,16 @@ def symbol(name: str) -> str:
 
 def scene_figures(
     scene: Scene,
-    climbs: Sequence[Climb],
+    convergence: Sequence[ConvergenceStudy],
     methods: Mapping[str, Method],
     styles: Mapping[str, Style],
     found: Sequence[Point],
 ) -> tuple[Figure, ...]:
     """All figures of one scene; what was not measured leaves its figure out."""
     system = system_of(scene)
-    stepped = [c for c in climbs if methods[c.method].control == "step"]
+    stepped = [c for c in convergence if methods[c.method].control == "step"]
     figures = [
-        errors_over_time(system, climbs, methods, styles),
+        errors_over_time(system, convergence, methods, styles),
         exact_motion(system, scene),
         error_against_step(system, stepped, styles),
         *drifts(stepped, styles),
@@ -55,7 +55,7 @@ def scene_figures(
 
 def errors_over_time(
     system: System,
-    climbs: Sequence[Climb],
+    convergence: Sequence[ConvergenceStudy],
     methods: Mapping[str, Method],
     styles: Mapping[str, Style],
 ) -> Figure:
@@ -71,7 +71,7 @@ def errors_over_time(
             hint=f"{c.method} at {notation.step(c.trace.step, methods[c.method].control)}<br>"
             f"t = %{{x:.4g}} s: error %{{y:.3g}} {leading.unit}",
         )
-        for c in climbs
+        for c in convergence
         if c.trace is not None and any(c.trace.errors)
     ]
     return figure(
@@ -115,38 +115,38 @@ def exact_motion(system: System, scene: Scene) -> Figure:
 
 
 def error_against_step(
-    system: System, climbs: Sequence[Climb], styles: Mapping[str, Style]
+    system: System, convergence: Sequence[ConvergenceStudy], styles: Mapping[str, Style]
 ) -> Figure:
-    """Largest error against the step, and what theory foretells, dashed."""
+    """Largest error against the step, and what theory predicts, dashed."""
     leading = system.observables[0]
     traces: list[Trace] = []
-    for c in climbs:
+    for c in convergence:
         done = _done(c)
         if not done:
             continue
         errors = [m.errors[leading.name] for m in done]
         told = {
-            m.step: e.foretold.largest
+            m.step: e.predicted.largest
             for m, e in zip(done, errors, strict=True)
-            if e.foretold and e.foretold.nonlinearity < 1.0
+            if e.predicted and e.predicted.nonlinearity < 1.0
         }
         if told:
             traces.append(
                 curve(list(told), positive(list(told.values())),
                       styles[c.method], method=c.method, dash="dash", width=1.0)
             )  # fmt: skip
-        foretold = [
-            f"foretold {notation.number(told[h])}" if h in told else ""
+        predicted = [
+            f"predicted {notation.number(told[h])}" if h in told else ""
             for h in (m.step for m in done)
         ]
         hint = f"{c.method}, step %{{x:.3g}} s<br>error %{{y:.3g}} {leading.unit}<br>%{{text}}"
         traces.append(
             curve([m.step for m in done], positive([e.largest for e in errors]), styles[c.method],
-                  method=c.method, marks=True, hints=foretold, hint=hint)
+                  method=c.method, marks=True, hints=predicted, hint=hint)
         )  # fmt: skip
     return figure(
         f"Largest error of {symbol(leading.name)} against step",
-        "Marked: measured. Dashed: foretold, the sum of C\u209ah\u1d56 with coefficients from "
+        "Marked: measured. Dashed: predicted, the sum of C\u209ah\u1d56 with coefficients from "
         "theory. "
         "Adaptive solvers have no step: they stand on the plot of error against cost.",
         traces,
@@ -155,13 +155,15 @@ def error_against_step(
     )
 
 
-def drifts(climbs: Sequence[Climb], styles: Mapping[str, Style]) -> Iterator[Figure]:
+def drifts(
+    convergence: Sequence[ConvergenceStudy], styles: Mapping[str, Style]
+) -> Iterator[Figure]:
     """Largest relative drift of each invariant against the step."""
-    names = dict.fromkeys(name for c in climbs for m in _done(c) for name in m.invariants)
+    names = dict.fromkeys(name for c in convergence for m in _done(c) for name in m.invariants)
     for name in names:
         shown = name.replace("_", " ")
         traces = []
-        for c in climbs:
+        for c in convergence:
             done = [m for m in _done(c) if name in m.invariants]
             if not done:
                 continue
@@ -219,5 +221,5 @@ def error_against_cost(
     )
 
 
-def _done(climb: Climb) -> list[Measurement]:
-    return [m for m in climb.measurements if m.status == "done"]
+def _done(convergence_study: ConvergenceStudy) -> list[Measurement]:
+    return [m for m in convergence_study.measurements if m.status == "done"]

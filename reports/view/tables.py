@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from plumbob.engines.method import Method
-from plumbob.engines.study.convergence import Climb
+from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import Order
@@ -32,14 +32,14 @@ def verdict_cell(scene: str, method: str, judged: Judgement, link: str = "") -> 
 
 def summary(
     system: System,
-    climbs: Sequence[Climb],
+    convergence: Sequence[ConvergenceStudy],
     judged: Mapping[str, Judgement],
     methods: Mapping[str, Method],
 ) -> Table:
     """Verdict of each method, and its errors and drift at the finest step."""
-    invariants = dict.fromkeys(n for c in climbs for m in c.measurements for n in m.invariants)
+    invariants = dict.fromkeys(n for c in convergence for m in c.measurements for n in m.invariants)
     rows = []
-    for c in climbs:
+    for c in convergence:
         verdict = verdict_cell(c.scene, c.method, judged[c.method])
         finest = next((m for m in reversed(c.measurements) if m.status == "done"), None)
         reason = Cell(judged[c.method].reason, "reason")
@@ -66,10 +66,10 @@ def summary(
     return Table("Verdicts, and the finest step of each method", heads, tuple(rows), note)
 
 
-def orders(climbs: Sequence[Climb], methods: Mapping[str, Method]) -> Table | None:
-    """Observed against foretold and declared order; None without a method that has one."""
+def orders(convergence: Sequence[ConvergenceStudy], methods: Mapping[str, Method]) -> Table | None:
+    """Observed against predicted and declared order; None without a method that has one."""
     rows = []
-    for c in climbs:
+    for c in convergence:
         method = methods[c.method]
         done = [m for m in c.measurements if m.status == "done"]
         if method.order is None or not done:
@@ -85,25 +85,27 @@ def orders(climbs: Sequence[Climb], methods: Mapping[str, Method]) -> Table | No
                 Cell(c.method, "method"),
                 Cell(str(method.order), "number"),
                 _order(c.order, interval=True),
-                _order(c.foretold_order if _within_reach(c, done) else None, interval=False),
+                _order(c.predicted_order if _within_reach(c, done) else None, interval=False),
                 between or "fewer than four steps above the round-off floor",
             )
         )
     if not rows:
         return None
     note = (
-        "The order belongs to the observable on this motion, not to the method alone: foretold is "
+        "The order belongs to the observable on this motion, not to the method alone: predicted is "
         "the slope of what theory says of this very error at these very steps, where it reaches "
         "them."
     )
-    heads = ("method", "nominal", "observed [95 % interval]", "foretold here", "fitted to")
+    heads = ("method", "nominal", "observed [95 % interval]", "predicted here", "fitted to")
     return Table("Order of convergence", heads, tuple(rows), note)
 
 
-def cost(climbs: Sequence[Climb], costs: Costs, methods: Mapping[str, Method]) -> Table | None:
-    """What a step costs, alone and in yardsticks; None where nothing was timed."""
+def cost(
+    convergence: Sequence[ConvergenceStudy], costs: Costs, methods: Mapping[str, Method]
+) -> Table | None:
+    """What a step costs, alone and in reference_steps; None where nothing was timed."""
     rows = []
-    for c in climbs:
+    for c in convergence:
         if (found := costs.get(c.method)) is None:
             continue
         done = [m for m in c.measurements if m.status == "done" and m.steps]
@@ -125,33 +127,44 @@ def cost(climbs: Sequence[Climb], costs: Costs, methods: Mapping[str, Method]) -
         )
     if not rows:
         return None
-    heads = ("method", "ns per step", "quartiles", "yardsticks", "compile time", "times real time")
+    heads = (
+        "method",
+        "ns per step",
+        "quartiles",
+        "reference_steps",
+        "compile time",
+        "times real time",
+    )
     note = (
         "Medians of interleaved repeats, alone on the machine. A step of an adaptive solver is one "
-        "evaluation of the equation. A yardstick is a bare MuJoCo step of an empty model."
+        "evaluation of the equation. A reference_step is a bare MuJoCo step of an empty model."
     )
     return Table("Cost", heads, tuple(rows), note)
 
 
-def every_run(system: System, climbs: Sequence[Climb], methods: Mapping[str, Method]) -> Table:
+def every_run(
+    system: System, convergence: Sequence[ConvergenceStudy], methods: Mapping[str, Method]
+) -> Table:
     """Largest error of the leading observable of every run, with its verdict."""
     leading = system.observables[0]
-    most = max((len(c.measurements) for c in climbs), default=0)
+    most = max((len(c.measurements) for c in convergence), default=0)
     rows = []
-    for c in climbs:
+    for c in convergence:
         cells = [_run(m, system, methods[c.method], leading.name) for m in c.measurements]
         rows.append(row(Cell(c.method, "method"), *cells, *[""] * (most - len(cells))))
-    heads = ("method", *(f"rung {i + 1}" for i in range(most)))
+    heads = ("method", *(f"step {i + 1}" for i in range(most)))
     note = "Coarse to fine. Colour: the verdict on the run; hover for step, tolerance and reason."
     caption = f"Every run: largest error of {leading.name} [{leading.unit}]"
     return Table(caption, heads, tuple(rows), note, folded=True)
 
 
-def budgets(system: System, climbs: Sequence[Climb], methods: Mapping[str, Method]) -> Table | None:
+def budgets(
+    system: System, convergence: Sequence[ConvergenceStudy], methods: Mapping[str, Method]
+) -> Table | None:
     """The tolerance of one run of each method, term by term: the first that fails, else the
     finest that is judged."""
     rows = []
-    for c in climbs:
+    for c in convergence:
         judged = [(m, judge(m, system, methods[c.method])) for m in c.measurements]
         held = [(m, j) for m, j in judged if j.tolerances]
         if not held:
@@ -205,10 +218,10 @@ def _run(found: Measurement, system: System, method: Method, leading: str) -> Ce
     return Cell(notation.number(found.errors[leading].largest), f"{judged.verdict} number", hint)
 
 
-def _within_reach(climb: Climb, done: Sequence[Measurement]) -> bool:
+def _within_reach(convergence_study: ConvergenceStudy, done: Sequence[Measurement]) -> bool:
     """Whether the errors that the order was fitted to are small enough for a series."""
-    steps = climb.order.steps if climb.order else ()
-    told = [e.foretold for m in done if m.step in steps for e in m.errors.values()]
+    steps = convergence_study.order.steps if convergence_study.order else ()
+    told = [e.predicted for m in done if m.step in steps for e in m.errors.values()]
     return all(f is not None and f.nonlinearity < 1.0 for f in told)
 
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import engine_of, installed
-from plumbob.models.registry import system_of
-from plumbob.models.scene import Scene
+from plumbob.models.registry import case_of
+from plumbob.models.scene import Case, Scene
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
 
@@ -24,11 +24,11 @@ def trimming(scene: Scene, methods: Sequence[Method]) -> Table | None:
         return None
     from plumbob.engines.adapters.mujoco.saving import saving
 
-    system, step = system_of(scene), scene.steps[len(scene.steps) // 2]
+    case, step = case_of(scene), scene.steps[len(scene.steps) // 2]
     rows = []
     try:
         for method in chosen:
-            found = saving(system, scene, method, step, STEPS, REPEATS)
+            found = saving(case, method, step, STEPS, REPEATS)
             saved = 1.0 - found.ns_trimmed / found.ns_default
             rows.append(
                 row(
@@ -43,7 +43,7 @@ def trimming(scene: Scene, methods: Sequence[Method]) -> Table | None:
                     else Cell("differs", "fail"),
                 )
             )
-        left_out = _left_out(scene, chosen[0], step)
+        left_out = _left_out(case, chosen[0], step)
     except Unsupported:
         return None
     heads = ("method", "everything in [ns per step]", "without idle stages", "as run", "saved",
@@ -51,16 +51,15 @@ def trimming(scene: Scene, methods: Sequence[Method]) -> Table | None:
     return Table("What the model leaves out, and what that saves", heads, tuple(rows), left_out)
 
 
-def _left_out(scene: Scene, method: Method, step: float) -> str:
+def _left_out(case: Case, method: Method, step: float) -> str:
     """The stages and parts that the model as run does without."""
     import mujoco
 
     from plumbob.engines.adapters.mujoco.simulation import compiled
     from plumbob.engines.adapters.mujoco.translation import builder
 
-    system = system_of(scene)
-    run = compiled(system, scene, method, step).model
-    whole = builder(system).whole(system.mjcf, system.problem(scene.parameters)).compile()
+    run = compiled(case, method, step).model
+    whole = builder(case.system).whole(case.system.mjcf, case.problem).compile()
     bits = mujoco.mjtDisableBit
     flags = [
         name.removeprefix("mjDSBL_").lower()

@@ -46,7 +46,7 @@ def adapted(simulation: MujocoSimulation) -> float:
 @pytest.mark.parametrize("name", ["mujoco/euler", "mujoco/rk4"])
 def test_adapter_costs_little(name: str) -> None:
     # 1.1 is what the adapter is allowed; it takes 0.97 to 1.03, the recording being done in C
-    simulation = compiled(SYSTEM, scene(), METHODS[name], 1e-4)
+    simulation = compiled(SYSTEM.case(scene()), METHODS[name], 1e-4)
     ratio = statistics.median(adapted(simulation) / bare(simulation) for _ in range(41))
     print(f"\n{name}: adapter / bare loop = {ratio:.3f}")
     assert ratio <= 1.1
@@ -55,7 +55,7 @@ def test_adapter_costs_little(name: str) -> None:
 @pytest.mark.parametrize("name", [m.name for m in METHODS.values() if meant(m, scene())])
 def test_trimming_saves_and_changes_nothing(name: str) -> None:
     # 29 to 39 % on every integrator; a tenth would say that a stage came back
-    measured = saving(SYSTEM, scene(), METHODS[name])
+    measured = saving(SYSTEM.case(scene()), METHODS[name])
     flags = 1 - measured.ns_flags / measured.ns_default
     trimmed = 1 - measured.ns_trimmed / measured.ns_default
     print(f"\n{name}: {measured}: flags save {flags:.0%}, flags and geoms {trimmed:.0%}")

@@ -49,7 +49,7 @@ def test_a_turn_says_its_angles(epsilon: float) -> None:
 
 @pytest.mark.parametrize("case", SCENES, ids=lambda case: case.name)
 def test_samples_fall_on_the_slider_s_stop(case: Scene) -> None:
-    """Every rung has a whole number of steps in a half time and in the scene, and of the samples
+    """Every step has a whole number of steps in a half time and in the scene, and of the samples
     that are kept one is at 2 tau, where the source's formula holds; trains have too many turns."""
     tau = case.parameters["half_time"]
     for step in case.steps:
@@ -102,7 +102,7 @@ def test_a_reference_is_in_the_axes_of_its_start() -> None:
     moved = PlaneReference(three_point_motion(CHECK, path, Start((0.4, -0.3), 2.0)))
     for name, values in plain.observe(times).items():
         np.testing.assert_allclose(moved.observe(times)[name], values, rtol=0, atol=1e-13 * 20.0)
-    told = [r.foretold(POSITION_FIRST, 1e-3, times) for r in (plain, moved)]
+    told = [r.predicted(POSITION_FIRST, 1e-3, times) for r in (plain, moved)]
     np.testing.assert_allclose(told[0]["x"], told[1]["x"], rtol=0, atol=1e-13)
 
 
@@ -124,12 +124,12 @@ def test_what_steps_err_by_is_of_first_order(
     case = scene(name)
     reference, steps = exact(case), [case.duration / n for n in (1000, 2000)]
     grid = np.array([0.0, case.duration])
-    ends = [reference.foretold(scheme, h, grid)[observable][-1] / h for h in steps]
+    ends = [reference.predicted(scheme, h, grid)[observable][-1] / h for h in steps]
     assert 2.0 * ends[1] - ends[0] == pytest.approx(coefficient, rel=0.03)
 
 
 def test_a_scheme_without_theory_and_a_run_too_long_are_told_nothing() -> None:
     reference, grid = exact(scene("capsule-turn/0.3")), np.array([0.0, 0.2])
-    assert reference.foretold("verlet", 1e-3, grid) == {}
-    assert reference.foretold(POSITION_FIRST, 1e-7, grid) == {}
+    assert reference.predicted("verlet", 1e-3, grid) == {}
+    assert reference.predicted(POSITION_FIRST, 1e-7, grid) == {}
     assert reference.leading_error(POSITION_FIRST, grid) == {}

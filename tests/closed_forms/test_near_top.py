@@ -100,7 +100,7 @@ def test_scipy_has_no_parameter_left() -> None:
 def test_engines_start_at_the_nearest_double(k: int, method: str) -> None:
     scene, how = find_scene(f"simple-pendulum/near-top-1e-{k}"), find_method(method)
     step = 1e-12 if how.control == "tolerance" else 2e-3
-    run = engine_of(how).prepare(system_of(scene), scene, how, step).run()
+    run = engine_of(how).prepare(system_of(scene).case(scene), how, step).run()
     theta = float(run.observables["theta"][0])
     wanted = float(PI - mpfr(f"{10.0**-k!r}"))
     assert theta == wanted == problem(f"near-top-1e-{k}").started.theta
@@ -111,7 +111,7 @@ def test_the_error_bar_holds_what_rounding_the_start_does() -> None:
     pytest.importorskip("heyoka")
     for k, size in ((6, 3.6e-10), (9, 4.1e-7), (12, 4.2e-4)):
         scene, how = find_scene(f"simple-pendulum/near-top-1e-{k}"), find_method("heyoka/taylor")
-        error = measure(system_of(scene), scene, how, 1e-15)[0].errors["theta"]
+        error = measure(system_of(scene).case(scene), how, 1e-15)[0].errors["theta"]
         assert error.largest == pytest.approx(size, rel=0.15)
         assert error.largest < error.uncertainty < 10 * error.largest
 

@@ -12,7 +12,7 @@ from plumbob.analytic.systems.pendulums.rod_tension import tension
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import engine_of, methods
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.convergence import climb
+from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
@@ -36,7 +36,7 @@ def measured(
 ) -> tuple[Measurement, Trajectory]:
     """One run: what it measured, and its trajectory."""
     scene, how = run(name, method, step, **changes)
-    found, trajectory = measure(system_of(scene), scene, how, step)
+    found, trajectory = measure(system_of(scene).case(scene), how, step)
     assert trajectory is not None
     return found, trajectory
 
@@ -45,7 +45,7 @@ def judged(name: str, method: str | Method, step: float, **changes: float) -> Ju
     """One run, judged."""
     scene, how = run(name, method, step, **changes)
     system = system_of(scene)
-    return judge(measure(system, scene, how, step)[0], system, how)
+    return judge(measure(system.case(scene), how, step)[0], system, how)
 
 
 # physics.md section 3: RK4, dt 0.05 s, 1000 steps; three digits, as measured with the same method
@@ -63,15 +63,15 @@ NOTEBOOK = {
 @pytest.mark.parametrize("case", NOTEBOOK)
 @pytest.mark.parametrize("method", ["ode/rk4", "mujoco/rk4"])
 def test_what_the_notebook_errs_by(case: str, method: str) -> None:
-    # half of the last digit printed; theory foretells the figure to a part in a hundred
+    # half of the last digit printed; theory predicts the figure to a part in a hundred
     for system, wanted in zip((SIMPLE, LINEAR), NOTEBOOK[case], strict=True):
         found, trajectory = measured(system + case, method, 0.05)
         assert found.steps == 1000
         assert trajectory.times[-1] == pytest.approx(50.0)
         error = found.errors["theta"]
         assert error.largest == pytest.approx(wanted, rel=5e-3)
-        assert error.foretold is not None
-        assert error.foretold.largest == pytest.approx(error.largest, rel=1e-2)
+        assert error.predicted is not None
+        assert error.predicted.largest == pytest.approx(error.largest, rel=1e-2)
 
 
 # What theory says of each observable, on a motion: RK4 errs by C4 h^4 + C5 h^5, and an energy drift
@@ -102,14 +102,14 @@ ORDERS = [
 def test_order(case: str, method: str, order: float, band: float) -> None:
     fourth = method == "ode/rk4" or (method == "mujoco/rk4" and "forced" not in case)
     coarse = 0.05 if fourth else 0.02  # where the expansion still says it all
-    ladder = tuple(coarse / 2**n for n in range(4))
+    step_sizes = tuple(coarse / 2**n for n in range(4))
     scene = replace(find_scene(SIMPLE + case), duration=50.0 if fourth else 20.0)
-    found = climb(scene, find_method(method), 20_000, ladder)
+    found = convergence_study(scene, find_method(method), 20_000, step_sizes)
     assert found.order is not None
-    assert found.foretold_order is not None
+    assert found.predicted_order is not None
     assert found.order.slope == pytest.approx(order, abs=band)
     # four terms are left out at the fifth; nonlinear parts are a hundredth of the error at most
-    assert found.order.slope == pytest.approx(found.foretold_order.slope, abs=0.02)
+    assert found.order.slope == pytest.approx(found.predicted_order.slope, abs=0.02)
 
 
 QUICK = [s.name for s in scenes(f"{SIMPLE}[!ms]*") if "near-top" not in s.name]
@@ -148,8 +148,13 @@ def test_a_parameter_off_by_a_millionth(name: str) -> None:
     system, how = system_of(scene), find_method("mujoco/rk4")
     wrong = find_scene(scene.name, {name: scene.parameters[name] * (1 + 1e-6)})
     other = system.reference(system.problem(wrong.parameters))
-    assert judge(measure(system, scene, how, 5e-3)[0], system, how).verdict == "pass"
-    assert judge(measure(system, scene, how, 5e-3, other)[0], system, how).verdict == "fail"
+    assert judge(measure(system.case(scene), how, 5e-3)[0], system, how).verdict == "pass"
+    assert (
+        judge(
+            measure(replace(system.case(scene), reference=other), how, 5e-3)[0], system, how
+        ).verdict
+        == "fail"
+    )
 
 
 @pytest.mark.parametrize("method", ["mujoco/rk4+midpoint", "mujoco/euler+midpoint"])
@@ -163,7 +168,7 @@ def test_a_forcing_half_a_step_off(method: str) -> None:
 def test_midpoint_methods_are_for_what_is_forced() -> None:
     scene, how = run(SIMPLE + "damped-large", "mujoco/rk4+midpoint", 1e-2)
     with pytest.raises(Unsupported, match="the same as mujoco/rk4"):
-        engine_of(how).prepare(system_of(scene), scene, how, 1e-2)
+        engine_of(how).prepare(system_of(scene).case(scene), how, 1e-2)
 
 
 @pytest.mark.parametrize("case", ["rotating-fast", "free-large", "forced-large"])
@@ -208,14 +213,16 @@ def test_a_step_too_large_is_a_result() -> None:
     for method in ("mujoco/euler", "ode/leapfrog", "ode/rk4"):
         found, _ = measured(LINEAR + "step-too-large", method, 1.0)
         assert found.status == "diverged", method
-    whole = climb(find_scene(LINEAR + "step-too-large"), find_method("mujoco/euler"), 20_000)
+    whole = convergence_study(
+        find_scene(LINEAR + "step-too-large"), find_method("mujoco/euler"), 20_000
+    )
     assert [m.status for m in whole.measurements][:2] == ["diverged", "diverged"]
     assert whole.measurements[-1].status == "done"
 
 
 def test_adaptive_methods_climb_tolerances() -> None:
     for how in methods("ode,heyoka,exact"):
-        assert how.control == "step" or (how.ladder and max(how.ladder) < 1e-2), how.name
+        assert how.control == "step" or (how.step_sizes and max(how.step_sizes) < 1e-2), how.name
 
 
 @pytest.mark.parametrize("name", [SIMPLE + "free-large", LINEAR + "forced-large"])
@@ -226,7 +233,7 @@ def test_the_closed_form_is_a_method(name: str) -> None:
     assert found.errors["theta"].largest <= found.errors["theta"].uncertainty
     scene, how = run(SIMPLE + "damped-large", "exact/closed-form", 1e-9)
     with pytest.raises(Unsupported, match="no closed form"):
-        engine_of(how).prepare(system_of(scene), scene, how, 1e-9)
+        engine_of(how).prepare(system_of(scene).case(scene), how, 1e-9)
 
 
 @pytest.mark.parametrize(
@@ -242,5 +249,5 @@ def test_heyoka_agrees_with_the_reference(name: str) -> None:
     wrong = find_scene(name, {"gravity": scene.parameters["gravity"] * (1 + 1e-11)})
     system, how = system_of(scene), find_method("heyoka/taylor")
     other = system.reference(system.problem(wrong.parameters))
-    off, _ = measure(system, scene, how, 1e-15, other)
+    off, _ = measure(replace(system.case(scene), reference=other), how, 1e-15)
     assert off.errors["theta"].largest > 30 * off.errors["theta"].uncertainty

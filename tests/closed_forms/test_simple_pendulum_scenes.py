@@ -84,7 +84,7 @@ def test_odd_parameters_have_an_answer(system: str, changes: dict[str, float]) -
         assert np.isfinite(values).all()
     step = 1e-4 if changes.get("length", 1.0) < 1.0 or "damping_rate" in changes else 1e-3
     how = find_method("mujoco/rk4")
-    found, _ = measure(owner, replace(scene, duration=2.0), how, step)
+    found, _ = measure(owner.case(replace(scene, duration=2.0)), how, step)
     verdict = judge(found, owner, how)
     assert verdict.verdict in ("pass", "coarse"), verdict.reason
 

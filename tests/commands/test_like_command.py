@@ -75,7 +75,7 @@ def _told(text: str, scene: str) -> str:
 
 def _error(name: str, like: str) -> float:
     scene = find_scene(name)
-    run, _ = measure(system_of(scene), scene, mine(like), STEP)
+    run, _ = measure(system_of(scene).case(scene), mine(like), STEP)
     return run.errors[system_of(scene).observables[0].name].largest
 
 
@@ -83,7 +83,7 @@ def test_others_are_measured_at_the_users_step(tmp_path: Path) -> None:
     scene, own = find_scene(LINE), mine(written(tmp_path, "Euler"))
     assert beside(scene, own).steps == (STEP, *scene.steps)
     assert beside(find_scene(PENDULUM), own) == find_scene(PENDULUM)  # has that step already
-    far = replace(own, ladder=(0.01,))
+    far = replace(own, step_sizes=(0.01,))
     assert beside(scene, far) == scene
 
 

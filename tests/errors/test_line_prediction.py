@@ -1,4 +1,4 @@
-"""The foretold error of a fixed step at every grid time: against the schemes run step by step."""
+"""The predicted error of a fixed step at every grid time: against the schemes run step by step."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def left(motion: Any, reference: Any, step: float, scheme: str, end: float) -> d
     """Largest part of each observable's error [SI] that neither theory nor rounding explains."""
     times = np.arange(round(end / step) + 1, dtype=np.float64) * step
     found = simulated(motion.mean_relative_acceleration(times), step, scheme)
-    exact, told = reference.observe(times), reference.foretold(scheme, step, times)
+    exact, told = reference.observe(times), reference.predicted(scheme, step, times)
     doubt = reference.uncertainty(times)
     return {
         name: float(np.nanmax(np.abs(found[name] - exact[name] - told[name]) - doubt[name]))
@@ -102,7 +102,7 @@ def test_coasting(speed: float, scheme: str) -> None:
     motion, step = translation(CHECK, (0.05, 0.0), speed, 0.0), 1e-3
     times = np.arange(200, dtype=np.float64) * step
     found = simulated(np.zeros(199), step, scheme, speed)
-    exact, told = motion.observe(times), motion.foretold(scheme, step, times)
+    exact, told = motion.observe(times), motion.predicted(scheme, step, times)
     for name, like in (("x", "displacement"), ("velocity_x", "velocity")):
         np.testing.assert_allclose(found[like], exact[name] + told[name], rtol=0, atol=1e-14)
 
@@ -124,7 +124,7 @@ def test_nothing_is_foretold_of_other_schemes() -> None:
     held = TiltedHold(CHECK, 0.9)
     times = np.linspace(0.0, 0.1, 5)
     for reference in (LineReference(LINE), TRAIN, held, SlowStroke(CHECK, 0.08)):
-        assert reference.foretold("adams", 1e-3, times) == {}
+        assert reference.predicted("adams", 1e-3, times) == {}
         assert isinstance(reference, StepReference)
         assert reference.nonlinearity(times, {}) == 0.0
-    assert not any(np.any(error) for error in held.foretold(RK4, 1e-3, times).values())
+    assert not any(np.any(error) for error in held.predicted(RK4, 1e-3, times).values())

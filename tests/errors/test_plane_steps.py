@@ -42,7 +42,7 @@ def test_coasting_in_a_line_is_as_its_own_theory_says() -> None:
     step, start = 1e-3, Start(velocity=(0.5 * math.cos(0.4), 0.5 * math.sin(0.4)))
     times: Array = np.arange(201, dtype=np.float64) * step
     rows = course(CHECK, fixed((0.12, 0.0)), start, EULER, step, 200)
-    told = motion.foretold("semi-implicit-euler", step, times)
+    told = motion.predicted("semi-implicit-euler", step, times)
     exact = motion.observe(times)
     for column, name in enumerate(COLUMNS):
         np.testing.assert_allclose(rows[:, column] - exact[name], told[name], atol=1e-14)

@@ -83,9 +83,9 @@ def test_reduced_and_planar_have_the_same_numbers() -> None:
     off = system_of(scene("capsule-line/off-centroid")).problem(
         scene("capsule-line/off-centroid").parameters
     )
-    for i, place in enumerate(off.staging.capsule.supports):
+    for i, place in enumerate(off.setup.capsule.supports):
         np.testing.assert_array_equal(planar.geom(f"support_{i + 1}").pos[:2], place)
-    line = off.staging.direction
+    line = off.setup.direction
     np.testing.assert_allclose(planar.joint("slider").axis[:2], [np.cos(line), np.sin(line)])
 
 
@@ -152,12 +152,12 @@ def test_rebuilt_at_the_default_parameters_it_is_the_file() -> None:
 def test_free_inertias_are_possible_and_large_enough() -> None:
     for case in scenes("capsule-*"):
         problem = system_of(case).problem(case.parameters)
-        across, capsule = tilt_inertia(problem), problem.staging.capsule
+        across, capsule = tilt_inertia(problem), problem.setup.capsule
         assert 2 * across >= capsule.inertia
         assert (
             across >= capsule.weight / capsule.gravity / 3 * np.square(capsule.supports).sum() / 2
         )
-        assert armature(problem.staging) >= HOLD * capsule.slider_mass
+        assert armature(problem.setup) >= HOLD * capsule.slider_mass
 
 
 @pytest.mark.parametrize("name", CAPSULES)

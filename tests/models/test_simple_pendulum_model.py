@@ -83,7 +83,7 @@ def test_every_parameter_reaches_the_model() -> None:
 
 @pytest.mark.parametrize("file", ["simple_pendulum.xml", "scene.xml"])
 def test_loaded_on_its_own_it_swings_as_it_should(file: str) -> None:
-    # 5000 steps of RK4 at 1e-3 s, with the error that theory foretells, 9e-12 rad, to round-off
+    # 5000 steps of RK4 at 1e-3 s, with the error that theory predicts, 9e-12 rad, to round-off
     model = mujoco.MjModel.from_xml_path(str(FOLDER / file))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
-from plumbob.engines.study.convergence import climb
+from plumbob.engines.study.convergence import convergence_study
 from plumbob.models.registry import scene, system_of
-from plumbob.reports.judge.verdict import judge_climb
+from plumbob.reports.judge.verdict import judge_convergence
 from plumbob.tests.support.mujoco_capsule import (
     GOOD,
     LOADS,
@@ -88,7 +88,7 @@ def sinking(posed: CapsuleProblem, step: float) -> float:
     """f times the way that the common centre of mass sinks until t_star [m]."""
     seen = posed.reference.observe(np.array([0.0, posed.motion.t_star]))
     squares = np.sum([seen[load] ** 2 for load in LOADS], axis=0)
-    capsule = posed.staging.capsule
+    capsule = posed.setup.capsule
     sag = (step / 0.4) ** 2 / (capsule.body_mass + capsule.slider_mass)  # [m/N] of one contact
     return capsule.friction * sag * float(squares[1] - squares[0]) / capsule.weight
 
@@ -112,8 +112,8 @@ def test_pyramids_are_not_isotropic() -> None:
 @pytest.mark.parametrize("method", SHIPPED)
 def test_other_contacts_converge_with_no_step(method: str) -> None:
     case = scene("capsule-line/heading-030")
-    found = climb(case, METHODS[method], 2000, (2e-3, 1e-3, 5e-4, 2e-4))
-    assert judge_climb(found, system_of(case), METHODS[method]).verdict == "not-converging"
+    found = convergence_study(case, METHODS[method], 2000, (2e-3, 1e-3, 5e-4, 2e-4))
+    assert judge_convergence(found, system_of(case), METHODS[method]).verdict == "not-converging"
     assert min(abs(m.errors["displacement"].end / EXACT) for m in found.measurements) > 0.01
 
 
@@ -152,7 +152,7 @@ def test_other_contacts_creep(method: str, least: float) -> None:
 
 def test_loads_at_rest_are_those_of_statics() -> None:
     # at rest to the solver's accuracy; while slip and slider speed up, to 6e-7 and then by what
-    # half a step of the slider's way makes, which is foretold, and inertia, in the step's square
+    # half a step of the slider's way makes, which is predicted, and inertia, in the step's square
     for name in ("capsule-line/at-123", "capsule-line/off-centroid"):
         found, exact, told = loads(name, "euler+coulomb", 1e-4)
         relative = np.abs(found / exact - 1.0)

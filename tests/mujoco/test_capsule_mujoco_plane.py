@@ -19,7 +19,7 @@ from plumbob.tests.support.mujoco_capsule import METHODS, problem, run, verdict
 
 TURN = systems()["capsule-turn"]
 EULER, RK4 = "euler+coulomb", "rk4+coulomb"
-FINEST = 800  # steps in a half time here; the ladder goes on to 3200
+FINEST = 800  # steps in a half time here; the step_sizes goes on to 3200
 
 
 def step_of(name: str, parts: int) -> float:
@@ -68,7 +68,7 @@ def test_turns_are_as_foretold(name: str, parts: int, method: str) -> None:
 
 @pytest.mark.parametrize("method", [EULER, RK4])
 def test_spin_and_translation_at_once(method: str) -> None:
-    # Of first order over a decade, with these coefficients in rad/s, which what is foretold has to
+    # Of first order over a decade, with these coefficients in rad/s, which what is predicted has to
     # six digits (the verdict); 2 % for the second order at the coarser step.
     coefficient, finest = {EULER: (-2.191, 1e-4), RK4: (0.3964, 2e-4)}[method]
     for step, within in ((1e-3, 0.02), (finest, 2e-3)):
@@ -91,7 +91,7 @@ def test_implicitfast_takes_another_step_with_a_lone_body() -> None:
         **METHODS["implicitfast+coulomb"].settings, "integrator": "implicit",
     })  # fmt: skip
     case = scene("capsule-coast/spin")
-    found = compiled(system_of(case), case, other, 1e-3).run().observables["x"]
+    found = compiled(system_of(case).case(case), other, 1e-3).run().observables["x"]
     same = run("capsule-coast/spin", "implicitfast+coulomb", 1e-3)[1].observables["x"]
     np.testing.assert_array_equal(found, same)
     assert verdict(run("capsule-coast/spin", "implicitfast+coulomb", 1e-3)[0], RK4) == "fail"
@@ -113,7 +113,7 @@ def test_armatures_of_a_turning_body_bring_no_force_of_their_own() -> None:
     errors = {}
     for method in (EULER, RK4):
         case = scene("capsule-turn/0.1-stop", {"friction": 1e-12})
-        moved = compiled(TURN, case, METHODS[method], step_of(case.name, 400)).run()
+        moved = compiled(TURN.case(case), METHODS[method], step_of(case.name, 400)).run()
         errors[method] = moved.observables["body_angle"][-1] - one.body_angle
         balance = moved.channels["momentum_residual"].max()
         assert balance < 1e-12 * 0.3 * 0.12 * (one.angular_acceleration * one.half_time) ** 2 * 1e2
@@ -128,9 +128,9 @@ def test_bounds_are_not_loose(name: str) -> None:
     # within the lag that they leave, for the angle that leads; places inherit the angle's
     found, _ = run(f"capsule-turn/{name}", EULER, step_of(f"capsule-turn/{name}", 100))
     error = found.errors["body_angle"]
-    assert error.foretold is not None
-    assert error.foretold.missed is not None
-    assert 1.0 <= sum(error.model.values()) / error.foretold.missed < 6.0
+    assert error.predicted is not None
+    assert error.predicted.missed is not None
+    assert 1.0 <= sum(error.model.values()) / error.predicted.missed < 6.0
 
 
 def test_loads_lack_nothing_where_nothing_yields() -> None:
@@ -162,7 +162,7 @@ def test_contacts_as_soft_as_a_line_s_let_a_fast_turn_hop() -> None:
     case, method = scene("capsule-turn/0.01-stop"), METHODS[EULER]
     posed = problem(case.name)
     assert contacts(posed, method.settings).softening == SOFTER
-    simulation = compiled(TURN, case, method, step_of(case.name, 800))
+    simulation = compiled(TURN.case(case), method, step_of(case.name, 800))
     fine = simulation.run().channels["least_normal_force"]
     assert fine.min() > 2.5
     model = simulation.model
@@ -175,7 +175,7 @@ def test_contacts_as_soft_as_a_line_s_let_a_fast_turn_hop() -> None:
 
 def test_the_file_turns_by_itself() -> None:
     model = mujoco.MjModel.from_xml_path(str(TURN.mjcf.with_name("turning.xml")))
-    rebuilt = compiled(TURN, scene("capsule-turn"), METHODS[EULER], 1e-4).model
+    rebuilt = compiled(TURN.case(scene("capsule-turn")), METHODS[EULER], 1e-4).model
     for name in (
         "body_mass",
         "body_inertia",
@@ -185,4 +185,4 @@ def test_the_file_turns_by_itself() -> None:
         "pair_friction",
     ):
         np.testing.assert_allclose(getattr(model, name), getattr(rebuilt, name), rtol=1e-12)
-    assert measure(TURN, scene("capsule-turn/0.3"), METHODS[RK4], 1e-2)[0].status == "done"
+    assert measure(TURN.case(scene("capsule-turn/0.3")), METHODS[RK4], 1e-2)[0].status == "done"

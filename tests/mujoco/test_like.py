@@ -57,7 +57,7 @@ def test_options_are_taken(integrator: str, tmp_path: Path) -> None:
     assert found.engine == "mujoco"
     assert (found.scheme, found.order) == (like.scheme, like.order)
     assert found.systems == ()
-    assert found.ladder == tuple(0.002 / 2**n for n in range(HALVINGS + 1))
+    assert found.step_sizes == tuple(0.002 / 2**n for n in range(HALVINGS + 1))
     spec = mujoco.MjSpec.from_string("<mujoco/>")
     before = [*spec.option.gravity, spec.option.density]
     options.apply(spec, found.settings, 0.5)
@@ -103,14 +103,14 @@ def test_mine_is_measured_as_any_method(
 ) -> None:
     scene = replace(find_scene(name), duration=0.5)
     system, found = system_of(scene), mine(written(tmp_path, integrator, "0.0005", flags))
-    run, _ = measure(system, scene, found, found.ladder[0])
+    run, _ = measure(system.case(scene), found, found.step_sizes[0])
     assert judge(run, system, found).verdict == "pass"
     if name == "cone-pendulum" or integrator == "RK4":
         return
-    # damping explicit or implicit makes the difference: the error is what the one foretells, to
+    # damping explicit or implicit makes the difference: the error is what the one predicts, to
     # the nonlinear part of it, and not what the other does
-    other, _ = measure(system, scene, _with_damping_the_other_way(found), found.ladder[0])
-    error, wrong = run.errors["theta"].foretold, other.errors["theta"].foretold
+    other, _ = measure(system.case(scene), _with_damping_the_other_way(found), found.step_sizes[0])
+    error, wrong = run.errors["theta"].predicted, other.errors["theta"].predicted
     assert error is not None
     assert wrong is not None
     assert run.errors["theta"].end == pytest.approx(error.end, rel=1e-3)

@@ -39,9 +39,9 @@ def test_a_file_that_says_what_a_method_says_is_that_method(
 ) -> None:
     scene = replace(find_scene(LINE), duration=0.06)
     system = system_of(scene)
-    mine_, _ = measure(system, scene, own(tmp_path, options), 1e-3)
-    same, _ = measure(system, scene, find_method(like), 1e-3)
-    other, _ = measure(system, scene, find_method("mujoco/euler+pyramidal"), 1e-3)
+    mine_, _ = measure(system.case(scene), own(tmp_path, options), 1e-3)
+    same, _ = measure(system.case(scene), find_method(like), 1e-3)
+    other, _ = measure(system.case(scene), find_method("mujoco/euler+pyramidal"), 1e-3)
     for name, error in same.errors.items():
         assert mine_.errors[name].largest == error.largest  # the same numbers, to the last bit
     assert mine_.errors["displacement"].largest != other.errors["displacement"].largest
@@ -62,7 +62,7 @@ FIELDS = (
 def test_every_contact_is_the_users(geom: str, field: str, value: object, tmp_path: Path) -> None:
     scene = find_scene(LINE)
     system = system_of(scene)
-    model = compiled(system, scene, own(tmp_path, geom=geom), 1e-3).model
+    model = compiled(system.case(scene), own(tmp_path, geom=geom), 1e-3).model
     assert model.npair == 3
     for row in getattr(model, f"pair_{field}"):
         assert np.all(row == np.array(value))
@@ -75,11 +75,11 @@ def test_the_solver_ends_where_the_users_does(tmp_path: Path) -> None:
     scene = find_scene(LINE)
     found = {
         tolerance: compiled(
-            system_of(scene), scene, own(tmp_path, f'tolerance="{tolerance}"'), 1e-3
+            system_of(scene).case(scene), own(tmp_path, f'tolerance="{tolerance}"'), 1e-3
         ).model.opt.tolerance
         for tolerance in (1e-8, 1e-11)
     }
-    shipped = compiled(system_of(scene), scene, find_method("mujoco/euler"), 1e-3).model
+    shipped = compiled(system_of(scene).case(scene), find_method("mujoco/euler"), 1e-3).model
     assert found[1e-8] == shipped.opt.tolerance < 1e-15
     assert found[1e-11] == pytest.approx(1e-3 * found[1e-8])
 
@@ -91,12 +91,15 @@ def test_it_runs_on_every_system_that_mujoco_can_do(
 ) -> None:
     scene = find_scene(system)
     found = own(tmp_path, f'integrator="{integrator}" cone="elliptic"', 'solref="0.004 1"')
-    short = replace(scene, duration=min(scene.duration, 40 * found.ladder[0]))
+    short = replace(scene, duration=min(scene.duration, 40 * found.step_sizes[0]))
     try:
-        compiled(system_of(scene), short, find_method("mujoco/euler"), found.ladder[0])
+        compiled(system_of(scene).case(short), find_method("mujoco/euler"), found.step_sizes[0])
     except Unsupported:
-        assert measure(system_of(scene), short, found, found.ladder[0])[0].status == "unsupported"
+        assert (
+            measure(system_of(scene).case(short), found, found.step_sizes[0])[0].status
+            == "unsupported"
+        )
         return
-    run, _ = measure(system_of(scene), short, found, found.ladder[0])
+    run, _ = measure(system_of(scene).case(short), found, found.step_sizes[0])
     assert run.status == "done"
     assert run.errors[system_of(scene).observables[0].name].largest < 10.0

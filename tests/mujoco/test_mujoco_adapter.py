@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import cone
-from plumbob.engines.adapters.mujoco import ENGINE, prepare, regularisation
+from plumbob.engines.adapters.mujoco import ENGINE, model_error, prepare
 from plumbob.engines.adapters.mujoco.armature_share import swing_error
 from plumbob.engines.adapters.mujoco.cone_pendulum import whole
 from plumbob.engines.adapters.mujoco.saving import saving
@@ -33,7 +33,7 @@ def run(
     method: Method = RK4, step: float = 1e-4, duration: float = 0.5, **given: Any
 ) -> Trajectory:
     """Run the default scene, with some of its fields changed."""
-    return prepare(SYSTEM, scene(duration, **given), method, step).run()
+    return prepare(SYSTEM.case(scene(duration, **given)), method, step).run()
 
 
 def error(method: Method, step: float, **given: Any) -> float:
@@ -145,7 +145,7 @@ def test_the_first_order_integrators_take_the_same_steps() -> None:
 def test_armature_has_the_share_that_theory_gives_it(armature: float, pivot_x: float) -> None:
     # second order in 1/A, and 5e-13 of round-off and step error beside a share of 1.6/A
     problem = replace(DEFAULT, pivot_x=pivot_x)
-    simulation = compiled(SYSTEM, scene(pivot_x=pivot_x), RK4, 5e-5)
+    simulation = compiled(SYSTEM.case(scene(pivot_x=pivot_x)), RK4, 5e-5)
     firm = simulation.run().observables["theta"]
     simulation.model = whole(MJCF, problem, armature).compile()
     simulation.model.opt.timestep = 5e-5
@@ -157,7 +157,7 @@ def test_armature_has_the_share_that_theory_gives_it(armature: float, pivot_x: f
 def test_armature_of_the_model_has_no_share_to_speak_of() -> None:
     # below one unit in the last place of theta (3.6e-15 at 20 rad), whatever the body's size
     for body in (DEFAULT.body, cone(8000.0, 5.0, 0.5), cone(100.0, 0.01, 0.5)):
-        bounds = regularisation(SYSTEM, scene(body=body), RK4, 1e-4)
+        bounds = model_error(SYSTEM.case(scene(body=body)), RK4, 1e-4)
         assert bounds["theta"]["armature"] < 3.6e-15
 
 
@@ -190,7 +190,7 @@ def test_a_step_ten_times_too_large_is_seen() -> None:
 def test_trimming_changes_no_bit() -> None:
     # the cost itself is measured in tests/benchmarks; here 0.1 s of each is enough
     for method in METHODS.values():
-        assert saving(SYSTEM, scene(), method, steps=1000, repeats=3).identical
+        assert saving(SYSTEM.case(scene()), method, steps=1000, repeats=3).identical
 
 
 def test_a_start_given_by_its_excess_energy_is_taken() -> None:

@@ -23,23 +23,23 @@ EULER = next(method for method in ENGINE.methods if method.name == "mujoco/euler
 @pytest.mark.parametrize("step", [0.0, -1e-4, float("nan"), float("inf"), 0.6, 1e-300])
 def test_a_step_that_cannot_be_is_refused(step: float) -> None:
     with pytest.raises(ParameterError, match=r"^step = .*: must be [^\n]*$"):
-        prepare(SYSTEM, scene(), EULER, step)
+        prepare(SYSTEM.case(scene()), EULER, step)
 
 
 @pytest.mark.parametrize("name", ["theta", "theta_dot", "platform_rate", "pivot_y"])
 def test_nan_is_refused_by_name(name: str) -> None:
     with pytest.raises(ParameterError, match=f"^{name} = nan: must be a finite number$"):
-        prepare(SYSTEM, scene(**{name: float("nan")}), EULER, 1e-3)
+        prepare(SYSTEM.case(scene(**{name: float("nan")})), EULER, 1e-3)
 
 
 def test_a_system_without_builder_is_unsupported() -> None:
     with pytest.raises(Unsupported, match="no builder for spring-mattress"):
-        prepare(replace(SYSTEM, name="spring-mattress"), scene(), EULER, 1e-3)
+        prepare(replace(SYSTEM, name="spring-mattress", family="spring_mattress").case(scene()), EULER, 1e-3)
 
 
 def test_a_body_that_the_engine_refuses_is_unsupported() -> None:
     with pytest.raises(Unsupported, match=r"refuses the model of cone-pendulum/test: [^\n]*$"):
-        prepare(SYSTEM, scene(body=cone(1e-14, 0.3, 0.5)), EULER, 1e-3)
+        prepare(SYSTEM.case(scene(body=cone(1e-14, 0.3, 0.5))), EULER, 1e-3)
 
 
 @pytest.mark.parametrize("text", [None, "", "no model", "<mujoco><worldbody></mujoco>", "<urdf/>"])
@@ -48,7 +48,7 @@ def test_a_file_that_is_no_model_is_refused(tmp_path: Path, text: str | None) ->
     if text is not None:
         path.write_text(text, "utf-8")
     with pytest.raises(ParameterError, match=r"^mjcf = .*must be a MuJoCo model file [^\n]*$"):
-        prepare(replace(SYSTEM, mjcf=path), scene(), EULER, 1e-3)
+        prepare(replace(SYSTEM, mjcf=path).case(scene()), EULER, 1e-3)
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_settings_that_mujoco_does_not_have_are_refused(
     settings: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(ParameterError, match=message):
-        prepare(SYSTEM, scene(), replace(EULER, settings=settings), 1e-3)
+        prepare(SYSTEM.case(scene()), replace(EULER, settings=settings), 1e-3)
 
 
 @pytest.mark.parametrize(

@@ -63,7 +63,7 @@ def simulation(xml: str, translation: dict[str, Any], steps: int) -> MujocoSimul
 
 def test_samples_end_with_the_run_and_times_are_multiples_of_the_step() -> None:
     # 0.5 s is 714.3 steps of 7e-4 s: the run ends at the step nearest to it
-    trajectory = prepare(SYSTEM, scene(), EULER, 7e-4).run()
+    trajectory = prepare(SYSTEM.case(scene()), EULER, 7e-4).run()
     assert trajectory.steps == 714
     assert trajectory.times[0] == 0.0
     assert trajectory.times[-1] == 714 * 7e-4
@@ -73,7 +73,7 @@ def test_samples_end_with_the_run_and_times_are_multiples_of_the_step() -> None:
 
 @pytest.mark.parametrize("steps", [1, 3, 499, 500, 501, 8191, 8192, 8193, 20_011])
 def test_samples_do_not_depend_on_how_the_steps_are_grouped(steps: int) -> None:
-    simulated = compiled(SYSTEM, scene(duration=steps * 1e-5), EULER, 1e-5)
+    simulated = compiled(SYSTEM.case(scene(duration=steps * 1e-5)), EULER, 1e-5)
     trajectory = simulated.run()
     data = mujoco.MjData(simulated.model)
     data.qpos[:], data.qvel[:] = simulated.translation.qpos, simulated.translation.qvel
@@ -87,7 +87,7 @@ def test_samples_do_not_depend_on_how_the_steps_are_grouped(steps: int) -> None:
 @pytest.mark.parametrize("method", METHODS.values(), ids=lambda method: method.name)
 def test_a_step_far_too_large_is_a_divergence(method: Method) -> None:
     # the torque is bounded, so a step of half a turn kicks the body beyond any speed it can have
-    trajectory = prepare(SYSTEM, scene(duration=200.0), method, 0.5).run()
+    trajectory = prepare(SYSTEM.case(scene(duration=200.0)), method, 0.5).run()
     assert trajectory.diverged_at is not None
     assert 0.0 < trajectory.diverged_at < 200.0
     assert (trajectory.times < trajectory.diverged_at).all()
@@ -138,7 +138,7 @@ def test_a_start_that_is_no_state_gives_no_samples(start: float) -> None:
 
 
 def test_the_engine_is_kept_from_starting_afresh_by_itself() -> None:
-    model = compiled(SYSTEM, scene(), EULER, 1e-3).model
+    model = compiled(SYSTEM.case(scene()), EULER, 1e-3).model
     assert model.opt.disableflags == needless(model) | int(BIT.mjDSBL_AUTORESET)
 
 

@@ -57,16 +57,16 @@ def test_every_observable_does_what_is_foretold(name: str, model: str, step: flo
     assert verdict(found, model) == ("coarse" if hollow else "pass"), judge(
         found, system_of(find_scene(name)), METHODS[model]
     ).reason
-    foretold = {n for n, error in found.errors.items() if error.foretold is not None}
+    predicted = {n for n, error in found.errors.items() if error.predicted is not None}
     if name.startswith(("capsule-line", "capsule-train")):
         seen = {o.name for o in system_of(find_scene(name)).observables}
-        assert foretold == seen - ({"heading", "sideways"} if model == "side" else set())
+        assert predicted == seen - ({"heading", "sideways"} if model == "side" else set())
 
 
 @pytest.mark.parametrize("model", GOOD)
 @pytest.mark.parametrize("case", ["ca1", "at-50", "at-222", "off-centroid"])
 def test_final_displacement(case: str, model: str) -> None:
-    # the bounds wanted; what the sawtooth foretells is 1.05e-4 and 1.05e-6
+    # the bounds wanted; what the sawtooth predicts is 1.05e-4 and 1.05e-6
     exact = find_scene(f"capsule-line/{case}")
     whole = system_of(exact).problem(exact.parameters).motion.displacement
     assert last(exact.name, model, 1e-3) == pytest.approx(whole, rel=2e-4)
@@ -99,7 +99,7 @@ def test_the_models_own_shares_are_small(model: str) -> None:
     # 50 sweeps with one foot gripping leave 2 % of what the stop asks of them, contacts nothing
     part = {"feet": 0.6, "side": 1e-3}[model]
     for step in (1e-3, 1e-4):
-        shares = capsule.regularisation(problem_of(LINE), 0.15, METHODS[model], step)
+        shares = capsule.model_error(problem_of(LINE), 0.15, METHODS[model], step)
         assert sum(shares["displacement"].values()) < part * LINE.closed.braking * step**2 / 8
 
 
@@ -147,18 +147,18 @@ def test_normal_forces_from_the_side() -> None:
         assert np.abs(trajectory.channels["momentum_residual"]).max() < 1e-15 / step
         for i in (1, 2, 3):
             error = found.errors[f"normal_force_{i}"]
-            assert error.foretold is not None
-            assert error.foretold.missed is not None
-            assert error.foretold.missed < 1e-8 * error.scale
-            assert error.foretold.largest > 100 * error.foretold.missed
+            assert error.predicted is not None
+            assert error.predicted.missed is not None
+            assert error.predicted.missed < 1e-8 * error.scale
+            assert error.predicted.largest > 100 * error.predicted.missed
 
 
 @pytest.mark.parametrize("model", ["feet", "side"])
 def test_many_manoeuvres(model: str) -> None:
     # 1e-3 of the whole is asked for; the error of one, 50 times
     train = ManoeuvreTrain(LINE, 50, 0.9, 0.32 - ManoeuvreTrain(LINE, 1, 0.9).period)
-    staging = replace(problem_of(LINE).staging, relative_velocity=train.relative_velocity)
-    seen = ended(CapsuleProblem(train, train, staging), model, 2e-3, 8000)
+    setup = replace(problem_of(LINE).setup, relative_velocity=train.relative_velocity)
+    seen = ended(CapsuleProblem(train, train, setup), model, 2e-3, 8000)
     one = float(step_error(LINE, 2e-3, "mean"))
     assert seen["displacement"] - train.displacement == pytest.approx(50 * one, rel=1e-4)
     assert seen["displacement"] == pytest.approx(train.displacement, rel=1e-3)

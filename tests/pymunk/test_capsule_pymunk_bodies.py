@@ -62,7 +62,7 @@ def uneven(friction: float) -> LineManoeuvre:
 @example(line=uneven(0.2), part=0.03, model="feet")
 def test_any_line_manoeuvre(line: LineManoeuvre, part: float, model: str) -> None:
     step, problem = part * line.t2, problem_of(line)
-    shares = capsule.regularisation(problem, line.t2, METHODS[model], step)
+    shares = capsule.model_error(problem, line.t2, METHODS[model], step)
     allowed = sum(shares["displacement"].values())
     times = np.array([line.t2])
     rounded = (1 + 2 * part**-0.5) * float(problem.reference.uncertainty(times)["displacement"][0])

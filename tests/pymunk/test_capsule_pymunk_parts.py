@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.systems.capsule import Capsule
-from plumbob.analytic.systems.capsule_setup import Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.analytic.systems.slider_path import arc_stroke, fixed
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.engines.adapters.pymunk.capsule_drive import aims, driven, driven_along
@@ -38,7 +38,7 @@ def step_on(assembly: Assembly, step: float, count: int) -> Assembly:
 def test_feet_and_body_weigh_and_turn_as_the_capsule(share: float) -> None:
     corners = ((0.2, 0.0), (-0.05, 0.15), (-0.12, -0.1))  # their centroid is not C
     body = replace(CHECK, supports=corners, inertia=CHECK.inertia * share)
-    found = feet(Staging(body), 1e-3, turning=True)
+    found = feet(CapsuleSetup(body), 1e-3, turning=True)
     mass = sum(part.mass for part in found.parts)
     assert mass == pytest.approx(body.body_mass + body.slider_mass, rel=1e-14)
     parts = [part for part in found.parts if part is not found.slider]
@@ -55,11 +55,11 @@ def test_pins_that_close_strain_the_feet_they_pin() -> None:
     # the pins pull at them in every step, and 0.1 mm of creep comes of it where friction is nearly
     # used up. Pins left alone keep what the start did, and no more.
     scene = find_scene("capsule-hold/0.999")
-    staging = system_of(scene).problem(scene.parameters).staging
+    setup = system_of(scene).problem(scene.parameters).setup
     crept = {}
     for turning in (True, False):
-        assembly = feet(staging, 1e-3, turning)
-        told(staging, assembly.grips)
+        assembly = feet(setup, 1e-3, turning)
+        told(setup, assembly.grips)
         assembly.space.iterations = 50
         for _ in range(10_000):
             assembly.space.step(1e-3)
@@ -71,12 +71,12 @@ def test_pins_that_close_strain_the_feet_they_pin() -> None:
 def test_normal_forces_told_to_the_wrong_feet() -> None:
     # translation needs the moments of friction to balance; with the loads at the wrong supports
     # they do not, and the body turns
-    staging = Staging(CHECK, (0.08, 0.05), velocity=(0.3, 0.1), press=CHECK.gravity)
+    setup = CapsuleSetup(CHECK, (0.08, 0.05), velocity=(0.3, 0.1), press=CHECK.gravity)
     turned = []
     for order in ((0, 1, 2), (1, 2, 0)):
-        assembly = feet(staging, 1e-3, turning=False)
+        assembly = feet(setup, 1e-3, turning=False)
         a, b, c = (assembly.grips[i] for i in order)
-        told(staging, (a, b, c))
+        told(setup, (a, b, c))
         turned.append(abs(step_on(assembly, 1e-3, 150).body.angle))
     assert turned[0] < 1e-6 < 1e-3 < turned[1]
 
@@ -101,9 +101,9 @@ def turn(
     turning = CHECK.inertia + mu * CHECK.body_mass * CIRCLE**2
     half = epsilon * math.sqrt(turning / ((0.2 + mu * CIRCLE) * CHECK.friction * weight))
     path = arc_stroke(CIRCLE, 0.0, turning / (mu * CHECK.body_mass * (CIRCLE * half) ** 2), half)
-    staging, step = Staging(body, (CIRCLE, 0.0), press=body.gravity), half / steps
-    assembly = feet(staging, step, turning=True)
-    tell = told(staging, assembly.grips)
+    setup, step = CapsuleSetup(body, (CIRCLE, 0.0), press=body.gravity), half / steps
+    assembly = feet(setup, step, turning=True)
+    tell = told(setup, assembly.grips)
     aimed = aims(lambda times: path.kinematics(times)[1], (CIRCLE, 0.0), step)
     if shortcut:
         act = driven_along(assembly, aimed, 0.0, tell)
@@ -156,13 +156,13 @@ def test_spin_and_translation() -> None:
     exact = three_point_motion(CHECK, fixed((CIRCLE, 0.0)), start).at(np.array([0.2]))
     errors = []
     for step in (1e-3, 5e-4, 2.5e-4):
-        staging = Staging(
+        setup = CapsuleSetup(
             CHECK, (CIRCLE, 0.0), velocity=(0.4, 0.2), heading_rate=6.0, press=CHECK.gravity
         )
-        assembly = feet(staging, step, turning=True)
-        told(staging, assembly.grips)
+        assembly = feet(setup, step, turning=True)
+        told(setup, assembly.grips)
         settle(assembly, step)
-        seen = in_the_plane(staging, step_on(assembly, step, round(0.2 / step)))()
+        seen = in_the_plane(setup, step_on(assembly, step, round(0.2 / step)))()
         errors.append((seen["heading"] - exact.heading[0]) / step)
     assert errors == pytest.approx([2.73] * 3, rel=0.01)
     assert errors[1] - errors[2] == pytest.approx((errors[0] - errors[1]) / 2, rel=0.2)
@@ -170,9 +170,9 @@ def test_spin_and_translation() -> None:
 
 def test_a_start_in_the_middle_of_a_turn_has_no_jerk() -> None:
     scene = find_scene("capsule-coast/rotation")
-    staging = system_of(scene).problem(scene.parameters).staging
-    assembly = feet(staging, 1e-3, turning=True)
-    told(staging, assembly.grips)
+    setup = system_of(scene).problem(scene.parameters).setup
+    assembly = feet(setup, 1e-3, turning=True)
+    told(setup, assembly.grips)
     settle(assembly, 1e-3)
     rates, speeds = [], []
     for _ in range(5):

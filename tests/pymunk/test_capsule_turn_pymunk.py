@@ -1,4 +1,4 @@
-"""Turns, spins and plans in pymunk: on feet within what is foretold, and what is wrong by a little
+"""Turns, spins and plans in pymunk: on feet within what is predicted, and what is wrong by a little
 goes red; on bare pivots off at any step."""
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ def test_feet_err_as_foretold(name: str, parts: float, share: float) -> None:
     found, _ = run(name, "feet", step_of(name, parts))
     assert verdict(found, "feet") == "pass"
     leading = next(iter(found.errors.values()))
-    assert leading.foretold is not None
-    assert sum(leading.model.values()) <= share * leading.foretold.largest
-    assert leading.largest == pytest.approx(leading.foretold.largest, rel=share)
+    assert leading.predicted is not None
+    assert sum(leading.model.values()) <= share * leading.predicted.largest
+    assert leading.largest == pytest.approx(leading.predicted.largest, rel=share)
 
 
 @pytest.mark.parametrize("epsilon", [0.3, 0.1, 0.03])
@@ -105,7 +105,7 @@ def test_teeth_of_friction_and_of_the_supports(
 
 
 def test_teeth_of_the_moment_about_the_combined_centre(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With CA_i for CA_i - mu r in eq. 25 the engine is not what is foretold."""
+    """With CA_i for CA_i - mu r in eq. 25 the engine is not what is predicted."""
     solved: Callable[..., tuple[Slip, complex]] = plane_chords._solved
 
     def about_com(
@@ -158,10 +158,10 @@ def test_a_switch_at_the_very_end_of_a_step(late: float, least: float, most: flo
     starts = next(e.time for e in problem.reference.motion.events if e.mode == "slide")
     step = starts / (4000 + late)
     lasting = step * math.ceil(problem.motion.duration / step + 1)
-    found, _ = measure(system, replace(short, duration=lasting), how, step)
+    found, _ = measure(system.case(replace(short, duration=lasting)), how, step)
     assert judge(found, system, how).verdict == "pass"
     place = found.errors["x"]
-    assert place.foretold is not None
-    assert place.foretold.missed is not None
-    assert least <= place.foretold.missed <= most
-    assert least == 0.0 or sum(place.model.values()) < 2.0 * place.foretold.missed
+    assert place.predicted is not None
+    assert place.predicted.missed is not None
+    assert least <= place.predicted.missed <= most
+    assert least == 0.0 or sum(place.model.values()) < 2.0 * place.predicted.missed

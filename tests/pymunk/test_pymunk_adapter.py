@@ -29,7 +29,7 @@ def run(
     """One run of a scene of the simple pendulum, cut to `duration` [s]."""
     scene = replace(find_scene(f"simple-pendulum/{name}"), duration=duration)
     how = replace(method, settings={**method.settings, **settings})
-    found, trajectory = measure(system_of(scene), scene, how, step)
+    found, trajectory = measure(system_of(scene).case(scene), how, step)
     assert trajectory is not None
     return found, trajectory
 
@@ -53,9 +53,9 @@ def test_errors_are_what_the_joint_makes_them(name: str, case: str) -> None:
     assert verdict(found, METHODS[name]) == "pass", found
     assert set(found.errors) == {"theta", "theta_dot", "tension"}
     for error in found.errors.values():
-        assert error.foretold is not None
+        assert error.predicted is not None
         share = sum(error.model.values())
-        assert error.largest == pytest.approx(error.foretold.largest, rel=1e-3, abs=share)
+        assert error.largest == pytest.approx(error.predicted.largest, rel=1e-3, abs=share)
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -63,7 +63,7 @@ def test_the_other_joint_is_not_this_one(name: str) -> None:
     other = next(method for method in METHODS.values() if method.name != name)
     wrong = replace(METHODS[name], scheme=other.scheme)
     found, _ = run("free-large", wrong, STEPS[name], duration=2.0)
-    told = found.errors["theta"].foretold
+    told = found.errors["theta"].predicted
     assert told is not None
     assert found.errors["theta"].end != pytest.approx(told.end, rel=0.5)
     assert verdict(found, wrong) == "fail" or name == "pymunk/tight"  # whose error is smaller
@@ -77,8 +77,11 @@ def test_a_parameter_off_by_a_thousandth(name: str, parameter: str) -> None:
     wrong = find_scene(scene.name, {parameter: scene.parameters[parameter] * 1.001})
     system, how = system_of(scene), METHODS[name]
     other = system.reference(system.problem(wrong.parameters))
-    assert verdict(measure(system, scene, how, STEPS[name])[0], how) == "pass"
-    assert verdict(measure(system, scene, how, STEPS[name], other)[0], how) == "fail"
+    assert verdict(measure(system.case(scene), how, STEPS[name])[0], how) == "pass"
+    assert (
+        verdict(measure(replace(system.case(scene), reference=other), how, STEPS[name])[0], how)
+        == "fail"
+    )
 
 
 def test_joints_as_they_come_lose_energy_at_first_order() -> None:
@@ -140,7 +143,7 @@ def test_impulse_tells_the_tension_late(case: str) -> None:
 
 def test_runs_are_the_same_again() -> None:
     scene = replace(find_scene("simple-pendulum/forced-large"), duration=1.0)
-    simulation = prepare(system_of(scene), scene, TIGHT, 1e-3)
+    simulation = prepare(system_of(scene).case(scene), TIGHT, 1e-3)
     first, second = simulation.run(), simulation.run()
     assert first.steps == 1000
     assert first.times[-1] == pytest.approx(1.0)
@@ -163,4 +166,4 @@ def test_a_bob_that_flies_off_is_a_result(iterations: int, monkeypatch: pytest.M
 def test_a_scene_without_a_builder_is_unsupported() -> None:
     scene = find_scene("cone-pendulum")
     with pytest.raises(Unsupported, match="no builder for cone-pendulum"):
-        prepare(system_of(scene), scene, TIGHT, 1e-3)
+        prepare(system_of(scene).case(scene), TIGHT, 1e-3)

@@ -8,7 +8,7 @@ from functools import cache
 import pytest
 
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.convergence import climb
+from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.study import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings import section
@@ -37,8 +37,10 @@ EXACT = -0.0055917  # [m], eq. 22 at physics' check values
 def study(scene: str, *steps: float) -> Study:
     """A scene with some methods at a few steps, and no costs."""
     chosen, methods = find_scene(scene), [find_method(name) for name in METHODS]
-    climbs = tuple(climb(chosen, method, 100_000, steps) for method in methods)
-    return Study("quick", (chosen,), tuple(methods), climbs, {}, 1.0, {"errors": 0, "costs": 0})
+    convergence = tuple(convergence_study(chosen, method, 100_000, steps) for method in methods)
+    return Study(
+        "quick", (chosen,), tuple(methods), convergence, {}, 1.0, {"errors": 0, "costs": 0}
+    )
 
 
 @cache
@@ -161,7 +163,7 @@ def test_hard_case() -> None:
     assert isinstance(numbers, Table)
     assert isinstance(ends, Table)
     assert float(numbers.rows[0][-1].text) == pytest.approx(1e-4 / 0.3, rel=1e-3)
-    error, told = column(ends, "error of"), column(ends, "foretold")
+    error, told = column(ends, "error of"), column(ends, "predicted")
     assert error["mujoco/euler+reduced"] == pytest.approx(told["mujoco/euler+reduced"], rel=0.02)
 
 
@@ -183,7 +185,7 @@ def test_creep() -> None:
 
 def test_train() -> None:
     (found,) = findings_of("capsule-train", study("capsule-train/ten", 1e-3))
-    error, told = column(found.tables[0], "relative"), column(found.tables[0], "foretold")
+    error, told = column(found.tables[0], "relative"), column(found.tables[0], "predicted")
     assert error["mujoco/euler+reduced"] == pytest.approx(told["mujoco/euler+reduced"], rel=0.01)
     assert error["mujoco/euler+coulomb"] < 1.2e-4
     assert error["mujoco/euler"] > 0.02

@@ -51,7 +51,7 @@ def test_energy_is_bounded_or_drifts_as_foretold() -> None:
     assert {name for name, d in drifts.items() if d.secular} == {"mujoco/rk4"}
     drift = drifts["mujoco/rk4"]
     # Ripple that a line through whole turns and a part of one does not average out: 0.2 %.
-    assert drift.rate == pytest.approx(drift.foretold, rel=0.005)
+    assert drift.rate == pytest.approx(drift.predicted, rel=0.005)
     assert drift.round_off < 1e-3 * abs(drift.rate)
 
 

@@ -103,9 +103,16 @@ def test_axes_have_units(document: Document) -> None:
 def test_what_others_wrote_is_text(tmp_path: Path) -> None:
     study = made_up([(Method("made/up", "rk4", 4), (1e-3, 1e-4), lambda h: h)])
     scene = replace(study.scenes[0], summary=HOSTILE)
-    climb = study.climbs[0]
-    runs = tuple(replace(m, status="diverged", reason=HOSTILE) for m in climb.measurements)
-    hostile = replace(study, scenes=(scene,), climbs=(replace(climb, measurements=runs),), costs={})
+    convergence_study = study.convergence[0]
+    runs = tuple(
+        replace(m, status="diverged", reason=HOSTILE) for m in convergence_study.measurements
+    )
+    hostile = replace(
+        study,
+        scenes=(scene,),
+        convergence=(replace(convergence_study, measurements=runs),),
+        costs={},
+    )
     text = write_page(hostile, tmp_path, HOSTILE, lambda name: None).read_text("utf-8")
     assert "onerror" in text
     assert "img" not in Document(text).tags

@@ -46,7 +46,7 @@ def test_notebook_errs_by_what_physics_says() -> None:
     wanted = ["1.29e-4", "0.00777", "0.0417", "0.0597", "2.48e-5", "1.07e-4", "1.64e-4"]
     rows = texts(found)
     assert [row[3] for row in rows] == wanted
-    assert [row[4] for row in rows][:2] == wanted[:2]  # foretold, where the study has it
+    assert [row[4] for row in rows][:2] == wanted[:2]  # predicted, where the study has it
     for row in rows:
         own, linear, apart = (float(row[i]) for i in (3, 5, 6))
         assert apart > max(own, linear)  # as the summary says: the linear equation errs more
@@ -83,7 +83,7 @@ def test_orders_are_those_foretold() -> None:
             assert slope == pytest.approx(float(told), abs=0.05)
     slopes = {row[0]: float(row[1].split()[0]) for row in texts(found)}  # of RK4
     assert slopes == pytest.approx({"free-small": 4.0, "free-large": 5.0}, abs=0.4)  # to 0.1 s
-    assert orders.finding(replace(study(), climbs=())) is None
+    assert orders.finding(replace(study(), convergence=())) is None
 
 
 def test_a_held_control_costs_orders() -> None:
@@ -100,10 +100,10 @@ def test_energy_is_bounded_drifts_or_is_lost() -> None:
     assert {name for name, d in drifts.items() if d.secular} == {"ode/rk4", "pymunk/default"}
     rk4 = drifts["ode/rk4"]
     # a line through whole periods and a part of one: 18 of them leave 0.3 % of the ripple
-    assert rk4.rate == pytest.approx(rk4.foretold, rel=5e-3)
-    assert energy.foretold_loss(1e-3) == pytest.approx(2 * energy.foretold_loss(5e-4))
+    assert rk4.rate == pytest.approx(rk4.predicted, rel=5e-3)
+    assert energy.predicted_loss(1e-3) == pytest.approx(2 * energy.predicted_loss(5e-4))
     # the first term; the second is 5 % of it at 1e-3 s and halves with the step
-    gaps = [1 - (energy.loss("pymunk/default", h) or 0) / energy.foretold_loss(h)
+    gaps = [1 - (energy.loss("pymunk/default", h) or 0) / energy.predicted_loss(h)
             for h in (1e-3, 5e-4, 2.5e-4)]  # fmt: skip
     assert gaps[0] == pytest.approx(0.055, abs=0.01)
     assert gaps[1:] == pytest.approx([gaps[0] / 2, gaps[0] / 4], rel=0.1)

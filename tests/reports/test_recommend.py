@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.measurement import Foretold
+from plumbob.engines.study.measurement import Prediction
 from plumbob.engines.study.study import Study
-from plumbob.models.ladder import ladder
+from plumbob.models.step_sizes import step_sizes
 from plumbob.reports.judge.recommend import cheapest
 from plumbob.tests.support.studies import SCENE, made_up
 
-STEPS = ladder(5e-3, 1e-5)
+STEPS = step_sizes(5e-3, 1e-5)
 FIRST, FOURTH = Method("made/euler", "euler", 1), Method("made/rk4", "rk4", 4)
 ADAPTIVE = Method("made/dop853", "adaptive", None, "tolerance")
 positive = st.floats(-3, 3).map(lambda x: 10.0**x)
@@ -44,7 +44,7 @@ def test_convex_curve(c4: float, c5: float, wanted: float) -> None:
     assert choice.step >= finer[0]
     if finer[0] != STEPS[0]:
         # Not much dearer than it need be: order 4 is counted on where a slope of 5 is true, which
-        # over a rung of 2.5 costs 2.5^(1/4) at most, the margin 1.05^(1/4), two digits 10 %.
+        # over a step of 2.5 costs 2.5^(1/4) at most, the margin 1.05^(1/4), two digits 10 %.
         assert error(1.4 * choice.step) > wanted
 
 
@@ -116,9 +116,9 @@ def test_a_run_that_diverged_bounds_the_step() -> None:
 
 
 def test_adaptive_solvers_are_asked_for_what_was_run() -> None:
-    rungs = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
-    jumpy = dict(zip(rungs, (1e-2, 3e-4, 1e-3, 1e-5, 1e-6), strict=True))
-    study = made_up([(ADAPTIVE, rungs, jumpy.__getitem__)])
+    chosen_step_sizes = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
+    jumpy = dict(zip(chosen_step_sizes, (1e-2, 3e-4, 1e-3, 1e-5, 1e-6), strict=True))
+    study = made_up([(ADAPTIVE, chosen_step_sizes, jumpy.__getitem__)])
     choice = cheapest(study, SCENE, 5e-4).choice
     assert choice is not None
     assert (choice.step, choice.measured) == (1e-6, True)
@@ -165,23 +165,25 @@ def test_where_theory_has_no_series_the_rungs_alone_count() -> None:
     smooth = cheapest(study, SCENE, 5e-3).choice
     assert smooth is not None
     assert not smooth.measured
-    (climb,) = study.climbs
+    (convergence_study,) = study.convergence
     untold = [
-        replace(m, errors={n: replace(e, foretold=None) for n, e in m.errors.items()})
-        for m in climb.measurements
+        replace(m, errors={n: replace(e, predicted=None) for n, e in m.errors.items()})
+        for m in convergence_study.measurements
     ]
     sawtooth = [
         replace(
             m,
             errors={
-                n: replace(e, foretold=Foretold(e.largest, e.end, {}, 0.0, missed=0.0))
+                n: replace(e, predicted=Prediction(e.largest, e.end, {}, 0.0, missed=0.0))
                 for n, e in m.errors.items()
             },
         )
-        for m in climb.measurements
+        for m in convergence_study.measurements
     ]
     for runs in (untold, sawtooth):
-        changed = replace(study, climbs=(replace(climb, measurements=tuple(runs)),))
+        changed = replace(
+            study, convergence=(replace(convergence_study, measurements=tuple(runs)),)
+        )
         choice = cheapest(changed, SCENE, 5e-3).choice
         assert choice is not None
         assert (choice.step, choice.measured) == (5e-4, True)

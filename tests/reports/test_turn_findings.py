@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.convergence import climb
+from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.study import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
@@ -25,8 +25,10 @@ EULER, FEET, DEFAULT = "mujoco/euler+coulomb", "pymunk/feet", "mujoco/euler"
 def study(scene: str, methods: tuple[str, ...], *steps: float) -> Study:
     """A scene with some methods at a few steps, and no costs; without steps, not run."""
     chosen, hows = find_scene(scene), [find_method(name) for name in methods]
-    climbs = tuple(climb(chosen, how, 100_000, steps) for how in hows if steps)
-    return Study("quick", (chosen,), tuple(hows), climbs, {}, 1.0, {"errors": 0.0, "costs": 0.0})
+    convergence = tuple(convergence_study(chosen, how, 100_000, steps) for how in hows if steps)
+    return Study(
+        "quick", (chosen,), tuple(hows), convergence, {}, 1.0, {"errors": 0.0, "costs": 0.0}
+    )
 
 
 def column(table: Table, head: int | str, key: int = 0) -> dict[str, str]:
@@ -64,7 +66,7 @@ def test_angle_and_the_bar() -> None:
     for epsilon in ("0.3", "0.03"):
         assert met[epsilon, "mujoco/rk4+coulomb"] == met[epsilon, FEET] == "met"
         assert met[epsilon, EULER] == met[epsilon, DEFAULT] == "not met"
-    for plot in found.figures:  # two formulas, four methods, and Euler's step where it is foretold
+    for plot in found.figures:  # two formulas, four methods, and Euler's step where it is predicted
         names = [str(trace["name"]) for trace in plot.traces]
         assert sum("slope" in name for name in names) == 2
         assert {EULER, FEET, DEFAULT} <= set(names)
@@ -120,7 +122,7 @@ def test_modes_of_a_motion_that_pivots() -> None:
     assert sum(isinstance(one, Figure) for one in shown) == 2
     ends = shown[-1]
     assert isinstance(ends, Table)
-    told, end = column(ends, "foretold [rad]"), column(ends, "at the finest [rad]")
+    told, end = column(ends, "predicted [rad]"), column(ends, "at the finest [rad]")
     for method in (EULER, FEET):
         assert float(end[method]) == pytest.approx(float(told[method]), rel=0.02)
 

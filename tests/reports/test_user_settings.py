@@ -11,12 +11,12 @@ from plumbob.engines.adapters.mujoco.like import NAME
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.study import Study, joined
-from plumbob.models.ladder import ladder
+from plumbob.models.step_sizes import step_sizes
 from plumbob.reports.judge.user_settings import instead, lines, table, yours
 from plumbob.tests.support.studies import SCENE, made_up
 
-STEPS = ladder(5e-3, 1e-4)
-OWN = replace(find_method("mujoco/euler"), name=NAME, ladder=(2e-3, 1e-3, 5e-4, 2.5e-4))
+STEPS = step_sizes(5e-3, 1e-4)
+OWN = replace(find_method("mujoco/euler"), name=NAME, step_sizes=(2e-3, 1e-3, 5e-4, 2.5e-4))
 RK4, PEER = find_method("mujoco/rk4"), find_method("ode/rk4")
 EXACT = Method("exact/closed-form", "closed-form", None, "tolerance", {}, (1e-16,))
 
@@ -25,10 +25,10 @@ def study(largest: float = 1.0) -> Study:
     """Errors 1000 h, 1e8 h^4 twice, and a closed form; steps of 1000, 4000, 2000 and 10 ns."""
     return made_up(
         [
-            (OWN, OWN.ladder, lambda h: 1e3 * h * largest),
+            (OWN, OWN.step_sizes, lambda h: 1e3 * h * largest),
             (RK4, STEPS, lambda h: 1e8 * h**4),
             (PEER, STEPS, lambda h: 1e8 * h**4),
-            (EXACT, EXACT.ladder, lambda h: 1e-15),
+            (EXACT, EXACT.step_sizes, lambda h: 1e-15),
         ],
         ns=(1000.0, 4000.0, 2000.0, 10.0),
     )
@@ -77,11 +77,11 @@ def test_the_same_setting_by_another_name_is_no_alternative() -> None:
     def error(h: float) -> float:
         return 1e3 * h
 
-    twin = made_up([(OWN, OWN.ladder, error), (find_method("mujoco/euler"), STEPS, error)],
+    twin = made_up([(OWN, OWN.step_sizes, error), (find_method("mujoco/euler"), STEPS, error)],
                    ns=(1000.0, 900.0))  # fmt: skip
     (found,) = yours(twin)
     assert (found.as_exact.anywhere, found.better.anywhere) == (None, None)
-    apart = made_up([(OWN, OWN.ladder, error),
+    apart = made_up([(OWN, OWN.step_sizes, error),
                      (find_method("mujoco/euler"), STEPS, lambda h: 0.999 * error(h))],
                     ns=(1000.0, 900.0))  # fmt: skip
     (found,) = yours(apart)
@@ -95,9 +95,11 @@ def test_nothing_is_said_without_a_users_settings() -> None:
 
 def test_joined_costs_are_those_of_the_first_study() -> None:
     first = made_up([(RK4, STEPS, lambda h: h)], ns=(4000.0,))
-    slow = replace(made_up([(OWN, OWN.ladder, lambda h: h)], ns=(3000.0,)), yardstick=3000.0)
+    slow = replace(
+        made_up([(OWN, OWN.step_sizes, lambda h: h)], ns=(3000.0,)), reference_step=3000.0
+    )
     both = joined(first, slow)
     assert [m.name for m in both.methods] == [NAME, "mujoco/rk4"]
-    # the yardstick took three times as long: on the first day a step would have taken 1000 ns
+    # the reference_step took three times as long: on the first day a step would have taken 1000 ns
     assert both.costs[SCENE, NAME].ns_per_step == pytest.approx(1000.0)
     assert both.costs[SCENE, "mujoco/rk4"].ns_per_step == 4000.0

@@ -13,7 +13,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.adapters.mujoco import ENGINE, prepare, regularisation
+from plumbob.engines.adapters.mujoco import ENGINE, model_error, prepare
 from plumbob.engines.adapters.mujoco.contact_profiles import PROFILES, convergent, profile
 from plumbob.engines.adapters.mujoco.saving import saving
 from plumbob.engines.adapters.mujoco.simulation import compiled
@@ -48,7 +48,7 @@ def test_loads_swapped_between_two_supports(method: str) -> None:
 def test_the_reaction_on_the_body_dropped() -> None:
     # the slider's mass moved to the body: the weight is the same, and nothing pushes
     case = scene("capsule-line/ca1")
-    simulation = compiled(LINE, case, METHODS["euler+coulomb"], 1e-3)
+    simulation = compiled(LINE.case(case), METHODS["euler+coulomb"], 1e-3)
     model, data = simulation.model, mujoco.MjData(simulation.model)
     model.body_mass[model.body("body").id] += model.body_mass[model.body("slider").id]
     model.body_mass[model.body("slider").id] = 1e-12
@@ -59,8 +59,8 @@ def test_the_reaction_on_the_body_dropped() -> None:
 
 def test_a_step_twice_as_large_is_seen() -> None:
     case, method = scene("capsule-line/ca1"), METHODS["euler+coulomb"]
-    fine, _ = measure(LINE, case, method, 5e-4)
-    coarse, _ = measure(LINE, case, method, 1e-3)
+    fine, _ = measure(LINE.case(case), method, 5e-4)
+    coarse, _ = measure(LINE.case(case), method, 1e-3)
     pretended = {
         name: replace(error, largest=coarse.errors[name].largest)
         for name, error in fine.errors.items()
@@ -70,11 +70,11 @@ def test_a_step_twice_as_large_is_seen() -> None:
 
 
 def tight(found: Measurement, name: str) -> float:
-    """Bound of what the model adds over what is not foretold."""
+    """Bound of what the model adds over what is not predicted."""
     error = found.errors[name]
-    assert error.foretold is not None
-    assert error.foretold.missed is not None
-    return sum(error.model.values()) / error.foretold.missed
+    assert error.predicted is not None
+    assert error.predicted.missed is not None
+    return sum(error.model.values()) / error.predicted.missed
 
 
 @pytest.mark.parametrize("step", [1e-3, 1e-4])
@@ -89,7 +89,7 @@ def test_bounds_are_not_loose(step: float) -> None:
 def test_the_slider_follows_its_control_but_for_its_armature() -> None:
     _, moved = run("capsule-line/ca1", "euler+coulomb", 1e-3)
     exact: Any = LINE.problem(scene("capsule-line/ca1").parameters).reference
-    told = exact.foretold("semi-implicit-euler", 1e-3, moved.times)["stroke"]
+    told = exact.predicted("semi-implicit-euler", 1e-3, moved.times)["stroke"]
     off = moved.observables["stroke"] - exact.observe(moved.times)["stroke"] - told
     # m/A = 3e-11 of the slider's way in space, 0.076 m
     assert off[-1] == pytest.approx(-3e-11 * (0.0817786 - 0.0055917), rel=1e-3)
@@ -118,17 +118,17 @@ def test_the_planar_model_shares_the_weight_equally() -> None:
 @pytest.mark.parametrize("name", ["capsule-line/ca1", "capsule-hold/0.9"])
 def test_trimming_changes_no_bit(name: str, model: str) -> None:
     case = scene(name)
-    assert saving(system_of(case), case, METHODS[model], 1e-4, steps=300, repeats=3).identical
+    assert saving(system_of(case).case(case), METHODS[model], 1e-4, steps=300, repeats=3).identical
 
 
 def test_what_is_not_meant_for_a_scene_says_so() -> None:
-    found, trajectory = measure(LINE, scene("capsule-line/ca1"), METHODS["euler+planar"], 1e-3)
+    found, trajectory = measure(LINE.case(scene("capsule-line/ca1")), METHODS["euler+planar"], 1e-3)
     assert found.status == "unsupported"
     assert "not meant" in found.reason
     assert trajectory is None
     turning = scene("capsule-coast/rotation")
     with pytest.raises(Unsupported, match="one line"):
-        prepare(system_of(turning), turning, METHODS["euler+reduced"], 1e-3)
+        prepare(system_of(turning).case(turning), METHODS["euler+reduced"], 1e-3)
 
 
 def test_an_unknown_profile_is_refused() -> None:
@@ -142,8 +142,8 @@ def test_an_unknown_profile_is_refused() -> None:
 
 def test_other_contacts_have_no_bounds() -> None:
     case = scene("capsule-line/ca1")
-    assert regularisation(LINE, case, METHODS["euler"], 1e-3) == {}
-    assert regularisation(LINE, case, METHODS["euler+coulomb"], 1e-3)
+    assert model_error(LINE.case(case), METHODS["euler"], 1e-3) == {}
+    assert model_error(LINE.case(case), METHODS["euler+coulomb"], 1e-3)
 
 
 @st.composite
@@ -186,7 +186,7 @@ def test_any_body_goes_as_foretold(given: dict[str, Any], method: str, fine: flo
     assume(end * fine / given["t1"] < 3000)
     case = Scene("capsule-line/any", "", given, end, (), "")
     how = next(m for m in ENGINE.methods if m.name == f"mujoco/{method}")
-    found, _ = measure(LINE, case, how, given["t1"] / fine)
+    found, _ = measure(LINE.case(case), how, given["t1"] / fine)
     judgement = judge(found, LINE, how)
     assert judgement.verdict == "pass", judgement.reason
 
@@ -194,7 +194,7 @@ def test_any_body_goes_as_foretold(given: dict[str, Any], method: str, fine: flo
 def test_unscaled_the_solvers_tolerance_is_no_tolerance() -> None:
     # 1e-8 of a trace that the armature makes 1e10: the solver keeps the last step's answer
     case, method = scene("capsule-line/ca1"), METHODS["implicitfast+coulomb"]
-    simulation = compiled(LINE, case, method, 1e-3)
+    simulation = compiled(LINE.case(case), method, 1e-3)
     simulation.model.opt.tolerance = 1e-12
     wrong = simulation.run().observables["displacement"][-1] + 0.0055917
     right, _ = displaced("capsule-line/ca1", "implicitfast+coulomb", 1e-3)

@@ -21,10 +21,15 @@ METHODS = [("mujoco/rk4", 5e-4), ("ode/rk4", 5e-4), ("mujoco/rk4", 1e-4), ("ode/
 def test_a_parameter_off_by_a_millionth(name: str, method: str, step: float) -> None:
     right = find_scene("cone-pendulum/rotating-base")
     system, how = system_of(right), find_method(method)
-    assert judge(measure(system, right, how, step)[0], system, how).verdict == "pass"
+    assert judge(measure(system.case(right), how, step)[0], system, how).verdict == "pass"
     wrong = find_scene(right.name, {name: right.parameters[name] * (1 + 1e-6)})
     other = system.reference(system.problem(wrong.parameters))
-    assert judge(measure(system, right, how, step, other)[0], system, how).verdict == "fail"
+    assert (
+        judge(
+            measure(replace(system.case(right), reference=other), how, step)[0], system, how
+        ).verdict
+        == "fail"
+    )
 
 
 @pytest.mark.parametrize(("method", "step"), [*METHODS, ("mujoco/euler", 1e-4)])
@@ -32,7 +37,12 @@ def test_the_printed_hamiltonian(method: str, step: float) -> None:
     scene = find_scene("cone-pendulum/rotating-base")
     system, how = system_of(scene), find_method(method)
     printed = system.problem(scene.parameters).printed_motion()
-    assert judge(measure(system, scene, how, step, printed)[0], system, how).verdict == "fail"
+    assert (
+        judge(
+            measure(replace(system.case(scene), reference=printed), how, step)[0], system, how
+        ).verdict
+        == "fail"
+    )
 
 
 @pytest.mark.parametrize("scene_name", ["rotating-base", "unequal-inertia", "deep-well"])
@@ -40,8 +50,8 @@ def test_the_printed_hamiltonian(method: str, step: float) -> None:
 def test_a_step_ten_times_too_large(method: str, scene_name: str) -> None:
     scene = find_scene(f"cone-pendulum/{scene_name}")
     system, how = system_of(scene), find_method(method)
-    right, _ = measure(system, scene, how, 2e-4)
-    large, _ = measure(system, scene, how, 2e-3)
+    right, _ = measure(system.case(scene), how, 2e-4)
+    large, _ = measure(system.case(scene), how, 2e-3)
     assert judge(right, system, how).verdict == "pass"
     pretended = {
         name: replace(error, largest=large.errors[name].largest)
@@ -56,15 +66,20 @@ def test_the_inertia_that_the_source_prints() -> None:
     system, how = system_of(scene), find_method("mujoco/rk4")
     printed = find_scene(scene.name, {"inertia_y": scene.parameters["inertia_x"]})
     other = system.reference(system.problem(printed.parameters))
-    assert judge(measure(system, scene, how, 5e-4)[0], system, how).verdict == "pass"
-    assert judge(measure(system, scene, how, 5e-4, other)[0], system, how).verdict == "fail"
+    assert judge(measure(system.case(scene), how, 5e-4)[0], system, how).verdict == "pass"
+    assert (
+        judge(
+            measure(replace(system.case(scene), reference=other), how, 5e-4)[0], system, how
+        ).verdict
+        == "fail"
+    )
 
 
 def test_a_bound_wider_than_the_motion_is_no_bound() -> None:
     """Near a separatrix what a loose solver is allowed exceeds all that the motion can do."""
     scene = find_scene("cone-pendulum/above-barrier-1e-6")
     system, how = system_of(scene), find_method("ode/radau")
-    found, _ = measure(system, scene, how, 1e-5)
+    found, _ = measure(system.case(scene), how, 1e-5)
     assert found.errors["theta"].largest > 1.0
     assert judge(found, system, how).verdict == "coarse"
 
@@ -73,10 +88,10 @@ def test_a_step_that_leads_elsewhere_claims_nothing() -> None:
     """What a model adds is reckoned along the exact motion, and holds near that alone."""
     scene = find_scene("capsule-line/ca1")
     system, how = system_of(scene), find_method("mujoco/euler+coulomb")
-    found, _ = measure(system, scene, how, 1e-3)
+    found, _ = measure(system.case(scene), how, 1e-3)
     error = found.errors["displacement"]
-    assert error.foretold is not None
+    assert error.predicted is not None
     assert judge(found, system, how).verdict == "pass"
-    far = replace(error, foretold=replace(error.foretold, largest=0.6 * error.scale))
+    far = replace(error, predicted=replace(error.predicted, largest=0.6 * error.scale))
     elsewhere = replace(found, errors={**found.errors, "displacement": far})
     assert judge(elsewhere, system, how).verdict == "coarse"

@@ -37,8 +37,10 @@ DURATION = 20.0  # [s]
 def verdict(name: str, method: str, step: float, exact: Reference | None = None) -> str:
     """The verdict on one run, held against its own reference or another."""
     scene, how = replace(find_scene(name), duration=DURATION), find_method(method)
-    system = system_of(scene)
-    return judge(measure(system, scene, how, step, exact)[0], system, how).verdict
+    case = system_of(scene).case(scene)
+    if exact is not None:
+        case = replace(case, reference=exact)
+    return judge(measure(case, how, step)[0], case.system, how).verdict
 
 
 @pytest.mark.parametrize("parameter", ["length", "damping_rate"])

@@ -20,7 +20,7 @@ SCENE = find_scene("simple-pendulum/free-large")  # 50 s
 
 
 def timed(method: str, step: float, budget: float) -> Any:
-    return cost._sized(system_of(SCENE), SCENE, find_method(method), step, budget)
+    return cost._sized(system_of(SCENE).case(SCENE), find_method(method), step, budget)
 
 
 @pytest.mark.parametrize(("method", "step"), [("ode/dop853", 1e-8), ("ode/radau", 1e-4)])
@@ -62,5 +62,5 @@ def test_waiting_is_no_cost(computing: float) -> None:
 def test_what_a_model_leaves_out_is_timed_whatever_its_controls(name: str) -> None:
     scene = find_scene(name)
     method = "mujoco/euler+coulomb" if name.startswith("capsule") else "mujoco/euler"
-    found = saving(system_of(scene), scene, find_method(method), 1e-4, steps=50, repeats=1)
+    found = saving(system_of(scene).case(scene), find_method(method), 1e-4, steps=50, repeats=1)
     assert found.identical

@@ -18,7 +18,7 @@ from plumbob.analytic.systems.cone_pendulum import cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.adapters.divergence import possible_speed
 from plumbob.engines.adapters.mujoco import ENGINE as MUJOCO
-from plumbob.engines.adapters.ode import ENGINE, prepare, regularisation
+from plumbob.engines.adapters.ode import ENGINE, model_error, prepare
 from plumbob.engines.adapters.ode.adaptive_run import AdaptiveSimulation, solver_called
 from plumbob.engines.adapters.ode.equation import Equation
 from plumbob.engines.adapters.ode.fixed_run import FixedStepSimulation
@@ -35,7 +35,7 @@ END = np.array([0.5])
 
 def run(method: Method, step: float, duration: float = 0.5, **given: Any) -> Trajectory:
     """Run the default scene, with some of its fields changed."""
-    return prepare(SYSTEM, scene(duration, **given), method, step).run()
+    return prepare(SYSTEM.case(scene(duration, **given)), method, step).run()
 
 
 def error(method: Method, step: float, **given: Any) -> float:
@@ -97,7 +97,7 @@ def test_a_tighter_tolerance_errs_less(method: Method) -> None:
 def test_mujoco_takes_the_same_steps(ours: str, theirs: str) -> None:
     # the same scheme on the same equation, by two programs: 500 steps of round-off apart
     other = next(method for method in MUJOCO.methods if method.name == f"mujoco/{theirs}")
-    engine = MUJOCO.prepare(SYSTEM, scene(), other, 1e-3).run()
+    engine = MUJOCO.prepare(SYSTEM.case(scene()), other, 1e-3).run()
     solver = run(METHODS[f"ode/{ours}"], 1e-3)
     np.testing.assert_allclose(
         solver.observables["theta"], engine.observables["theta"], rtol=0, atol=2e-12
@@ -214,21 +214,21 @@ def test_no_motion_exceeds_the_speed_that_limits_are_made_of() -> None:
 @pytest.mark.parametrize("method", [*FIXED, *ADAPTIVE], ids=lambda method: method.name)
 def test_a_step_or_tolerance_that_cannot_be_is_refused(method: Method, step: float) -> None:
     with pytest.raises(ParameterError, match=r"^step = .*: must be [^\n]*$"):
-        prepare(SYSTEM, scene(), method, step)
+        prepare(SYSTEM.case(scene()), method, step)
 
 
 def test_nan_is_refused_by_name() -> None:
     with pytest.raises(ParameterError, match=r"^theta = nan: must be a finite number$"):
-        prepare(SYSTEM, scene(theta=float("nan")), FIXED[0], 1e-3)
+        prepare(SYSTEM.case(scene(theta=float("nan"))), FIXED[0], 1e-3)
 
 
 def test_a_system_without_equation_is_unsupported() -> None:
-    with pytest.raises(Unsupported, match="no equation of motion for spring-mattress"):
-        prepare(replace(SYSTEM, name="spring-mattress"), scene(), FIXED[0], 1e-3)
+    with pytest.raises(Unsupported, match="no builder for spring-mattress"):
+        prepare(replace(SYSTEM, name="spring-mattress", family="spring_mattress").case(scene()), FIXED[0], 1e-3)
 
 
 def test_an_equation_of_motion_adds_nothing_of_its_own() -> None:
-    assert not regularisation(SYSTEM, scene(), FIXED[0], 1e-3)
+    assert not model_error(SYSTEM.case(scene()), FIXED[0], 1e-3)
 
 
 def test_reference_is_the_closed_form() -> None:

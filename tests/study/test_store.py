@@ -35,21 +35,21 @@ def test_a_study_comes_back_as_it_was(study: Study, tmp_path: Path) -> None:
     number = _save(study, tmp_path / store.FILE)
     back = store.load(tmp_path / store.FILE, number)
     assert back is not None
-    assert back.climbs == study.climbs
+    assert back.convergence == study.convergence
     assert back.costs == study.costs
     assert back.methods == study.methods
     assert [s.name for s in back.scenes] == [s.name for s in study.scenes]
-    assert back.yardstick == study.yardstick
+    assert back.reference_step == study.reference_step
 
 
 def test_the_newest_study_of_a_scene(study: Study, tmp_path: Path) -> None:
     file = tmp_path / store.FILE
     assert store.load(file) is None
     first = _save(study, file)
-    _save(replace(study, scenes=(), climbs=(), costs={}, yardstick=math.nan), file)
+    _save(replace(study, scenes=(), convergence=(), costs={}, reference_step=math.nan), file)
     found = store.load(file, scene=SCENE)
     assert found is not None
-    assert found.climbs == study.climbs
+    assert found.convergence == study.convergence
     assert store.load(file, first) == found
     assert store.load(file, scene="nothing/like-it") is None
 
@@ -68,13 +68,13 @@ def test_compare_tells_what_moved(
     assert main(["compare", str(tmp_path / "a"), str(tmp_path / "b")]) == 0
     assert "nothing has moved" in capsys.readouterr().out
     worse = []
-    for c in study.climbs:
+    for c in study.convergence:
         runs = []
         for m in c.measurements:
             errors = {n: replace(e, largest=1.01 * e.largest) for n, e in m.errors.items()}
             runs.append(replace(m, errors=errors) if c.method == "ode/rk4" else m)
         worse.append(replace(c, measurements=tuple(runs)))
-    _save(replace(study, climbs=tuple(worse)), tmp_path / "b")
+    _save(replace(study, convergence=tuple(worse)), tmp_path / "b")
     assert main(["compare", str(tmp_path / "a"), str(tmp_path / "b#2")]) == 1  # and so a verdict
     out = capsys.readouterr().out
     assert "ode/rk4: theta error at" in out
@@ -123,7 +123,7 @@ def test_recommend_answers_within_a_second(study: Study, tmp_path: Path) -> None
 
 def test_a_users_settings_come_back_as_they_were(study: Study, tmp_path: Path) -> None:
     own = replace(
-        study.methods[0], name="mujoco/mine", ladder=(2e-3, 1e-3),
+        study.methods[0], name="mujoco/mine", step_sizes=(2e-3, 1e-3),
         settings={"integrator": "euler", "contact": {"solref": (0.02, 1.0), "condim": 3}},
     )  # fmt: skip
     number = _save(replace(study, methods=(own,)), tmp_path / store.FILE)

@@ -12,7 +12,7 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method, methods
-from plumbob.engines.study.convergence import Climb, climb
+from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
 from plumbob.engines.study.measurement import floor, measure
 from plumbob.engines.study.study import Study, run_study
 from plumbob.models.registry import scene, scenes, system_of
@@ -27,18 +27,20 @@ def _study(**how: object) -> Study:
     return run_study(chosen, methods(METHODS), timed=False, **how)  # type: ignore[arg-type]
 
 
-def _errors(climbs: tuple[Climb, ...]) -> list[tuple[str, str, float, float]]:
+def _errors(convergence: tuple[ConvergenceStudy, ...]) -> list[tuple[str, str, float, float]]:
     return [
-        (c.scene, c.method, m.step, m.errors["theta"].end) for c in climbs for m in c.measurements
+        (c.scene, c.method, m.step, m.errors["theta"].end)
+        for c in convergence
+        for m in c.measurements
     ]
 
 
 def test_one_process_two_and_an_executor_agree_to_the_last_bit() -> None:
-    alone = _errors(_study(jobs=1).climbs)
+    alone = _errors(_study(jobs=1).convergence)
     assert len(alone) == 16
-    assert _errors(_study(jobs=2).climbs) == alone
+    assert _errors(_study(jobs=2).convergence) == alone
     with ThreadPoolExecutor(2) as executor:
-        assert _errors(_study(executor=executor).climbs) == alone
+        assert _errors(_study(executor=executor).convergence) == alone
 
 
 @pytest.mark.parametrize("item", [*scenes(), *methods()], ids=lambda item: item.name)
@@ -51,13 +53,13 @@ def test_costs_are_medians_and_ratios_of_one_run() -> None:
     cheap, dear = (study.costs["cone-pendulum/deep-well", f"ode/{m}"] for m in ("euler", "rk4"))
     for cost in (cheap, dear):
         assert 0 < cost.low <= cost.ns_per_step <= cost.high
-        assert cost.ratio == pytest.approx(cost.ns_per_step / study.yardstick)
+        assert cost.ratio == pytest.approx(cost.ns_per_step / study.reference_step)
         assert cost.repeats >= 5
 
 
 def test_the_ladder_stops_where_the_error_has_reached_its_floor() -> None:
     chosen = scene("cone-pendulum/resting-base")
-    found = climb(chosen, method("ode/rk4"), most_steps=10**6)
+    found = convergence_study(chosen, method("ode/rk4"), most_steps=10**6)
     last = found.measurements[-1]
     assert last.step > min(chosen.steps)
     assert last.errors["theta"].largest <= 3.0 * floor(last.errors["theta"], last.steps)
@@ -68,14 +70,14 @@ def test_an_engine_that_is_not_there_is_missing_and_nothing_else(
 ) -> None:
     monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
     chosen = scene("cone-pendulum")
-    found, run = measure(system_of(chosen), chosen, method("mujoco/rk4"), 1e-3)
+    found, run = measure(system_of(chosen).case(chosen), method("mujoco/rk4"), 1e-3)
     assert (found.status, run) == ("missing", None)
     assert "mujoco" in found.reason
 
 
 def test_a_step_far_too_large_diverges_as_a_result() -> None:
     chosen = scene("cone-pendulum", {"platform_rate": 900.0})
-    found, _ = measure(system_of(chosen), chosen, method("mujoco/euler"), 0.05)
+    found, _ = measure(system_of(chosen).case(chosen), method("mujoco/euler"), 0.05)
     assert found.status == "diverged"
     assert found.diverged_at is not None
     assert not found.errors
@@ -86,10 +88,12 @@ def test_nothing_is_left_in_the_working_folder(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     chosen = scene("cone-pendulum", {"platform_rate": 900.0})
-    measure(system_of(chosen), chosen, method("mujoco/euler"), 0.05)
+    measure(system_of(chosen).case(chosen), method("mujoco/euler"), 0.05)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_ladder_of_nonsense_is_refused() -> None:
     with pytest.raises(ParameterError, match="step"):
-        measure(system_of(scene("cone-pendulum")), scene("cone-pendulum"), method("ode/rk4"), -1.0)
+        measure(
+            system_of(scene("cone-pendulum")).case(scene("cone-pendulum")), method("ode/rk4"), -1.0
+        )

@@ -37,6 +37,7 @@ SYSTEM = System(
     invariants=_nothing,
     facts=_nothing,
     mjcf=MJCF,
+    family="cone_pendulum",
 )
 
 

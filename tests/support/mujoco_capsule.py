@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -28,8 +29,10 @@ def run(
     """One run of a scene, held against its own answer or that of `other`, and its samples."""
     scene = find_scene(name, changes)
     system = system_of(scene)
-    exact = other and system.reference(system.problem(other.parameters))
-    found, trajectory = measure(system, scene, METHODS[method], step, exact)
+    case = system.case(scene)
+    if other is not None:
+        case = replace(case, reference=system.case(other).reference)
+    found, trajectory = measure(case, METHODS[method], step)
     assert trajectory is not None, found
     return found, trajectory
 
@@ -48,17 +51,17 @@ def problem(name: str, **changes: Any) -> CapsuleProblem:
 
 
 def displaced(name: str, method: str, step: float, **changes: Any) -> tuple[float, float]:
-    """Error of the displacement at the end of a run [m], and what is foretold of it."""
+    """Error of the displacement at the end of a run [m], and what is predicted of it."""
     error = run(name, method, step, **changes)[0].errors["displacement"]
-    assert error.foretold is not None
-    return error.end, error.foretold.end
+    assert error.predicted is not None
+    return error.end, error.predicted.end
 
 
 def loads(name: str, method: str, step: float) -> tuple[Array, Array, Array]:
-    """Normal forces [N] of a run, of statics, and what is foretold of their difference: (3, n)."""
+    """Normal forces [N] of a run, of statics, and what is predicted of their difference: (3, n)."""
     _, run_ = run(name, method, step)
     reference: Any = problem(name).reference
-    told = reference.foretold(METHODS[method].scheme, step, run_.times)
+    told = reference.predicted(METHODS[method].scheme, step, run_.times)
     exact = reference.observe(run_.times)
     return (
         np.stack([run_.observables[load] for load in LOADS]),

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.engines.adapters.pymunk import ENGINE, capsule
@@ -26,8 +27,10 @@ def run(
     """One run of a scene, held against its own answer or that of `other`, and its samples."""
     scene = find_scene(name, changes)
     system = system_of(scene)
-    exact = other and system.reference(system.problem(other.parameters))
-    found, trajectory = measure(system, scene, METHODS[model], step, exact)
+    case = system.case(scene)
+    if other is not None:
+        case = replace(case, reference=system.case(other).reference)
+    found, trajectory = measure(case, METHODS[model], step)
     assert trajectory is not None, found
     return found, trajectory
 
@@ -49,14 +52,14 @@ def moved(line: LineManoeuvre, model: str, step: float) -> Mapping[str, float]:
 
 def problem_of(line: LineManoeuvre) -> CapsuleProblem:
     """A line manoeuvre as engines get it."""
-    staging = Staging(
+    setup = CapsuleSetup(
         line.capsule,
         line.path.start,
         line.direction,
         press=line.capsule.gravity,
         relative_velocity=line.relative_velocity,
     )
-    return CapsuleProblem(line, LineReference(line), staging)
+    return CapsuleProblem(line, LineReference(line), setup)
 
 
 def ended(problem: CapsuleProblem, model: str, step: float, steps: int) -> Mapping[str, float]:

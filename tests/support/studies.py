@@ -7,9 +7,9 @@ from functools import cache
 
 from plumbob.engines.method import Method
 from plumbob.engines.registry import methods as find_methods
-from plumbob.engines.study.convergence import Climb
+from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.cost import Cost
-from plumbob.engines.study.measurement import Foretold, Measurement, ObservedError
+from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
 from plumbob.engines.study.study import Study, run_study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
@@ -29,11 +29,13 @@ def quick() -> Study:
 def made_up(
     errors: Sequence[tuple[Method, Sequence[float], Error]], ns: Sequence[float] = ()
 ) -> Study:
-    """A study of one scene: for each method its ladder, and the error at a step; an infinite error
+    """A study of one scene: for each method its step_sizes, and the error at a step; an infinite error
     is a run that diverged. `ns` are the costs of a step, 1000 ns without."""
     scene = find_scene(SCENE)
-    climbs = tuple(
-        Climb(SCENE, method.name, tuple(_run(method, step, error(step)) for step in steps))
+    convergence = tuple(
+        ConvergenceStudy(
+            SCENE, method.name, tuple(_run(method, step, error(step)) for step in steps)
+        )
         for method, steps, error in errors
     )
     per_step = ns or [NS] * len(errors)
@@ -42,7 +44,7 @@ def made_up(
         for (method, _, _), value in zip(errors, per_step, strict=True)
     }
     methods = tuple(method for method, _, _ in errors)
-    return Study("quick", (scene,), methods, climbs, costs, NS, {"errors": 1.0, "costs": 1.0})
+    return Study("quick", (scene,), methods, convergence, costs, NS, {"errors": 1.0, "costs": 1.0})
 
 
 def _run(method: Method, step: float, error: float) -> Measurement:
@@ -50,9 +52,9 @@ def _run(method: Method, step: float, error: float) -> Measurement:
         return Measurement(SCENE, method.name, step, "diverged")
     duration = find_scene(SCENE).duration
     steps = round(duration / step) if method.control == "step" else round(100 / step**0.2)
-    told = Foretold(error, error, {1: error}, 0.0)  # a series in the step, as a smooth motion has
+    told = Prediction(error, error, {1: error}, 0.0)  # a series in the step, as a smooth motion has
     found = {
-        n: ObservedError(error, error, 1e-16, 1.0, foretold=told) for n in ("theta", "theta_dot")
+        n: ObservedError(error, error, 1e-16, 1.0, predicted=told) for n in ("theta", "theta_dot")
     }
     return Measurement(
         SCENE, method.name, step, "done", errors=found, duration=duration, steps=steps

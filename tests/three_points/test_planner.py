@@ -34,7 +34,7 @@ from plumbob.tests.support.random_capsules import CHECK
 
 PLACES = dict(POSES)
 CASES = tuple(itertools.product(PLACES, ("free", "curve")))
-# The plan is exact: what is left are the reference's own errors, 1e-13 over a hundred stretches.
+# The plan is exact: what is left are the reference's own errors, 1e-13 over a hundred segments.
 REACHED = 1e-11
 # A scalene triangle: nothing is symmetric about C-A1.
 SCALENE = Capsule(1.3, 0.4, 0.03, ((0.22, 0.03), (-0.09, 0.17), (-0.12, -0.14)), 0.25, 9.81)

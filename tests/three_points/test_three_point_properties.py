@@ -23,7 +23,7 @@ SEEDS = st.integers(0, 10**6)
 
 @pytest.mark.parametrize("seed", [2, 6, 24, 26, 27, 89, 120, 174])
 def test_energy_and_momentum_balance(seed: int) -> None:
-    """Gauss quadrature of 64 points a stretch leaves 1e-12 of what goes through."""
+    """Gauss quadrature of 64 points a segment leaves 1e-12 of what goes through."""
     left = balance(slide(seed).motion())
     assert max(left.energy, left.momentum, left.angular_momentum) <= 5e-12
     assert left.friction_work <= 0.0

@@ -65,7 +65,7 @@ def test_a_fresh_run_reaches_it(scene: Scene, tmp_path: Path, pytestconfig: pyte
     leading = study.leading(scene.name).name
     for wanted in WANTED:
         for choice in _offered(study, scene.name, wanted):
-            run, _ = measure(system_of(scene), scene, find_method(choice.method), choice.step)
+            run, _ = measure(system_of(scene).case(scene), find_method(choice.method), choice.step)
             error = run.errors[leading].largest
             print(f"{wanted:g}: {choice.method} at {choice.step:g} errs by {error:.3g}")
             assert error <= wanted

@@ -1,4 +1,4 @@
-"""Every scene with every method, down its ladder of steps, is as expected: `plumbob validate` as a
+"""Every scene with every method, down its step_sizes of steps, is as expected: `plumbob validate` as a
 test, with the same words: pytest tests/validation --profile full --scenes GLOB --methods GLOB."""
 
 from __future__ import annotations
@@ -9,12 +9,12 @@ import pytest
 
 from plumbob.engines.method import Method
 from plumbob.engines.registry import methods
-from plumbob.engines.study.convergence import climb
+from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.study import most_steps, pairs
 from plumbob.models.registry import scenes, system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import as_expected, expected
-from plumbob.reports.judge.verdict import judge_climb
+from plumbob.reports.judge.verdict import judge_convergence
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
@@ -27,8 +27,8 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 def test_verdict(scene: Scene, method: Method, pytestconfig: pytest.Config) -> None:
     most = most_steps(scene, pytestconfig.getoption("profile"))
-    found = climb(scene, method, most)
-    judgement = judge_climb(found, system_of(scene), method)
+    found = convergence_study(scene, method, most)
+    judgement = judge_convergence(found, system_of(scene), method)
     if judgement.verdict == "missing" and not os.environ.get("CI"):
         pytest.skip(judgement.reason)
     if judgement.verdict == "unsupported":

@@ -40,7 +40,7 @@ def largest_exponent(
     """
     positive("duration", duration)
     orbit = integrate(rotor, theta, theta_dot, transient + duration)
-    logarithms = _stretching(TangentFlow(rotor, orbit).transitions, rotor.rate())
+    logarithms = _segments_of(TangentFlow(rotor, orbit).transitions, rotor.rate())
     inside = orbit.breakpoints[:-1] >= transient
     lengths, logs = np.diff(orbit.breakpoints)[inside], logarithms[inside]
     batches = np.array_split(np.arange(len(logs)), BATCHES)
@@ -50,7 +50,7 @@ def largest_exponent(
     )
 
 
-def _stretching(transitions: Array, rate: float) -> Array:
+def _segments_of(transitions: Array, rate: float) -> Array:
     """Logarithm of the growth over each step of a tangent vector, theta_dot measured by `rate`."""
     vector, logarithms = np.array([1.0, 0.0]), np.empty(len(transitions))
     for n, transition in enumerate(transitions):

@@ -113,7 +113,7 @@ class LineReference:
         }
         return {1: first}
 
-    def foretold(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
+    def predicted(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
         """Error of a scheme with `step` [s] at grid `times` [s], shape (n,), w averaged over each
         step: see `plumbob.analytic.errors.line_prediction`."""
         return line_foretold(self.manoeuvre, scheme, step, times)

@@ -141,7 +141,7 @@ class ManoeuvreTrain:
         ahead = {"displacement": lead * seen["velocity"], "stroke": lead * seen["stroke_rate"]}
         return {1: {**first, **ahead}}
 
-    def foretold(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
+    def predicted(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
         """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,),
         w averaged over each step and every start on the grid: it adds up over the manoeuvres."""
         if scheme_lead(scheme) is None:
@@ -149,10 +149,10 @@ class ManoeuvreTrain:
         times = np.asarray(times, dtype=np.float64)
         done, local = self._local(times)
         line, back, end = LineReference(self.manoeuvre), self.returning, np.array([self.period])
-        told = dict(line.foretold(scheme, step, local))
-        after = back.foretold(scheme, step, local - self.manoeuvre.t2, self.manoeuvre.t2)
-        one = line.foretold(scheme, step, end)
-        rest = back.foretold(scheme, step, end - self.manoeuvre.t2, self.manoeuvre.t2)
+        told = dict(line.predicted(scheme, step, local))
+        after = back.predicted(scheme, step, local - self.manoeuvre.t2, self.manoeuvre.t2)
+        one = line.predicted(scheme, step, end)
+        rest = back.predicted(scheme, step, end - self.manoeuvre.t2, self.manoeuvre.t2)
         told["displacement"] = told["displacement"] + done * one["displacement"]
         told["stroke"] = told["stroke"] + after["stroke"] + done * (one["stroke"] + rest["stroke"])
         slopes = load_slopes(self.manoeuvre.capsule, self.manoeuvre.direction)

@@ -7,7 +7,7 @@ import numpy as np
 from plumbob.analytic.systems.capsule import Capsule, Point
 from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
-from plumbob.analytic.systems.three_points.stretch import state_at
+from plumbob.analytic.systems.three_points.smooth_segment import state_at
 
 SLOW = 1e-6  # its square is about the turn of the coasting body [rad], which the limit leaves out
 
@@ -33,8 +33,8 @@ def residual_limit(
     # With the combined centre at the ground's origin its small way keeps all its digits.
     start = Start((-arm.real, -arm.imag), 0.0, (own.real, own.imag), scale * omega)
     motion = three_point_motion(capsule, fixed(slider), start)
-    last = [stretch for stretch in motion.stretches if stretch.coefficients is not None][-1]
+    last = [segment for segment in motion.segments if segment.coefficients is not None][-1]
     assert last.coefficients is not None
     end = state_at(last.coefficients, last.last)
-    way = end.place - motion.stretches[0].first.place
+    way = end.place - motion.segments[0].first.place
     return way / scale**2, end.heading / scale**2, motion.rest_time / scale

@@ -137,7 +137,7 @@ class ResidualMotion:
         first = {name: lead * (now[rate] - start[rate]) for name, rate in pairs}
         return {1: {**first, "heading_rate": np.zeros_like(now["heading"])}}
 
-    def foretold(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
+    def predicted(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
         """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,),
         with friction that asks for rest within a step; the coordinates of C only where it does not
         go along a circle."""

@@ -172,7 +172,7 @@ class SlowStroke:
             return ((0.0, pull), (0.5 * one, -2 * pull), (one, pull))
         return ((0.0, pull), (0.5 * one, -2 * pull), (1.5 * one, 2 * pull), (whole, -pull))
 
-    def foretold(
+    def predicted(
         self, scheme: str, step: float, times: Array, begun: float = 0.0
     ) -> Mapping[str, Array]:
         """Error of semi-implicit Euler and of RK4 with `step` [s] at `times` [s], shape (n,), w

@@ -85,7 +85,7 @@ class TiltedHold:
         """Empty: a body at rest has no error of the step."""
         return {}
 
-    def foretold(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
+    def predicted(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
         """Error of semi-implicit Euler and of RK4 at `times` [s], shape (n,): none."""
         if scheme_lead(scheme) is None:
             return {}

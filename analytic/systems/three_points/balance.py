@@ -16,10 +16,10 @@ from plumbob.analytic.systems.three_points.collocation import evaluate
 from plumbob.analytic.systems.three_points.equations import Mechanics, cross
 from plumbob.analytic.systems.three_points.forces import Loading, moving, resting
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
-from plumbob.analytic.systems.three_points.stretch import Stretch
+from plumbob.analytic.systems.three_points.smooth_segment import SmoothSegment
 
 TINY = 1e-300  # a body at rest throughout divides nothing by nothing
-QUADRATURE = 64  # Gauss points a stretch: its polynomials have degree 30 at most
+QUADRATURE = 64  # Gauss points a segment: its polynomials have degree 30 at most
 
 
 @dataclass(frozen=True)
@@ -90,14 +90,16 @@ def _rates(body: Mechanics, load: Loading) -> Array:
     )
 
 
-def _loads(motion: ThreePointMotion, stretch: Stretch, shares: Array) -> tuple[Loading, Array]:
-    """Loading at `shares` of a stretch, in [0, 1], and d(time)/d(share) there."""
-    if stretch.coefficients is None:
-        span = stretch.end - stretch.start
-        return resting(motion, stretch, stretch.start + span * shares), np.full(shares.size, span)
-    slopes: Array = np.asarray(2.0 * legder(stretch.coefficients[:, 3:4]))
-    pace = evaluate(slopes, stretch.last * shares)[:, 0] * stretch.last
-    return moving(motion, stretch, stretch.last * shares), pace
+def _loads(
+    motion: ThreePointMotion, segment: SmoothSegment, shares: Array
+) -> tuple[Loading, Array]:
+    """Loading at `shares` of a segment, in [0, 1], and d(time)/d(share) there."""
+    if segment.coefficients is None:
+        span = segment.end - segment.start
+        return resting(motion, segment, segment.start + span * shares), np.full(shares.size, span)
+    slopes: Array = np.asarray(2.0 * legder(segment.coefficients[:, 3:4]))
+    pace = evaluate(slopes, segment.last * shares)[:, 0] * segment.last
+    return moving(motion, segment, segment.last * shares), pace
 
 
 def balance(motion: ThreePointMotion) -> Balance:
@@ -105,10 +107,10 @@ def balance(motion: ThreePointMotion) -> Balance:
     x, weights = leggauss(QUADRATURE)
     shares, weights = 0.5 * (x + 1.0), 0.5 * weights
     body = motion.body
-    finite = [s for s in motion.stretches if np.isfinite(s.end)]
+    finite = [s for s in motion.segments if np.isfinite(s.end)]
     flow, gross, inside = np.zeros(5), np.zeros(5), np.zeros(3)
-    for stretch in finite:
-        load, pace = _loads(motion, stretch, shares)
+    for segment in finite:
+        load, pace = _loads(motion, segment, shares)
         rates = _rates(body, load) * (weights * pace)[:, None]
         flow, gross = flow + rates.sum(axis=0), gross + np.abs(rates).sum(axis=0)
         inside = np.maximum(inside, _sizes(body, load))

@@ -1,4 +1,4 @@
-"""Radau collocation of high order on one element: the implicit step behind every smooth stretch."""
+"""Radau collocation of high order on one element: the implicit step behind every smooth segment."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from plumbob.analytic.systems.three_points.equations import (
     sliding_rates,
     support_velocities,
 )
-from plumbob.analytic.systems.three_points.stretch import State, fitted, speed_scale
+from plumbob.analytic.systems.three_points.smooth_segment import State, fitted, speed_scale
 
 STUCK = 2e-14  # a support's speed over speed_scale: what is left is round-off
 STOPPED = 1e-12  # the same for the whole body, over its speed in this piece
@@ -56,7 +56,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Element:
-    """A solved element: Stretch coefficients, its length in its variable, and the next one's."""
+    """A solved element: SmoothSegment coefficients, its length in its variable, and the next one's."""
 
     coefficients: Array
     size: float

@@ -12,7 +12,7 @@ from plumbob.analytic.systems.three_points.element import Guess
 from plumbob.analytic.systems.three_points.equations import Configuration, Mechanics, configuration
 from plumbob.analytic.systems.three_points.pivoting import pivot_motion
 from plumbob.analytic.systems.three_points.rest import EDGE, Onset, needed_wrench, onset, slip_onset
-from plumbob.analytic.systems.three_points.stretch import Mode, State, at_rest, com_of
+from plumbob.analytic.systems.three_points.smooth_segment import Mode, State, at_rest, com_of
 
 LATER = 1e-6  # of what is left of a piece: where a start that grows from nothing is looked at
 

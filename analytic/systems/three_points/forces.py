@@ -20,12 +20,12 @@ from plumbob.analytic.systems.three_points.equations import (
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.pivoting import pivot_motion
 from plumbob.analytic.systems.three_points.rest import needed_wrench
-from plumbob.analytic.systems.three_points.stretch import Stretch, com_of
+from plumbob.analytic.systems.three_points.smooth_segment import SmoothSegment, com_of
 
 
 @dataclass(frozen=True)
 class Loading:
-    """A stretch at n instants: motion and friction, plane vectors complex and in body axes.
+    """A segment at n instants: motion and friction, plane vectors complex and in body axes.
 
     `shares` F_i [N], shape (n, 3), are not unique while the body rests, and NaN there; their sum
     `force` [N] and moment `torque` about G [N m] always are.
@@ -42,13 +42,13 @@ class Loading:
     torque: Array
 
 
-def resting(motion: ThreePointMotion, stretch: Stretch, times: Array) -> Loading:
-    """Loading of a stretch in which the body rests, at local `times` [s], shape (n,)."""
-    body, piece = motion.body, motion.piece(stretch.piece)
+def resting(motion: ThreePointMotion, segment: SmoothSegment, times: Array) -> Loading:
+    """Loading of a segment in which the body rests, at local `times` [s], shape (n,)."""
+    body, piece = motion.body, motion.piece(segment.piece)
     at = configuration(body, piece, times)
-    first = configuration(body, piece, np.array([stretch.start]))
-    com = com_of(body, first, stretch.first)
-    heading = np.full(times.size, stretch.first.heading)
+    first = configuration(body, piece, np.array([segment.start]))
+    com = com_of(body, first, segment.first)
+    heading = np.full(times.size, segment.first.heading)
     force, torque = needed_wrench(body, at, heading)
     return Loading(
         at=at,
@@ -63,22 +63,22 @@ def resting(motion: ThreePointMotion, stretch: Stretch, times: Array) -> Loading
     )
 
 
-def moving(motion: ThreePointMotion, stretch: Stretch, places: Array) -> Loading:
-    """Loading of a stretch in which the body moves, at parameters `places`, shape (n,)."""
-    assert stretch.coefficients is not None
+def moving(motion: ThreePointMotion, segment: SmoothSegment, places: Array) -> Loading:
+    """Loading of a segment in which the body moves, at parameters `places`, shape (n,)."""
+    assert segment.coefficients is not None
     body = motion.body
-    px, py, omega, times, heading, x, y = evaluate(stretch.coefficients, places).T
-    at = configuration(body, motion.piece(stretch.piece), times)
+    px, py, omega, times, heading, x, y = evaluate(segment.coefficients, places).T
+    at = configuration(body, motion.piece(segment.piece), times)
     velocities = support_velocities(at, px + 1j * py, omega)
     shares = sliding_forces(at, velocities)
-    if stretch.mode == "pivot":
-        velocities[:, stretch.support] = 0.0
+    if segment.mode == "pivot":
+        velocities[:, segment.support] = 0.0
         shares = sliding_forces(at, velocities)
         sense = float(np.sign(omega[np.argmax(np.abs(omega))]))
-        turning = pivot_motion(body, at, stretch.support, sense, omega, heading)
-        shares[:, stretch.support] = turning.share
-    elif stretch.support >= 0:
-        shares[:, stretch.support] += _missing(motion, stretch, places, at, shares)
+        turning = pivot_motion(body, at, segment.support, sense, omega, heading)
+        shares[:, segment.support] = turning.share
+    elif segment.support >= 0:
+        shares[:, segment.support] += _missing(motion, segment, places, at, shares)
     return Loading(
         at=at,
         centre=px + 1j * py + body.mass_ratio * at.velocity,
@@ -93,17 +93,21 @@ def moving(motion: ThreePointMotion, stretch: Stretch, places: Array) -> Loading
 
 
 def _missing(
-    motion: ThreePointMotion, stretch: Stretch, places: Array, at: Configuration, shares: Complex
+    motion: ThreePointMotion,
+    segment: SmoothSegment,
+    places: Array,
+    at: Configuration,
+    shares: Complex,
 ) -> Complex:
-    """Force [N] that the acceleration of a stretch shows beside `shares`, shape (n,).
+    """Force [N] that the acceleration of a segment shows beside `shares`, shape (n,).
 
     Where a support slips from rest its velocity is at first a difference of nearly equal numbers
     and has no direction of its own; the motion's second derivative still knows its friction.
     """
-    assert stretch.coefficients is not None
+    assert segment.coefficients is not None
     body = motion.body
-    px, py, omega, _, heading, *_ = evaluate(stretch.coefficients, places).T
-    slopes = evaluate(np.asarray(2.0 * legder(stretch.coefficients)), places)
+    px, py, omega, _, heading, *_ = evaluate(segment.coefficients, places).T
+    slopes = evaluate(np.asarray(2.0 * legder(segment.coefficients)), places)
     carried = px + 1j * py + body.mass_ratio * at.velocity
     change = (slopes[:, 0] + 1j * slopes[:, 1]) / slopes[:, 3]
     push = change + body.mass_ratio * at.acceleration + 1j * omega * carried
@@ -112,17 +116,17 @@ def _missing(
 
 
 def loading(motion: ThreePointMotion, times: Array) -> list[tuple[Array, Loading]]:
-    """Loadings at `times` [s], shape (n,), one for each stretch that any of them falls in, with the
+    """Loadings at `times` [s], shape (n,), one for each segment that any of them falls in, with the
     times that do."""
     times = np.atleast_1d(np.asarray(times, dtype=np.float64))
     which = np.clip(np.searchsorted(motion.begins, times, side="right") - 1, 0, None)
     found = []
     for index in np.unique(which):
-        stretch, own = motion.stretches[index], times[which == index]
-        local = own - motion.path.breakpoints[stretch.piece]
-        if stretch.coefficients is None:
-            found.append((own, resting(motion, stretch, local)))
+        segment, own = motion.segments[index], times[which == index]
+        local = own - motion.path.breakpoints[segment.piece]
+        if segment.coefficients is None:
+            found.append((own, resting(motion, segment, local)))
         else:
-            inside = np.clip(local, stretch.start, stretch.end)
-            found.append((own, moving(motion, stretch, stretch.parameter(inside))))
+            inside = np.clip(local, segment.start, segment.end)
+            found.append((own, moving(motion, segment, segment.parameter(inside))))
     return found

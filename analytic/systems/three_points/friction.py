@@ -29,7 +29,12 @@ from plumbob.analytic.systems.three_points.holding import held_until
 from plumbob.analytic.systems.three_points.motion import Event, ThreePointMotion
 from plumbob.analytic.systems.three_points.pivoting import pivot
 from plumbob.analytic.systems.three_points.sliding import slide
-from plumbob.analytic.systems.three_points.stretch import State, Stretch, at_rest, com_of
+from plumbob.analytic.systems.three_points.smooth_segment import (
+    SmoothSegment,
+    State,
+    at_rest,
+    com_of,
+)
 
 EVENTS = 500  # in one piece, before giving up
 COARSER, COARSER_NODES = 100.0, 6  # the motion that shows the error has a larger one by far
@@ -48,29 +53,29 @@ class Start:
 
 def _piece_motion(
     body: Mechanics, piece: Piece, number: int, duration: float, now: Now, accuracy: Accuracy
-) -> tuple[list[Stretch], Now]:
-    """All stretches of one piece, and the mode at its end."""
-    stretches: list[Stretch] = []
+) -> tuple[list[SmoothSegment], Now]:
+    """All segments of one piece, and the mode at its end."""
+    segments: list[SmoothSegment] = []
     for _ in range(EVENTS):
         state = now.state
         if now.mode == "rest":
             broken = held_until(body, piece, state.time, duration, state.heading)
             end = duration if broken is None else broken
             if end > state.time:
-                stretches.append(Stretch("rest", -1, number, state.time, end, state))
+                segments.append(SmoothSegment("rest", -1, number, state.time, end, state))
             com = com_of(body, configuration(body, piece, np.array([state.time])), state)
             if not np.isfinite(end):
-                return stretches, now
+                return segments, now
             state = at_rest(body, piece, end, state.heading, com)
             now = Now(state, "rest")
             if broken is None:
-                return stretches, now
+                return segments, now
             now = leave_later(body, piece, state, None, duration)
         elif now.mode == "pivot":
             turned = pivot(body, piece, number, duration, state, now.support, now.sense, accuracy)
-            stretches += turned.stretches
+            segments += turned.segments
             if turned.ending == "time":
-                return stretches, Now(turned.state, "pivot", now.support, now.sense)
+                return segments, Now(turned.state, "pivot", now.support, now.sense)
             if turned.ending == "slip":
                 now = leave_later(body, piece, turned.state, now.support, duration)
             else:
@@ -79,9 +84,9 @@ def _piece_motion(
             slid = slide(
                 *(body, piece, number, duration, state, accuracy, now.departure, now.support)
             )
-            stretches += slid.stretches
+            segments += slid.segments
             if not slid.still:
-                return stretches, Now(slid.state, "slide")
+                return segments, Now(slid.state, "slide")
             now = (
                 with_one_at_rest(body, piece, slid.state, slid.still[0], 0.0)
                 if len(slid.still) == 1
@@ -107,9 +112,9 @@ def _initial(body: Mechanics, piece: Piece, start: Start) -> Now:
 
 def _integrate(
     body: Mechanics, path: SliderPath, start: Start, until: float, accuracy: Accuracy
-) -> tuple[Stretch, ...]:
+) -> tuple[SmoothSegment, ...]:
     pieces = (*path.pieces, StraightPiece(np.inf, path.end, 0.0, 0.0, 0.0, 0.0))
-    now, stretches = _initial(body, pieces[0], start), list[Stretch]()
+    now, segments = _initial(body, pieces[0], start), list[SmoothSegment]()
     for number, piece in enumerate(pieces):
         began = float(path.breakpoints[number])
         duration = min(piece.duration, until - began)
@@ -117,21 +122,21 @@ def _integrate(
             continue
         now = begin(body, piece, now)
         found, now = _piece_motion(body, piece, number, duration, now, accuracy)
-        stretches += found
+        segments += found
         if until <= began + piece.duration:
             break
         now = replace(now, state=replace(now.state, time=0.0), departure=None)
-    return tuple(stretches)
+    return tuple(segments)
 
 
-def _events(stretches: tuple[Stretch, ...], breakpoints: Array) -> tuple[Event, ...]:
+def _events(segments: tuple[SmoothSegment, ...], breakpoints: Array) -> tuple[Event, ...]:
     events: list[Event] = []
-    for stretch in stretches:
-        continued = bool(events) and stretch.mode == events[-1].mode
-        slips = stretch.mode == "slide" and stretch.support >= 0
+    for segment in segments:
+        continued = bool(events) and segment.mode == events[-1].mode
+        slips = segment.mode == "slide" and segment.support >= 0
         if not continued or slips:
-            time = float(breakpoints[stretch.piece]) + stretch.start
-            events.append(Event(time, stretch.mode, stretch.support))
+            time = float(breakpoints[segment.piece]) + segment.start
+            events.append(Event(time, segment.mode, segment.support))
     return tuple(events)
 
 
@@ -161,7 +166,7 @@ def three_point_motion(
     if capsule.friction == 0.0 and not np.isfinite(until):
         raise ParameterError("friction", 0.0, "greater than 0 for a motion without `until`")
     body = mechanics(capsule, tilt)
-    stretches = _integrate(body, path, start, until, Accuracy(scheme(nodes), tolerance))
+    segments = _integrate(body, path, start, until, Accuracy(scheme(nodes), tolerance))
 
     def coarser() -> ThreePointMotion:
         return three_point_motion(
@@ -174,5 +179,5 @@ def three_point_motion(
             tolerance=COARSER * tolerance,
         )
 
-    events = _events(stretches, path.breakpoints)
-    return ThreePointMotion(capsule, path, body, stretches, events, coarser)
+    events = _events(segments, path.breakpoints)
+    return ThreePointMotion(capsule, path, body, segments, events, coarser)

@@ -13,9 +13,9 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import Piece, SliderPath, StraightPiece
 from plumbob.analytic.systems.three_points.equations import Mechanics, configuration
-from plumbob.analytic.systems.three_points.stretch import Mode, Stretch, com_of
+from plumbob.analytic.systems.three_points.smooth_segment import Mode, SmoothSegment, com_of
 
-ROUNDINGS = 32 * 2.0**-53  # of a sum of some tens of stretches
+ROUNDINGS = 32 * 2.0**-53  # of a sum of some tens of segments
 
 
 @dataclass(frozen=True)
@@ -41,21 +41,21 @@ class Pose:
 
 @dataclass(frozen=True)
 class ThreePointMotion:
-    """An exact motion, in stretches of one mode each, and the events between them; `coarser`
+    """An exact motion, in segments of one mode each, and the events between them; `coarser`
     computes it again with fewer nodes and a larger tolerance, for `error`."""
 
     capsule: Capsule
     path: SliderPath
     body: Mechanics
-    stretches: tuple[Stretch, ...]
+    segments: tuple[SmoothSegment, ...]
     events: tuple[Event, ...]
     coarser: Callable[[], ThreePointMotion]
 
     @cached_property
     def begins(self) -> Array:
-        """Start of each stretch [s]."""
+        """Start of each segment [s]."""
         offsets = self.path.breakpoints
-        return np.array([offsets[s.piece] + s.start for s in self.stretches])
+        return np.array([offsets[s.piece] + s.start for s in self.segments])
 
     @property
     def rest_time(self) -> float:
@@ -90,16 +90,16 @@ class ThreePointMotion:
         place, speed = np.empty(times.size, dtype=complex), np.zeros(times.size, dtype=complex)
         heading, omega = np.empty(times.size), np.zeros(times.size)
         for index in np.unique(which):
-            here, stretch = which == index, self.stretches[index]
-            piece = self.piece(stretch.piece)
-            local = times[here] - self.path.breakpoints[stretch.piece]
-            if stretch.coefficients is None:
-                at = configuration(self.body, piece, np.array([stretch.start]))
-                place[here] = com_of(self.body, at, stretch.first)
-                heading[here] = stretch.first.heading
+            here, segment = which == index, self.segments[index]
+            piece = self.piece(segment.piece)
+            local = times[here] - self.path.breakpoints[segment.piece]
+            if segment.coefficients is None:
+                at = configuration(self.body, piece, np.array([segment.start]))
+                place[here] = com_of(self.body, at, segment.first)
+                heading[here] = segment.first.heading
                 continue
-            local = np.clip(local, stretch.start, stretch.end)
-            px, py, rate, _, psi, x, y = stretch.states(local).T
+            local = np.clip(local, segment.start, segment.end)
+            px, py, rate, _, psi, x, y = segment.states(local).T
             at = configuration(self.body, piece, local)
             turn, arm = np.exp(1j * psi), self.body.mass_ratio * at.position
             place[here] = x + 1j * y - arm * turn

@@ -24,7 +24,12 @@ from plumbob.analytic.systems.three_points.equations import (
     configuration,
     cross,
 )
-from plumbob.analytic.systems.three_points.stretch import State, Stretch, fitted, state_at
+from plumbob.analytic.systems.three_points.smooth_segment import (
+    SmoothSegment,
+    State,
+    fitted,
+    state_at,
+)
 
 SAMPLES = 129  # of an element, for changes of sign
 HEADING_PASSES = 40
@@ -41,9 +46,9 @@ Ending = Literal["time", "stop", "slip"]
 
 @dataclass(frozen=True)
 class Pivoted:
-    """What a pivot came to: its stretches, the state at its end, and why it ended."""
+    """What a pivot came to: its segments, the state at its end, and why it ended."""
 
-    stretches: list[Stretch]
+    segments: list[SmoothSegment]
     state: State
     ending: Ending
 
@@ -60,7 +65,7 @@ class PivotMotion:
 
 @dataclass(frozen=True)
 class _Element:
-    """Coefficients of a Stretch, what its degree leaves out, relatively, and rounding of omega."""
+    """Coefficients of a SmoothSegment, what its degree leaves out, relatively, and rounding of omega."""
 
     coefficients: Array
     left_out: float
@@ -161,12 +166,12 @@ def pivot(
 
     Raises RuntimeError if no step is small enough.
     """
-    rule, stretches = accuracy.rule, list[Stretch]()
+    rule, segments = accuracy.rule, list[SmoothSegment]()
     size = 0.0
-    while len(stretches) < ELEMENTS:
+    while len(segments) < ELEMENTS:
         remaining = duration - state.time
         if remaining <= 0.0:
-            return Pivoted(stretches, state, "time")
+            return Pivoted(segments, state, "time")
         here = configuration(body, piece, np.array([state.time]))
         if size == 0.0:
             size = remaining
@@ -220,11 +225,11 @@ def pivot(
         end = duration if ending == "time" and size == remaining else reached.time
         if place > 0.0:
             first = state_at(coefficients, 0.0)
-            stretches.append(
-                Stretch("pivot", support, number, state.time, end, first, coefficients, place)
+            segments.append(
+                SmoothSegment("pivot", support, number, state.time, end, first, coefficients, place)
             )
         state = replace(reached, time=end)
         if ending != "time":
-            return Pivoted(stretches, state, ending)
+            return Pivoted(segments, state, ending)
         size *= 2.0
     raise RuntimeError(f"{ELEMENTS} elements did not finish piece {number}")

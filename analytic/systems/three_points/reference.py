@@ -93,7 +93,7 @@ class PlaneReference:
         """None: no expansion of the error is claimed."""
         return 0.0
 
-    def foretold(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
+    def predicted(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
         """Error that steps of `step` [s] make of the motion at grid `times` [s], shape (n,), by
         taking them (errors.plane_steps, plane_chords); nothing for another scheme."""
         times = np.asarray(times, dtype=np.float64)

@@ -32,9 +32,9 @@ from plumbob.analytic.systems.three_points.element import (
     support_speeds,
 )
 from plumbob.analytic.systems.three_points.equations import Mechanics, configuration
-from plumbob.analytic.systems.three_points.stretch import (
+from plumbob.analytic.systems.three_points.smooth_segment import (
+    SmoothSegment,
     State,
-    Stretch,
     monotone_root,
     speed_scale,
     state_at,
@@ -45,9 +45,9 @@ ELEMENTS = 2000  # in one piece, before giving up
 
 @dataclass(frozen=True)
 class Slid:
-    """What a slide came to: its stretches, the state at its end, and the supports then at rest."""
+    """What a slide came to: its segments, the state at its end, and the supports then at rest."""
 
-    stretches: list[Stretch]
+    segments: list[SmoothSegment]
     state: State
     still: tuple[int, ...]
 
@@ -68,21 +68,21 @@ def slide(
     equations say nothing of a direction at v_i = 0, and one solution leaves it smoothly. `slipped`
     is the support that does. Raises RuntimeError when no element is small enough.
     """
-    stretches: list[Stretch] = []
+    segments: list[SmoothSegment] = []
     size, timed, fastest = 0.0, True, 0.0
-    while len(stretches) < ELEMENTS:
+    while len(segments) < ELEMENTS:
         remaining = duration - state.time
         at = configuration(body, piece, np.array([state.time]))
         speeds, local = support_speeds(at, state), speed_scale(at, state)
         fastest = max(fastest, local)
         if departure is None:
             if speeds.max() <= STOPPED * fastest:
-                return Slid(stretches, state, (0, 1, 2))
+                return Slid(segments, state, (0, 1, 2))
             stuck = np.flatnonzero(speeds <= STUCK * local)
             if stuck.size:
-                return Slid(stretches, state, tuple(int(i) for i in stuck))
+                return Slid(segments, state, tuple(int(i) for i in stuck))
         if remaining <= 0.0:
-            return Slid(stretches, state, ())
+            return Slid(segments, state, ())
 
         if departure is not None:
             plan = departing(body, piece, accuracy.rule, state, remaining, departure)
@@ -98,8 +98,10 @@ def slide(
         elif end > duration:
             last = float(monotone_root(found.coefficients[:, 3], np.array([duration]))[0])
             end = duration
-        stretches.append(
-            Stretch("slide", slipped, number, state.time, end, state, found.coefficients, last)
+        segments.append(
+            SmoothSegment(
+                "slide", slipped, number, state.time, end, state, found.coefficients, last
+            )
         )
         state = replace(state_at(found.coefficients, last), time=end)
         size, departure, slipped = found.next_size, None, -1

@@ -6,24 +6,21 @@ from collections.abc import Mapping
 
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import Engine, Method, Simulation
-from plumbob.models.scene import Scene, System
+from plumbob.models.scene import Case
 
 
-def prepare(system: System, scene: Scene, method: Method, step: float) -> Simulation:
-    """Compile `scene` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Compile `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
     from plumbob.engines.adapters.mujoco.simulation import compiled
 
-    return compiled(system, scene, method, step)
+    return compiled(case, method, step)
 
 
-def regularisation(
-    system: System, scene: Scene, method: Method, step: float
-) -> Mapping[str, Mapping[str, float]]:
+def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
     """What the model itself adds to each observable, by reason; raises Unsupported."""
     from plumbob.engines.adapters.mujoco.translation import builder
 
-    problem = system.problem(scene.parameters)
-    return builder(system).regularisation(problem, scene.duration, method, step)
+    return builder(case.system).model_error(case.problem, case.scene.duration, method, step)
 
 
-ENGINE = Engine("mujoco", "mujoco", METHODS, prepare, regularisation)
+ENGINE = Engine("mujoco", "mujoco", METHODS, prepare, model_error)

@@ -23,7 +23,7 @@ from plumbob.engines.method import Method
 ISLANDS = int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
 FAR = 1e3  # of its own sizes: no body that only slides gets there
 
-__all__ = ["build", "regularisation", "whole"]
+__all__ = ["build", "model_error", "whole"]
 
 
 def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> Translation:
@@ -33,7 +33,7 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
     if model == "reduced":
         return capsule_reduced.build(mjcf.with_name("reduced.xml"), problem, step)
     file = mjcf.with_name("planar.xml") if model == "planar" else mjcf
-    staging, chosen = problem.staging, contacts(problem, method.settings)
+    setup, chosen = problem.setup, contacts(problem, method.settings)
     spec = whole(file, problem, method.settings, step)
     seen = spec.copy()
     for shown in [geom for geom in spec.geoms if geom.classname.name == "visual"]:
@@ -44,23 +44,23 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
         compiled.body_invweight0[compiled.body("body").id] *= chosen.softening
 
     settling = step if convergent(method.settings) else SHIPPED_STEP
-    rest = settled(spec, tune, staging.press, settling)
-    qpos, qvel = start(staging, rest)
-    size = float(np.abs(staging.capsule.supports).max())
+    rest = settled(spec, tune, setup.press, settling)
+    qpos, qvel = start(setup, rest)
+    size = float(np.abs(setup.capsule.supports).max())
     return Translation(
         spec,
         qpos=qpos,
         qvel=qvel,
-        observe=(plane if staging.in_plane else along)(staging, rest),
+        observe=(plane if setup.in_plane else along)(setup, rest),
         limits=dict.fromkeys(("displacement", "x", "y"), FAR * size),
-        control=control(staging, step),
+        control=control(setup, step),
         whole=seen,
-        probe=reading(staging),
+        probe=reading(setup),
         tune=tune,
     )
 
 
-def regularisation(
+def model_error(
     problem: CapsuleProblem, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
     """What the model adds to each observable, by reason, where its contacts are such that theory

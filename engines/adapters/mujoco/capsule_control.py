@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule_setup import Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 
 
-def control(staging: Staging, step: float) -> Callable[[Array], Array] | None:
+def control(setup: CapsuleSetup, step: float) -> Callable[[Array], Array] | None:
     """Times at which steps of `step` [s] begin, shape (n,) -> ctrl [m/s^2], shape (n, 1), or (n, 2)
     in the axes of the body where the slider leaves its line.
 
@@ -18,7 +18,7 @@ def control(staging: Staging, step: float) -> Callable[[Array], Array] | None:
     time, whether or not the acceleration switches inside a step; its value at mid-step does the
     manoeuvre of the nearest switch on the grid, an error of first order.
     """
-    if (velocity := _velocity(staging)) is None:
+    if (velocity := _velocity(setup)) is None:
         return None
 
     def mean(times: Array) -> Array:
@@ -30,8 +30,8 @@ def control(staging: Staging, step: float) -> Callable[[Array], Array] | None:
     return mean
 
 
-def _velocity(staging: Staging) -> Callable[[Array], Array] | None:
+def _velocity(setup: CapsuleSetup) -> Callable[[Array], Array] | None:
     """Imposed velocity [m/s] at times [s], shape (n,), by its components: (n, 1) or (n, 2)."""
-    if (line := staging.relative_velocity) is not None:
+    if (line := setup.relative_velocity) is not None:
         return lambda times: line(times)[:, None]
-    return staging.plane_velocity
+    return setup.plane_velocity

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule_setup import Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.mujoco.capsule_rest import heading, turned
 from plumbob.engines.adapters.mujoco.translation import Named
 
@@ -16,24 +16,24 @@ Observe = Callable[[Array, Array], tuple[Named, Named]]
 FREE = 7  # least number of coordinates of the full model: place and quaternion; a planar has 5
 
 
-def start(staging: Staging, rest: Array) -> tuple[Array, Array]:
+def start(setup: CapsuleSetup, rest: Array) -> tuple[Array, Array]:
     """qpos, shape (nq,), and qvel, shape (nv,), of a body at `rest`, shape (nq,), turned by the
     heading, with the velocities of the start."""
     qpos = np.array(rest)
     if len(rest) >= FREE:
-        qpos[3:7] = turned(rest[3:7], staging.heading)
+        qpos[3:7] = turned(rest[3:7], setup.heading)
     else:
-        qpos[3] = staging.heading
-    vx, vy = _rotated(*staging.velocity, staging.heading)
-    turn = [0.0, 0.0, staging.heading_rate] if len(rest) >= FREE else [staging.heading_rate]
-    slider = [0.0] if staging.relative_velocity is not None else []
-    slider = slider if staging.plane_velocity is None else [0.0, 0.0]
+        qpos[3] = setup.heading
+    vx, vy = _rotated(*setup.velocity, setup.heading)
+    turn = [0.0, 0.0, setup.heading_rate] if len(rest) >= FREE else [setup.heading_rate]
+    slider = [0.0] if setup.relative_velocity is not None else []
+    slider = slider if setup.plane_velocity is None else [0.0, 0.0]
     return qpos, np.array([vx, vy, 0.0, *turn, *slider])
 
 
-def along(staging: Staging, rest: Array) -> Observe:
+def along(setup: CapsuleSetup, rest: Array) -> Observe:
     """What is signed along the line: displacement, velocity, slider, heading, sideways."""
-    line, driven = -(staging.heading + staging.direction), staging.relative_velocity is not None
+    line, driven = -(setup.heading + setup.direction), setup.relative_velocity is not None
 
     def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
         gone, sideways = _rotated(qpos[:, 0], qpos[:, 1], line)
@@ -45,21 +45,21 @@ def along(staging: Staging, rest: Array) -> Observe:
             "velocity": velocity,
             "stroke": slid,
             "stroke_rate": rate,
-            "heading": _turn(qpos, staging.heading),
+            "heading": _turn(qpos, setup.heading),
             "sideways": sideways,
         }, {"heave": qpos[:, 2] - rest[2]}
 
     return observe
 
 
-def plane(staging: Staging, rest: Array) -> Observe:
+def plane(setup: CapsuleSetup, rest: Array) -> Observe:
     """Place of C and heading, which is also the source's body angle, in the axes of the start."""
 
     def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
-        x, y = _rotated(qpos[:, 0], qpos[:, 1], -staging.heading)
-        vx, vy = _rotated(qvel[:, 0], qvel[:, 1], -staging.heading)
+        x, y = _rotated(qpos[:, 0], qpos[:, 1], -setup.heading)
+        vx, vy = _rotated(qvel[:, 0], qvel[:, 1], -setup.heading)
         rate = qvel[:, 5] if qpos.shape[1] >= FREE else qvel[:, 3]
-        turn = _turn(qpos, staging.heading)
+        turn = _turn(qpos, setup.heading)
         seen = {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy}
         seen |= {"heading": turn, "heading_rate": rate, "body_angle": turn}
         return seen, {"heave": qpos[:, 2] - rest[2]}

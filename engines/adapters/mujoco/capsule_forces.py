@@ -9,16 +9,16 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule_setup import Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.mujoco.translation import Probe, Values
 
 
-def reading(staging: Staging) -> Probe:
+def reading(setup: CapsuleSetup) -> Probe:
     """Along a line the normal forces N_i and friction [N], over the step that begins; in the plane
     none of them. As channels the number of contacts, the common centre of mass [m], and what is
     left of the balance of momentum [N]: the actuator is inside, so the plane and gravity alone may
     change it."""
-    capsule, angle = staging.capsule, staging.heading + staging.direction
+    capsule, angle = setup.capsule, setup.heading + setup.direction
     line = np.array([math.cos(angle), math.sin(angle), 0.0])
     both = capsule.body_mass + capsule.slider_mass
 
@@ -29,7 +29,7 @@ def reading(staging: Staging) -> Probe:
         def along() -> tuple[Values, Values]:
             normal, force = _pressed(model, data)
             friction = float(force @ line)
-            pushed = both * (data.qacc[:3] @ line - staging.pull)
+            pushed = both * (data.qacc[:3] @ line - setup.pull)
             pushed += capsule.slider_mass * data.qacc[-1] if driven else 0.0
             seen = {f"normal_force_{i + 1}": float(normal[i]) for i in range(3)}
             return {**seen, "friction_force": friction}, {
@@ -52,7 +52,7 @@ def reading(staging: Staging) -> Probe:
                 "momentum_residual": float(np.hypot(*(pushed - force)[:2])),
             }
 
-        return in_plane if staging.in_plane else along
+        return in_plane if setup.in_plane else along
 
     return probe
 

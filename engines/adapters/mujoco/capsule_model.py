@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.errors.plane_steps import EULER, FRICTION_LEADS, RK4
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.engines.adapters.mujoco import options
@@ -50,10 +50,10 @@ def whole(
     source, unless given.
     """
     given = settings or {"contact": "coulomb"}
-    staging, height = problem.staging, float(given.get("height", 0.0))
-    spec = read(mjcf if staging.plane_velocity is None else mjcf.with_name(TURNING))
-    capsule, body = staging.capsule, spec.body("body")
-    spec.option.gravity = gravity(staging)
+    setup, height = problem.setup, float(given.get("height", 0.0))
+    spec = read(mjcf if setup.plane_velocity is None else mjcf.with_name(TURNING))
+    capsule, body = setup.capsule, spec.body("body")
+    spec.option.gravity = gravity(setup)
     across = tilt_inertia(problem)
     body.pos = [0.0, 0.0, height]
     body.mass, body.inertia = capsule.body_mass, [across, across, capsule.inertia]
@@ -61,29 +61,29 @@ def whole(
         support = spec.geom(f"support_{i + 1}")
         support.pos = [x, y, support.size[0] - height]
     set_contacts(spec, contacts(problem, given), capsule.friction, step)
-    spec.body("slider").pos = [*staging.slider, 0.0]
-    set_slider(spec, staging, (math.cos(staging.direction), math.sin(staging.direction)))
+    spec.body("slider").pos = [*setup.slider, 0.0]
+    set_slider(spec, setup, (math.cos(setup.direction), math.sin(setup.direction)))
     spec.body("slider").inertia = [POINT] * 3
     for key in tuple(spec.keys):  # the start is where the body rests, which is found by settling
         spec.delete(key)
     return spec
 
 
-def set_slider(spec: mujoco.MjSpec, staging: Staging, axis: tuple[float, float]) -> None:
+def set_slider(spec: mujoco.MjSpec, setup: CapsuleSetup, axis: tuple[float, float]) -> None:
     """Give the slider its mass, and the joint on its `axis`, or the two of the plane, the armature
     that imposes its motion; without a motion to impose the slider is fixed in the body.
 
     The solver's tolerance goes with the armature: termination is scaled by the trace of the mass
     matrix, which the armature inflates, and what is meant to be 1e-8 would be 1e2.
     """
-    capsule, in_plane = staging.capsule, staging.plane_velocity is not None
+    capsule, in_plane = setup.capsule, setup.plane_velocity is not None
     spec.body("slider").mass = capsule.slider_mass
     names = ("slider_x", "slider_y") if in_plane else ("slider",)
-    if staging.relative_velocity is None and not in_plane:
+    if setup.relative_velocity is None and not in_plane:
         spec.delete(spec.actuator("slider"))
         spec.delete(spec.joint("slider"))
         return
-    hold = armature(staging)
+    hold = armature(setup)
     if not in_plane:
         spec.joint("slider").axis = [*axis, 0.0]
     for name in names:
@@ -114,7 +114,7 @@ def contacts(problem: CapsuleProblem, settings: Mapping[str, Any]) -> ContactPro
 
 def off_line(problem: CapsuleProblem) -> bool:
     """Whether the motion is one of the plane that has no formula."""
-    return problem.staging.in_plane and not isinstance(problem.motion, ResidualMotion)
+    return problem.setup.in_plane and not isinstance(problem.motion, ResidualMotion)
 
 
 def set_contacts(spec: mujoco.MjSpec, chosen: ContactProfile, friction: float, step: float) -> None:
@@ -133,15 +133,15 @@ def set_contacts(spec: mujoco.MjSpec, chosen: ContactProfile, friction: float, s
             setattr(contact, name, value)
 
 
-def gravity(staging: Staging) -> list[float]:
+def gravity(setup: CapsuleSetup) -> list[float]:
     """Gravity in the world [m/s^2], shape (3,): pulling along the line, pressing onto the plane."""
-    line = staging.heading + staging.direction
-    return [staging.pull * math.cos(line), staging.pull * math.sin(line), -staging.press]
+    line = setup.heading + setup.direction
+    return [setup.pull * math.cos(line), setup.pull * math.sin(line), -setup.press]
 
 
-def armature(staging: Staging) -> float:
+def armature(setup: CapsuleSetup) -> float:
     """Armature of the slider's joint [kg]: a power of ten, HOLD times the slider's mass or more."""
-    return float(10.0 ** math.ceil(math.log10(HOLD * staging.capsule.slider_mass)))
+    return float(10.0 ** math.ceil(math.log10(HOLD * setup.capsule.slider_mass)))
 
 
 def tilt_inertia(problem: CapsuleProblem) -> float:
@@ -151,7 +151,7 @@ def tilt_inertia(problem: CapsuleProblem) -> float:
     every tilting of the body on its contacts as slow as twice its heaving, or slower, whatever the
     triangle and wherever the slider is; and J/2 at least, or no such body could be.
     """
-    capsule = problem.staging.capsule
+    capsule = problem.setup.capsule
     centres = capsule.mass_ratio * slider_places(problem)
     arms = np.asarray(capsule.supports)[None] - centres[:, None]
     spread = float(np.square(arms).sum(axis=(1, 2)).max())
@@ -164,6 +164,6 @@ def slider_places(problem: CapsuleProblem) -> Any:
     """Places of the slider relative to C [m], shape (n, 2), among which are those farthest out: the
     ends of its line, or many on its way in the plane."""
     path = getattr(getattr(problem.motion, "manoeuvre", problem.motion), "path", None)
-    if problem.staging.plane_velocity is not None and isinstance(path, SliderPath):
+    if problem.setup.plane_velocity is not None and isinstance(path, SliderPath):
         return path.kinematics(np.linspace(0.0, path.duration, PLACES))[0]
     return problem.slider_ends

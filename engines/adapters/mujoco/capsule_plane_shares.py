@@ -35,7 +35,7 @@ def shares(
     problem: CapsuleProblem, duration: float, chosen: ContactProfile, step: float
 ) -> Mapping[str, Mapping[str, float]]:
     """{observable: {reason: bound}} over `duration` [s], of contacts `chosen` that converge."""
-    capsule = problem.staging.capsule
+    capsule = problem.setup.capsule
     both, count = capsule.body_mass + capsule.slider_mass, getattr(problem.motion, "count", 1)
     motion = ridden(problem, duration)
     sagging = missing_loads(problem, motion, chosen.sag_compliance(step) / both)
@@ -48,7 +48,7 @@ def shares(
     }
     parts = {why: _grown(problem, motion, much, count) for why, much in wrong.items()}
     parts["creep"] = _creep(problem, motion, chosen.slip_compliance(step) / both, count)
-    if problem.staging.plane_velocity is not None:
+    if problem.setup.plane_velocity is not None:
         parts["armature"] = _yielding(problem, motion, count)
     names = parts["creep"]
     return {name: {why: bounds[name] for why, bounds in parts.items()} for name in names}
@@ -56,7 +56,7 @@ def shares(
 
 def _wrong(problem: CapsuleProblem, motion: Riding, lost: Array) -> Array:
     """Bound on e' [kg^(1/2) m/s^2], shape (n,), of normal forces that lack `lost` [N], (3, n)."""
-    grip, towards = problem.staging.capsule.friction, motion.directions
+    grip, towards = problem.setup.capsule.friction, motion.directions
     force = (lost * towards).sum(axis=0)
     torque = (lost * (motion.arms.conjugate() * towards).imag).sum(axis=0)
     size = np.sqrt(np.abs(force) ** 2 / motion.mass + torque**2 / motion.inertia)
@@ -68,7 +68,7 @@ def _wrong(problem: CapsuleProblem, motion: Riding, lost: Array) -> Array:
 def _wrong_at_most(problem: CapsuleProblem, motion: Riding, lost: Array) -> Array:
     """The same of normal forces that are off by `lost` [N] or less, shape (3, n), in any way."""
     reach = np.sqrt(1.0 / motion.mass + np.abs(motion.arms) ** 2 / motion.inertia)
-    size = problem.staging.capsule.friction * (lost * reach).sum(axis=0)
+    size = problem.setup.capsule.friction * (lost * reach).sum(axis=0)
     return np.asarray(np.where(motion.resting, 0.0, size))
 
 
@@ -76,7 +76,7 @@ def _jolts(problem: CapsuleProblem, motion: Riding, coupling: float, step: float
     """Normal forces [N], shape (3, n), altered by `coupling` f times slip speed over step: contacts
     take up what is steady, or grows steadily, and a jump of a support's acceleration is left to be
     so in some decays of theirs; never by more than the load there is."""
-    capsule = problem.staging.capsule
+    capsule = problem.setup.capsule
     quick = np.gradient(np.abs(motion.slips), motion.times, axis=1)
     changed = np.abs(np.gradient(quick, motion.times, axis=1))
     changed[:, 0] += 2.0 * np.abs(quick[:, 0]) / (motion.times[1] - motion.times[0])  # from rest
@@ -95,7 +95,7 @@ def _grown(
     grown = np.append(0.0, np.cumsum(spent))
     energy = grown - np.maximum.accumulate(np.where(motion.resting, grown, 0.0))  # since rest
     turn, drift = energy / np.sqrt(motion.inertia), energy / math.sqrt(motion.mass)
-    arm = problem.staging.capsule.mass_ratio * np.abs(motion.place)  # of C about the centre
+    arm = problem.setup.capsule.mass_ratio * np.abs(motion.place)  # of C about the centre
     turned = float(np.trapezoid(turn, times)) * count
     way = float(np.trapezoid(motion.ground, times)) * count
     gone = float(np.trapezoid(drift, times)) * count + turned * (float(arm.max()) + way)
@@ -107,7 +107,7 @@ def _creep(
     problem: CapsuleProblem, motion: Riding, compliance: float, count: int
 ) -> Mapping[str, float]:
     """A support held against a force F creeps at `compliance` [m/s per N] times F or less."""
-    speed = compliance * problem.staging.capsule.friction * problem.staging.capsule.weight
+    speed = compliance * problem.setup.capsule.friction * problem.setup.capsule.weight
     arm, lasting = shortest(problem), float(motion.times[-1]) * count
     return _named(speed * lasting, speed, speed * lasting / arm, speed / arm)
 
@@ -115,8 +115,8 @@ def _creep(
 def _yielding(problem: CapsuleProblem, motion: Riding, count: int) -> Mapping[str, float]:
     """The slider's way in the body is off by m/A of its way in space, and by the rounding of what
     drives it; the body's by no more than that."""
-    staging = problem.staging
-    part = staging.capsule.slider_mass / armature(staging) + 16 * ROUNDOFF
+    setup = problem.setup
+    part = setup.capsule.slider_mass / armature(setup) + 16 * ROUNDOFF
     rate = np.abs(motion.speed) + motion.ground + np.abs(motion.rate * motion.place)
     gone, speed = part * float(np.trapezoid(rate, motion.times)) * count, part * float(rate.max())
     arm = shortest(problem)

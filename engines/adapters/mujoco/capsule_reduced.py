@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion
 from plumbob.engines.adapters.mujoco.capsule_control import control
 from plumbob.engines.adapters.mujoco.capsule_model import set_slider
@@ -22,15 +22,15 @@ HARDENING = 1e-3  # and the rest to 1 a thousandth of that, set after compiling
 
 def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
     """Translate a problem on one line; raises Unsupported where the body turns."""
-    staging, motion = problem.staging, problem.motion
+    setup, motion = problem.setup, problem.motion
     if isinstance(motion, ResidualMotion) and motion.centre is not None:
         raise Unsupported("the reduced model has one line, and here the body turns")
-    spec, capsule = read(mjcf), staging.capsule
-    spec.option.gravity = [staging.pull, 0.0, -staging.press]
+    spec, capsule = read(mjcf), setup.capsule
+    spec.option.gravity = [setup.pull, 0.0, -setup.press]
     spec.body("body").mass = capsule.body_mass
-    set_slider(spec, staging, (1.0, 0.0))
+    set_slider(spec, setup, (1.0, 0.0))
     joint = spec.joint("body")
-    weight = (capsule.body_mass + capsule.slider_mass) * staging.press
+    weight = (capsule.body_mass + capsule.slider_mass) * setup.press
     joint.frictionloss = capsule.friction * weight
     joint.solimp_friction = [IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0]
     joint.solref_friction = [-1.0, -IMPEDANCE / step]
@@ -38,15 +38,15 @@ def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
     def tune(model: mujoco.MjModel) -> None:
         model.dof_invweight0[0] *= HARDENING
 
-    speed = float(np.hypot(*staging.velocity))
-    start = np.array([speed] if staging.relative_velocity is None else [speed, 0.0])
+    speed = float(np.hypot(*setup.velocity))
+    start = np.array([speed] if setup.relative_velocity is None else [speed, 0.0])
     return Translation(
         spec,
         qpos=np.zeros(len(start)),
         qvel=start,
-        observe=_plane(staging) if isinstance(motion, ResidualMotion) else _along,
-        control=control(staging, step),
-        probe=None if isinstance(motion, ResidualMotion) else _friction(staging),
+        observe=_plane(setup) if isinstance(motion, ResidualMotion) else _along,
+        control=control(setup, step),
+        probe=None if isinstance(motion, ResidualMotion) else _friction(setup),
         whole=spec.copy(),
         tune=tune,
     )
@@ -67,8 +67,8 @@ def _along(qpos: Array, qvel: Array) -> tuple[Named, Named]:
     }, {}
 
 
-def _plane(staging: Staging) -> Callable[[Array, Array], tuple[Named, Named]]:
-    line = np.array([np.cos(staging.direction), np.sin(staging.direction)])
+def _plane(setup: CapsuleSetup) -> Callable[[Array, Array], tuple[Named, Named]]:
+    line = np.array([np.cos(setup.direction), np.sin(setup.direction)])
 
     def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
         (x, y), (vx, vy) = np.outer(line, qpos[:, 0]), np.outer(line, qvel[:, 0])
@@ -77,15 +77,15 @@ def _plane(staging: Staging) -> Callable[[Array, Array], tuple[Named, Named]]:
     return observe
 
 
-def _friction(staging: Staging) -> Probe:
-    both = staging.capsule.body_mass + staging.capsule.slider_mass
+def _friction(setup: CapsuleSetup) -> Probe:
+    both = setup.capsule.body_mass + setup.capsule.slider_mass
 
     def probe(model: mujoco.MjModel, data: mujoco.MjData) -> Callable[[], tuple[Values, Values]]:
-        masses = np.array([both, staging.capsule.slider_mass][: model.nv])
+        masses = np.array([both, setup.capsule.slider_mass][: model.nv])
 
         def read() -> tuple[Values, Values]:
             # From the accelerations: the solver finds those, and forces no better than it has to.
-            return {"friction_force": float(masses @ data.qacc) - both * staging.pull}, {}
+            return {"friction_force": float(masses @ data.qacc) - both * setup.pull}, {}
 
         return read
 

@@ -66,12 +66,10 @@ class Riding:
 
 def ridden(problem: CapsuleProblem, duration: float) -> Riding:
     """The motion, or the first of a train of them, until `duration` [s], finely in each piece."""
-    motion, staging = problem.motion, problem.staging
+    motion, setup = problem.motion, problem.setup
     path: SliderPath = getattr(motion, "one", motion).path
-    start = Start(velocity=staging.velocity, angular_velocity=staging.heading_rate)
-    return _followed(
-        staging.capsule, path, start, min(duration, getattr(motion, "period", duration))
-    )
+    start = Start(velocity=setup.velocity, angular_velocity=setup.heading_rate)
+    return _followed(setup.capsule, path, start, min(duration, getattr(motion, "period", duration)))
 
 
 @lru_cache(maxsize=8)  # every method and step of a scene asks for the same
@@ -107,7 +105,7 @@ def _complex(vectors: Array) -> Complex:
 
 def missing_loads(problem: CapsuleProblem, motion: Riding, compliance: float) -> Array:
     """dN_i [N], shape (3, n), of contacts that yield by `compliance` [m/N] (module docstring)."""
-    capsule, across = problem.staging.capsule, tilt_inertia(problem)
+    capsule, across = problem.setup.capsule, tilt_inertia(problem)
     r, v, w, rate = motion.place, motion.speed, motion.push, motion.rate
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     here, ahead, aside = -compliance * normal_forces(capsule, corners)

@@ -39,7 +39,7 @@ def sag_bounds(
 ) -> Mapping[str, float]:
     """Contacts that sag by `compliance` [m/N] times their normal force, C being `over`
     the plane [m]."""
-    capsule, motion = problem.staging.capsule, problem.motion
+    capsule, motion = problem.setup.capsule, problem.motion
     grip = capsule.friction
     end = min(duration, motion.period) if isinstance(motion, ManoeuvreTrain) else duration
     times, loads, slid = _loads(problem, end)
@@ -47,7 +47,7 @@ def sag_bounds(
     # Friction that takes hold, or lets go, below C tips the body, and within some steps all is at
     # rest again: nothing is left of a tipping but the tilt, and a turn by f I/J of what of it is
     # across the motion.
-    line, slopes = problem.staging.direction, share_slopes(problem)
+    line, slopes = problem.setup.direction, share_slopes(problem)
     along, rate = np.array([math.cos(line), math.sin(line)]), 2 * STIFFNESS / step
     moment = grip * capsule.weight * (compliance * float(loads.max()) + over)
     lever = moment * np.abs(slopes @ along)
@@ -77,7 +77,7 @@ def sag_bounds(
         pace, gone = pace + push * motion.duration, gone + 0.5 * push * motion.duration**2
     # The slider's own weight pulls it down its tilted track.
     lean = float(np.hypot(*(compliance * slopes.T @ loads)).max())
-    drift = capsule.slider_mass / armature(problem.staging) * capsule.gravity * lean
+    drift = capsule.slider_mass / armature(problem.setup) * capsule.gravity * lean
     lost = lost + 0.5 * drift * duration**2 * np.abs(slopes @ along) * capsule.weight
     return {
         "stroke": 0.5 * drift * duration**2,
@@ -98,14 +98,14 @@ def coupling_bounds(
     """A normal force that slip changing by a [m/s^2] alters by `coupling` f a [N], until contacts
     that yield by `compliance` [m/N] have taken it up; and that is known as far as double precision
     has their depth."""
-    staging, capsule = problem.staging, problem.staging.capsule
+    setup, capsule = problem.setup, problem.setup.capsule
     arms = np.hypot(*np.asarray(capsule.supports).T)
     line = getattr(problem.motion, "manoeuvre", problem.motion)
     quick, slip = capsule.gravity * capsule.friction, 0.0
     if isinstance(line, LineManoeuvre):
         quick = max(line.closed.backward, line.closed.braking)
         slip = line.closed.backward * line.t1
-    speed = math.hypot(*staging.velocity) + abs(staging.heading_rate) * float(arms.max())
+    speed = math.hypot(*setup.velocity) + abs(setup.heading_rate) * float(arms.max())
     grip, both = capsule.friction, capsule.body_mass + capsule.slider_mass
     steady, sudden = coupling * grip * quick, coupling * grip * speed / step
     off = SWING * steady + DEPTH_ROUNDINGS * ROUNDOFF * float(arms.max()) / compliance
@@ -127,10 +127,10 @@ def coupling_bounds(
 def height_bounds(problem: CapsuleProblem, over: float) -> Mapping[str, float]:
     """What the source leaves out: friction has a moment about a centre of mass `over` the plane
     [m], and shifts load along its line; not sideways, so the motion on a line is the same."""
-    capsule = problem.staging.capsule
+    capsule = problem.setup.capsule
     if not over:
         return {}
-    line = problem.staging.direction
+    line = problem.setup.direction
     shift = share_slopes(problem) @ np.array([math.cos(line), math.sin(line)])
     shift = over * capsule.friction * capsule.weight * np.abs(shift)
     return {f"normal_force_{i + 1}": float(shift[i]) for i in range(3)}
@@ -141,7 +141,7 @@ def _loads(problem: CapsuleProblem, end: float) -> tuple[Array, Array, Array]:
     slider in the body [m], shape (n,)."""
     times = np.linspace(0.0, end, POINTS)
     if isinstance(problem.motion, ResidualMotion):
-        still = normal_forces(problem.staging.capsule, np.array([problem.staging.slider]))
+        still = normal_forces(problem.setup.capsule, np.array([problem.setup.slider]))
         return times, np.repeat(still.T, POINTS, axis=1), np.zeros(POINTS)
     seen = problem.reference.observe(times)
     return times, np.stack([seen[f"normal_force_{i}"] for i in (1, 2, 3)]), seen["stroke"]
@@ -150,13 +150,13 @@ def _loads(problem: CapsuleProblem, end: float) -> tuple[Array, Array, Array]:
 def _lost(problem: CapsuleProblem, times: Array, sags: Array, slid: Array) -> Array:
     """Largest change of each normal force [N], shape (3,), by the inertia of body and slider riding
     on contacts with these `sags` [m], shape (3, n), the slider having `slid` so far, shape (n,)."""
-    staging, capsule, across = problem.staging, problem.staging.capsule, tilt_inertia(problem)
+    setup, capsule, across = problem.setup, problem.setup.capsule, tilt_inertia(problem)
     corners = np.asarray(capsule.supports)
     lift = np.column_stack([np.ones(3), corners[:, 1], -corners[:, 0]])
     inverse = np.linalg.inv(lift)
     seen = inverse.T @ np.diag([capsule.body_mass, across, across]) @ inverse
-    line = np.array([math.cos(staging.direction), math.sin(staging.direction)])
-    parts = load_shares(capsule, np.asarray(staging.slider) + slid[:, None] * line).T
+    line = np.array([math.cos(setup.direction), math.sin(setup.direction)])
+    parts = load_shares(capsule, np.asarray(setup.slider) + slid[:, None] * line).T
     body = seen @ _second(sags, times)
     slider = capsule.slider_mass * _second(np.sum(parts * sags, axis=0), times)
     return np.asarray((np.abs(body) + np.abs(parts * slider)).max(axis=1))
@@ -169,12 +169,10 @@ def _second(values: Array, times: Array) -> Array:
 
 def share_slopes(problem: CapsuleProblem) -> Array:
     """Change of each support's share of the load with the centre of pressure [1/m], (3, 2)."""
-    here, x, y = load_shares(
-        problem.staging.capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    )
+    here, x, y = load_shares(problem.setup.capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
     return np.column_stack([x - here, y - here])
 
 
 def shortest(problem: CapsuleProblem) -> float:
     """Distance from C to the nearest support [m]."""
-    return min(math.hypot(*support) for support in problem.staging.capsule.supports)
+    return min(math.hypot(*support) for support in problem.setup.capsule.supports)

@@ -40,7 +40,7 @@ def shares(
     reduced = settings.get("model") == "reduced"
     if settings.get("model") == "planar" or not (reduced or convergent(settings)):
         return {}
-    capsule, count = problem.staging.capsule, getattr(problem.motion, "count", 1)
+    capsule, count = problem.setup.capsule, getattr(problem.motion, "count", 1)
     both = capsule.body_mass + capsule.slider_mass
     if reduced:
         creep = capsule_reduced.creep(step) / both
@@ -48,7 +48,7 @@ def shares(
         creep = profile(settings).slip_compliance(step) / both
     found: dict[str, dict[str, float]] = {}
     _add(found, "creep", _creep(problem, duration, creep, step))
-    if problem.staging.relative_velocity is not None:
+    if problem.setup.relative_velocity is not None:
         _add(found, "armature", _yielding(problem, duration, count))
     accuracy = SHIPPED if reduced else float(profile(settings).options["tolerance"])
     _add(found, "solver", _solver(problem, duration, math.sqrt(2 * accuracy), step, count))
@@ -71,7 +71,7 @@ def _creep(
     problem: CapsuleProblem, duration: float, compliance: float, step: float
 ) -> Mapping[str, float]:
     """A body held against a force F creeps at `compliance` [m/s per N] times F or less."""
-    capsule = problem.staging.capsule
+    capsule = problem.setup.capsule
     if isinstance(problem.motion, ResidualMotion) or not capsule.friction:
         return {}
     speed = compliance * capsule.friction * capsule.weight
@@ -87,7 +87,7 @@ def _solver(
 ) -> Mapping[str, float]:
     """Accelerations that are `off` by so much [m/s^2]: for good while the body slides, until the
     next step while friction asks for rest."""
-    capsule, motion = problem.staging.capsule, problem.motion
+    capsule, motion = problem.setup.capsule, problem.motion
     slid = _sliding(motion, duration)
     way = off * (0.5 * slid**2 * count + step * duration)
     speed = off * (slid + step)
@@ -112,8 +112,8 @@ def _sliding(motion: Any, duration: float) -> float:
 
 def _yielding(problem: CapsuleProblem, duration: float, count: int) -> Mapping[str, float]:
     """The slider's way in the body is off by m/A of its way in space."""
-    staging, motion = problem.staging, problem.motion
-    part = staging.capsule.slider_mass / armature(staging)
+    setup, motion = problem.setup, problem.motion
+    part = setup.capsule.slider_mass / armature(setup)
     times = np.linspace(0.0, duration, POINTS)
     seen = problem.reference.observe(times)
     way = float((np.abs(seen["stroke"]) + np.abs(seen["displacement"])).max())
@@ -124,7 +124,7 @@ def _yielding(problem: CapsuleProblem, duration: float, count: int) -> Mapping[s
         late = (
             4 * ROUNDOFF * duration * line.w1
         )  # velocity left by times rounded ever more coarsely
-    slope = float(np.abs(load_slopes(staging.capsule, staging.direction)).max())
+    slope = float(np.abs(load_slopes(setup.capsule, setup.direction)).max())
     return {
         "stroke": part * way + late * duration,
         "stroke_rate": (part + 16 * ROUNDOFF) * rate,

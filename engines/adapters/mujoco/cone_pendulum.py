@@ -68,7 +68,7 @@ def armature(problem: Any) -> float:
     return float(10.0 ** math.ceil(math.log10(HOLD * load_inertia(problem))))
 
 
-def regularisation(
+def model_error(
     problem: Any, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
     """What the platform's yielding to the cone adds over `duration` [s]: a platform of finite

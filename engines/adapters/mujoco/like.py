@@ -30,7 +30,7 @@ ENDS = ("tolerance", "noslip_tolerance")
 
 def mine(path: str | Path) -> Method:
     """The method whose settings are those of the model file `path`: its integrator, solver and
-    other options, under "contact" its default contact parameters; its ladder begins with the
+    other options, under "contact" its default contact parameters; its step_sizes begins with the
     file's own step. Raises ParameterError for a file that holds no MJCF model."""
     import mujoco
 
@@ -58,8 +58,10 @@ def mine(path: str | Path) -> Method:
     if settings["integrator"] == "euler" and settings["disableflags"]:
         without = int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP) & settings["disableflags"]
         scheme = scheme.replace("+implicit-damping", "") if without else scheme
-    ladder = tuple(step / 2**n for n in range(HALVINGS + 1))
-    return replace(like, name=NAME, scheme=scheme, settings=settings, ladder=ladder, systems=())
+    step_sizes = tuple(step / 2**n for n in range(HALVINGS + 1))
+    return replace(
+        like, name=NAME, scheme=scheme, settings=settings, step_sizes=step_sizes, systems=()
+    )
 
 
 def _read(path: str | Path) -> Any:

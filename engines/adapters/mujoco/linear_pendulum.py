@@ -30,11 +30,11 @@ def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     return spec
 
 
-def regularisation(
+def model_error(
     problem: Any, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
     """What the bob's moment of inertia adds, as for the simple pendulum."""
-    return simple_pendulum.regularisation(problem, duration, method, step)
+    return simple_pendulum.model_error(problem, duration, method, step)
 
 
 def _sprung(spec: mujoco.MjSpec, problem: Any) -> None:

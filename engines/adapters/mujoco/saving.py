@@ -13,7 +13,7 @@ from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.adapters.mujoco.translation import builder
 from plumbob.engines.method import Method
-from plumbob.models.scene import Scene, System
+from plumbob.models.scene import Case
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,7 @@ class Saving:
 
 
 def saving(
-    system: System,
-    scene: Scene,
+    case: Case,
     method: Method,
     step: float = 1e-4,
     steps: int = 1000,
@@ -37,11 +36,9 @@ def saving(
 ) -> Saving:
     """Cost of `steps` steps of `step` [s] from the scene's start, default against trimmed: medians
     of `repeats` turns taken one after the other; raises Unsupported and ParameterError."""
-    simulation = compiled(system, scene, method, step)
+    simulation = compiled(case, method, step)
     trimmed, translation = simulation.model, simulation.translation
-    whole = translation.whole or builder(system).whole(
-        system.mjcf, system.problem(scene.parameters)
-    )
+    whole = translation.whole or builder(case.system).whole(case.system.mjcf, case.problem)
     options.apply(whole, method.settings, step)
     default, shown = whole.compile(), whole.compile()
     for model in (default, shown):

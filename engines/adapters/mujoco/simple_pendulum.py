@@ -74,7 +74,7 @@ def _moment_share(problem: Any, duration: float) -> Mapping[str, Mapping[str, fl
     return {name: {"moment of the bob": ulps * doubt.max()} for name, doubt in doubts.items()}
 
 
-def regularisation(
+def model_error(
     problem: Any, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
     """What the moment of inertia of the bob, which is to be a point, adds over `duration` [s]: a

@@ -15,7 +15,7 @@ from plumbob.engines.adapters.mujoco import flags, messages, options, stepping
 from plumbob.engines.adapters.mujoco.translation import Translation, builder
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Scene, System
+from plumbob.models.scene import Case
 
 
 @dataclass
@@ -79,24 +79,24 @@ class MujocoSimulation:
         return self.translation.control(times)
 
 
-def compiled(system: System, scene: Scene, method: Method, step: float) -> MujocoSimulation:
-    """Translate and compile `scene` for `method` at `step` [s]; raises Unsupported and
+def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:
+    """Translate and compile `case` for `method` at `step` [s]; raises Unsupported and
     ParameterError."""
-    steps = sampling.step_count(scene.duration, step)
-    problem = system.problem(scene.parameters)
-    chosen = builder(system)
+    steps = sampling.step_count(case.scene.duration, step)
+    problem = case.problem
+    chosen = builder(case.system)
     begin = time.perf_counter()
     with messages.collected() as logged:
-        translation = chosen.build(system.mjcf, problem, method, step)
+        translation = chosen.build(case.system.mjcf, problem, method, step)
         if translation.control is None and "control_at" in method.settings:
             same = method.name.partition("+")[0]
-            raise Unsupported(f"nothing is controlled in {scene.name}: the same as {same}")
+            raise Unsupported(f"nothing is controlled in {case.scene.name}: the same as {same}")
         options.apply(translation.spec, method.settings, step)
         try:
             model = translation.spec.compile()
         except ValueError as error:
             reason = " ".join(str(error).split())
-            raise Unsupported(f"MuJoCo refuses the model of {scene.name}: {reason}") from None
+            raise Unsupported(f"MuJoCo refuses the model of {case.scene.name}: {reason}") from None
         model.opt.disableflags |= flags.needless(model) | int(flags.BIT.mjDSBL_AUTORESET)
         translation.tune(model)
         data = mujoco.MjData(model)

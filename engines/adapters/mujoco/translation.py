@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +11,8 @@ import mujoco
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.adapters.builders import find_builder
+from plumbob.engines.method import Method
 from plumbob.models.scene import System
 
 Named = Mapping[str, Array]
@@ -47,7 +47,7 @@ class Translation:
 
 
 class Builder(Protocol):
-    """What the module of a system, `engines/mujoco/<system>.py`, offers."""
+    """What the module of a family of systems, `adapters/mujoco/<family>.py`, offers."""
 
     def build(self, mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         """Translate `problem` for `method` at `step` [s]; raises Unsupported."""
@@ -57,7 +57,7 @@ class Builder(Protocol):
         """The model with everything that `mjcf` has, the parts that are only seen included."""
         ...
 
-    def regularisation(
+    def model_error(
         self, problem: Any, duration: float, method: Method, step: float
     ) -> Mapping[str, Mapping[str, float]]:
         """Bounds on what the model adds to each observable over `duration` [s], by reason."""
@@ -66,14 +66,7 @@ class Builder(Protocol):
 
 def builder(system: System) -> Builder:
     """The builder of `system`; raises Unsupported when there is none."""
-    name = f"plumbob.engines.adapters.mujoco.{system.name.replace('-', '_')}"
-    try:
-        module = importlib.import_module(name)
-    except ModuleNotFoundError as error:
-        if error.name != name:
-            raise
-        raise Unsupported(f"mujoco has no builder for {system.name}") from None
-    return cast(Builder, module)
+    return cast(Builder, find_builder("mujoco", system))
 
 
 def read(mjcf: Path) -> mujoco.MjSpec:

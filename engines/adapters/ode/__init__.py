@@ -1,4 +1,4 @@
-"""ODE solvers as an engine: the same scenes as an equation of motion, the yardsticks."""
+"""ODE solvers as an engine: the same scenes as an equation of motion, the reference_steps."""
 
 from __future__ import annotations
 
@@ -6,22 +6,20 @@ from collections.abc import Mapping
 
 from plumbob.engines.adapters.ode.methods import METHODS
 from plumbob.engines.method import Engine, Method, Simulation
-from plumbob.models.scene import Scene, System
+from plumbob.models.scene import Case
 
 
-def prepare(system: System, scene: Scene, method: Method, step: float) -> Simulation:
-    """Set up `scene` for `method` at `step` [s], or at the relative tolerance `step`; raises
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Set up `case` for `method` at `step` [s], or at the relative tolerance `step`; raises
     Unsupported and ParameterError."""
     from plumbob.engines.adapters.ode.simulation import prepared
 
-    return prepared(system, scene, method, step)
+    return prepared(case, method, step)
 
 
-def regularisation(
-    system: System, scene: Scene, method: Method, step: float
-) -> Mapping[str, Mapping[str, float]]:
+def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
     """Nothing: an equation of motion is the system itself."""
     return {}
 
 
-ENGINE = Engine("ode", "scipy", METHODS, prepare, regularisation)
+ENGINE = Engine("ode", "scipy", METHODS, prepare, model_error)

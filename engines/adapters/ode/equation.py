@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol, cast
 
-from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.adapters.builders import find_builder
+from plumbob.engines.method import Method
 from plumbob.models.scene import System
 
 
@@ -25,7 +25,7 @@ class Equation:
 
 
 class Builder(Protocol):
-    """What the module of a system, `engines/ode/<system>.py`, offers."""
+    """What the module of a family of systems, `adapters/ode/<family>.py`, offers."""
 
     def build(self, problem: Any, method: Method) -> Equation:
         """Write `problem` as an equation of motion; raises Unsupported."""
@@ -34,11 +34,4 @@ class Builder(Protocol):
 
 def builder(system: System) -> Builder:
     """The builder of `system`; raises Unsupported when there is none."""
-    name = f"plumbob.engines.adapters.ode.{system.name.replace('-', '_')}"
-    try:
-        module = importlib.import_module(name)
-    except ModuleNotFoundError as error:
-        if error.name != name:
-            raise
-        raise Unsupported(f"ode has no equation of motion for {system.name}") from None
-    return cast(Builder, module)
+    return cast(Builder, find_builder("ode", system))

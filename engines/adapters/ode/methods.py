@@ -10,9 +10,9 @@ TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 14))
 SMOOTH = ("*-pendulum",)  # dry friction has no equation of motion that they could follow
 
 
-def _adaptive(scipys: str, ladder: tuple[float, ...]) -> Method:
+def _adaptive(scipys: str, step_sizes: tuple[float, ...]) -> Method:
     name = f"ode/{scipys.lower()}"
-    return Method(name, "adaptive", None, "tolerance", {"method": scipys}, ladder, SMOOTH)
+    return Method(name, "adaptive", None, "tolerance", {"method": scipys}, step_sizes, SMOOTH)
 
 
 METHODS = (

@@ -13,26 +13,24 @@ from plumbob.engines.adapters.ode.equation import builder
 from plumbob.engines.adapters.ode.fixed_run import FixedStepSimulation
 from plumbob.engines.adapters.ode.fixed_step import advance
 from plumbob.engines.method import Method
-from plumbob.models.scene import Scene, System
+from plumbob.models.scene import Case
 
 SMALLEST = 100 * float(np.finfo(float).eps)  # the relative tolerance below which scipy won't go
 
 
-def prepared(
-    system: System, scene: Scene, method: Method, step: float
-) -> FixedStepSimulation | AdaptiveSimulation:
-    """Set up `scene` for `method` at `step` [s], or at the relative tolerance `step`; raises
+def prepared(case: Case, method: Method, step: float) -> FixedStepSimulation | AdaptiveSimulation:
+    """Set up `case` for `method` at `step` [s], or at the relative tolerance `step`; raises
     Unsupported and ParameterError."""
     begin = time.perf_counter()
     if method.control == "step":
-        steps = sampling.step_count(scene.duration, step)
-        equation = builder(system).build(system.problem(scene.parameters), method)
+        steps = sampling.step_count(case.scene.duration, step)
+        equation = builder(case.system).build(case.problem, method)
         integrator = advance(method.scheme)
         elapsed = time.perf_counter() - begin
         return FixedStepSimulation(equation, integrator, steps, step, elapsed)
     if not SMALLEST <= positive("step", step) < 1.0:
         raise ParameterError("step", step, f"a relative tolerance from {SMALLEST:.1e} to below 1")
-    equation = builder(system).build(system.problem(scene.parameters), method)
+    equation = builder(case.system).build(case.problem, method)
     solver = solver_called(method.settings["method"])
     elapsed = time.perf_counter() - begin
-    return AdaptiveSimulation(equation, solver, step, scene.duration, elapsed)
+    return AdaptiveSimulation(equation, solver, step, case.scene.duration, elapsed)

@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.engines.adapters.pymunk import (
     capsule_drive,
@@ -43,7 +43,7 @@ def build(problem: CapsuleProblem, method: Method, step: float) -> Translation:
     raise Unsupported(f"{method.name} has no model of the capsule")
 
 
-def regularisation(
+def model_error(
     problem: CapsuleProblem, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
     """What the model adds to each observable, by reason; of bare pivots theory knows little."""
@@ -61,11 +61,11 @@ def regularisation(
 
 def left_by_sweep(problem: CapsuleProblem, method: Method) -> float:
     """Largest share of a velocity that a sweep of the solver leaves while friction holds."""
-    staging = problem.staging
+    setup = problem.setup
     if method.settings["model"] == "side":
-        ends = [along(staging, (x, y)) for x, y in problem.slider_ends]
-        return max(side_left_by_sweep(staging, end) for end in ends)
-    return max(feet_left_by_sweep(staging.capsule, place) for place in slider_places(problem))
+        ends = [along(setup, (x, y)) for x, y in problem.slider_ends]
+        return max(side_left_by_sweep(setup, end) for end in ends)
+    return max(feet_left_by_sweep(setup.capsule, place) for place in slider_places(problem))
 
 
 def iterations(problem: CapsuleProblem, method: Method) -> int:
@@ -79,58 +79,58 @@ def iterations(problem: CapsuleProblem, method: Method) -> int:
 
 def slider_places(problem: CapsuleProblem) -> Array:
     """Places of the slider on its way from C [m], shape (n, 2)."""
-    if (place := problem.staging.plane_place) is not None:
+    if (place := problem.setup.plane_place) is not None:
         return place(np.linspace(0.0, problem.motion.duration, LOOKED_AT))
-    if problem.staging.in_plane:
-        return np.array([problem.staging.slider])
+    if problem.setup.in_plane:
+        return np.array([problem.setup.slider])
     return problem.slider_ends
 
 
-def turns(staging: Staging) -> bool:
+def turns(setup: CapsuleSetup) -> bool:
     """Whether the body turns."""
-    return bool(staging.heading_rate) or staging.plane_velocity is not None
+    return bool(setup.heading_rate) or setup.plane_velocity is not None
 
 
 def _above(problem: CapsuleProblem, method: Method, step: float) -> Translation:
-    staging = problem.staging
+    setup = problem.setup
     if method.settings["model"] == "feet":
-        assembly = feet(staging, step, turning=turns(staging))
+        assembly = feet(setup, step, turning=turns(setup))
     else:
-        assembly = pivots(staging, step)
+        assembly = pivots(setup, step)
     assembly.space.iterations = iterations(problem, method)
-    tell, act = told(staging, assembly.grips), None
-    if (velocity := capsule_drive.on_the_line(staging)) is not None:
-        aimed = capsule_drive.aims(velocity, staging.slider, step)
-        act = capsule_drive.driven_along(assembly, aimed, staging.heading, tell)
-    elif isinstance(problem.reference, PlaneReference) and staging.plane_velocity is not None:
-        aimed = capsule_drive.aims_in_the_plane(problem.reference.motion.path, staging, step)
+    tell, act = told(setup, assembly.grips), None
+    if (velocity := capsule_drive.on_the_line(setup)) is not None:
+        aimed = capsule_drive.aims(velocity, setup.slider, step)
+        act = capsule_drive.driven_along(assembly, aimed, setup.heading, tell)
+    elif isinstance(problem.reference, PlaneReference) and setup.plane_velocity is not None:
+        aimed = capsule_drive.aims_in_the_plane(problem.reference.motion.path, setup, step)
         act = capsule_drive.driven(assembly, aimed, step, tell)
     settle(assembly, step)
     seen: Seen
-    if staging.in_plane:
-        seen = capsule_reading.in_the_plane(staging, assembly), None
+    if setup.in_plane:
+        seen = capsule_reading.in_the_plane(setup, assembly), None
     else:
-        seen = capsule_reading.on_the_line(staging, assembly)
+        seen = capsule_reading.on_the_line(setup, assembly)
     return _translated(assembly, act, seen, frozenset({"opening_rate"}))
 
 
 def _beside(problem: CapsuleProblem, method: Method, step: float) -> Translation:
-    staging = problem.staging
-    if turns(staging):
+    setup = problem.setup
+    if turns(setup):
         raise Unsupported("the side view has one line, and here the body turns")
-    stand, act = standing(staging), None
+    stand, act = standing(setup), None
     stand.assembly.space.iterations = iterations(problem, method)
-    if (velocity := staging.relative_velocity) is not None:
+    if (velocity := setup.relative_velocity) is not None:
         aimed = capsule_drive.aims(
-            capsule_drive.on_an_axis(velocity), (along(staging, staging.slider), 0.0), step
+            capsule_drive.on_an_axis(velocity), (along(setup, setup.slider), 0.0), step
         )
         act = capsule_drive.driven_along(stand.assembly, aimed, 0.0, capsule_drive.untold)
     settle(stand.assembly, step)
     seen: Seen
-    if staging.in_plane:
-        seen = capsule_pressure.in_the_plane(staging, stand), None
+    if setup.in_plane:
+        seen = capsule_pressure.in_the_plane(setup, stand), None
     else:
-        seen = capsule_pressure.on_the_line(staging, stand)
+        seen = capsule_pressure.on_the_line(setup, stand)
     channels = frozenset({"heave", "tilt", "momentum_residual"})
     return _translated(stand.assembly, act, seen, channels)
 

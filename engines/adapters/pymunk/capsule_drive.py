@@ -15,7 +15,7 @@ import numpy as np
 
 from plumbob.analytic.errors.position_first import switches_on_grid
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule_setup import Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.engines.adapters.pymunk.capsule_space import Assembly, Tell, point
 
@@ -25,11 +25,11 @@ Velocity = Callable[[Array], Array]
 BLOCK = 1024  # steps whose aims are worked out at once
 
 
-def on_the_line(staging: Staging) -> Velocity | None:
+def on_the_line(setup: CapsuleSetup) -> Velocity | None:
     """Velocity of the slider on its line, or None where it stays put."""
-    if (velocity := staging.relative_velocity) is None:
+    if (velocity := setup.relative_velocity) is None:
         return None
-    unit = np.array([math.cos(staging.direction), math.sin(staging.direction)])
+    unit = np.array([math.cos(setup.direction), math.sin(setup.direction)])
     return lambda times: np.asarray(velocity(times)[:, None] * unit)
 
 
@@ -53,15 +53,15 @@ def aims(
 
 
 def aims_in_the_plane(
-    path: SliderPath, staging: Staging, step: float
+    path: SliderPath, setup: CapsuleSetup, step: float
 ) -> Iterator[tuple[float, float]]:
     """The same for a `path` in the plane; where its acceleration jumps on the grid alone, places
     less half a step of the velocity, which do not drift turn after turn."""
-    place, velocity = staging.plane_place, staging.plane_velocity
+    place, velocity = setup.plane_place, setup.plane_velocity
     assert place is not None
     assert velocity is not None
     if not switches_on_grid(path, step):
-        yield from aims(velocity, staging.slider, step)
+        yield from aims(velocity, setup.slider, step)
     first = 1
     while True:
         times = np.arange(first, first + BLOCK, dtype=np.float64) * step

@@ -22,7 +22,7 @@ import pymunk
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
-from plumbob.analytic.systems.capsule_setup import Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.pymunk.capsule_space import (
     NO_TURNING,
     Assembly,
@@ -49,20 +49,20 @@ def foot_mass(capsule: Capsule) -> float:
     return capsule.body_mass * min(SHARE, most / (1.0 + 3.0 * most))
 
 
-def feet(staging: Staging, step: float, turning: bool) -> Assembly:
+def feet(setup: CapsuleSetup, step: float, turning: bool) -> Assembly:
     """The capsule on three feet, in a motion that has it turn or not; what friction can at each is
     yet to be told."""
-    capsule = staging.capsule
+    capsule = setup.capsule
     anchors = [complex(x, y) for x, y in capsule.supports]
     mass = foot_mass(capsule)
     rest = capsule.body_mass - 3 * mass
     own = -mass * sum(anchors) / rest
     moment = capsule.inertia - rest * abs(own) ** 2 - mass * sum(abs(a) ** 2 for a in anchors)
-    bare = assembled(staging, rest, moment, own, step)
+    bare = assembled(setup, rest, moment, own, step)
     pins, grips = [], []
     for anchor in anchors:
         foot = pymunk.Body(mass, NO_TURNING)
-        place(staging, foot, anchor, own, step)
+        place(setup, foot, anchor, own, step)
         pins.append(pinned(bare.body, foot, anchor - own))
         if not turning:
             pins[-1].error_bias = OPEN

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from plumbob.analytic.systems.capsule_setup import Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.pymunk.capsule_space import Assembly, assembled, gripped
 
 
-def pivots(staging: Staging, step: float) -> Assembly:
+def pivots(setup: CapsuleSetup, step: float) -> Assembly:
     """The capsule on three joints to the ground; what friction can at each is yet to be told."""
-    capsule = staging.capsule
-    bare = assembled(staging, capsule.body_mass, capsule.inertia, 0j, step)
+    capsule = setup.capsule
+    bare = assembled(setup, capsule.body_mass, capsule.inertia, 0j, step)
     grips = tuple(gripped(bare.space, bare.body, complex(x, y)) for x, y in capsule.supports)
     bare.space.add(*grips)
     return replace(bare, grips=grips)

@@ -60,14 +60,14 @@ def extent(problem: CapsuleProblem, duration: float) -> Extent:
     times = np.linspace(0.0, lasting, LOOKED_AT)
     seen = problem.reference.observe(times)
     way = float(np.hypot(np.diff(seen["x"]), np.diff(seen["y"])).sum())
-    place = problem.staging.plane_place
-    places = np.array([problem.staging.slider]) if place is None else place(times)
+    place = problem.setup.plane_place
+    places = np.array([problem.setup.slider]) if place is None else place(times)
     return Extent(
         way=count * way,
         turned=count * float(np.abs(np.diff(seen["heading"])).sum()),
         speed=float(np.hypot(seen["velocity_x"], seen["velocity_y"]).max()),
         rate=float(np.abs(seen["heading_rate"]).max()),
-        arm=problem.staging.capsule.mass_ratio * float(np.hypot(*places.T).max()),
+        arm=problem.setup.capsule.mass_ratio * float(np.hypot(*places.T).max()),
     )
 
 
@@ -77,14 +77,14 @@ def plane_shares(
     """{observable: {reason: bound}} over `duration` [s] with `count` sweeps in a step of `step`
     [s], `slowest` what one leaves of a velocity while every foot grips."""
     size, found = extent(problem, duration), dict[str, dict[str, float]]()
-    capsule = problem.staging.capsule
+    capsule = problem.setup.capsule
     arm = math.sqrt(float(np.square(capsule.supports).sum()) / 3)
     apart = (size.rate * step) ** 2
     _add(found, "feet behind the turn", size, apart * size.turned, apart * size.rate)
     asked = demand(problem)
     driven = slowest**count * asked.push * step
     stopped = max(few_feet_left_by_sweep(capsule, 1), slowest) ** count
-    stopped *= capsule.friction * problem.staging.press * step
+    stopped *= capsule.friction * problem.setup.press * step
     speed = 2.0 * (
         driven + stopped
     )  # a switch inside a step asks for a part, the next for the rest

@@ -9,20 +9,20 @@ import numpy as np
 import pymunk
 
 from plumbob.analytic.systems.capsule import load_shares
-from plumbob.analytic.systems.capsule_setup import Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.pymunk.capsule_reading import momentum
 from plumbob.engines.adapters.pymunk.capsule_side import DEPTH, Stand, along
 
 Read = Callable[[], Mapping[str, float]]
 
 
-def on_the_line(staging: Staging, stand: Stand) -> tuple[Read, Read]:
+def on_the_line(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read]:
     """What is signed along the line; the N_i of the last step; heave and tilt, which are to be
     none; and once a step is done, the friction in it, and what is left of the balance of momentum
     [N]: the slider is inside, so contacts and gravity alone may change it."""
     body, slider = stand.assembly.body, stand.assembly.slider
-    start, before = along(staging, staging.slider), 0.0
-    pulled = (body.mass + slider.mass) * staging.pull
+    start, before = along(setup, setup.slider), 0.0
+    pulled = (body.mass + slider.mass) * setup.pull
 
     def read() -> Mapping[str, float]:
         nonlocal before
@@ -33,7 +33,7 @@ def on_the_line(staging: Staging, stand: Stand) -> tuple[Read, Read]:
             "velocity": pace,
             "stroke": slider.position.x - gone - start,
             "stroke_rate": slider.velocity.x - pace,
-            **normal_forces(staging, stand),
+            **normal_forces(setup, stand),
             "heave": height + DEPTH,
             "tilt": body.angle,
         }
@@ -47,9 +47,9 @@ def on_the_line(staging: Staging, stand: Stand) -> tuple[Read, Read]:
     return read, following
 
 
-def in_the_plane(staging: Staging, stand: Stand) -> Read:
+def in_the_plane(setup: CapsuleSetup, stand: Stand) -> Read:
     """Place of C in the axes of the start; heave and tilt."""
-    body, line = stand.assembly.body, staging.direction
+    body, line = stand.assembly.body, setup.direction
 
     def read() -> Mapping[str, float]:
         (gone, height), pace = body.position, body.velocity.x
@@ -65,14 +65,14 @@ def in_the_plane(staging: Staging, stand: Stand) -> Read:
     return read
 
 
-def normal_forces(staging: Staging, stand: Stand) -> Mapping[str, float]:
+def normal_forces(setup: CapsuleSetup, stand: Stand) -> Mapping[str, float]:
     """N_i in the last step [N]: those of both feet and their centre, shared among three supports
     as statics across the line has it."""
     (_, hind), (_, fore) = contact_forces(stand)
-    both, capsule = hind + fore, staging.capsule
+    both, capsule = hind + fore, setup.capsule
     reach = np.dot((hind, fore), stand.reach) / both if both else math.nan
-    x, y = staging.slider
-    unit = np.array([math.cos(staging.direction), math.sin(staging.direction)])
+    x, y = setup.slider
+    unit = np.array([math.cos(setup.direction), math.sin(setup.direction)])
     across = capsule.mass_ratio * (unit[0] * y - unit[1] * x)
     centre = reach * unit + across * np.array([-unit[1], unit[0]])
     forces = both * load_shares(capsule, centre)

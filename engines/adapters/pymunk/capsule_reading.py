@@ -7,20 +7,20 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from plumbob.analytic.systems.capsule_setup import Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.pymunk.capsule_space import Assembly, told_normal_forces
 
 Read = Callable[[], Mapping[str, float]]
 
 
-def on_the_line(staging: Staging, assembly: Assembly) -> tuple[Read, Read]:
+def on_the_line(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read]:
     """What is signed along the line; the N_i that statics gives for the place where the slider is;
     how fast the pins open; and once a step is done, the friction in it. Joints say how large their
     impulses are and not where they point: friction is what momentum gains beyond gravity's share.
     """
-    body, slider, unit = assembly.body, assembly.slider, cmath.rect(1.0, staging.direction)
-    start, back = complex(*staging.slider), cmath.exp(-1j * staging.heading) / unit
-    pulled, before = sum(part.mass for part in assembly.parts) * staging.pull, 0j
+    body, slider, unit = assembly.body, assembly.slider, cmath.rect(1.0, setup.direction)
+    start, back = complex(*setup.slider), cmath.exp(-1j * setup.heading) / unit
+    pulled, before = sum(part.mass for part in assembly.parts) * setup.pull, 0j
 
     def read() -> Mapping[str, float]:
         nonlocal before
@@ -30,13 +30,13 @@ def on_the_line(staging: Staging, assembly: Assembly) -> tuple[Read, Read]:
         carried = velocity + 1j * body.angular_velocity * later * arm
         sliding = (complex(*slider.velocity) - carried) / (turned * later)
         gone, inside = place * back, arm / turned
-        forces = told_normal_forces(staging, np.array([[inside.real, inside.imag]]))[0]
+        forces = told_normal_forces(setup, np.array([[inside.real, inside.imag]]))[0]
         return {
             "displacement": gone.real,
             "velocity": (velocity * back).real,
             "stroke": ((inside - start) / unit).real,
             "stroke_rate": (sliding / unit).real,
-            "heading": body.angle - staging.heading,
+            "heading": body.angle - setup.heading,
             "sideways": gone.imag,
             **{f"normal_force_{i + 1}": float(forces[i]) for i in range(3)},
             "opening_rate": opening_rate(assembly),
@@ -49,9 +49,9 @@ def on_the_line(staging: Staging, assembly: Assembly) -> tuple[Read, Read]:
     return read, following
 
 
-def in_the_plane(staging: Staging, assembly: Assembly) -> Read:
+def in_the_plane(setup: CapsuleSetup, assembly: Assembly) -> Read:
     """Place of C and heading in the axes of the start, and how fast the pins open."""
-    body, back = assembly.body, cmath.exp(-1j * staging.heading)
+    body, back = assembly.body, cmath.exp(-1j * setup.heading)
 
     def read() -> Mapping[str, float]:
         place, velocity = (value * back for value in centre_of(assembly))
@@ -60,8 +60,8 @@ def in_the_plane(staging: Staging, assembly: Assembly) -> Read:
             "y": place.imag,
             "velocity_x": velocity.real,
             "velocity_y": velocity.imag,
-            "heading": body.angle - staging.heading,
-            "body_angle": body.angle - staging.heading,
+            "heading": body.angle - setup.heading,
+            "body_angle": body.angle - setup.heading,
             "heading_rate": body.angular_velocity,
             "opening_rate": opening_rate(assembly),
         }

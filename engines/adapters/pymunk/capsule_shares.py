@@ -73,7 +73,7 @@ def _shifted(motion: LineManoeuvre | SlowStroke, way: float) -> float:
 
 def left_by_sweeps(problem: CapsuleProblem, model: str, slowest: float, count: int) -> float:
     """Share of a velocity that `count` sweeps leave, `slowest` that of one while all grips."""
-    capsule, motion = problem.staging.capsule, problem.motion
+    capsule, motion = problem.setup.capsule, problem.motion
     grip = capsule.friction * capsule.gravity
     if model == "side" or not grip:
         return slowest**count
@@ -90,14 +90,14 @@ def shares(
     _add(found, "rounding of places", _rounding(problem, duration, step))
     if model == "pivots":
         return found
-    grip = problem.staging.capsule.friction * problem.staging.press
+    grip = problem.setup.capsule.friction * problem.setup.press
     if grip:
         _add(found, "sweeps", _sweeps(problem, duration, left, step, grip, model))
     if model == "side":
-        hind, fore = foot_reach(problem.staging)
+        hind, fore = foot_reach(problem.setup)
         tilted = grip * _mass(problem) * DEPTH / (fore - hind)
         _add(found, "depth of the feet", _each_support(problem, tilted))
-    elif problem.staging.heading_rate:
+    elif problem.setup.heading_rate:
         _add(found, "feet behind the turn", _behind(problem, step))
     return found
 
@@ -108,17 +108,17 @@ def _add(found: Shares, reason: str, bounds: Mapping[str, float]) -> None:
 
 
 def _mass(problem: CapsuleProblem) -> float:
-    return problem.staging.capsule.body_mass + problem.staging.capsule.slider_mass
+    return problem.setup.capsule.body_mass + problem.setup.capsule.slider_mass
 
 
 def _arm(problem: CapsuleProblem) -> float:
-    return math.sqrt(float(np.square(problem.staging.capsule.supports).sum()) / 3)
+    return math.sqrt(float(np.square(problem.setup.capsule.supports).sum()) / 3)
 
 
 def _each_support(problem: CapsuleProblem, tilted: float) -> Mapping[str, float]:
     """A centre of pressure that is off by `tilted` [N] between the two feet, at the supports."""
-    capsule = problem.staging.capsule
-    hind, fore = foot_reach(problem.staging)
+    capsule = problem.setup.capsule
+    hind, fore = foot_reach(problem.setup)
     moved = tilted * (fore - hind) * steepest_load(capsule) / capsule.slider_mass / capsule.gravity
     return {f"normal_force_{i}": tilted + moved for i in (1, 2, 3)}
 
@@ -139,9 +139,9 @@ def _sweeps(
 def _rounding(problem: CapsuleProblem, duration: float, step: float) -> Mapping[str, float]:
     seen = problem.reference.observe(np.linspace(0.0, duration, LOOKED_AT))
     reach = [np.abs(seen[n]).max() for n in ("displacement", "stroke", "x", "y") if n in seen]
-    size = math.hypot(*problem.staging.slider) + _arm(problem) + float(sum(reach))
+    size = math.hypot(*problem.setup.slider) + _arm(problem) + float(sum(reach))
     bit = ROUNDINGS * ROUNDOFF * size
-    hind, fore = foot_reach(problem.staging)
+    hind, fore = foot_reach(problem.setup)
     way, lever = bit * math.sqrt(duration / step), 1.0 + size / (fore - hind)
     loads = _mass(problem) * lever * bit / step**2
     both = _spread(problem, way, bit / step, step, way) | {"stroke_rate": bit / step}
@@ -153,7 +153,7 @@ def _spread(
 ) -> dict[str, float]:
     """The same way [m] and speed [m/s] in every observable of the body, and `slid` [m] in those of
     the slider's place."""
-    slope = steepest_load(problem.staging.capsule)
+    slope = steepest_load(problem.setup.capsule)
     return {
         **dict.fromkeys(("displacement", "sideways", "x", "y"), way),
         **dict.fromkeys(("velocity", "velocity_x", "velocity_y"), speed),
@@ -168,9 +168,9 @@ def _spread(
 def _behind(problem: CapsuleProblem, step: float) -> Mapping[str, float]:
     """A foot's velocity is a chord of its circle: what turns through an angle a in a step is off by
     a^2 of itself."""
-    turned, motion = (problem.staging.heading_rate * step) ** 2, problem.motion
+    turned, motion = (problem.setup.heading_rate * step) ** 2, problem.motion
     size, rate = abs(motion.coasting.distance), abs(motion.coasting.rate)
-    arm = max(math.hypot(*support) for support in problem.staging.capsule.supports)
+    arm = max(math.hypot(*support) for support in problem.setup.capsule.supports)
     return {
         "heading": turned * size,
         "heading_rate": turned * rate,

@@ -12,7 +12,7 @@ import pymunk
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import normal_forces
-from plumbob.analytic.systems.capsule_setup import Staging
+from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 
 FIRST = 1000  # sweeps where there is nothing to begin from
 NO_TURNING = float("inf")  # moment of inertia of a body that only its pins carry along
@@ -43,19 +43,19 @@ def point(value: complex) -> tuple[float, float]:
 
 
 def assembled(
-    staging: Staging, mass: float, moment: float, centre_of_mass: complex, step: float
+    setup: CapsuleSetup, mass: float, moment: float, centre_of_mass: complex, step: float
 ) -> Assembly:
     """Space with a body of `mass` [kg] and `moment` [kg m^2], its centre of mass at
     `centre_of_mass` from C [m, body axes], and the slider pinned to it; C starts at the origin."""
-    space, line = pymunk.Space(), staging.heading + staging.direction
-    space.gravity = point(cmath.rect(staging.pull, line))
+    space, line = pymunk.Space(), setup.heading + setup.direction
+    space.gravity = point(cmath.rect(setup.pull, line))
     body = pymunk.Body(mass, moment)
-    slider = pymunk.Body(staging.capsule.slider_mass, NO_TURNING)
-    start = complex(*staging.slider)
-    place(staging, body, centre_of_mass, centre_of_mass, step)
-    place(staging, slider, start, centre_of_mass, step)
-    body.angle, body.angular_velocity = staging.heading, staging.heading_rate
-    if (velocity := staging.relative_velocity) is not None:
+    slider = pymunk.Body(setup.capsule.slider_mass, NO_TURNING)
+    start = complex(*setup.slider)
+    place(setup, body, centre_of_mass, centre_of_mass, step)
+    place(setup, slider, start, centre_of_mass, step)
+    body.angle, body.angular_velocity = setup.heading, setup.heading_rate
+    if (velocity := setup.relative_velocity) is not None:
         along = cmath.rect(float(velocity(np.zeros(1))[0]), line)
         slider.velocity = point(complex(*slider.velocity) + along)
     joint = pinned(body, slider, start - centre_of_mass)
@@ -64,15 +64,15 @@ def assembled(
 
 
 def place(
-    staging: Staging, part: pymunk.Body, anchor: complex, centre_of_mass: complex, step: float
+    setup: CapsuleSetup, part: pymunk.Body, anchor: complex, centre_of_mass: complex, step: float
 ) -> None:
     """Put `part` at its start: pinned at `anchor` to a body with this `centre_of_mass`, both from C
     [m, body axes]. A joint that closes in one step is open by what the step before opened; started
     closed, its first impulse would be a jerk."""
-    turned, turn = cmath.exp(1j * staging.heading), 1j * step * staging.heading_rate
+    turned, turn = cmath.exp(1j * setup.heading), 1j * step * setup.heading_rate
     opening = cmath.exp(-turn) * (1 + turn) - 1
     part.position = point(turned * (anchor + opening * (anchor - centre_of_mass)))
-    part.velocity = point(turned * (complex(*staging.velocity) + (turn - opening) / step * anchor))
+    part.velocity = point(turned * (complex(*setup.velocity) + (turn - opening) / step * anchor))
 
 
 def pinned(body: pymunk.Body, part: pymunk.Body, anchor: complex) -> pymunk.PivotJoint:
@@ -90,17 +90,17 @@ def gripped(space: pymunk.Space, part: pymunk.Body, anchor: complex) -> pymunk.P
     return joint
 
 
-def told_normal_forces(staging: Staging, places: Array) -> Array:
+def told_normal_forces(setup: CapsuleSetup, places: Array) -> Array:
     """Normal forces N_i [N], shape (n, 3), with the slider at `places` from C [m], shape (n, 2):
     seen from above there are none, and statics has to say them."""
-    return normal_forces(staging.capsule, places) * (staging.press / staging.capsule.gravity)
+    return normal_forces(setup.capsule, places) * (setup.press / setup.capsule.gravity)
 
 
-def told(staging: Staging, grips: tuple[pymunk.PivotJoint, ...]) -> Tell:
+def told(setup: CapsuleSetup, grips: tuple[pymunk.PivotJoint, ...]) -> Tell:
     """Function of the slider's place from C [m, body axes] that tells the joints of the supports
     the most that friction can, f N_i."""
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    limits = staging.capsule.friction * told_normal_forces(staging, corners)
+    limits = setup.capsule.friction * told_normal_forces(setup, corners)
     constants, by_x, by_y = limits[0], limits[1] - limits[0], limits[2] - limits[0]
     (a, ax, ay), (b, bx, by), (c, cx, cy) = np.stack([constants, by_x, by_y], axis=1).tolist()
     first, second, third = grips
@@ -110,7 +110,7 @@ def told(staging: Staging, grips: tuple[pymunk.PivotJoint, ...]) -> Tell:
         second.max_force = max(b + bx * x + by * y, 0.0)
         third.max_force = max(c + cx * x + cy * y, 0.0)
 
-    tell(*staging.slider)
+    tell(*setup.slider)
     return tell
 
 

@@ -36,7 +36,7 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     return Translation(space, read, act if amplitude or damping else None, limits=limits(problem))
 
 
-def regularisation(
+def model_error(
     problem: Any, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
     """Nothing: the body's moment of inertia is that of the bob about the axis."""

@@ -81,7 +81,7 @@ def _start(
     bob.velocity = (arm * outwards * speed).real, (arm * outwards * speed).imag
 
 
-def regularisation(
+def model_error(
     problem: Any, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
     """What the bob's moment of inertia adds, whose centre is nearer to the pivot and pulls less;

@@ -14,7 +14,7 @@ from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.pymunk.translation import Translation, builder
 from plumbob.engines.method import Method
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Scene, System
+from plumbob.models.scene import Case
 
 
 @dataclass
@@ -77,10 +77,10 @@ def _timed(built: Translation, first: int, last: int, step: float) -> float:
     return time.perf_counter() - begin
 
 
-def prepared(system: System, scene: Scene, method: Method, step: float) -> PymunkSimulation:
-    """Build `scene` for `method` at `step` [s]; raises Unsupported and ParameterError."""
-    steps = sampling.step_count(scene.duration, step)
-    chosen, problem = builder(system), system.problem(scene.parameters)
+def prepared(case: Case, method: Method, step: float) -> PymunkSimulation:
+    """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+    steps = sampling.step_count(case.scene.duration, step)
+    chosen, problem = builder(case.system), case.problem
     begin = time.perf_counter()
     chosen.build(problem, method, step)
     seconds = time.perf_counter() - begin

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol, cast
 
 import pymunk
 
-from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.adapters.builders import find_builder
+from plumbob.engines.method import Method
 from plumbob.models.scene import System
 
 
@@ -29,13 +29,13 @@ class Translation:
 
 
 class Builder(Protocol):
-    """What the module of a system, `engines/pymunk/<system>.py`, offers."""
+    """What the module of a family of systems, `adapters/pymunk/<family>.py`, offers."""
 
     def build(self, problem: Any, method: Method, step: float) -> Translation:
         """Translate `problem` for `method` at `step` [s]; raises Unsupported."""
         ...
 
-    def regularisation(
+    def model_error(
         self, problem: Any, duration: float, method: Method, step: float
     ) -> Mapping[str, Mapping[str, float]]:
         """Bounds on what the model adds to each observable over `duration` [s], by reason."""
@@ -44,11 +44,4 @@ class Builder(Protocol):
 
 def builder(system: System) -> Builder:
     """The builder of `system`; raises Unsupported when there is none."""
-    name = f"plumbob.engines.adapters.pymunk.{system.name.replace('-', '_')}"
-    try:
-        module = importlib.import_module(name)
-    except ModuleNotFoundError as error:
-        if error.name != name:
-            raise
-        raise Unsupported(f"pymunk has no builder for {system.name}") from None
-    return cast(Builder, module)
+    return cast(Builder, find_builder("pymunk", system))

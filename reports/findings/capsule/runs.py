@@ -15,8 +15,8 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.study import Study
 from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
 
 LINE = "capsule-line/ca1"
 RED, GREY = "#d55e00", "#808080"
@@ -51,7 +51,7 @@ def run(name: str, method: str, step: float) -> Trajectory | None:
     if not installed(engine_of(how)) or not meant(how, chosen):
         return None
     try:
-        found = engine_of(how).prepare(system_of(chosen), chosen, how, step).run()
+        found = engine_of(how).prepare(case_of(chosen), how, step).run()
     except Unsupported:
         return None
     return found if found.diverged_at is None else None
@@ -71,9 +71,9 @@ def off(name: str, method: str, step: float) -> float | None:
 
 def measured(study: Study, scene: str, method: str, step: float) -> Measurement | None:
     """What a study measured of a scene with a method at a step [s], or None."""
-    for climb in study.climbs:
-        if (climb.scene, climb.method) == (scene, method):
-            for found in climb.measurements:
+    for convergence_study in study.convergence:
+        if (convergence_study.scene, convergence_study.method) == (scene, method):
+            for found in convergence_study.measurements:
                 if found.status == "done" and np.isclose(found.step, step, rtol=1e-9):
                     return found
     return None

@@ -1,4 +1,4 @@
-"""What is foretold of the line manoeuvre's final displacement, term by term [m]: the step's, and
+"""What is predicted of the line manoeuvre's final displacement, term by term [m]: the step's, and
 what MuJoCo's models add to it."""
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ def sinking(scene: str, step: float, contact: ContactProfile) -> float:
     posed = problem(scene)
     seen = posed.reference.observe(np.array([0.0, posed.motion.t_star]))
     squares = np.sum([seen[load] ** 2 for load in LOADS], axis=0)
-    body = posed.staging.capsule
+    body = posed.setup.capsule
     yields = contact.sag_compliance(step) / (body.body_mass + body.slider_mass)
     return float(-body.friction * yields * (squares[1] - squares[0]) / body.weight)
 
 
 def creep_of_coulomb(scene: str, step: float, contact: ContactProfile) -> float:
     """Way that friction yields on three contacts while it holds m w2 until t2 [m]."""
-    body = problem(scene).staging.capsule
+    body = problem(scene).setup.capsule
     both = body.body_mass + body.slider_mass
     return contact.slip_compliance(step) / both / 3 * _held(scene)
 
@@ -40,7 +40,7 @@ def creep_of_reduced(scene: str, step: float) -> float:
     """The same on a joint's friction loss [m]."""
     from plumbob.engines.adapters.mujoco.capsule_reduced import creep
 
-    body = problem(scene).staging.capsule
+    body = problem(scene).setup.capsule
     return creep(step) / (body.body_mass + body.slider_mass) * _held(scene)
 
 

@@ -16,7 +16,7 @@ from plumbob.reports.view.notation import short
 
 
 def hard(study: Study, scene: Scene) -> tuple[Figure | Table, ...]:
-    """What makes the case hard, in numbers; and what theory foretold of each method's last error,
+    """What makes the case hard, in numbers; and what theory predicted of each method's last error,
     at its finest step."""
     line = problem(scene.name).motion
     least, _ = lowest_normal_forces(line.capsule, (line.path,))
@@ -33,19 +33,19 @@ def hard(study: Study, scene: Scene) -> tuple[Figure | Table, ...]:
         (row(*(value(number, 7) for _, number in about)),),
     )  # fmt: skip
     rows = []
-    for climb in study.climbs:
-        done = [m for m in climb.measurements if m.status == "done"]
-        if climb.scene != scene.name or not done:
+    for convergence_study in study.convergence:
+        done = [m for m in convergence_study.measurements if m.status == "done"]
+        if convergence_study.scene != scene.name or not done:
             continue
         finest = done[-1]
         error = finest.errors["displacement"]
-        told = error.foretold.end if error.foretold else None
+        told = error.predicted.end if error.predicted else None
         rows.append(
-            row(method_cell(climb.method), Cell(short(finest.step), "number"),
+            row(method_cell(convergence_study.method), Cell(short(finest.step), "number"),
                 value(error.end / line.displacement), value(error.end), value(told))
         )  # fmt: skip
     if not rows:
         return (numbers,)
-    heads = ("method", "step [s]", "relative error of Δx", "error of Δx [m]", "foretold [m]")
-    note = "At the finest step of each method; foretold: what the step does to this motion."
+    heads = ("method", "step [s]", "relative error of Δx", "error of Δx [m]", "predicted [m]")
+    note = "At the finest step of each method; predicted: what the step does to this motion."
     return numbers, Table("Final displacement", heads, tuple(rows), note)

@@ -24,7 +24,7 @@ def finding() -> Finding | None:
         return None
     posed = problem(SCENE)
     height = float(find_method(TALL).settings["height"])
-    moment = posed.staging.capsule.friction * posed.staging.capsule.weight * height
+    moment = posed.setup.capsule.friction * posed.setup.capsule.weight * height
     times = np.linspace(0.0, float(found[LOW].times[-1]), 200)
     statics = posed.reference.observe(times)[LOAD]
     traces: list[Trace] = [curve(times, statics, colour=GREY, width=2.2, name="statics, no height")]

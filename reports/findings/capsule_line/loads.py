@@ -49,7 +49,7 @@ def finding() -> Finding | None:
         (
             "With heights of zero the slider's acceleration shifts no load: only its place does. "
             "While it goes, the engines have it half a step ahead (MuJoCo) or behind (pymunk) at "
-            "a grid time, which is foretold; what is left of MuJoCo's is the inertia of body and "
+            "a grid time, which is predicted; what is left of MuJoCo's is the inertia of body and "
             "slider as the sags of its contacts change, in the square of the step.",
             "Seen from above pymunk has no normal forces: the feet are told Nᵢ by statics in every "
             "step, from where the slider will be. There it is not a result.",
@@ -63,13 +63,13 @@ def finding() -> Finding | None:
 
 
 def _parts(method: str) -> tuple[Array, Array, Array] | None:
-    """Times [s], and largest relative distances from statics, and from what is foretold of it."""
+    """Times [s], and largest relative distances from statics, and from what is predicted of it."""
     if (found := run(SCENE, method, STEP)) is None:
         return None
     reference = problem(SCENE).reference
     assert isinstance(reference, StepReference)
     exact = problem(SCENE).reference.observe(found.times)
-    told = reference.foretold(find_method(method).scheme, STEP, found.times)
+    told = reference.predicted(find_method(method).scheme, STEP, found.times)
     seen, truth, lead = (
         np.stack([source[load] for load in LOADS]) for source in (found.observables, exact, told)
     )

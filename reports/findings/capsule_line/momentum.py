@@ -46,6 +46,6 @@ def _shift(found: Trajectory) -> float:
     """Largest way of the common centre of mass along the line [m]: the engine's own, if it says."""
     if "centre_of_mass" in found.channels:
         return float(np.ptp(found.channels["centre_of_mass"]))
-    part = problem(SCENE).staging.capsule.mass_ratio
+    part = problem(SCENE).setup.capsule.mass_ratio
     seen = found.observables
     return float(np.abs(seen["displacement"] + part * seen["stroke"]).max())

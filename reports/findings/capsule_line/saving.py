@@ -49,7 +49,7 @@ def timed(full: str, reduced: str) -> Saved | None:
     from plumbob.engines.adapters.mujoco.saving import saving
 
     system = system_of(scene)
-    costs = [saving(system, scene, m, STEP, STEPS, TURNS).ns_trimmed for m in (one, other)]
+    costs = [saving(system.case(scene), m, STEP, STEPS, TURNS).ns_trimmed for m in (one, other)]
     return Saved(*costs)
 
 

@@ -75,7 +75,7 @@ def finding(study: Study) -> Finding | None:
         "The error is ½φ(1–φ)(μw₂+fg)dt², in both engines, at any step",
         "confirmed",
         "φ is the fraction of t*/dt. The error is a sawtooth in the step, so a slope fitted to it "
-        "says nothing, a ladder of round steps may flatter it, and its coefficient is the test.",
+        "says nothing, a step_sizes of round steps may flatter it, and its coefficient is the test.",
         (
             f"Steps drawn at random from {short(FINE)} to {short(COARSE)} s (seed {SEED}). Off the "
             "grid the switch at t₁ bends the velocity inside a step too, by μ(w₁+w₂): the same "

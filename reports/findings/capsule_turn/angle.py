@@ -134,7 +134,7 @@ def _figure(study: Study, when: When, errors: Errors) -> Figure:
         if steps:
             traces.append(
                 curve([e for e, _ in steps], positive([s for _, s in steps]), colour=GREY,
-                      dash=dash, name=f"Euler's step τ/{parts}, foretold")
+                      dash=dash, name=f"Euler's step τ/{parts}, predicted")
             )  # fmt: skip
     for name in METHODS:
         here = [(e, pair[0 if found else 1]) for (e, n), pair in errors.items() if n == name]
@@ -154,14 +154,14 @@ def _figure(study: Study, when: When, errors: Errors) -> Figure:
 
 
 def _step_errors(study: Study, when: When, parts: int) -> list[tuple[float, float]]:
-    """What Euler's step of tau/`parts` is foretold to do: at 2 tau by its formula, the same for
+    """What Euler's step of tau/`parts` is predicted to do: at 2 tau by its formula, the same for
     every epsilon; at rest as far as the study has it."""
     if when == "stop":
         return [(e, euler_lead(turn(e)) * turn(e).half_time / parts) for e in EPSILONS]
     found = []
     for epsilon in epsilons(study):
         here = seen(study, epsilon, EULER, parts)
-        told = here.errors["body_angle"].foretold if here else None
+        told = here.errors["body_angle"].predicted if here else None
         if told is not None:
             found.append((epsilon, told.end))
     return found

@@ -55,28 +55,28 @@ def _events(scene: Scene) -> tuple[Table, ...]:
 
 def _ends(study: Study, scene: Scene) -> tuple[Table, ...]:
     rows = []
-    for climb in study.climbs:
-        if climb.scene != scene.name:
+    for convergence_study in study.convergence:
+        if convergence_study.scene != scene.name:
             continue
-        done = [m for m in climb.measurements if m.status == "done"]
+        done = [m for m in convergence_study.measurements if m.status == "done"]
         if not done:
-            why = climb.measurements[-1] if climb.measurements else None
+            why = convergence_study.measurements[-1] if convergence_study.measurements else None
             if why is not None and why.status == "diverged":
-                rows.append(row(method_cell(climb.method), value(why.step),
+                rows.append(row(method_cell(convergence_study.method), value(why.step),
                                 Cell(why.reason, span=4)))  # fmt: skip
             continue
         coarse, fine = done[0], done[-1]
         error = fine.errors["body_angle"]
-        told = error.foretold.end if error.foretold else None
-        order = None if climb.order is None else climb.order.slope
+        told = error.predicted.end if error.predicted else None
+        order = None if convergence_study.order is None else convergence_study.order.slope
         rows.append(
-            row(method_cell(climb.method), Cell(short(fine.step), "number"),
+            row(method_cell(convergence_study.method), Cell(short(fine.step), "number"),
                 value(coarse.errors["body_angle"].end), value(error.end), value(told),
                 value(order))
         )  # fmt: skip
     if not rows:
         return ()
     heads = ("method", "finest step [s]", "error at the coarsest [rad]", "at the finest [rad]",
-             "foretold [rad]", "order")  # fmt: skip
+             "predicted [rad]", "order")  # fmt: skip
     note = f"Over {number(scene.duration)} s. The order is that of the largest error on the way."
     return (Table("Body angle at the end", heads, tuple(rows), note),)

@@ -22,9 +22,9 @@ def finding(study: Study) -> Finding | None:
         for name in (CONVERGENT, DEFAULT):
             found = seen(study, epsilon, name, JUDGED)
             error = None if found is None else found.errors["body_angle"]
-            if found is None or error is None or error.foretold is None:
+            if found is None or error is None or error.predicted is None:
                 continue
-            left = error.end - error.foretold.end
+            left = error.end - error.predicted.end
             heaves.setdefault(name, []).append(found.channels["heave"])
             beyond.setdefault(name, []).append(abs(left))
             rows.append(

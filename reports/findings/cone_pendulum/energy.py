@@ -19,12 +19,12 @@ def finding() -> Finding:
     loose = {m: d for m, d in drifts.items() if d.secular}
     told = "; ".join(
         f"{m} drifts by {notation.number(d.rate)} J/s"
-        + (f" where averaging foretells {notation.number(d.foretold)}" if d.foretold else "")
+        + (f" where averaging predicts {notation.number(d.predicted)}" if d.predicted else "")
         for m, d in loose.items()
     )
     return Finding(
         "energy",
-        "Symplectic methods keep the energy within bounds; RK4 lets it drift at a foretold rate",
+        "Symplectic methods keep the energy within bounds; RK4 lets it drift at a predicted rate",
         "confirmed",
         f"Over {DURATION / STEP:.0f} steps the energy error of {' and '.join(bounded)} stays "
         f"bounded; {told}.",

@@ -25,8 +25,10 @@ def finding(study: Study) -> Finding:
         size = {p: float(np.abs(terms[p]["theta"]).max()) for p in (1, 2)}
         first[name] = size[1]
         push = float(rotor.acceleration(0.0, problem.theta, problem.theta_dot))
-        climb = next((c for c in study.climbs if (c.scene, c.method) == (name, METHOD)), None)
-        seen = climb.order if climb else None
+        convergence_study = next(
+            (c for c in study.convergence if (c.scene, c.method) == (name, METHOD)), None
+        )
+        seen = convergence_study.order if convergence_study else None
         told = f"{seen.slope:.3f} [{seen.low:.3f}, {seen.high:.3f}]" if seen else "not measured"
         numbers = (push, size[1], size[2])
         rows.append(row(name, *(Cell(notation.number(v, 4), "number") for v in numbers), told))

@@ -1,4 +1,4 @@
-"""Energy of the large swing over many steps: bounded, secular as foretold, or lost by a joint."""
+"""Energy of the large swing over many steps: bounded, secular as predicted, or lost by a joint."""
 
 from __future__ import annotations
 
@@ -32,22 +32,22 @@ def finding(study: Study) -> Finding:
     """Which methods keep the energy of case 2, at which rate RK4 loses it, and what joints take."""
     table, plot, drifts = compared(study.profile)
     rk4 = drifts["ode/rk4"]
-    share = "" if rk4.foretold is None else (
-        f", where averaging foretells {notation.number(rk4.foretold, 5)}"
+    share = "" if rk4.predicted is None else (
+        f", where averaging predicts {notation.number(rk4.predicted, 5)}"
     )  # fmt: skip
     bounded = [m for m, d in drifts.items() if not d.secular]
     return Finding(
         "pendulum-energy",
-        "Energy: symplectic steps keep it, RK4 loses it at a foretold rate, pymunk's joint fast",
+        "Energy: symplectic steps keep it, RK4 loses it at a predicted rate, pymunk's joint fast",
         "confirmed",
         f"Over {STEPS[study.profile]} steps of {notation.short(STEP)} s the energy error of "
         f"{' and '.join(bounded)} stays bounded; ode/rk4 drifts by "
         f"{notation.number(rk4.rate, 5)} J/s{share}.",
         (
-            "Foretold is the energy that one step of RK4 gains or loses, averaged along the exact "
+            "Prediction is the energy that one step of RK4 gains or loses, averaged along the exact "
             "orbit. Its h⁴ part averages to nothing by time symmetry; h⁵ is left.",
             "A pymunk joint as it comes (pymunk/default) costs energy at first order: the loss "
-            "goes as the step, and foretold is the first coefficient of the jointed step's error. "
+            "goes as the step, and predicted is the first coefficient of the jointed step's error. "
             "Iterations change no digit of it. With error_bias 0 (pymunk/tight) the loss goes as "
             "the cube of the step and shows only after many steps; no theory of it stands here.",
         ),
@@ -85,7 +85,7 @@ def loss(method: str, step: float, iterations: int = 10) -> float | None:
     return (ends[1] - ends[0]) / (2 * whole)
 
 
-def foretold_loss(step: float) -> float:
+def predicted_loss(step: float) -> float:
     """The same by the first coefficient of the jointed step's error: of energy, over two periods
     after the first, when the joint's opening has settled."""
     motion = _motion()
@@ -102,14 +102,14 @@ def _losses() -> Table:
     rows = []
     for method in ("pymunk/default", "pymunk/tight"):
         for step in LOSS_STEPS:
-            told = foretold_loss(step) if method == "pymunk/default" else None
+            told = predicted_loss(step) if method == "pymunk/default" else None
             values = [loss(method, step, n) for n in ITERATIONS]
             rows.append(row(Cell(method, "method"), Cell(f"{notation.short(step)} s", "number"),
                             *(number(v, 4) for v in values), number(told, 4)))  # fmt: skip
     return Table(
         "What pymunk's joint loses of the energy [J/s], by step and by iterations of its solver",
         ("method", "step", *(notation.plural(n, "iteration") for n in ITERATIONS),
-         "foretold at first order"),
+         "predicted at first order"),
         tuple(rows),
         "Mean over the second and third period. It takes 19.6 J to lift the bob from hanging to "
         "the top.",

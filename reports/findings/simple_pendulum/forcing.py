@@ -6,16 +6,16 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.convergence import Climb
+from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.study import Study
-from plumbob.reports.findings.simple_pendulum.problems import SIMPLE, climbed, number, order_text
+from plumbob.reports.findings.simple_pendulum.problems import SIMPLE, number, order_text, refined
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Figure, Finding, Table, row
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.traces import curve, figure, logarithmic, positive
 
 SCENE = f"{SIMPLE}forced-large"
-STEPS, DURATION = (2e-2, 1e-2, 5e-3, 2.5e-3), 10.0  # of a climb of one's own
+STEPS, DURATION = (2e-2, 1e-2, 5e-3, 2.5e-3), 10.0  # of a convergence_study of one's own
 READ: Mapping[str, str] = MappingProxyType(
     {
         "ode/rk4": "at its own stages: start, middle, end",
@@ -29,12 +29,12 @@ READ: Mapping[str, str] = MappingProxyType(
 
 def finding(study: Study) -> Finding:
     """Orders of the forced case by how the control is read, with what theory says of each."""
-    own = {m: c for m in READ if (c := climbed(study, SCENE, m, STEPS, DURATION)) is not None}
+    own = {m: c for m in READ if (c := refined(study, SCENE, m, STEPS, DURATION)) is not None}
     rows = []
     for method, found in own.items():
         done = {m.step: m.errors["theta"].largest for m in found.measurements if m.status == "done"}
         at = min(done, key=lambda h: abs(h - 5e-3)) if done else None
-        told = found.foretold_order
+        told = found.predicted_order
         rows.append(
             row(
                 Cell(method, "method"),
@@ -72,7 +72,7 @@ def finding(study: Study) -> Finding:
         (
             Table(
                 f"Observed order in {SCENE}, by where the push is read",
-                ("method", "push is read", "observed [95 % interval]", "foretold here",
+                ("method", "push is read", "observed [95 % interval]", "predicted here",
                  "error [rad]", "at step"),
                 tuple(rows),
             ),
@@ -83,7 +83,7 @@ def finding(study: Study) -> Finding:
     )  # fmt: skip
 
 
-def _plot(own: Mapping[str, Climb]) -> Figure:
+def _plot(own: Mapping[str, ConvergenceStudy]) -> Figure:
     style = styles([find_method(m) for m in READ])
     traces = []
     for method, found in own.items():

@@ -108,13 +108,13 @@ def finding(study: Study) -> Finding:
             row(label, name, start, number(error), number(told), number(of_linear),
                 number(_apart(name)))
         )  # fmt: skip
-    heads = ("case", "scene", "start", "error of RK4 [rad]", "foretold [rad]",
+    heads = ("case", "scene", "start", "error of RK4 [rad]", "predicted [rad]",
              "error of RK4, linear [rad]", "linear from non-linear [rad]")  # fmt: skip
     least, most = min(largest, key=lambda c: largest[c]), max(largest, key=lambda c: largest[c])
     worse = round(largest[most] / largest[least], -2)
     return Finding(
         "notebook-rk4",
-        "What the notebook's own RK4 errs by: 2e-5 to 6e-2 rad, as theory foretells",
+        "What the notebook's own RK4 errs by: 2e-5 to 6e-2 rad, as theory predicts",
         "measured",
         f"RK4 with dt 0.05 s errs over 50 s by {notation.number(largest[least])} rad in case "
         f"{least} and by {notation.number(largest[most])} rad in case {most}; the linear equation "
@@ -130,7 +130,7 @@ def finding(study: Study) -> Finding:
                 "RK4 at dt 0.05 s, 1000 steps: largest error of θ",
                 heads,
                 tuple(rows),
-                "Foretold: C₄h⁴ + C₅h⁵ + …, where the study ran the case. Last column: largest "
+                "Prediction: C₄h⁴ + C₅h⁵ + …, where the study ran the case. Last column: largest "
                 "difference of the two exact motions.",
             ),
         ),
@@ -143,10 +143,10 @@ def finding(study: Study) -> Finding:
 
 
 def _error(study: Study, scene: str) -> tuple[float, float | None]:
-    """Largest error [rad] of the notebook's run, and what is foretold of it."""
+    """Largest error [rad] of the notebook's run, and what is predicted of it."""
     if (known := measured(study, scene, METHOD, STEP)) is not None:
         error = known.errors["theta"]
-        return error.largest, error.foretold.largest if error.foretold else None
+        return error.largest, error.predicted.largest if error.predicted else None
     found = notebook(scene)
     if found is None:
         return float("nan"), None

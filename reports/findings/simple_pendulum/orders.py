@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from plumbob.engines.study.convergence import Climb
+from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import floor
 from plumbob.engines.study.order import Order, fit_order
 from plumbob.engines.study.study import Study
@@ -12,7 +12,7 @@ from plumbob.reports.findings.simple_pendulum.problems import (
     CASES,
     FORCED,
     SIMPLE,
-    climbs,
+    convergence,
     order_text,
 )
 from plumbob.reports.view.content import Cell, Finding, Table, row
@@ -24,7 +24,7 @@ Pair = tuple[Order, Order]
 
 def finding(study: Study) -> Finding | None:
     """Orders of five methods on the study's scenes; None where it fitted none."""
-    known = climbs(study)
+    known = convergence(study)
     names = [name for _, name, _ in CASES] + list(FORCED)
     found = {
         n: {m: _fitted(c) for m in METHODS if (c := known.get((SIMPLE + n, m)))} for n in names
@@ -34,17 +34,17 @@ def finding(study: Study) -> Finding | None:
         return None
     methods = [m for m in METHODS if any(m in own for own in shown.values())]
     table = Table(
-        "Observed order of the error of θ [95 % interval], and below it what is foretold",
+        "Observed order of the error of θ [95 % interval], and below it what is predicted",
         ("scene", *methods),
         tuple(row(name, *_cells(own, methods)) for name, own in shown.items()),
-        "Foretold: the same fit to C₁h + C₂h² + … at the same steps. A dash: fewer than four steps "
+        "Prediction: the same fit to C₁h + C₂h² + … at the same steps. A dash: fewer than four steps "
         "above round-off and within reach of the series; the full profile takes finer ones.",
     )
     return Finding(
         "orders",
         "The order belongs to the motion: RK4 is of order 4 or 5, pymunk of order 1 for a reason",
         "confirmed",
-        f"Fitted over four steps or more, the orders are those that theory foretells of this error "
+        f"Fitted over four steps or more, the orders are those that theory predicts of this error "
         f"on this motion{_worst(shown)}.",
         (
             "RK4 errs by C₄h⁴ + C₅h⁵ + …. The first term makes the energy come and go; by time "
@@ -69,13 +69,13 @@ def finding(study: Study) -> Finding | None:
     )
 
 
-def _fitted(found: Climb) -> Pair | None:
-    """Observed and foretold order of the error of theta, over the steps that the series reaches;
+def _fitted(found: ConvergenceStudy) -> Pair | None:
+    """Observed and predicted order of the error of theta, over the steps that the series reaches;
     None with fewer than four of them above round-off."""
     reached = [
         (m.step, m.errors["theta"], floor(m.errors["theta"], m.steps))
         for m in found.measurements
-        if m.status == "done" and (f := m.errors["theta"].foretold) and f.nonlinearity < REACH
+        if m.status == "done" and (f := m.errors["theta"].predicted) and f.nonlinearity < REACH
     ]
     if not reached:
         return None
@@ -84,9 +84,9 @@ def _fitted(found: Climb) -> Pair | None:
     if observed is None:
         return None
     same = [
-        e.foretold.largest
+        e.predicted.largest
         for h, e in zip(steps, errors, strict=True)
-        if h in observed.steps and e.foretold
+        if h in observed.steps and e.predicted
     ]
     told = fit_order([h for h in steps if h in observed.steps], same, [0.0] * len(same))
     return (observed, told) if told else None
@@ -99,7 +99,7 @@ def _cells(own: Mapping[str, Pair | None], methods: Sequence[str]) -> list[Cell]
             cells.append(Cell("–", "number", "too few steps that the series reaches"))
             continue
         text = f"{order_text(pair[0])}\n{pair[1].slope:.3f}"
-        cells.append(Cell(text, "number", "observed, then foretold"))
+        cells.append(Cell(text, "number", "observed, then predicted"))
     return cells
 
 

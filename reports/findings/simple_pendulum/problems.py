@@ -10,7 +10,7 @@ from plumbob.analytic.reference import Reference
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.convergence import Climb, climb
+from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import Order
 from plumbob.engines.study.study import MOST_STEPS, Study
@@ -51,29 +51,31 @@ def case(name: str) -> Case:
     return Case(scene, problem, system.reference(problem))
 
 
-def climbs(study: Study) -> Mapping[tuple[str, str], Climb]:
-    """The study's climbs, by scene and method."""
-    return {(c.scene, c.method): c for c in study.climbs}
+def convergence(study: Study) -> Mapping[tuple[str, str], ConvergenceStudy]:
+    """The study's convergence, by scene and method."""
+    return {(c.scene, c.method): c for c in study.convergence}
 
 
 def measured(study: Study, scene: str, method: str, step: float) -> Measurement | None:
     """What the study measured of a scene with a method at a step [s]; None where it did not."""
-    found = climbs(study).get((scene, method))
+    found = convergence(study).get((scene, method))
     runs = found.measurements if found else ()
     return next((m for m in runs if m.step == step and m.status == "done"), None)
 
 
-def climbed(
+def refined(
     study: Study, scene: str, method: str, steps: tuple[float, ...], duration: float
-) -> Climb | None:
-    """The study's climb of a scene with a method, or else one of its own over `steps` [s] and
+) -> ConvergenceStudy | None:
+    """The study's convergence_study of a scene with a method, or else one of its own over `steps` [s] and
     `duration` [s]; None where the engine is missing."""
-    if (found := climbs(study).get((scene, method))) is not None and found.order is not None:
+    if (found := convergence(study).get((scene, method))) is not None and found.order is not None:
         return found
     how = find_method(method)
     if not installed(engine_of(how)):
         return None
-    return climb(replace(find_scene(scene), duration=duration), how, MOST_STEPS["quick"], steps)
+    return convergence_study(
+        replace(find_scene(scene), duration=duration), how, MOST_STEPS["quick"], steps
+    )
 
 
 def order_text(order: Order | None) -> str:

@@ -1,4 +1,4 @@
-"""A smooth stretch of motion in one mode, kept as polynomials, and the state between stretches."""
+"""A smooth segment of motion in one mode, kept as polynomials, and the state between segments."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class State:
 
 
 @dataclass(frozen=True)
-class Stretch:
+class SmoothSegment:
     """One mode from local time `start` to `end` [s] of piece number `piece`; `support` is the one
     at rest in a pivot, or the one that slips as a slide begins, else -1.
 
@@ -81,7 +81,7 @@ def monotone_root(series: Array, values: Array, last: float = 1.0) -> Array:
 
 
 def fitted(rule: Scheme, body: Mechanics, piece: Piece, first: State, slopes: Array) -> Array:
-    """Coefficients of a Stretch from the `slopes`, shape (n, 4), of (p_x, p_y, omega, t) at the
+    """Coefficients of a SmoothSegment from the `slopes`, shape (n, 4), of (p_x, p_y, omega, t) at the
     nodes: heading and place of G are integrals of what follows from them."""
     start = [first.point.real, first.point.imag, first.omega, first.time, first.heading]
     start += [first.place.real, first.place.imag]
@@ -96,7 +96,7 @@ def fitted(rule: Scheme, body: Mechanics, piece: Piece, first: State, slopes: Ar
 
 
 def state_at(coefficients: Array, place: float) -> State:
-    """The state at parameter `place` of a stretch's polynomials."""
+    """The state at parameter `place` of a segment's polynomials."""
     if place == 1.0:
         values = coefficients.sum(axis=0)
     else:
