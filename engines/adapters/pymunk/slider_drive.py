@@ -101,7 +101,10 @@ def driven(
 
 
 def driven_along(
-    assembly: Assembly, targets: Iterator[tuple[float, float]], heading: float, set_limits: SetLimits
+    assembly: Assembly,
+    targets: Iterator[tuple[float, float]],
+    heading: float,
+    set_limits: SetLimits,
 ) -> Act:
     """The same for a body that keeps its `heading` [rad]: the slider will be at its last target,
     and no state is read. On a turn it would be beside that place, and make a torque."""
