@@ -1,4 +1,4 @@
-"""What sequential impulses add to motions with a closed form, apart from the step: bounds by reason.
+"""What sequential impulses add to motions with a closed form, beside the step: bounds by reason.
 
 Solver iterations: where friction has to give another force than in the step before, the iterations
 of one step leave a fraction of the change of velocity. They leave the same at every foot, whatever
@@ -141,9 +141,9 @@ def _iterations(run: LineRun) -> Mapping[str, float]:
     lasting = run.duration if speed >= spare * run.duration else speed / spare
     way = demand.changes * speed * (lasting + step)
     found = {**_everywhere(run, way, 2 * speed, 2 * speed * step), "stroke_rate": speed}
-    if run.solver.model == "side":
-        return found
-    return found | dict.fromkeys(NORMAL_FORCES, found["friction_force"])
+    if run.solver.model == "side":  # whose normal forces are the contacts' own impulses
+        found |= dict.fromkeys(NORMAL_FORCES, found["friction_force"])
+    return found
 
 
 def _rounding(run: LineRun) -> Mapping[str, float]:

@@ -131,8 +131,8 @@ def turn(
 
 
 def test_turn_manoeuvre() -> None:
-    # small epsilon: friction has little time, and the error of the step is of second order; 1e-4 rad is asked
-    # for at tau/800, of which 1.6e-4 at tau/200 leaves a sixteenth
+    # small epsilon: friction has little time, and the error of the step is of second order; 1e-4
+    # rad is asked for at tau/800, of which 1.6e-4 at tau/200 leaves a sixteenth
     errors = []
     for steps in (50, 100, 200):
         assembly, exact, _ = turn(CHECK, 0.03, steps)
