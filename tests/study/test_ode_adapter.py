@@ -19,10 +19,13 @@ from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.adapters.divergence import possible_speed
 from plumbob.engines.adapters.mujoco import ENGINE as MUJOCO
 from plumbob.engines.adapters.ode import ENGINE, model_error, prepare
-from plumbob.engines.adapters.ode.adaptive_run import AdaptiveSimulation, solver_called
 from plumbob.engines.adapters.ode.equation import Equation
-from plumbob.engines.adapters.ode.fixed_run import FixedStepSimulation
-from plumbob.engines.adapters.ode.fixed_step import advance
+from plumbob.engines.adapters.ode.integrators import Advance, integrator
+from plumbob.engines.adapters.ode.simulation import (
+    AdaptiveSimulation,
+    FixedStepSimulation,
+    solver_called,
+)
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.tests.support.cone_scene import DEFAULT, SYSTEM, THETA, THETA_DOT, scene
@@ -31,6 +34,11 @@ METHODS = {method.name: method for method in ENGINE.methods}
 FIXED = [method for method in ENGINE.methods if method.control == "step"]
 ADAPTIVE = [method for method in ENGINE.methods if method.control == "tolerance"]
 END = np.array([0.5])
+
+
+def advance(method: Method) -> Advance:
+    """The integrator of a method with a fixed step."""
+    return integrator(method.name.partition("/")[2])
 
 
 def run(method: Method, step: float, duration: float = 0.5, **given: Any) -> Trajectory:
@@ -156,7 +164,7 @@ def test_damping_and_forcing_enter_as_theory_has_them(method: Method) -> None:
     terms = leading_error(rotor, 0.7, 1.0, end, method.scheme)
     for steps in (800, 1600):
         equation, step = driven(rotor, 0.7, 1.0), 4.0 / steps
-        simulation = FixedStepSimulation(equation, advance(method.scheme), steps, step, 0.0)
+        simulation = FixedStepSimulation(equation, advance(method), steps, step, 0.0)
         found = simulation.run().observables["theta"][-1] - exact
         wanted = sum(float(values["theta"][0]) * step**p for p, values in terms.items())
         assert found == pytest.approx(wanted, rel=0.01, abs=1e-13)
@@ -179,7 +187,7 @@ def test_divergence_is_a_result(
 ) -> None:
     equation = Equation(law, 1.0, 2.0, 10.0)
     simulation = (
-        FixedStepSimulation(equation, advance(method.scheme), 30_000, 1e-3, 0.0)
+        FixedStepSimulation(equation, advance(method), 30_000, 1e-3, 0.0)
         if method in FIXED
         else AdaptiveSimulation(equation, solver_called(method.settings["method"]), 1e-6, 30.0, 0.0)
     )
