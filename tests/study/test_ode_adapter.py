@@ -1,4 +1,4 @@
-"""The ODE solvers on the cone pendulum and on equations of one's own: error, order, divergence."""
+"""The ODE solvers on the cone pendulum and on user equations: error, order, divergence."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def error(method: Method, step: float, **given: Any) -> float:
     [
         ("ode/rk4", 2.5e-5, 5e-13),  # round-off of 20 000 steps at theta = 20
         ("ode/dop853", 1e-13, 1e-11),  # its tolerance a step, grown over a hundred and fifty
-        ("ode/radau", 1e-11, 2e-12),  # of fifth order, it needs small steps and errs by less
+        ("ode/radau", 1e-11, 2e-12),  # of fifth order, it needs small steps, and its error is less
         ("ode/lsoda", 1e-13, 1e-10),  # erratic: 2e-11 here, ten times that at 3e-13
     ],
 )
@@ -93,7 +93,7 @@ def test_order_and_leading_coefficients(name: str, first: int, power: int) -> No
 
 
 @pytest.mark.parametrize("method", ADAPTIVE, ids=lambda method: method.name)
-def test_a_tighter_tolerance_errs_less(method: Method) -> None:
+def test_a_tighter_tolerance_has_a_smaller_error(method: Method) -> None:
     # error per unit tolerance varies by two decades; over four decades of tolerance it must fall
     errors = [abs(error(method, rtol)) for rtol in (1e-4, 1e-8)]
     assert errors[1] < 1e-2 * errors[0]
@@ -154,7 +154,7 @@ def driven(rotor: DrivenRotor, theta: float, theta_dot: float) -> Equation:
 
 
 @pytest.mark.parametrize("method", FIXED, ids=lambda method: method.name)
-def test_damping_and_forcing_enter_as_theory_has_them(method: Method) -> None:
+def test_damping_and_forcing_are_as_predicted(method: Method) -> None:
     # first two terms of the error, as above; the clock and the damping both count here
     rotor = DrivenRotor(
         sin=9.8, damping_rate=0.5, forcing_amplitude=1.5, forcing_frequency=2.8, forcing_phase=0.3
@@ -232,7 +232,8 @@ def test_nan_is_refused_by_name() -> None:
 
 def test_a_system_without_equation_is_unsupported() -> None:
     with pytest.raises(Unsupported, match="no builder for spring-mattress"):
-        prepare(replace(SYSTEM, name="spring-mattress", family="spring_mattress").case(scene()), FIXED[0], 1e-3)
+        other = replace(SYSTEM, name="spring-mattress", family="spring_mattress")
+        prepare(other.case(scene()), FIXED[0], 1e-3)
 
 
 def test_an_equation_of_motion_adds_nothing_of_its_own() -> None:
