@@ -4,13 +4,15 @@ record by which an engine says how it models a capsule's supports.
 Solvers of this kind (Chipmunk, Box2D) go from joint to joint and correct velocities so that each
 joint in turn is satisfied: block Gauss-Seidel on the joint impulses. One iteration is linear while
 no friction limit is reached, so what it leaves of a velocity shrinks by the spectral radius of its
-matrix. Derivations are in THEORY.md, "Sequential impulses".
+matrix. What that adds to the exact motion, apart from the step's own error, is bounded in
+`sequential_impulse_line` for motions with a closed form and in `sequential_impulse_plane` for those
+in the plane that have none. Derivations: theory_sequential_impulses.md.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -21,9 +23,7 @@ from plumbob.analytic.systems.capsule import ROUNDOFF, Capsule
 
 TARGET = 1e-5  # residual fraction of a velocity at the end of a step: a choice
 MOST_ITERATIONS = 5000  # in a step, which take half a millisecond: a choice
-ROUNDINGS = 8  # from positions to a velocity: calibrated, see THEORY.md
-Bounds = Mapping[str, Mapping[str, float]]
-"""{observable: {reason: absolute bound}}, SI units."""
+ROUNDINGS = 8  # from positions to a velocity: calibrated, see theory_sequential_impulses.md
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,7 @@ class SequentialImpulse:
     model: Literal["feet", "pivots", "side"]
     """Supports as small bodies with friction joints and pins; as friction joints on the body; or
     two contacts, seen from the side."""
+    step: float  # [s]
     iterations: int  # of the solver in a step
     reach: tuple[float, float]  # hindmost and foremost support along the line, from C [m]
     factor: float = 1.0  # largest convergence factor of an iteration while every support sticks
@@ -128,12 +129,3 @@ def opening_error(mass: float, length: float, closing: float, step: float) -> fl
     joint turns it into a velocity, and that into an impulse of one step.
     """
     return ROUNDINGS * ROUNDOFF * mass * length * closing / step
-
-
-def by_observable(found: Mapping[str, Mapping[str, float]]) -> Bounds:
-    """{reason: {observable: bound}} the other way round."""
-    turned = dict[str, dict[str, float]]()
-    for reason, bounds in found.items():
-        for name, bound in bounds.items():
-            turned.setdefault(name, {})[reason] = bound
-    return turned

@@ -20,12 +20,14 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.sequential_impulse import (
-    ROUNDINGS,
+from plumbob.analytic.errors.model_error import (
+    NORMAL_FORCES,
     Bounds,
-    SequentialImpulse,
+    ModelError,
     by_observable,
+    support_arm,
 )
+from plumbob.analytic.errors.sequential_impulse import ROUNDINGS, SequentialImpulse
 from plumbob.analytic.systems.capsule import ROUNDOFF, steepest_load
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 
@@ -46,11 +48,10 @@ class FrictionDemand:
 
 @dataclass(frozen=True)
 class LineRun:
-    """A motion of the capsule over `duration` [s], in steps of `step` [s] of a solver."""
+    """A motion of the capsule with a closed form, simulated by a solver."""
 
     problem: CapsuleProblem
-    duration: float
-    step: float
+    duration: float  # [s]
     solver: SequentialImpulse
 
     @property
@@ -60,9 +61,14 @@ class LineRun:
         return capsule.body_mass + capsule.slider_mass
 
     @property
+    def step(self) -> float:
+        """Of the solver [s]."""
+        return self.solver.step
+
+    @property
     def arm(self) -> float:
         """Root mean square distance of the supports from C [m]."""
-        return math.sqrt(float(np.square(self.problem.setup.capsule.supports).sum()) / 3)
+        return support_arm(self.problem.setup.capsule)
 
     @property
     def base(self) -> float:
@@ -90,9 +96,10 @@ class LineRun:
         return max(left, STALLED) if self.demand.spare < USED_UP else left
 
 
-def line_bounds(run: LineRun) -> Bounds:
-    """{observable: {reason: bound}} of all mechanisms of the run's model."""
-    return by_observable({reason: bound(run) for reason, bound in MECHANISMS[run.solver.model]})
+def model_error(problem: CapsuleProblem, duration: float, solver: SequentialImpulse) -> ModelError:
+    """{observable: {reason: bound}} over `duration` [s] of all mechanisms of the solver's model."""
+    run = LineRun(problem, duration, solver)
+    return by_observable({reason: bound(run) for reason, bound in MECHANISMS[solver.model]})
 
 
 def _line(motion: Any, friction: float) -> FrictionDemand:
@@ -132,7 +139,7 @@ def _load_change(motion: Any, way: float) -> float:
     return float(shift / (capsule.body_mass + capsule.slider_mass))
 
 
-def _iterations(run: LineRun) -> Mapping[str, float]:
+def _iterations(run: LineRun) -> Bounds:
     """A velocity left at each change decays under the friction to spare, or lasts to the end."""
     if not run.friction:
         return {}
@@ -146,7 +153,7 @@ def _iterations(run: LineRun) -> Mapping[str, float]:
     return found
 
 
-def _rounding(run: LineRun) -> Mapping[str, float]:
+def _rounding(run: LineRun) -> Bounds:
     """A joint that closes its opening in one step turns the last bit of a position into a
     velocity, anew in each step: positions make a random walk."""
     problem, step = run.problem, run.step
@@ -160,7 +167,7 @@ def _rounding(run: LineRun) -> Mapping[str, float]:
     return {name: bound + loads * (name in NORMAL_FORCES) for name, bound in both.items()}
 
 
-def _contact_depth(run: LineRun) -> Mapping[str, float]:
+def _contact_depth(run: LineRun) -> Bounds:
     """Friction acts below C by the overlap: its moment moves load from one foot to the other, and
     the centre of pressure that the supports carry."""
     tilted = run.friction * run.mass * run.solver.depth / run.base
@@ -169,7 +176,7 @@ def _contact_depth(run: LineRun) -> Mapping[str, float]:
     return dict.fromkeys(NORMAL_FORCES, tilted + moved)
 
 
-def _straight_feet(run: LineRun) -> Mapping[str, float]:
+def _straight_feet(run: LineRun) -> Bounds:
     """A foot moves along a chord of its circle: a turn by an angle a in a step has the relative
     error a^2 at most."""
     setup, motion = run.problem.setup, run.problem.motion
@@ -202,7 +209,6 @@ def _everywhere(run: LineRun, way: float, speed: float, slid: float) -> dict[str
     }
 
 
-NORMAL_FORCES = ("normal_force_1", "normal_force_2", "normal_force_3")
 Demander = Callable[[Any, float], FrictionDemand]
 DEMANDS: Mapping[str, Demander] = MappingProxyType(
     {
@@ -213,7 +219,7 @@ DEMANDS: Mapping[str, Demander] = MappingProxyType(
         "hold": _hold,
     }
 )
-Mechanism = tuple[str, Callable[[LineRun], Mapping[str, float]]]
+Mechanism = tuple[str, Callable[[LineRun], Bounds]]
 ROUNDING: Mechanism = ("rounding of positions", _rounding)
 ITERATIONS: Mechanism = ("solver iterations", _iterations)
 MECHANISMS: Mapping[str, tuple[Mechanism, ...]] = MappingProxyType(

@@ -12,18 +12,19 @@ in one step turns the last bit of a position into a velocity.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.sequential_impulse import (
-    ROUNDINGS,
+from plumbob.analytic.errors.model_error import (
     Bounds,
-    SequentialImpulse,
+    ModelError,
     by_observable,
+    radius_of_gyration,
+    support_arm,
 )
+from plumbob.analytic.errors.sequential_impulse import ROUNDINGS, SequentialImpulse
 from plumbob.analytic.systems.capsule import ROUNDOFF
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 
@@ -63,7 +64,7 @@ class PlaneError:
     place: float = 0.0
     speed: float = 0.0
 
-    def bounds(self, size: Extent) -> Mapping[str, float]:
+    def bounds(self, size: Extent) -> Bounds:
         """The bound of every observable: C turns about the combined centre, and where it goes
         depends on the heading."""
         place = self.angle * (size.arm + size.way) + self.place
@@ -76,27 +77,25 @@ class PlaneError:
         }
 
 
-def plane_bounds(
-    problem: CapsuleProblem, duration: float, step: float, solver: SequentialImpulse
-) -> Bounds:
-    """{observable: {reason: bound}} over `duration` [s] in steps of `step` [s]; empty for bare
-    pivots, whose friction is not Coulomb's."""
+def model_error(problem: CapsuleProblem, duration: float, solver: SequentialImpulse) -> ModelError:
+    """{observable: {reason: bound}} over `duration` [s]; empty for bare pivots, whose friction is
+    not Coulomb's."""
     if solver.model == "pivots":
         return {}
-    size, arm = _extent(problem, duration), _support_arm(problem)
+    size, arm, step = _extent(problem, duration), support_arm(problem.setup.capsule), solver.step
     relative = (size.rate * step) ** 2
     bit = ROUNDINGS * ROUNDOFF * (size.way + arm)
     walk = bit * math.sqrt(duration / step)
     found = {
         "feet on chords": PlaneError(relative * size.turned, relative * size.rate),
-        "solver iterations": _iterations(problem, step, solver),
+        "solver iterations": _iterations(problem, solver),
         "rounding of positions": PlaneError(walk / arm, bit / step / arm, walk, bit / step),
     }
     return by_observable({reason: error.bounds(size) for reason, error in found.items()})
 
 
-def _iterations(problem: CapsuleProblem, step: float, solver: SequentialImpulse) -> PlaneError:
-    capsule, switches = problem.setup.capsule, _switches(problem)
+def _iterations(problem: CapsuleProblem, solver: SequentialImpulse) -> PlaneError:
+    capsule, switches, step = problem.setup.capsule, _switches(problem), solver.step
     driven = solver.residual * switches.push * step
     stopped = solver.one_foot_residual * (capsule.friction * problem.setup.press * step)
     # A switch inside a step changes the velocity in that step by a part, in the next by the rest.
@@ -104,13 +103,8 @@ def _iterations(problem: CapsuleProblem, step: float, solver: SequentialImpulse)
     way = switches.changes * speed * step + stopped * switches.sliding
     # Iterations reduce the kinetic energy: a residual rate is a residual speed over the radius of
     # gyration, or over the supports' arm if that is shorter.
-    radius = min(_support_arm(problem), math.sqrt(capsule.inertia / capsule.body_mass))
+    radius = min(support_arm(capsule), radius_of_gyration(capsule))
     return PlaneError(way / radius, speed / radius, way, speed)
-
-
-def _support_arm(problem: CapsuleProblem) -> float:
-    """Root mean square distance of the supports from C [m]."""
-    return math.sqrt(float(np.square(problem.setup.capsule.supports).sum()) / 3)
 
 
 def _extent(problem: CapsuleProblem, duration: float) -> Extent:

@@ -87,7 +87,7 @@ def test_light_feet_leave_the_last_one_to_stop_the_body() -> None:
     # The bound is that of one sticking foot; with two of them the same body would exceed it.
     line, method = uneven(1.0), METHODS["feet"]
     step, problem = 0.03 * line.t2, problem_of(line)
-    count = capsule.described(problem, method).iterations
+    count = capsule.described(problem, method, step).iterations
     off = moved(line, "feet", step)["displacement"] - line.displacement
     off -= float(step_error(line, step, "mean"))
     asked = line.closed.braking * step**2

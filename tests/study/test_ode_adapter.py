@@ -231,8 +231,8 @@ def test_nan_is_refused_by_name() -> None:
 
 
 def test_a_system_without_equation_is_unsupported() -> None:
+    other = replace(SYSTEM, name="spring-mattress", family="spring_mattress")
     with pytest.raises(Unsupported, match="no builder for spring-mattress"):
-        other = replace(SYSTEM, name="spring-mattress", family="spring_mattress")
         prepare(other.case(scene()), FIXED[0], 1e-3)
 
 

@@ -8,16 +8,15 @@ from types import MappingProxyType
 
 import numpy as np
 
+from plumbob.analytic.errors import sequential_impulse_line, sequential_impulse_plane
+from plumbob.analytic.errors.model_error import ModelError
 from plumbob.analytic.errors.sequential_impulse import (
-    Bounds,
     SequentialImpulse,
     contacts_factor,
     feet_factor,
     iterations_needed,
     slipping_feet_factor,
 )
-from plumbob.analytic.errors.sequential_impulse_line import LineRun, line_bounds
-from plumbob.analytic.errors.sequential_impulse_plane import plane_bounds
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.engines.adapters.pymunk import capsule_above, capsule_side, slider_drive
@@ -50,31 +49,33 @@ def build(problem: CapsuleProblem, method: Method, step: float) -> Translation:
     raise Unsupported(f"{method.name} has no model of the capsule")
 
 
-def model_error(problem: CapsuleProblem, duration: float, method: Method, step: float) -> Bounds:
+def model_error(
+    problem: CapsuleProblem, duration: float, method: Method, step: float
+) -> ModelError:
     """What the model adds to each observable over `duration` [s], by reason."""
-    solver = described(problem, method)
+    solver = described(problem, method, step)
     if problem.motion.kind == "plane":
-        return plane_bounds(problem, duration, step, solver)
-    return line_bounds(LineRun(problem, duration, step, solver))
+        return sequential_impulse_plane.model_error(problem, duration, solver)
+    return sequential_impulse_line.model_error(problem, duration, solver)
 
 
-def described(problem: CapsuleProblem, method: Method) -> SequentialImpulse:
+def described(problem: CapsuleProblem, method: Method, step: float) -> SequentialImpulse:
     """What theory needs to know of the method's model and of its solver: the iterations are the
     method's, or as many more as the capsule needs where more of them help."""
     capsule, reach = problem.setup.capsule, foot_reach(problem.setup)
     model, least = method.settings["model"], int(method.settings["iterations"])
     if model == "pivots":
-        return SequentialImpulse(model, least, reach)
+        return SequentialImpulse(model, step, least, reach)
     if model == "side":
         moment = side_moment(problem.setup)
         ends = [along(problem.setup, (x, y)) for x, y in problem.slider_ends]
         factor = max(contacts_factor(capsule, moment, reach, end) for end in ends)
         iterations = iterations_needed(factor, least)
-        return SequentialImpulse(model, iterations, reach, factor, depth=capsule_side.DEPTH)
+        return SequentialImpulse(model, step, iterations, reach, factor, depth=capsule_side.DEPTH)
     mass = foot_mass(capsule)
     factor = max(feet_factor(capsule, mass, place) for place in _slider_places(problem))
     one_foot = slipping_feet_factor(capsule, mass, 1)
-    return SequentialImpulse(model, iterations_needed(factor, least), reach, factor, one_foot)
+    return SequentialImpulse(model, step, iterations_needed(factor, least), reach, factor, one_foot)
 
 
 def _slider_places(problem: CapsuleProblem) -> Array:
@@ -97,7 +98,7 @@ def _above(problem: CapsuleProblem, method: Method, step: float) -> Translation:
         assembly = on_feet(setup, step, turning=_turns(setup))
     else:
         assembly = on_pivots(setup, step)
-    assembly.space.iterations = described(problem, method).iterations
+    assembly.space.iterations = described(problem, method, step).iterations
     set_limits, act = friction_limits(setup, assembly.friction_joints), None
     if (velocity := slider_drive.on_the_line(setup)) is not None:
         targets = slider_drive.velocity_targets(velocity, setup.slider, step)
@@ -119,7 +120,7 @@ def _beside(problem: CapsuleProblem, method: Method, step: float) -> Translation
     if _turns(setup):
         raise Unsupported("the side view has one line, and here the body turns")
     stand, act = standing(setup), None
-    stand.assembly.space.iterations = described(problem, method).iterations
+    stand.assembly.space.iterations = described(problem, method, step).iterations
     if (velocity := setup.relative_velocity) is not None:
         targets = slider_drive.velocity_targets(
             slider_drive.on_an_axis(velocity), (along(setup, setup.slider), 0.0), step
