@@ -77,8 +77,8 @@ def test_final_displacement(case: str, model: str) -> None:
 def test_error_at_random_steps(model: str) -> None:
     # With t1 on the grid -p (1 - p) (mu w2 + f g) dt^2/2, t1/dt a whole number drawn at random; off
     # it with the discontinuity at t1. 5 % is asked for; 50 iterations leave 3e-4 of the largest
-    # such error, and 30 over two contacts nothing. At this w2 t_star/t1 is no simple ratio; with LINE's
-    # p would be a ninth part, whatever the step.
+    # such error, and 30 over two contacts nothing. At this w2 t_star/t1 is no simple ratio; LINE's
+    # would make p a ninth part, whatever the step.
     rng, line = np.random.default_rng(4), replace(LINE, direction=0.87, w2=9.7)
     near = {"feet": 1e-3, "side": 1e-6}[model]
     envelope = line.closed.braking / 8
