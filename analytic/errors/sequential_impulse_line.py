@@ -28,7 +28,8 @@ from plumbob.analytic.errors.model_error import (
     support_arm,
 )
 from plumbob.analytic.errors.sequential_impulse import ROUNDINGS, SequentialImpulse
-from plumbob.analytic.systems.capsule import ROUNDOFF, steepest_load
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
+from plumbob.analytic.systems.capsule import steepest_load
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 
 USED_UP = 0.02  # of friction to spare, below which iterations stall: calibrated

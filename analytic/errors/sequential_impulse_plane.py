@@ -25,7 +25,7 @@ from plumbob.analytic.errors.model_error import (
     support_arm,
 )
 from plumbob.analytic.errors.sequential_impulse import ROUNDINGS, SequentialImpulse
-from plumbob.analytic.systems.capsule import ROUNDOFF
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 
 SAMPLES = 2001  # times of the motion, to know its size

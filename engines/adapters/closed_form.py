@@ -8,14 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plumbob.analytic.errors.schemes import CLOSED_FORM, Scheme
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.adapters.sampling import SAMPLES
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
-ULP = 2.0**-52  # the finest representable tolerance
-METHODS = (Method("exact/closed-form", "closed-form", None, "tolerance", {}, (ULP,)),)
+# ULP is the finest representable tolerance.
+METHODS = (Method("exact/closed-form", Scheme(CLOSED_FORM), None, "tolerance", {}, (ULP,)),)
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""The calibrated constants of sequential impulses, each held from both sides by what pymunk does."""
+"""Calibrated constants of sequential impulses, each held from both sides by what pymunk does."""
 
 from __future__ import annotations
 

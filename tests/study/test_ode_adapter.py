@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.global_error import leading_error
+from plumbob.analytic.errors.pendulum_errors import PendulumErrors
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.parameters import ParameterError
@@ -38,7 +39,7 @@ END = np.array([0.5])
 
 def advance(method: Method) -> Advance:
     """The integrator of a method with a fixed step."""
-    return integrator(method.name.partition("/")[2])
+    return integrator(method.scheme.integrator)
 
 
 def run(method: Method, step: float, duration: float = 0.5, **given: Any) -> Trajectory:
@@ -81,7 +82,7 @@ def test_order_and_leading_coefficients(name: str, first: int, power: int) -> No
     method = METHODS[name]
     steps = np.array([0.5 / (first * 2**n) for n in range(5)])
     errors = np.array([error(method, float(step)) for step in steps])
-    terms = DEFAULT.motion.leading_error(method.scheme, END)
+    terms = PendulumErrors(DEFAULT.motion).series(method.scheme, END)
     wanted = sum(float(values["theta"][0]) * steps**p for p, values in terms.items())
     np.testing.assert_allclose(errors, wanted, rtol=0.01)
     slope = float(np.polyfit(np.log(steps), np.log(np.abs(errors)), 1)[0])

@@ -171,7 +171,7 @@ def test_a_declared_damping_rate_gives_the_same_leapfrog() -> None:
 
 def run_of(problem: Fall | Throw, method: Method, step: float) -> Array:
     """All observables at 2 s."""
-    advance = integrator(method.name.partition("/")[2])
+    advance = integrator(method.scheme.integrator)
     run = FixedStepSimulation(problem.equation(), advance, round(2.0 / step), step, 0.0).run()
     return np.array([values[-1] for values in run.observables.values()])
 
@@ -186,7 +186,7 @@ def test_several_coordinates_that_explode_diverge(method: Method) -> None:
     names, rates = ("x", "z"), ("velocity_x", "velocity_z")
     equation = Equation(exploding, np.ones(2), 2 * np.ones(2), 10.0, names=names, rate_names=rates)
     if method in FIXED:
-        advance = integrator(method.name.partition("/")[2])
+        advance = integrator(method.scheme.integrator)
         trajectory = FixedStepSimulation(equation, advance, 30_000, 1e-3, 0.0).run()
     else:
         solver = solver_called(method.settings["method"])

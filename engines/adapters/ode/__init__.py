@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from plumbob.analytic.errors.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import Case
 
@@ -28,13 +29,13 @@ def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping
 
 def _adaptive(solver: str, tolerances: tuple[float, ...]) -> Method:
     name = f"ode/{solver.lower()}"
-    return Method(name, "adaptive", None, "tolerance", {"method": solver}, tolerances, SMOOTH)
+    return Method(name, Scheme(ADAPTIVE), None, "tolerance", {"method": solver}, tolerances, SMOOTH)
 
 
 METHODS = (
-    Method("ode/euler", "semi-implicit-euler", 1, systems=SMOOTH),
-    Method("ode/leapfrog", "leapfrog", 2, systems=SMOOTH),
-    Method("ode/rk4", "rk4", 4, systems=SMOOTH),
+    Method("ode/euler", Scheme(EULER), 1, systems=SMOOTH),
+    Method("ode/leapfrog", Scheme(LEAPFROG), 2, systems=SMOOTH),
+    Method("ode/rk4", Scheme(RK4), 4, systems=SMOOTH),
     _adaptive("DOP853", TOLERANCES),
     _adaptive("Radau", TOLERANCES[:5]),
     _adaptive("LSODA", TOLERANCES),

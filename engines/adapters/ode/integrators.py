@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4
 from plumbob.engines.adapters.ode.equation import Equation, State
 
 Advance = Callable[[Equation, State, int, int, float], State]
@@ -84,5 +85,5 @@ def rk4(equation: Equation, state: State, first: int, last: int, h: float) -> St
 
 
 def integrator(name: str) -> Advance:
-    """The integrator called euler, leapfrog or rk4, as in `ode/<name>`; raises KeyError."""
-    return {"euler": semi_implicit_euler, "leapfrog": leapfrog, "rk4": rk4}[name]
+    """The integrator that a `Scheme` names: EULER, LEAPFROG or RK4; raises KeyError."""
+    return {EULER: semi_implicit_euler, LEAPFROG: leapfrog, RK4: rk4}[name]

@@ -3,38 +3,51 @@ step, and three models of the capsule's supports."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
+from plumbob.analytic.errors.schemes import EULER, Scheme
 from plumbob.engines.method import Method
 
 # Moves first, then solves the velocities. With default settings a joint closes at a rate of 6.3/s:
 # it stays open by some h w^2 L / 13, which lengthens the rod and takes energy. With error_bias 0 it
-# closes in one step (analytic/errors/joint_step.py has both).
+# closes in one step (analytic/errors/jointed_euler.py has both).
+EULER_STEP = Scheme(EULER, position_first=True)
+CLOSING_RATE = -60.0 * math.log(0.9)  # [1/s], from the default error_bias (1 - 0.1)^60
 SYSTEMS = ("simple-pendulum",)
-CAPSULE = "semi-implicit-euler+position-first"
 # A line turned about stays a line, and the side view need not run every heading.
 ONE_LINE = (
     *("capsule-line/[!h]*", "capsule-line/heavy-slider", "capsule-hold", "capsule-train"),
     "capsule-coast/translation",
 )
 METHODS = (
-    Method("pymunk/default", "jointed-euler+drift", 1, systems=SYSTEMS),
-    Method("pymunk/tight", "jointed-euler", 1, settings={"error_bias": 0.0}, systems=SYSTEMS),
+    Method(
+        "pymunk/default", replace(EULER_STEP, joint_closing_rate=CLOSING_RATE), 1, systems=SYSTEMS
+    ),
+    Method(
+        "pymunk/tight",
+        replace(EULER_STEP, joint_closing_rate=math.inf),
+        1,
+        settings={"error_bias": 0.0},
+        systems=SYSTEMS,
+    ),
     # The linear pendulum is a body on a spring, without a joint: Euler's step and no more.
-    Method("pymunk/spring", "position-first-euler", 1, systems=("linear-pendulum",)),
+    Method("pymunk/spring", EULER_STEP, 1, systems=("linear-pendulum",)),
     Method(
         "pymunk/feet",
-        CAPSULE,
+        EULER_STEP,
         1,
         settings={"model": "feet", "iterations": 50},
         systems=("capsule-*",),
     ),
     Method(
         "pymunk/pivots",
-        CAPSULE,
+        EULER_STEP,
         1,
         settings={"model": "pivots", "iterations": 50},
         systems=("capsule-*",),
     ),
     Method(
-        "pymunk/side", CAPSULE, 1, settings={"model": "side", "iterations": 30}, systems=ONE_LINE
+        "pymunk/side", EULER_STEP, 1, settings={"model": "side", "iterations": 30}, systems=ONE_LINE
     ),
 )

@@ -10,10 +10,10 @@ from typing import Any
 
 import pymunk
 
-from plumbob.analytic.errors.joint_step import DRIFT
 from plumbob.analytic.errors.sequential_impulse import opening_error
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.engines.adapters.divergence import fastest, limits
+from plumbob.engines.adapters.pymunk.methods import CLOSING_RATE
 from plumbob.engines.adapters.pymunk.simulation import Translation
 from plumbob.engines.method import Method
 
@@ -37,7 +37,7 @@ def model_error(
     if problem.linear:
         return {}
     moment = MOMENT * MASS * problem.length * fastest(problem, duration) ** 2
-    closing = 1 / step if method.settings.get("error_bias") == 0.0 else DRIFT
+    closing = 1 / step if method.settings.get("error_bias") == 0.0 else CLOSING_RATE
     rounding = opening_error(MASS, problem.length, closing, step)
     return {"tension": {"moment of the bob": moment, "rounded opening": rounding}}
 
