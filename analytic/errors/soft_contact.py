@@ -16,7 +16,6 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import load_shares
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
-from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion
 
 # Calibrated; tests/sensitivity/test_contact_calibration.py holds both from both sides.
 QUASI_STATIC_FACTOR = 3.0  # on a quasi-static error, for contacts that lag behind and overshoot
@@ -58,7 +57,7 @@ class SoftContact:
 
 def without_formula(problem: CapsuleProblem) -> bool:
     """Whether the motion is one of the plane that has no closed form."""
-    return problem.setup.in_plane and not isinstance(problem.motion, ResidualMotion)
+    return bool(problem.motion.kind == "plane")
 
 
 def load_fraction_slopes(problem: CapsuleProblem) -> Array:

@@ -31,7 +31,6 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import ROUNDOFF, load_shares, normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
-from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion
 
 DEPTH_ROUNDINGS = 16  # of the place of a support, turned and moved
 POINTS = 4001  # of the motion that is looked at; its forces are piecewise smooth
@@ -62,29 +61,25 @@ class LineMotion:
     @property
     def line(self) -> LineManoeuvre | None:
         """The manoeuvre of the closed form, the first of several; None where the motion is none."""
-        line = getattr(self.problem.motion, "manoeuvre", self.problem.motion)
-        return line if isinstance(line, LineManoeuvre) else None
+        motion = self.problem.motion
+        return motion.single if motion.kind in ("line", "repeated-line") else None
+
+    @property
+    def coasting(self) -> bool:
+        """Whether the slider is fixed in the body, which coasts to rest."""
+        return bool(self.problem.motion.kind == "coasting")
 
     @property
     def count(self) -> int:
-        """How many manoeuvres there are."""
-        return int(getattr(self.problem.motion, "count", 1))
-
-    @property
-    def sliding_time(self) -> float:
-        """How long the body slides at a time [s]."""
-        if self.line is not None:
-            return self.line.t_star
-        motion = self.problem.motion
-        return float(motion.duration) if isinstance(motion, ResidualMotion) else 0.0
+        """How many motions alike there are."""
+        return int(self.problem.motion.count)
 
     def loads(self) -> tuple[Array, Array, Array]:
         """Times of one manoeuvre [s], shape (n,), normal forces there [N], shape (3, n), and the
         way of the slider in the body [m], shape (n,)."""
-        problem, motion = self.problem, self.problem.motion
-        end = min(self.duration, float(getattr(motion, "period", self.duration)))
-        times = np.linspace(0.0, end, POINTS)
-        if isinstance(motion, ResidualMotion):
+        problem = self.problem
+        times = np.linspace(0.0, min(self.duration, float(problem.motion.period)), POINTS)
+        if self.coasting:
             still = normal_forces(problem.setup.capsule, np.array([problem.setup.slider]))
             return times, np.repeat(still.T, POINTS, axis=1), np.zeros(POINTS)
         seen = problem.reference.observe(times)
@@ -116,7 +111,7 @@ def model_error(problem: CapsuleProblem, duration: float, contact: SoftContact) 
 def stiction_drift(motion: LineMotion, contact: SoftContact) -> Bounds:
     """A body that sticks under a force F drifts at the slip compliance times F <= f W or less."""
     capsule = motion.problem.setup.capsule
-    if isinstance(motion.problem.motion, ResidualMotion) or not capsule.friction:
+    if motion.coasting or not capsule.friction:
         return {}
     speed = contact.slip_compliance * capsule.friction * capsule.weight
     way = speed * motion.duration
@@ -139,7 +134,8 @@ def slider_armature(motion: LineMotion, contact: SoftContact) -> Bounds:
 def solver_accuracy(motion: LineMotion, contact: SoftContact) -> Bounds:
     """A solver that stops at a cost of (M + m) a^2/2 leaves accelerations off by a: for good while
     the body slides, until the next step while it sticks."""
-    off, step, slid = math.sqrt(2 * contact.solver_tolerance), contact.step, motion.sliding_time
+    off, step = math.sqrt(2 * contact.solver_tolerance), contact.step
+    slid = float(motion.problem.motion.sliding_time)
     way = off * (0.5 * slid**2 * motion.count + step * motion.duration)
     speed = off * (slid + step)
     arm = shortest_arm(motion.problem)
@@ -292,10 +288,9 @@ def _turn(
 def _spin_push(motion: LineMotion, normal: NormalContact, lean: float) -> tuple[float, float]:
     """Acceleration [m/s^2] of a spinning body that leans, and how long it lasts [s]: its inertias
     differ, so a tilted body is out of balance, and the loads change."""
-    coasting = motion.problem.motion
-    if not isinstance(coasting, ResidualMotion) or coasting.centre is None:
+    if not motion.coasting or motion.problem.motion.centre is None:
         return 0.0, 0.0
-    capsule = motion.problem.setup.capsule
+    capsule, coasting = motion.problem.setup.capsule, motion.problem.motion
     moment = abs(normal.tilt_inertia - capsule.inertia) * coasting.coasting.rate**2 * lean
     changed = moment * float(np.abs(load_fraction_slopes(motion.problem)).sum())
     return capsule.friction * changed / motion.mass, float(coasting.duration)

@@ -104,7 +104,7 @@ def model_error(problem: CapsuleProblem, duration: float, contact: SoftContact) 
     if contact.normal is None:
         raise ValueError("a motion in the plane has no theory of joint friction")
     capsule = problem.setup.capsule
-    motion, count = plane_motion(problem, duration), getattr(problem.motion, "count", 1)
+    motion, count = plane_motion(problem, duration), problem.motion.count
     lost = missing_loads(problem, motion, contact.normal.compliance, contact.normal.tilt_inertia)
     coupled = _coupled_loads(capsule, motion, contact.normal, contact.step)
     accuracy = math.sqrt(2.0 * contact.solver_tolerance * motion.mass)
@@ -123,9 +123,8 @@ def model_error(problem: CapsuleProblem, duration: float, contact: SoftContact) 
 def plane_motion(problem: CapsuleProblem, duration: float) -> PlaneMotion:
     """The motion, or the first of several alike, until `duration` [s], finely in each piece."""
     motion, setup = problem.motion, problem.setup
-    path: SliderPath = getattr(motion, "one", motion).path
     start = Start(velocity=setup.velocity, angular_velocity=setup.heading_rate)
-    return _sampled(setup.capsule, path, start, min(duration, getattr(motion, "period", duration)))
+    return _sampled(setup.capsule, motion.single.path, start, min(duration, motion.period))
 
 
 @lru_cache(maxsize=8)  # every method and step of a scene asks for the same

@@ -10,7 +10,6 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion
 from plumbob.engines.adapters.mujoco.capsule_readings import control, set_slider
 from plumbob.engines.adapters.mujoco.contacts import JOINT_HARDENING, JOINT_IMPEDANCE
 from plumbob.engines.adapters.mujoco.translation import Named, Probe, Translation, Values, read
@@ -20,7 +19,8 @@ from plumbob.engines.method import Unsupported
 def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
     """Translate a problem on one line; raises Unsupported where the body turns."""
     setup, motion = problem.setup, problem.motion
-    if isinstance(motion, ResidualMotion) and motion.centre is not None:
+    coasting = motion.kind == "coasting"
+    if coasting and motion.centre is not None:
         raise Unsupported("the reduced model has one line, and here the body turns")
     spec, capsule = read(mjcf), setup.capsule
     spec.option.gravity = [setup.pull, 0.0, -setup.press]
@@ -41,9 +41,9 @@ def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
         spec,
         qpos=np.zeros(len(start)),
         qvel=start,
-        observe=_plane(setup) if isinstance(motion, ResidualMotion) else _along,
+        observe=_plane(setup) if coasting else _along,
         control=control(setup, step),
-        probe=None if isinstance(motion, ResidualMotion) else _friction(setup),
+        probe=None if coasting else _friction(setup),
         whole=spec.copy(),
         tune=tune,
     )

@@ -65,7 +65,8 @@ def load_inertia(problem: Any) -> float:
 
 
 def armature(problem: Any) -> float:
-    """Armature of the platform's hinge [kg m^2]: a power of ten, ARMATURE_RATIO times the load or more."""
+    """Armature of the platform's hinge [kg m^2]: a power of ten, at least ARMATURE_RATIO times the
+    load."""
     return float(10.0 ** math.ceil(math.log10(ARMATURE_RATIO * load_inertia(problem))))
 
 

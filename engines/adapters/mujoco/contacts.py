@@ -21,7 +21,6 @@ from plumbob.analytic.errors.plane_steps import EULER, FRICTION_LEADS, RK4
 from plumbob.analytic.errors.soft_contact import NormalContact, SoftContact, without_formula
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.models.registry import unknown
 
 STIFFNESS = 0.4  # natural frequency of a contact times the step: a body on three is stable to 0.41
@@ -205,7 +204,7 @@ def tilt_inertia(problem: CapsuleProblem) -> float:
 def slider_places(problem: CapsuleProblem) -> Any:
     """Places of the slider relative to C [m], shape (n, 2), among which are those farthest out: the
     ends of its line, or many on its way in the plane."""
-    path = getattr(getattr(problem.motion, "manoeuvre", problem.motion), "path", None)
-    if problem.setup.plane_velocity is not None and isinstance(path, SliderPath):
-        return path.kinematics(np.linspace(0.0, path.duration, PLACES))[0]
-    return problem.slider_ends
+    if problem.setup.plane_velocity is None:
+        return problem.slider_ends
+    path = problem.motion.single.path
+    return path.kinematics(np.linspace(0.0, path.duration, PLACES))[0]
