@@ -8,7 +8,7 @@ import sys
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.method import Method, USER_METHOD
+from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.cost import Cost, costs
 from plumbob.engines.study.measurement import Measurement, measure

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.method import Method, USER_METHOD
+from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store

@@ -5,7 +5,7 @@ from __future__ import annotations
 import fnmatch
 from dataclasses import dataclass
 
-from plumbob.engines.method import Method, USER_METHOD
+from plumbob.engines.method import USER_METHOD, Method
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.verdict import Judgement, Verdict
 
