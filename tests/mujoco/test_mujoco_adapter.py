@@ -142,7 +142,7 @@ def test_the_first_order_integrators_take_the_same_steps() -> None:
 
 @pytest.mark.parametrize("pivot_x", [0.0, 0.2])
 @pytest.mark.parametrize("armature", [1e6, 1e8, 1e10])
-def test_armature_has_the_share_that_theory_gives_it(armature: float, pivot_x: float) -> None:
+def test_armature_has_the_error_that_theory_gives_it(armature: float, pivot_x: float) -> None:
     # second order in 1/A, and 5e-13 of round-off and step error beside a share of 1.6/A
     problem = replace(DEFAULT, pivot_x=pivot_x)
     simulation = compiled(SYSTEM.case(scene(pivot_x=pivot_x)), RK4, 5e-5)
@@ -154,7 +154,7 @@ def test_armature_has_the_share_that_theory_gives_it(armature: float, pivot_x: f
     assert moved == pytest.approx(platform_error(problem, 0.5, armature)[0], rel=1e-3, abs=5e-13)
 
 
-def test_armature_of_the_model_has_no_share_to_speak_of() -> None:
+def test_armature_of_the_model_adds_less_than_round_off() -> None:
     # below one unit in the last place of theta (3.6e-15 at 20 rad), whatever the body's size
     for body in (DEFAULT.body, cone(8000.0, 5.0, 0.5), cone(100.0, 0.01, 0.5)):
         bounds = model_error(SYSTEM.case(scene(body=body)), RK4, 1e-4)
