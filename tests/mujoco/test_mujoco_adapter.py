@@ -1,4 +1,4 @@
-"""MuJoCo's cone pendulum against the exact motion and another solver: error, order, shares."""
+"""MuJoCo's cone pendulum against the exact motion and another solver: error, order, armature."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def test_rk4_errs_as_its_two_leading_terms_say() -> None:
 
 
 def test_the_first_order_integrators_take_the_same_steps() -> None:
-    # what sets `implicit` apart acts between platform and cone, and the platform does not yield
+    # what sets `implicit` apart acts between platform and cone, and the platform keeps its rate
     ends = {
         name: run(method, 1e-3).observables["theta"]
         for name, method in METHODS.items()
@@ -144,7 +144,7 @@ def test_the_first_order_integrators_take_the_same_steps() -> None:
 @pytest.mark.parametrize("pivot_x", [0.0, 0.2])
 @pytest.mark.parametrize("armature", [1e6, 1e8, 1e10])
 def test_armature_has_the_error_that_theory_gives_it(armature: float, pivot_x: float) -> None:
-    # second order in 1/A, and 5e-13 of round-off and step error beside a share of 1.6/A
+    # second order in 1/A, and 5e-13 of round-off and step error beside an error of 1.6/A
     problem = replace(DEFAULT, pivot_x=pivot_x)
     simulation = compiled(SYSTEM.case(scene(pivot_x=pivot_x)), RK4, 5e-5)
     firm = simulation.run().observables["theta"]
@@ -162,7 +162,7 @@ def test_armature_of_the_model_adds_less_than_round_off() -> None:
         assert bounds["theta"]["armature"] < 3.6e-15
 
 
-TEETH: tuple[dict[str, Any], ...] = (
+WRONG: tuple[dict[str, Any], ...] = (
     {"gravity": 9.8 * (1 + 1e-6)},
     {"platform_rate": 26.0 * (1 + 1e-6)},
     {"theta_dot": 37.0 * (1 + 1e-9)},
@@ -170,7 +170,7 @@ TEETH: tuple[dict[str, Any], ...] = (
 )
 
 
-@pytest.mark.parametrize("changed", TEETH, ids=lambda changed: next(iter(changed)))
+@pytest.mark.parametrize("changed", WRONG, ids=lambda changed: next(iter(changed)))
 def test_a_small_change_is_seen(changed: dict[str, Any]) -> None:
     # by the tolerance of test_rk4_reaches_the_exact_motion, and by that of the prediction
     wrong = error(RK4, 1e-4, **changed)

@@ -115,18 +115,18 @@ def test_the_engines_own_alarm_ends_the_run(
 def test_without_capture_the_engine_would_write_a_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # teeth: the alarm above does reach the disk when nobody takes it
+    # sensitivity: the warning above does reach the disk when nobody collects it
     monkeypatch.chdir(tmp_path)
     model = mujoco.MjModel.from_xml_string(HINGE.format(joint="", contype=0, more=""))
     data = mujoco.MjData(model)
     data.qpos[0] = np.nan
     mujoco.mj_step(model, data)
     assert [path.name for path in tmp_path.iterdir()] == ["MUJOCO_LOG.TXT"]
-    with collected() as told:
+    with collected() as logged:
         mujoco.mj_resetData(model, data)
         data.qpos[0] = np.nan
         mujoco.mj_step(model, data)
-    assert len(told) == 1
+    assert len(logged) == 1
 
 
 @pytest.mark.parametrize("start", [np.nan, np.inf, 1e11])

@@ -158,7 +158,7 @@ def take_steps(
                 else control(np.arange(taken, taken + n, dtype=np.int64))[None]
             )
             first = start if taken == 0 else rows[0, -1]
-            # each call starts the solver cold, unless told where the last one ended
+            # each call starts the solver cold, unless given where the last one ended
             warm = data.qacc_warmstart[None].copy() if taken else None
             begin = time.perf_counter()
             engine.rollout(
