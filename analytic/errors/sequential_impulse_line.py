@@ -178,7 +178,7 @@ def _contact_depth(run: LineRun) -> Bounds:
 
 
 def _straight_feet(run: LineRun) -> Bounds:
-    """A foot moves along a chord of its circle: a turn by an angle a in a step has the relative
+    """A foot moves straight and not on a circle: a turn by an angle a in a step has the relative
     error a^2 at most."""
     setup, motion = run.problem.setup, run.problem.motion
     if not setup.heading_rate:
@@ -226,7 +226,7 @@ ITERATIONS: Mechanism = ("solver iterations", _iterations)
 MECHANISMS: Mapping[str, tuple[Mechanism, ...]] = MappingProxyType(
     {
         "pivots": (ROUNDING,),  # whose friction is not Coulomb's: no bound is known
-        "feet": (ROUNDING, ITERATIONS, ("feet on chords", _straight_feet)),
+        "feet": (ROUNDING, ITERATIONS, ("straight steps of feet", _straight_feet)),
         "side": (ROUNDING, ITERATIONS, ("contact depth", _contact_depth)),
     }
 )

@@ -1,9 +1,9 @@
 """What sequential impulses add to a motion in the plane, apart from the step: bounds by reason.
 
 Theory steps the motion as such an engine does (errors.position_first), but for three things. Feet
-and body are separate and move along chords of their circles, which gives them a moment of their
-own: a turn by an angle a in a step has a relative error of a^2 at most. The iterations leave a
-fraction of each change of velocity that the slider or friction asks for at once; the next step
+and body are separate and move straight in a step, not on circles, which gives them a moment of
+their own: a turn by an angle a in a step has a relative error of a^2 at most. The iterations leave
+a fraction of each change of velocity that the slider or friction asks for at once; the next step
 removes it, except while the body slides after one foot has begun to stick or to slip: the other
 feet are at their limits, and the residual persists until rest. And a joint that closes its opening
 in one step turns the last bit of a position into a velocity.
@@ -87,7 +87,7 @@ def model_error(problem: CapsuleProblem, duration: float, solver: SequentialImpu
     bit = ROUNDINGS * ROUNDOFF * (size.way + arm)
     walk = bit * math.sqrt(duration / step)
     found = {
-        "feet on chords": PlaneError(relative * size.turned, relative * size.rate),
+        "straight steps of feet": PlaneError(relative * size.turned, relative * size.rate),
         "solver iterations": _iterations(problem, solver),
         "rounding of positions": PlaneError(walk / arm, bit / step / arm, walk, bit / step),
     }

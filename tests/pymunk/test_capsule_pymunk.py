@@ -126,7 +126,7 @@ def test_bare_pivots_do_not_converge() -> None:
             )
 
 
-def test_creep_for_ten_seconds() -> None:
+def test_drift_in_ten_seconds() -> None:
     # 1e-6 m is asked for at 0.999 of the threshold; pivots slide away
     for model, most in (("feet", 1e-15), ("side", 1e-15)):
         assert abs(last("capsule-hold/0.999", model, 1e-3)) < most

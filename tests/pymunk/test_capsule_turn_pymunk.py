@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors import position_first as plane_chords
+from plumbob.analytic.errors import position_first
 from plumbob.analytic.errors.implicit_friction import Slip
 from plumbob.engines.adapters.pymunk import capsule, slider_drive
 from plumbob.engines.adapters.pymunk.assembly import Assembly
@@ -109,18 +109,18 @@ def test_sensitivity_to_the_moment_about_the_combined_centre(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """With CA_i for CA_i - mu r in eq. 25 the engine is not what is predicted."""
-    solved: Callable[..., tuple[Slip, complex]] = plane_chords._solved
+    solved: Callable[..., tuple[Slip, complex]] = position_first._solved
 
     def about_com(
-        body: Any, motion: plane_chords.Motion, supports: list[complex], *rest: Any
+        body: Any, motion: position_first.Motion, supports: list[complex], *rest: Any
     ) -> tuple[Slip, complex]:
         centre = body.mass_ratio * motion[3]
         return solved(body, motion, [place + centre for place in supports], *rest)
 
-    monkeypatch.setattr(plane_chords, "_solved", about_com)
-    plane_chords.position_first_course.cache_clear()
+    monkeypatch.setattr(position_first, "_solved", about_com)
+    position_first.position_first_course.cache_clear()
     assert red("capsule-turn/0.3", step_of("capsule-turn/0.3", 200))
-    plane_chords.position_first_course.cache_clear()
+    position_first.position_first_course.cache_clear()
 
 
 def still(set_limits: SetLimits) -> SetLimits:
