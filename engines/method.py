@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from pathlib import Path
 from typing import Any, Literal, Protocol
 
 from plumbob.analytic.errors.schemes import Scheme
 from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.trimming import Trimming
 from plumbob.models.scene import Case, Scene
+
+USER_METHOD = "mujoco/mine"  # the method that `Engine.user_method` reads from a user's file
 
 
 class Unsupported(Exception):
@@ -26,7 +30,8 @@ class Method:
     control: Literal["step", "tolerance"] = "step"  # what its `step` argument means: [s], or rtol
     settings: Mapping[str, Any] = field(default_factory=dict)  # the engine's own option names
     step_sizes: tuple[float, ...] = ()  # of tolerances, loose to tight; steps are the scene's own
-    systems: tuple[str, ...] = ()  # patterns of systems, or scenes, it is meant for; empty: all
+    systems: tuple[str, ...] = ()
+    """Patterns of systems, or scenes, it is meant for, or after "!" is not; empty: all."""
 
     def __getstate__(self) -> dict[str, Any]:
         """What a worker is sent: a read-only view of a dict cannot be."""
@@ -41,7 +46,10 @@ class Method:
 def meant(method: Method, scene: Scene) -> bool:
     """Whether `method` is meant for `scene`, by its name or its system's."""
     names = (scene.system, scene.name)
-    return not method.systems or any(fnmatchcase(n, p) for p in method.systems for n in names)
+    wanted = [p for p in method.systems if not p.startswith("!")] or ["*"]
+    unwanted = [p[1:] for p in method.systems if p.startswith("!")]
+    matches = [any(fnmatchcase(n, p) for p in group for n in names) for group in (wanted, unwanted)]
+    return matches[0] and not matches[1]
 
 
 class Simulation(Protocol):
@@ -65,3 +73,11 @@ class Engine:
     model_error: Callable[[Case, Method, float], Mapping[str, Mapping[str, float]]]
     """{observable: {reason: absolute bound}}: what the model itself adds, apart from the step."""
     optional: bool = False  # a peer: not missed unless it is asked for by name
+    contact_model: Callable[[Case, Method, float], object] | None = None
+    """What the engine's contacts are at a step [s], as the record that theory takes (SoftContact,
+    ...), or None where no theory covers them; does not import the engine's package."""
+    user_method: Callable[[Path], Method] | None = None
+    """A user's own model file -> the method with its settings; raises ParameterError."""
+    trimming: Callable[[Case, Method, float, int, int], Trimming] | None = None
+    """Case, method, step [s], number of steps, repeats -> what trimming the model saves; raises
+    Unsupported."""

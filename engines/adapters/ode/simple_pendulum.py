@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from plumbob.engines.adapters.divergence import fastest, limits
 from plumbob.engines.adapters.ode.equation import Equation
-from plumbob.engines.adapters.swing_limit import fastest, limits
 from plumbob.engines.method import Method
 
 
 def build(problem: Any, method: Method) -> Equation:
     """theta'' = A sin(Omega t) - xi theta' - (g/L) sin theta, or theta for sin theta; `problem` is
-    an plumbob.analytic.systems.simple_pendulum.SimplePendulum."""
+    a plumbob.analytic.systems.simple_pendulum.SimplePendulum."""
     problem = problem.started
     pull, damping = float(problem.gravity / problem.length), float(problem.damping_rate)
     amplitude, frequency = float(problem.forcing_amplitude), float(problem.forcing_frequency)
