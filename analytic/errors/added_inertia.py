@@ -92,7 +92,7 @@ def slider_on_a_line(
     line: LineManoeuvre | None,
     count: int,
 ) -> Mapping[str, float]:
-    """Bounds where the slider's way in the body is off by m/A of its way in space, at `times` [s],
+    """Bounds where the slider's way in the body lacks m/A of its way in space, at `times` [s],
     shape (n,), for an `armature` [kg]; of `count` manoeuvres `line` where the motion is these."""
     setup, duration = problem.setup, float(times[-1])
     part = setup.capsule.slider_mass / armature

@@ -1,10 +1,10 @@
 """What soft contacts add to a motion with a closed form: bounds, mechanism by mechanism.
 
 A contact that deflects by c N lets the common centre of mass stand at z = -c sum N_i^2 / W, so the
-weight on the plane is off by (M + m) z'', the velocity of a sliding body by f z' and its place by
-f (z - z0). What it takes to move body and slider as the deflections change is missing from the N_i,
-and friction acts at the depth of the deflection. While the body tilts by a, the moment of friction
-about C is off by f I_a a'', so it turns by f I_a a/J. Derivations: theory_soft_contacts.md.
+error of the weight on the plane is (M + m) z'', of the velocity of a sliding body f z' and of its
+place f (z - z0). What it takes to move body and slider as the deflections change is missing from the N_i,
+and friction acts at the depth of the deflection. While the body tilts by a, friction has the
+moment f I_a a'' about C, so the body turns by f I_a a/J. Derivations: theory_soft_contacts.md.
 """
 
 from __future__ import annotations
@@ -88,9 +88,9 @@ class LineMotion:
 
 @dataclass(frozen=True)
 class Deflection:
-    """How far quasi-static contacts let the body sink and tilt during a motion, at most."""
+    """Largest vertical displacement and tilt of a body on quasi-static contacts during a motion."""
 
-    sunk: float  # vertical displacement of the centre of mass from its start [m]
+    lowered: float  # vertical displacement of the centre of mass from its start [m]
     speed: float  # and its rate [m/s]
     acceleration: float  # [m/s^2]
     tilt: float  # gradient of the body's plane against its start
@@ -158,7 +158,7 @@ def contact_deflection(motion: LineMotion, contact: SoftContact) -> Bounds:
     turn = _turn(motion, contact, contact.normal, bent.tilt_across)
     factor = soft_contact.QUASI_STATIC_FACTOR * capsule.friction
     velocity = factor * bent.speed + height * bent.tilt * contact.contact_rate
-    way = factor * bent.sunk + height * bent.tilt
+    way = factor * bent.lowered + height * bent.tilt
     push, lasting = _spin_push(motion, contact.normal, bent.start_lean)
     velocity, way = velocity + push * lasting, way + 0.5 * push * lasting**2
     # The slider's own weight pulls it down its tilted track.
@@ -198,12 +198,12 @@ def tangential_normal_coupling(motion: LineMotion, contact: SoftContact) -> Boun
     steady, sudden = altered * acceleration, altered * started / contact.step
     off = soft_contact.OVERSHOOT_FACTOR * steady
     off += DEPTH_ROUNDINGS * ROUNDOFF * reach / normal.compliance
-    sunk, rate = normal.compliance * (sudden + steady), contact.contact_rate
+    lowered, rate = normal.compliance * (sudden + steady), contact.contact_rate
     factor = soft_contact.QUASI_STATIC_FACTOR * capsule.friction
-    velocity = factor * (sunk * rate + normal.compliance * steady / contact.step)
-    way = factor * (sunk + normal.compliance * altered * slip / contact.step)
+    velocity = factor * (lowered * rate + normal.compliance * steady / contact.step)
+    way = factor * (lowered + normal.compliance * altered * slip / contact.step)
     lever = normal.tilt_inertia * float(np.abs(load_fraction_slopes(problem)).sum())
-    turn = factor * sunk * (lever + motion.mass * reach) / capsule.inertia
+    turn = factor * lowered * (lever + motion.mass * reach) / capsule.inertia
     return {
         **dict.fromkeys(LOADS, off + sudden),
         "friction_force": 3 * capsule.friction * off + motion.mass * velocity / contact.step,
@@ -257,7 +257,7 @@ def _deflection(motion: LineMotion, contact: SoftContact, normal: NormalContact)
     across = np.array([-along[1], along[0]])
     leans = np.hypot(*(compliance * slopes.T @ loads))
     return Deflection(
-        sunk=float(np.abs(height - height[0]).max()) + tipped_height,
+        lowered=float(np.abs(height - height[0]).max()) + tipped_height,
         speed=float(np.abs(rise).max()) + tipped_height * contact.contact_rate,
         acceleration=float(np.abs(np.gradient(rise, times)).max()),
         tilt=float(np.hypot(*tilts).max() + np.hypot(*tipped)),

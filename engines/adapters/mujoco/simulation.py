@@ -111,7 +111,7 @@ def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:
         except ValueError as error:
             reason = " ".join(str(error).split())
             raise Unsupported(f"MuJoCo refuses the model of {case.scene.name}: {reason}") from None
-        model.opt.disableflags |= options.idle_stages(model) | int(options.BIT.mjDSBL_AUTORESET)
+        model.opt.disableflags |= options.needless_stages(model) | int(options.BIT.mjDSBL_AUTORESET)
         translation.tune(model)
         data = mujoco.MjData(model)
     seconds = time.perf_counter() - begin
