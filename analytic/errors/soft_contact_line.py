@@ -18,12 +18,10 @@ import numpy as np
 
 from plumbob.analytic.errors import soft_contact
 from plumbob.analytic.errors.added_inertia import slider_on_a_line
+from plumbob.analytic.errors.model_error import Bounds, ModelError, by_observable
 from plumbob.analytic.errors.soft_contact import (
-    Bounds,
-    ModelError,
     NormalContact,
     SoftContact,
-    by_observable,
     load_fraction_slopes,
     shortest_arm,
 )

@@ -22,8 +22,8 @@ def tension(length: float, gravity: float, theta: Array, theta_dot: Array) -> Ar
 
 @dataclass(frozen=True)
 class RodMotion:
-    """A pendulum's `motion`, which obeys `rotor`, with the tension of its rod of `length` [m] under `gravity` [m/s^2]; a
-    `Reference`."""
+    """A pendulum's `motion`, which obeys `rotor`, with the tension of its rod of `length` [m] under
+    `gravity` [m/s^2]; a `Reference`."""
 
     motion: Any  # a `Reference` of theta and theta_dot, with whatever else it knows of itself
     rotor: DrivenRotor

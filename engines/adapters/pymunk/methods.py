@@ -1,5 +1,5 @@
-"""The methods that pymunk offers: its one integrator, joints as they come or closed tightly, and
-what stands for the capsule's supports."""
+"""The methods that pymunk offers: its one integrator, joints with default settings or closed in one
+step, and three models of the capsule's supports."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import math
 from dataclasses import replace
 
 from plumbob.analytic.errors.schemes import EULER, Scheme
-from plumbob.engines.adapters.pymunk.capsule_methods import CAPSULE
 from plumbob.engines.method import Method
 
 # Moves first, then solves the velocities. With default settings a joint closes at a rate of 6.3/s:
@@ -16,6 +15,11 @@ from plumbob.engines.method import Method
 EULER_STEP = Scheme(EULER, position_first=True)
 CLOSING_RATE = -60.0 * math.log(0.9)  # [1/s], from the default error_bias (1 - 0.1)^60
 SYSTEMS = ("simple-pendulum",)
+# A line turned about stays a line, and the side view need not run every heading.
+ONE_LINE = (
+    *("capsule-line/[!h]*", "capsule-line/heavy-slider", "capsule-hold", "capsule-train"),
+    "capsule-coast/translation",
+)
 METHODS = (
     Method(
         "pymunk/default", replace(EULER_STEP, joint_closing_rate=CLOSING_RATE), 1, systems=SYSTEMS
@@ -27,7 +31,23 @@ METHODS = (
         settings={"error_bias": 0.0},
         systems=SYSTEMS,
     ),
-    # The linear pendulum is a body on a spring, with no joint to err: Euler's step and no more.
+    # The linear pendulum is a body on a spring, without a joint: Euler's step and no more.
     Method("pymunk/spring", EULER_STEP, 1, systems=("linear-pendulum",)),
-    *CAPSULE,
+    Method(
+        "pymunk/feet",
+        EULER_STEP,
+        1,
+        settings={"model": "feet", "iterations": 50},
+        systems=("capsule-*",),
+    ),
+    Method(
+        "pymunk/pivots",
+        EULER_STEP,
+        1,
+        settings={"model": "pivots", "iterations": 50},
+        systems=("capsule-*",),
+    ),
+    Method(
+        "pymunk/side", EULER_STEP, 1, settings={"model": "side", "iterations": 30}, systems=ONE_LINE
+    ),
 )
