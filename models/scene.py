@@ -75,7 +75,15 @@ class System:
 
 @dataclass(frozen=True)
 class Case:
-    """A scene with what follows from its parameters, worked out once for all its runs."""
+    """A scene with what follows from its parameters, worked out once for all its runs.
+
+    >>> import numpy as np
+    >>> from plumbob.models.registry import case_of, scene
+    >>> case = case_of(scene("cone-pendulum/rotating-base"))
+    >>> exact = case.reference.observe(np.array([0.1, 0.5]))
+    >>> [round(float(theta), 6) for theta in exact["theta"]]
+    [4.073905, 19.655093]
+    """
 
     system: System
     scene: Scene
