@@ -43,7 +43,7 @@ OBSERVED = (
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """The turn manoeuvre, or train of them, that parameters describe; raises ParameterError."""
+    """The turn manoeuvre, or a repeated one, that parameters describe; raises ParameterError."""
     check_names(parameters, NAMES)
     one = TurnManoeuvre(
         capsule(parameters),

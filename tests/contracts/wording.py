@@ -55,6 +55,7 @@ EXCEPTIONS = (  # names that users type
 FREE = ("LICENSE", "tests/contracts/wording.py")  # others' words; these words as data
 GAP = r"(?:_|[\s#*\"'|>]+)"  # between the words of a phrase: line ends, and what begins a line
 START = r"(?:(?<![A-Za-z])|(?<=[a-z0-9])(?=[A-Z]))"  # of a word, or of a part of a CamelCase one
+END = r"(?:(?<=[a-z])(?![a-z])|(?<=[A-Z])(?![A-Za-z]))"
 
 
 @cache
@@ -66,7 +67,7 @@ def pattern() -> re.Pattern[str]:
 def _group(words: str) -> str:
     """A pattern of TERMS as a group, the groups inside it without a number of their own."""
     inside = re.sub(r"\((?![?])", "(?:", words).replace(" ", GAP)
-    return f"({START}(?i:{inside})(?![a-z]))"
+    return f"({START}(?i:{inside}){END})"
 
 
 def forbidden_words(root: Path) -> list[str]:
