@@ -1,5 +1,5 @@
-"""The examples in CONTRIBUTING.md work as they are written there: their files in a copy of the tree,
-their commands in a shell's words."""
+"""The examples in CONTRIBUTING.md run as they are written there: their files in a copy of the tree,
+their commands beside it."""
 
 from __future__ import annotations
 
@@ -74,12 +74,12 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(tree: Path, where: Path, *command: str) -> str:
-    """What a command of the copy's plumbob writes; fails with its output unless it exits with 0."""
+    """Output of a command in the folder `where`, with the copy's plumbob; fails with all that it
+    wrote unless it exits with 0."""
     environment = {**os.environ, "PYTHONPATH": str(tree.parent)}
     done = subprocess.run(
-        [sys.executable, "-m", *command],
-        cwd=where, env=environment, check=False, capture_output=True, text=True,
-    )  # fmt: skip
+        command, cwd=where, env=environment, check=False, capture_output=True, text=True
+    )
     assert done.returncode == 0, f"{shlex.join(command)}\n{done.stdout}{done.stderr}"
     return done.stdout
 
@@ -92,7 +92,7 @@ def test_each_kind_of_addition_has_an_example() -> None:
 @pytest.mark.parametrize("heading", EXAMPLES)
 def test_commands_work(heading: str, tree: Path, tmp_path: Path) -> None:
     for line in EXAMPLES[heading].commands:
-        run(tree, tmp_path, *shlex.split(line))
+        run(tree, tmp_path, sys.executable, "-m", *shlex.split(line))
     if heading == "A finding":
         page = (tmp_path / "plumbob-out" / "index.html").read_text("utf-8")
         assert "The terminal speed is reached after seven time constants" in page
@@ -102,12 +102,11 @@ def test_commands_work(heading: str, tree: Path, tmp_path: Path) -> None:
 def test_doctests_of_the_examples_run(tree: Path, tmp_path: Path) -> None:
     code = "import doctest, importlib, sys; m = importlib.import_module(sys.argv[1]); "
     code += "r = doctest.testmod(m); sys.exit(r.failed or not r.attempted)"
-    environment = {**os.environ, "PYTHONPATH": str(tree.parent)}
     name = f"{PACKAGE}.analytic.systems.falling_body"
-    subprocess.run([sys.executable, "-c", code, name], cwd=tmp_path, env=environment, check=True)
+    run(tree, tmp_path, sys.executable, "-c", code, name)
 
 
-def test_examples_are_formatted_and_typed_as_the_rest(tree: Path, tmp_path: Path) -> None:
+def test_examples_are_formatted_as_the_rest(tree: Path, tmp_path: Path) -> None:
     ruff = shutil.which("ruff") or str(Path(sys.executable).with_name("ruff"))
     if not Path(ruff).exists():
         pytest.skip("ruff is not installed: the extra 'check'")
@@ -119,4 +118,4 @@ def test_examples_are_formatted_and_typed_as_the_rest(tree: Path, tmp_path: Path
     ]
     options = ["--config", str(ROOT / "pyproject.toml"), "--no-cache"]
     for command in (["check"], ["format", "--check"]):
-        subprocess.run([ruff, *command, *options, *new], cwd=tmp_path, check=True)
+        run(tree, tmp_path, ruff, *command, *options, *new)
