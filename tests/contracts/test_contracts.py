@@ -133,7 +133,7 @@ BROKEN: tuple[tuple[Contract, Mapping[str, str]], ...] = (
     (file_contracts.machine_traces, {"README.md": "see /" + "home/me/plumbob\n"}),
     (file_contracts.machine_traces, {"Makefile": "DIR=/" + "tmp/x\n"}),
     (file_contracts.machine_traces, {"Makefile": "pip install --index" + "-url x\n"}),
-    (wording.forbidden_words, {"README.md": "The error was fore" + "told.\n"}),
+    (wording.forbidden_words, {"README.md": "The error was foret" + "old.\n"}),
     (wording.forbidden_words, {"engines/method.py": "FINE_RUN" + "GS = ()\n"}),
     (wording.forbidden_words, {"engines/method.py": "class Yard" + "stick: ...\n"}),
     (wording.forbidden_words, {"engines/method.py": "# joints as they\n# " + "come lose energy\n"}),

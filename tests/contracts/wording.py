@@ -13,7 +13,7 @@ from pathlib import Path
 from plumbob.tests.contracts.tree import files
 
 TERMS = (  # pattern, what to write in its place; a space stands for any white space or underscore
-    (r"foretell(s|ing)?|foretold", "predict, predicted"),
+    (r"foretell(s|ing)?|foretold|told", "predict, predicted"),
     (r"climb(s|ed|ing)?|rungs?|ladders?", "convergence study, step sizes"),
     (r"sag(s|ged|ging)?|sink(s|ing)?|sank|sunk", "static penetration, contact deflection"),
     (r"riding", "deflection dynamics"),
@@ -44,7 +44,8 @@ TERMS = (  # pattern, what to write in its place; a space stands for any white s
     (r"teeth", "sensitivity test"),
     (r"the house|house|rooms?", "packages, layers"),
     (r"the words", "glossary"),
-    (r"own shares?|surplus(es)?", "model-error bound"),
+    (r"surplus(es)?", "model-error bound"),
+    (r"(a|an|the|its|own|equal|no) shares?|shares? of", "model-error bound, fraction, load"),
     (r"whence|thence|thereof|whereof|wherein|amiss|lest", "plain English"),
 )
 EXCEPTIONS = (  # names that users type
@@ -61,13 +62,9 @@ END = r"(?:(?<=[a-z])(?![a-z])|(?<=[A-Z])(?![A-Za-z]))"
 @cache
 def pattern() -> re.Pattern[str]:
     """All forbidden words as one regular expression, a group each."""
-    return re.compile("|".join(_group(words) for words, _ in TERMS))
-
-
-def _group(words: str) -> str:
-    """A pattern of TERMS as a group, the groups inside it without a number of their own."""
-    inside = re.sub(r"\((?![?])", "(?:", words).replace(" ", GAP)
-    return f"({START}(?i:{inside}){END})"
+    # groups inside a term's pattern have no number of their own
+    inside = (re.sub(r"\((?![?])", "(?:", words).replace(" ", GAP) for words, _ in TERMS)
+    return re.compile(f"{START}(?i:{'|'.join(f'({words})' for words in inside)}){END}")
 
 
 def forbidden_words(root: Path) -> list[str]:
