@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.sliding_errors import line_errors
+from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces, source_assumption
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
@@ -164,6 +167,7 @@ SYSTEM = System(
     default="ca1",
     problem=problem,
     reference=lambda problem: problem.reference,
+    errors=lambda problem: StepErrors(partial(line_errors, problem.motion)),
     invariants=invariants,
     facts=facts,
     mjcf=MJCF,

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
+from plumbob.analytic.errors.sliding_errors import repeated_line_errors
+from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
@@ -94,6 +97,7 @@ SYSTEM = System(
     default="thousand",
     problem=problem,
     reference=lambda problem: problem.reference,
+    errors=lambda problem: StepErrors(partial(repeated_line_errors, problem.motion)),
     invariants=invariants,
     facts=facts,
     mjcf=line.MJCF,

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.plane_errors import plane_errors
+from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
@@ -168,6 +170,7 @@ SYSTEM = System(
     default="0.1",
     problem=problem,
     reference=lambda problem: problem.reference,
+    errors=lambda problem: StepErrors(partial(plane_errors, problem.reference)),
     invariants=invariants,
     facts=facts,
     mjcf=MJCF,
