@@ -23,7 +23,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.errors.implicit_friction import Grip, Slip, after_friction
+from plumbob.analytic.errors.implicit_friction import FrictionProblem, Slip, after_friction
 from plumbob.analytic.errors.schemes import EULER as EULER
 from plumbob.analytic.errors.schemes import RK4 as RK4
 from plumbob.analytic.reference import Array
@@ -64,7 +64,7 @@ class _Body:
         slip = free
         if any(limits):
             arms = [support - arm for support in self.supports]
-            slip = after_friction(Grip(body.mass, inertia, limits, arms), free, near)
+            slip = after_friction(FrictionProblem(body.mass, inertia, limits, arms), free, near)
         pushed, spun = (slip[0] - begun) / lead, (slip[1] - omega) / lead
         return (speed, omega, (pushed - 1j * spun * arm) * turn, spun, v, w), slip
 

@@ -24,7 +24,7 @@ from functools import lru_cache
 import numpy as np
 
 from plumbob.analytic.errors.discontinuities import GRID
-from plumbob.analytic.errors.implicit_friction import Grip, Slip, after_friction
+from plumbob.analytic.errors.implicit_friction import FrictionProblem, Slip, after_friction
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
@@ -108,4 +108,4 @@ def _solved(
     if not any(limits):
         return free, centre
     arms = [support - centre for support in supports]
-    return after_friction(Grip(mass, inertia, limits, arms, chords), free, near), centre
+    return after_friction(FrictionProblem(mass, inertia, limits, arms, chords), free, near), centre

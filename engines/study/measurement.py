@@ -9,13 +9,13 @@ from typing import Any, Literal
 import numpy as np
 
 from plumbob.analytic.errors.schemes import ADAPTIVE
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
-ULP = 2.0**-52
 Status = Literal["done", "diverged", "unsupported", "missing"]
 
 

@@ -7,7 +7,7 @@ import sys
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from plumbob.engines.adapters.mujoco.like import NAME
+from plumbob.engines.method import USER_METHOD
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.study import Study
@@ -47,31 +47,31 @@ class Yours:
 
 def yours(study: Study) -> tuple[Yours, ...]:
     """What a study says of the user's settings, a scene each, those that did not run left out."""
-    if all(method.name != NAME for method in study.methods):
+    if all(method.name != USER_METHOD for method in study.methods):
         return ()
     rest = replace(
         study,
-        methods=tuple(m for m in study.methods if m.name != NAME),
-        convergence=tuple(c for c in study.convergence if c.method != NAME),
+        methods=tuple(m for m in study.methods if m.name != USER_METHOD),
+        convergence=tuple(c for c in study.convergence if c.method != USER_METHOD),
     )
     return tuple(
         _of_scene(study, rest, c, c.measurements[0])
         for c in study.convergence
-        if c.method == NAME and c.measurements
+        if c.method == USER_METHOD and c.measurements
         if c.measurements[0].status in ("done", "diverged")
     )
 
 
 def _of_scene(study: Study, rest: Study, found: ConvergenceStudy, own: Measurement) -> Yours:
     scene = next(s for s in study.scenes if s.name == found.scene)
-    method = next(m for m in study.methods if m.name == NAME)
+    method = next(m for m in study.methods if m.name == USER_METHOD)
     system = system_of(scene)
     leading = system.observables[0]
     error = own.errors[leading.name].largest if own.status == "done" else math.inf
     rest = replace(
         rest, convergence=tuple(c for c in rest.convergence if not _same(c, own, leading.name))
     )
-    prices = [p.ns_per_second for p in points(study, scene.name) if p.method == NAME]
+    prices = [p.ns_per_second for p in points(study, scene.name) if p.method == USER_METHOD]
     price = prices[0] if prices else math.inf
     last = next((m for m in reversed(found.measurements) if m.status == "done"), None)
     return Yours(
@@ -148,7 +148,7 @@ def table(study: Study) -> Table | None:
                 f"{found.observable} [{found.unit}]",
                 Cell(_error(found), "number"),
                 Cell(_finest(found), "number"),
-                verdict_cell(found.scene, NAME, found.judgement, anchor(found.scene)),
+                verdict_cell(found.scene, USER_METHOD, found.judgement, anchor(found.scene)),
                 Cell(notation.times_real(found.ns_per_second), "number"),
                 *cells,
             )
@@ -171,7 +171,7 @@ def table(study: Study) -> Table | None:
 def instead(study: Study) -> dict[tuple[str, str, float], dict[str, Any]]:
     """The same as plain data, by scene, method and step."""
     return {
-        (found.scene, NAME, found.step): {
+        (found.scene, USER_METHOD, found.step): {
             "as_exact": asdict(found.as_exact),
             "no_dearer": asdict(found.better),
         }

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import engine_of, installed
+from plumbob.engines.trimming import Trimming
 from plumbob.models.registry import case_of
-from plumbob.models.scene import Case, Scene
+from plumbob.models.scene import Scene
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
 
@@ -22,14 +23,16 @@ def trimming(scene: Scene, methods: Sequence[Method]) -> Table | None:
     chosen = [m for m in methods if m in schemes.values()]
     if not chosen or not installed(engine_of(chosen[0])):
         return None
-    from plumbob.engines.adapters.mujoco.saving import saving
-
+    timed = engine_of(chosen[0]).trimming
+    if timed is None:
+        return None
     case, step = case_of(scene), scene.steps[len(scene.steps) // 2]
-    rows = []
+    rows: list[tuple[Cell, ...]] = []
+    first: Trimming | None = None
     try:
         for method in chosen:
-            found = saving(case, method, step, STEPS, REPEATS)
-            saved = 1.0 - found.ns_trimmed / found.ns_default
+            found = timed(case, method, step, STEPS, REPEATS)
+            first = first or found
             rows.append(
                 row(
                     Cell(method.name, "method"),
@@ -37,41 +40,26 @@ def trimming(scene: Scene, methods: Sequence[Method]) -> Table | None:
                         Cell(notation.number(ns), "number")
                         for ns in (found.ns_default, found.ns_flags, found.ns_trimmed)
                     ),
-                    Cell(f"{100 * saved:.0f} %", "number"),
+                    Cell(f"{100 * found.saved:.0f} %", "number"),
                     Cell("identical to the last bit", "pass")
                     if found.identical
                     else Cell("differs", "fail"),
                 )
             )
-        left_out = _left_out(case, chosen[0], step)
     except Unsupported:
         return None
     heads = ("method", "everything in [ns per step]", "without idle stages", "as run", "saved",
              f"state after {STEPS} steps")  # fmt: skip
-    return Table("What the model leaves out, and what that saves", heads, tuple(rows), left_out)
+    return Table(
+        "What the model leaves out, and what that saves",
+        heads,
+        tuple(rows),
+        "" if first is None else _left_out(first),
+    )
 
 
-def _left_out(case: Case, method: Method, step: float) -> str:
+def _left_out(found: Trimming) -> str:
     """The stages and parts that the model as run does without."""
-    import mujoco
-
-    from plumbob.engines.adapters.mujoco.simulation import compiled
-    from plumbob.engines.adapters.mujoco.translation import builder
-
-    run = compiled(case, method, step).model
-    whole = builder(case.system).whole(case.system.mjcf, case.problem).compile()
-    bits = mujoco.mjtDisableBit
-    flags = [
-        name.removeprefix("mjDSBL_").lower()
-        for name, bit in bits.__members__.items()
-        if name.startswith("mjDSBL_")
-        and bit not in (bits.mjDSBL_AUTORESET,)
-        and run.opt.disableflags & int(bit)
-    ]
-    parts = [
-        notation.plural(getattr(whole, count) - getattr(run, count), word)
-        for count, word in (("ngeom", "geom"), ("nmesh", "mesh"), ("njnt", "joint"))
-        if getattr(whole, count) > getattr(run, count)
-    ]
-    text = f"Stages switched off, idle here: {', '.join(flags) or 'none'}. "
-    return text + f"Parts that are seen and not felt, left out: {', '.join(parts) or 'none'}."
+    text = f"Stages switched off, idle here: {', '.join(found.stages_off) or 'none'}. "
+    parts = ", ".join(found.parts_left_out) or "none"
+    return text + f"Parts that are seen and not felt, left out: {parts}."

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from plumbob.engines.adapters.mujoco.like import mine
+from plumbob.engines.adapters.mujoco.user_file import user_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes, system_of
@@ -75,12 +75,12 @@ def _told(text: str, scene: str) -> str:
 
 def _error(name: str, like: str) -> float:
     scene = find_scene(name)
-    run, _ = measure(system_of(scene).case(scene), mine(like), STEP)
+    run, _ = measure(system_of(scene).case(scene), user_method(like), STEP)
     return run.errors[system_of(scene).observables[0].name].largest
 
 
 def test_others_are_measured_at_the_users_step(tmp_path: Path) -> None:
-    scene, own = find_scene(LINE), mine(written(tmp_path, "Euler"))
+    scene, own = find_scene(LINE), user_method(written(tmp_path, "Euler"))
     assert beside(scene, own).steps == (STEP, *scene.steps)
     assert beside(find_scene(PENDULUM), own) == find_scene(PENDULUM)  # has that step already
     far = replace(own, step_sizes=(0.01,))

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plumbob.analytic.errors.implicit_friction import Grip, after_friction
+from plumbob.analytic.errors.implicit_friction import FrictionProblem, after_friction
 from plumbob.analytic.errors.plane_errors import euler_lead, plane_errors
 from plumbob.analytic.errors.plane_steps import COLUMNS, course
 from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
@@ -127,12 +127,12 @@ def test_friction_finds_the_least_value(
     (a, b, c), free = arms, (point, rate)
     if abs(((b - a).conjugate() * (c - a)).imag) < 1e-2:
         return
-    grip = Grip(mass, inertia, limits, arms)
-    found = after_friction(grip, free, free)
-    least = grip.value(free, found)
-    rounding = 1e-13 * (grip.value(free, (0j, 0.0)) + 1e-3)
+    problem = FrictionProblem(mass, inertia, limits, arms)
+    found = after_friction(problem, free, free)
+    least = problem.value(free, found)
+    rounding = 1e-13 * (problem.value(free, (0j, 0.0)) + 1e-3)
     for size in (1e-1, 1e-3, 1e-5):
         for k in range(16):
             way = np.exp(0.7j * k)
             other = (found[0] + size * way, found[1] + size * math.sin(2.3 * k))
-            assert grip.value(free, other) >= least - rounding
+            assert problem.value(free, other) >= least - rounding

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from plumbob.analytic.errors.schemes import CLOSED_FORM, Scheme
-from plumbob.engines.adapters.mujoco.like import NAME
+from plumbob.engines.method import USER_METHOD as NAME
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.study import Study, joined

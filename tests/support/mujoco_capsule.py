@@ -17,7 +17,7 @@ from plumbob.reports.judge.verdict import judge
 from plumbob.tests.support.cases import held_against
 
 METHODS = {m.name.partition("/")[2]: m for m in ENGINE.methods}
-SHIPPED = ("euler", "implicitfast", "rk4", "euler+pyramidal", "euler+elliptic")
+DEFAULT_SETTINGS = ("euler", "implicitfast", "rk4", "euler+pyramidal", "euler+elliptic")
 GOOD = ("euler+coulomb", "euler+coulomb+noslip", "implicitfast+coulomb", "rk4+coulomb")
 REDUCED = ("euler+reduced", "rk4+reduced")
 LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
@@ -61,10 +61,10 @@ def loads(name: str, method: str, step: float) -> tuple[Array, Array, Array]:
     """Normal forces [N] of a run, of statics, and what is predicted of their difference: (3, n)."""
     _, run_ = run(name, method, step)
     case = case_of(find_scene(name))
-    told = case.errors.at_step(METHODS[method].scheme, step, run_.times)
+    predicted = case.errors.at_step(METHODS[method].scheme, step, run_.times)
     exact = case.reference.observe(run_.times)
     return (
         np.stack([run_.observables[load] for load in LOADS]),
         np.stack([exact[load] for load in LOADS]),
-        np.stack([told[load] for load in LOADS]),
+        np.stack([predicted[load] for load in LOADS]),
     )

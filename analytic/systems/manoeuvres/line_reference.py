@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import ROUNDOFF, normal_force_uncertainty
+from plumbob.analytic.systems.capsule import normal_force_uncertainty
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 
 # Roundings on the longest way from the parameters to an observable, beside those of the parameters.

@@ -9,9 +9,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.parameters import ParameterError, non_negative
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import ROUNDOFF, steepest_load
+from plumbob.analytic.systems.capsule import steepest_load
 from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import SNAP, LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference

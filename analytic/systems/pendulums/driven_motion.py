@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator
@@ -17,8 +18,6 @@ from plumbob.analytic.numerics.rotor.taylor_series import Orbit, integrate
 from plumbob.analytic.numerics.rotor.variational import TangentFlow
 from plumbob.analytic.parameters import finite, positive
 from plumbob.analytic.reference import Array
-
-EPSILON = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -92,7 +91,7 @@ class DrivenMotion:
         at = np.minimum(np.searchsorted(nodes, times), len(nodes) - 1)
         step = self.orbit.locate(times)
         return {
-            name: np.maximum(gaps[name][at], EPSILON * self.condition[name][step])
+            name: np.maximum(gaps[name][at], ULP * self.condition[name][step])
             for name in ("theta", "theta_dot")
         }
 

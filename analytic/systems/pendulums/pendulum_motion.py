@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.elliptic.motion import EllipticMotion
 from plumbob.analytic.numerics.elliptic.orbit_table import OrbitTable, orbit_table
 from plumbob.analytic.numerics.elliptic.reduction import solve
@@ -24,7 +25,7 @@ from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.pendulums.conditioning import ULP, nonlinearity, uncertainty
+from plumbob.analytic.systems.pendulums.conditioning import nonlinearity, uncertainty
 
 Regime = Literal["rest", "libration", "rotation", "separatrix"]
 _FEW = 256  # times fewer than this are not worth a table

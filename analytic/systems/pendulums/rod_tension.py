@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
 
 MASS = 1.0  # [kg] of the bob: the notebook's equations are per unit mass
-_ULP = 2.0**-52
 
 
 def tension(length: float, gravity: float, theta: Array, theta_dot: Array) -> Array:
@@ -48,7 +48,7 @@ class RodMotion:
         by_theta = np.abs(self.gravity * np.sin(theta)) * doubt["theta"]
         by_rate = np.abs(2 * self.length * rate) * doubt["theta_dot"]
         parts = self.length * rate**2 + self.gravity * np.abs(np.cos(theta))
-        return {**doubt, "tension": MASS * (by_theta + by_rate + 3 * _ULP * parts)}
+        return {**doubt, "tension": MASS * (by_theta + by_rate + 3 * ULP * parts)}
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """How far errors of theta and theta_dot leave their linear response."""

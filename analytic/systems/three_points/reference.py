@@ -9,13 +9,14 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.friction import Start
 from plumbob.analytic.systems.three_points.motion import Pose
 
-ROUNDINGS = 8 * 2.0**-53  # of parameters and times, and of what turns a pose into the start's axes
+ROUNDINGS = 8 * ROUNDOFF  # of parameters and times, and of what turns a pose into the start's axes
 
 
 class PlaneMotion(Protocol):

@@ -11,14 +11,14 @@ from plumbob.engines.method import Method
 PENDULUMS = ("*-pendulum",)
 DRIVEN = ("*-pendulum/forced-*",)
 CAPSULE = ("capsule-*",)
-UNPLANNED = ("capsule-[!p]*",)  # what a short motion tells of contacts, a plan tells no better
+UNPLANNED = ("capsule-[!p]*",)  # plans show nothing of contacts that short motions do not
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True)
 RK4_STEP = Scheme(RK4, "start")
 
 # Without springs `implicitfast` and `discrete` take Euler's step bit for bit, and all treat a
 # joint's damping implicitly; `implicit` adds the velocity derivative of the Coriolis forces, which
-# has no share in the swing of a body whose platform keeps its rate (see the tests). `discrete`
-# treats a joint's spring implicitly too, and so damps what it should not.
+# has no effect on the swing of a body whose platform keeps its rate (see the tests). `discrete`
+# treats a joint's spring implicitly too, and so adds damping.
 # A control is held over a step: read at its start, it leaves RK4 of first order, and read at its
 # middle of second. Where nothing is controlled, the two are the same.
 PLAIN = (
@@ -69,9 +69,8 @@ def _capsule(
     )
 
 
-# On the capsule the plain methods have contacts as MuJoCo ships them. Every method's control is
-# its mean over the step there. Turned about, a line stays a line, and the reduced model need not
-# run every heading.
+# On the capsule the plain methods have MuJoCo's default contacts. Every method's control is its
+# mean over the step there. The reduced model has no heading, and need not run every one.
 _ONE_LINE = (
     *("capsule-line/[!h]*", "capsule-line/heavy-slider", "capsule-hold", "capsule-train"),
     "capsule-coast/translation",
