@@ -18,7 +18,7 @@ import numpy as np
 
 from plumbob.analytic.errors import soft_contact
 from plumbob.analytic.errors.added_inertia import slider_on_a_line
-from plumbob.analytic.errors.model_error import Bounds, ModelError, by_observable
+from plumbob.analytic.errors.model_error import NORMAL_FORCES, Bounds, ModelError, by_observable
 from plumbob.analytic.errors.soft_contact import (
     NormalContact,
     SoftContact,
@@ -34,7 +34,6 @@ DEPTH_ROUNDINGS = 16  # of the place of a support, turned and moved
 POINTS = 4001  # of the motion that is looked at; its forces are piecewise smooth
 PLACES = ("displacement", "x", "y")
 VELOCITIES = ("velocity", "velocity_x", "velocity_y")
-LOADS = ("normal_force_1", "normal_force_2", "normal_force_3")
 
 
 @dataclass(frozen=True)
@@ -81,7 +80,7 @@ class LineMotion:
             still = normal_forces(problem.setup.capsule, np.array([problem.setup.slider]))
             return times, np.repeat(still.T, POINTS, axis=1), np.zeros(POINTS)
         seen = problem.reference.observe(times)
-        return times, np.stack([seen[name] for name in LOADS]), seen["stroke"]
+        return times, np.stack([seen[name] for name in NORMAL_FORCES]), seen["stroke"]
 
 
 @dataclass(frozen=True)
@@ -172,7 +171,7 @@ def contact_deflection(motion: LineMotion, contact: SoftContact) -> Bounds:
         **dict.fromkeys(VELOCITIES, velocity),
         **dict.fromkeys(PLACES, way * motion.count),
         "friction_force": swinging + motion.mass * velocity / contact.step,
-        **dict(zip(LOADS, loads.tolist(), strict=True)),
+        **dict(zip(NORMAL_FORCES, loads.tolist(), strict=True)),
         "heading": turn * motion.count,
         "heading_rate": turn * contact.contact_rate + velocity / shortest_arm(motion.problem),
         "sideways": (way + turn * bent.stroke) * motion.count,
@@ -203,7 +202,7 @@ def tangential_normal_coupling(motion: LineMotion, contact: SoftContact) -> Boun
     lever = normal.tilt_inertia * float(np.abs(load_fraction_slopes(problem)).sum())
     turn = factor * lowered * (lever + motion.mass * reach) / capsule.inertia
     return {
-        **dict.fromkeys(LOADS, off + sudden),
+        **dict.fromkeys(NORMAL_FORCES, off + sudden),
         "friction_force": 3 * capsule.friction * off + motion.mass * velocity / contact.step,
         **dict.fromkeys((*PLACES, "sideways"), way),
         **dict.fromkeys(VELOCITIES, velocity),
@@ -220,7 +219,7 @@ def centre_height(motion: LineMotion, contact: SoftContact) -> Bounds:
     capsule = motion.problem.setup.capsule
     moment = contact.normal.height * capsule.friction * capsule.weight
     shift = moment * np.abs(load_fraction_slopes(motion.problem) @ motion.along)
-    return dict(zip(LOADS, shift.tolist(), strict=True))
+    return dict(zip(NORMAL_FORCES, shift.tolist(), strict=True))
 
 
 MECHANISMS: Mapping[str, Callable[[LineMotion, SoftContact], Bounds]] = MappingProxyType(
