@@ -2,9 +2,9 @@
 
 A contact that deflects by c N lets the common centre of mass stand at z = -c sum N_i^2 / W, so the
 error of the weight on the plane is (M + m) z'', of the velocity of a sliding body f z' and of its
-place f (z - z0). What it takes to move body and slider as the deflections change is missing from the N_i,
-and friction acts at the depth of the deflection. While the body tilts by a, friction has the
-moment f I_a a'' about C, so the body turns by f I_a a/J. Derivations: theory_soft_contacts.md.
+place f (z - z0). What it takes to move body and slider as the deflections change is missing from
+the N_i, and friction acts at the depth of the deflection. While the body tilts by a, friction has
+the moment f I_a a'' about C, so the body turns by f I_a a/J. Derivations: theory_soft_contacts.md.
 """
 
 from __future__ import annotations
@@ -186,19 +186,13 @@ def tangential_normal_coupling(motion: LineMotion, contact: SoftContact) -> Boun
         return {}
     problem, capsule, normal = motion.problem, motion.problem.setup.capsule, contact.normal
     reach = float(np.hypot(*np.asarray(capsule.supports).T).max())
-    acceleration, slip = capsule.gravity * capsule.friction, 0.0
-    if motion.line is not None:
-        closed = motion.line.closed
-        acceleration, slip = max(closed.backward, closed.braking), closed.backward * motion.line.t1
-    started = math.hypot(*problem.setup.velocity) + abs(problem.setup.heading_rate) * reach
-    altered = normal.coupling * capsule.friction
-    steady, sudden = altered * acceleration, altered * started / contact.step
+    steady, sudden, growing = _coupled_loads(motion, contact, normal, reach)
     off = soft_contact.OVERSHOOT_FACTOR * steady
     off += DEPTH_ROUNDINGS * ROUNDOFF * reach / normal.compliance
     lowered, rate = normal.compliance * (sudden + steady), contact.contact_rate
     factor = soft_contact.QUASI_STATIC_FACTOR * capsule.friction
     velocity = factor * (lowered * rate + normal.compliance * steady / contact.step)
-    way = factor * (lowered + normal.compliance * altered * slip / contact.step)
+    way = factor * (lowered + normal.compliance * growing)
     lever = normal.tilt_inertia * float(np.abs(load_fraction_slopes(problem)).sum())
     turn = factor * lowered * (lever + motion.mass * reach) / capsule.inertia
     return {
@@ -234,37 +228,64 @@ MECHANISMS: Mapping[str, Callable[[LineMotion, SoftContact], Bounds]] = MappingP
 )
 
 
+def _coupled_loads(
+    motion: LineMotion, contact: SoftContact, normal: NormalContact, reach: float
+) -> tuple[float, float, float]:
+    """Changes of a normal force [N] by the coupling: while the slip accelerates, where a body whose
+    supports are at most `reach` [m] from C starts to slide at once, and what has grown with the
+    slip of a manoeuvre by its end."""
+    setup, friction = motion.problem.setup, motion.problem.setup.capsule.friction
+    acceleration, slip = setup.capsule.gravity * friction, 0.0
+    if motion.line is not None:
+        closed = motion.line.closed
+        acceleration, slip = max(closed.backward, closed.braking), closed.backward * motion.line.t1
+    started = math.hypot(*setup.velocity) + abs(setup.heading_rate) * reach
+    altered = normal.coupling * friction
+    return altered * acceleration, altered * started / contact.step, altered * slip / contact.step
+
+
 def _deflection(motion: LineMotion, contact: SoftContact, normal: NormalContact) -> Deflection:
     """The quasi-static deflections of `motion`.
 
     Friction that sets in, or lets go, below C tips the body, and within some steps all is at rest
     again: nothing is left of it but the tilt, and a turn by f I/J of its part across the motion.
     """
-    problem, capsule, compliance = motion.problem, motion.problem.setup.capsule, normal.compliance
+    capsule, compliance = motion.problem.setup.capsule, normal.compliance
     times, loads, slid = motion.loads()
-    along, slopes = motion.along, load_fraction_slopes(problem)
+    depth = compliance * float(loads.max()) + normal.height
+    tilt, tilt_across, moment_loads = _tilt(motion, loads, compliance, depth)
     height = -compliance * np.sum(loads**2, axis=0) / capsule.weight
     rise = np.gradient(height, times)
-    moment = capsule.friction * capsule.weight
-    moment *= compliance * float(loads.max()) + normal.height
-    moment_loads = moment * np.abs(slopes @ along)
     tipped_height = 2 * compliance * float(moment_loads.max())
-    tilts = compliance * slopes.T @ (loads - loads[:, :1])
-    tipped = compliance * moment * slopes.T @ slopes @ along
-    across = np.array([-along[1], along[0]])
-    leans = np.hypot(*(compliance * slopes.T @ loads))
+    leans = np.hypot(*(compliance * load_fraction_slopes(motion.problem).T @ loads))
     return Deflection(
         lowered=float(np.abs(height - height[0]).max()) + tipped_height,
         speed=float(np.abs(rise).max()) + tipped_height * contact.contact_rate,
         acceleration=float(np.abs(np.gradient(rise, times)).max()),
-        tilt=float(np.hypot(*tilts).max() + np.hypot(*tipped)),
-        tilt_across=float(np.abs(across @ tilts).max() + abs(across @ tipped)),
+        tilt=tilt,
+        tilt_across=tilt_across,
         lean=float(leans.max()),
         start_lean=float(leans[0]),
         moment_loads=moment_loads,
         inertial_loads=_inertial_loads(motion, normal, times, loads, slid),
         stroke=float(np.abs(slid).max()),
     )
+
+
+def _tilt(
+    motion: LineMotion, loads: Array, compliance: float, depth: float
+) -> tuple[float, float, Array]:
+    """Largest change of the body's tilt since the start under `loads` [N], shape (3, n), and its
+    part across the line, friction being `depth` [m] below C; and the loads that the moment of
+    friction shifts [N], shape (3,)."""
+    capsule, along = motion.problem.setup.capsule, motion.along
+    slopes, across = load_fraction_slopes(motion.problem), np.array([-along[1], along[0]])
+    moment = capsule.friction * capsule.weight * depth
+    tilts = compliance * slopes.T @ (loads - loads[:, :1])
+    tipped = compliance * moment * slopes.T @ slopes @ along
+    tilt = float(np.hypot(*tilts).max() + np.hypot(*tipped))
+    tilt_across = float(np.abs(across @ tilts).max() + abs(across @ tipped))
+    return tilt, tilt_across, moment * np.abs(slopes @ along)
 
 
 def _turn(

@@ -20,7 +20,8 @@ never works with that. So with e the root of twice that energy, and directions d
     e' <= ((sum f dN_i d_i)^2/(M + m) + (sum f dN_i rho_i x d_i)^2/I)^(1/2),    rho_i = CA_i - mu r,
 
 the errors of the rates are e/I^(1/2) and e/(M + m)^(1/2), of angle and place their integrals. The
-friction of a support that sticks may differ in any direction. The error resets at rest. Derivations: theory_soft_contacts.md.
+friction of a support that sticks may differ in any direction. The error resets at rest.
+Derivations: theory_soft_contacts.md.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ def _versions(
     method: Method,
     step: float,
 ) -> tuple[mujoco.MjModel, mujoco.MjModel, mujoco.MjModel]:
-    """The model with every stage, with the needless ones disabled, and as run: without visual parts."""
+    """The model with every stage, with needless ones disabled, and as run: without visual parts."""
     options.apply(whole, method.settings, step)
     default, shown = whole.compile(), whole.compile()
     for model in (default, shown):
