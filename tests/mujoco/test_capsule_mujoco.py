@@ -59,8 +59,8 @@ def test_what_the_full_model_adds_is_its_vertical_displacement(step: float) -> N
     # f times the vertical displacement of the common centre of mass until t*, contacts being
     # springs; 10 % of it for their lag at the coarsest step, and the drift of stiction
     error, predicted = displaced("capsule-line/ca1", "euler+coulomb", float(step))
-    sunk = sunk_way(problem("capsule-line/ca1"), step)
-    assert error - predicted == pytest.approx(-sunk, rel=0.1, abs=1e-6 * step)
+    added = deflection_error(problem("capsule-line/ca1"), step)
+    assert error - predicted == pytest.approx(-added, rel=0.1, abs=1e-6 * step)
 
 
 @pytest.mark.parametrize("method", ["euler+reduced", "euler+coulomb"])
@@ -77,14 +77,14 @@ def test_error_at_random_steps_is_the_parabola(method: str) -> None:
         parabola = -0.5 * part * (1 - part) * line.closed.braking * step**2
         error, _ = displaced("capsule-line/ca1", method, step, w2=9.7)
         if method == "euler+coulomb":
-            error += sunk_way(posed, step)
+            error += deflection_error(posed, step)
         if part * (1 - part) > 0.05:
             seen += 1
             assert error == pytest.approx(parabola, rel={"euler+reduced": 1e-3}.get(method, 0.05))
     assert seen > 4
 
 
-def sunk_way(posed: CapsuleProblem, step: float) -> float:
+def deflection_error(posed: CapsuleProblem, step: float) -> float:
     """f times the vertical displacement of the common centre of mass until t_star [m]."""
     seen = posed.reference.observe(np.array([0.0, posed.motion.t_star]))
     squares = np.sum([seen[load] ** 2 for load in LOADS], axis=0)

@@ -15,7 +15,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters import sampling
 from plumbob.engines.adapters.mujoco import ENGINE, prepare
 from plumbob.engines.adapters.mujoco import simulation as simulations
-from plumbob.engines.adapters.mujoco.options import BIT, collected, idle_stages
+from plumbob.engines.adapters.mujoco.options import BIT, collected, needless_stages
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
 from plumbob.engines.adapters.mujoco.translation import Translation
 from plumbob.engines.method import Method
@@ -139,7 +139,7 @@ def test_a_start_that_is_no_state_gives_no_samples(start: float) -> None:
 
 def test_the_engine_is_kept_from_starting_afresh_by_itself() -> None:
     model = compiled(SYSTEM.case(scene()), EULER, 1e-3).model
-    assert model.opt.disableflags == idle_stages(model) | int(BIT.mjDSBL_AUTORESET)
+    assert model.opt.disableflags == needless_stages(model) | int(BIT.mjDSBL_AUTORESET)
 
 
 def test_limits_cut_a_run_that_the_engine_itself_is_content_with() -> None:
