@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import importlib
 
+from plumbob.engines.study.extra_runs import Request, StudyPlan
 from plumbob.reports.view.content import Section
 
 
@@ -19,3 +20,11 @@ def section(system: str) -> Section | None:
         return None
     found: Section = module.SECTION
     return found
+
+
+def requests(plan: StudyPlan) -> tuple[Request, ...]:
+    """The runs that the findings of a plan's systems look up, each once, in a fixed order; those of
+    a table that every scene has come beside them."""
+    sections = (section(name) for name in dict.fromkeys(scene.system for scene in plan.scenes))
+    wanted = (request for own in sections if own for request in own.requests(plan))
+    return tuple(dict.fromkeys(wanted))

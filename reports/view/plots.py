@@ -18,7 +18,7 @@ from plumbob.reports.view.content import Figure
 from plumbob.reports.view.palette import Style
 from plumbob.reports.view.traces import Trace, curve, figure, linear, logarithmic, positive
 
-GREY = "#808080"
+
 PERIODS = 15  # of a motion that a plot can show
 GREEK = (
     ("theta", "θ"),
