@@ -9,7 +9,7 @@ import numpy as np
 
 from plumbob.analytic.reference import StepReference
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.findings.capsule.cells import method as method_cell
 from plumbob.reports.findings.capsule.cells import named, value

@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.extra_runs import Requests, nothing_more
+from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 
 
@@ -67,6 +68,8 @@ class Section:
     """Galleries: a heading each, and its figures."""
     hard: Callable[[Study, Scene], Sequence[Figure | Table]]
     """What a hard case shows beside the rest."""
+    requests: Requests = nothing_more
+    """The runs that all of these need beside the study's own."""
 
 
 def row(*texts: str | Cell) -> tuple[Cell, ...]:

@@ -13,7 +13,7 @@ from plumbob.engines.method import Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import Measurement
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene

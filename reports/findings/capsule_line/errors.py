@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from plumbob.engines.adapters.mujoco.contact_profiles import PROFILES
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings.capsule.cells import method as method_cell
 from plumbob.reports.findings.capsule.cells import value
 from plumbob.reports.findings.capsule.runs import LINE, covers, measured, names, problem

@@ -6,7 +6,7 @@ import numpy as np
 
 from plumbob.analytic.systems.capsule import lowest_normal_forces
 from plumbob.analytic.systems.manoeuvres.line_reference import condition_number
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.findings.capsule.cells import method as method_cell
 from plumbob.reports.findings.capsule.cells import value

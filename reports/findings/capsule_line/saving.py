@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.reports.findings.capsule.cells import method as method_cell

@@ -8,7 +8,7 @@ import numpy as np
 
 from plumbob.analytic.errors.discontinuities import bend
 from plumbob.engines.adapters.mujoco.contact_profiles import PROFILES
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings.capsule.cells import named, value
 from plumbob.reports.findings.capsule.runs import (
     COLOURS,
