@@ -8,6 +8,7 @@ from fnmatch import fnmatchcase
 from typing import Any, Literal, Protocol
 
 from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.trimming import Trimming
 from plumbob.models.scene import Case, Scene
 
 
@@ -63,4 +64,6 @@ class Engine:
     prepare: Callable[[Case, Method, float], Simulation]  # raises Unsupported
     model_error: Callable[[Case, Method, float], Mapping[str, Mapping[str, float]]]
     """{observable: {reason: absolute bound}}: what the model itself adds, apart from the step."""
+    trimming: Callable[[Case, Method, float, int, int], Trimming] | None = None
+    """Of a case with a method: step [s], steps, repeats; None where it leaves nothing out."""
     optional: bool = False  # a peer: not missed unless it is asked for by name

@@ -6,7 +6,7 @@ import os
 import platform
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
@@ -20,14 +20,14 @@ PACKAGES = ("numpy", "scipy", "numpy-quaddtype", "mujoco", "pymunk", "heyoka", "
 class Provenance:
     """What a reader needs to repeat a study, or to doubt it."""
 
-    versions: Mapping[str, str]
-    machine: Mapping[str, str]
-    date: str  # UTC
-    command: str
+    versions: Mapping[str, str] = field(default_factory=dict)
+    machine: Mapping[str, str] = field(default_factory=dict)
+    date: str = ""  # UTC
+    command: str = ""
 
 
 def provenance(command: str) -> Provenance:
-    """The provenance of what is written now by `command`."""
+    """The provenance of what `command` measures now, on this machine."""
     versions = {"plumbob": __version__, "Python": platform.python_version()}
     for package in PACKAGES:
         try:

@@ -19,7 +19,7 @@ from plumbob.engines.study.convergence import ConvergenceStudy, Trace
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import Controlled, Measurement, ObservedError, Prediction
 from plumbob.engines.study.order import Order
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.scene import Observable, Scene
 
 FILE = "studies.sqlite3"  # its name in a folder of results

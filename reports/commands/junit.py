@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
-from plumbob.engines.study.study import Study, pairs
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import pairs
 from plumbob.reports.judge.expectations import as_expected, expected
-from plumbob.reports.judge.verdict import Judgement
+from plumbob.reports.judge.verdict import Judgements
 
 
-def write_junit(file: Path, study: Study, judged: Mapping[tuple[str, str], Judgement]) -> None:
+def write_junit(file: Path, study: Study, judged: Judgements) -> None:
     """Write one test case for each scene and method; what is not as expected is a failure."""
     suite = ElementTree.Element("testsuite", name="plumbob", tests=str(len(judged)))
     counts = {"failures": 0, "skipped": 0}
     for scene, method in pairs(study.scenes, study.methods):
-        found = judged[scene.name, method.name]
+        found = judged[scene.name, method.name].whole
         case = ElementTree.SubElement(suite, "testcase", classname=scene.name, name=method.name)
         if found.verdict in ("unsupported", "missing"):
             ElementTree.SubElement(case, "skipped", message=found.reason)

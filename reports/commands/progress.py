@@ -3,29 +3,29 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
-Told = Callable[[str, int, int], None]
+from plumbob.engines.study.runner import Progress
 
 
 @contextmanager
-def progress() -> Iterator[Told]:
+def progress() -> Iterator[Progress]:
     """A function that shows what is being done, how much is done, and of how much."""
     if not sys.stderr.isatty():
         yield lambda what, done, total: None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+    from rich import progress as rich
 
-    bar = Progress(
-        TextColumn("{task.description:<56}"), BarColumn(), MofNCompleteColumn(),
+    bar = rich.Progress(
+        rich.TextColumn("{task.description:<56}"), rich.BarColumn(), rich.MofNCompleteColumn(),
         console=Console(stderr=True), transient=True,
     )  # fmt: skip
     with bar:
         task = bar.add_task("", total=None)
 
-        def told(what: str, done: int, total: int) -> None:
+        def show(what: str, done: int, total: int) -> None:
             bar.update(task, description=what[:56], completed=done, total=total or None)
 
-        yield told
+        yield show

@@ -9,17 +9,18 @@ from plumbob.engines.method import Method
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import Order
-from plumbob.models.registry import system_of
-from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import expected
-from plumbob.reports.judge.verdict import judge
+from plumbob.reports.judge.verdict import Judgement
 
 
 def record(
-    scene: Scene, method: Method, found: Measurement, order: Order | None, cost: Cost | None
+    method: Method,
+    found: Measurement,
+    judgement: Judgement,
+    order: Order | None,
+    cost: Cost | None,
 ) -> dict[str, Any]:
     """One run: its errors by observable (SI), the bounds they were held to, verdict and cost."""
-    judgement = judge(found, system_of(scene), method)
     per_step = (
         cost.ns_per_step if cost else (1e9 * found.seconds / found.steps if found.steps else None)
     )
@@ -38,7 +39,7 @@ def record(
         },
         "invariants": found.invariants,
         "verdict": judgement.verdict,
-        "expected": None if method.name == NAME else expected(scene.name, method.name).verdict,
+        "expected": None if method.name == NAME else expected(found.scene, method.name).verdict,
         "reason": judgement.reason,
         "order": order and {"slope": order.slope, "low": order.low, "high": order.high},
         "steps": found.steps,

@@ -7,6 +7,7 @@ import importlib
 
 from plumbob.engines.study.extra_runs import Request, StudyPlan
 from plumbob.reports.view.content import Section
+from plumbob.reports.view.trimming import requests as trimming_requests
 
 
 def section(system: str) -> Section | None:
@@ -23,8 +24,8 @@ def section(system: str) -> Section | None:
 
 
 def requests(plan: StudyPlan) -> tuple[Request, ...]:
-    """The runs that the findings of a plan's systems look up, each once, in a fixed order; those of
-    a table that every scene has come beside them."""
-    sections = (section(name) for name in dict.fromkeys(scene.system for scene in plan.scenes))
-    wanted = (request for own in sections if own for request in own.requests(plan))
-    return tuple(dict.fromkeys(wanted))
+    """All runs that a page of this plan needs beside the study's own, each once: those of the
+    systems' findings, then those of the table of trimmed models."""
+    named = dict.fromkeys(scene.system for scene in plan.scenes)
+    own = [request for name in named if (of := section(name)) for request in of.requests(plan)]
+    return tuple(dict.fromkeys((*own, *trimming_requests(plan))))

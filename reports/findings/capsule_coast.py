@@ -9,7 +9,7 @@ import numpy as np
 
 from plumbob.analytic.reference import StepReference
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings.measurements import covers, measured, problem, runs, scheme
 from plumbob.reports.view.content import (
     Cell,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings.measurements import covers, measured, names, problem
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Finding, Section, Table, method_cell, row, value

@@ -14,7 +14,7 @@ from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import Order
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case

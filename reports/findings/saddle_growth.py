@@ -10,7 +10,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.convergence import ConvergenceStudy
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Figure, Table, row

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import SHIPPED, ConvergenceStudy
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.registry import unknown as unknown_name
 from plumbob.reports.judge.work_precision import Point, of_method, points
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 
 
 @dataclass(frozen=True)

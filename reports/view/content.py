@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
-from plumbob.engines.study.extra_runs import Request, StudyPlan
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.extra_runs import Requests, nothing_more
+from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.view.notation import number
 
@@ -68,22 +68,16 @@ def _nothing_hard(study: Study, scene: Scene) -> Sequence[Figure | Table]:
     return ()
 
 
-def _no_requests(plan: StudyPlan) -> Sequence[Request]:
-    return ()
-
-
 @dataclass(frozen=True)
 class Section:
     """What a page says of one system beside what it says of every scene."""
 
     findings: Callable[[Study], Sequence[Finding]]
-    figures: Callable[[Study], Sequence[tuple[str, Sequence[Figure]]]] = field(
-        default=_no_galleries
-    )
+    figures: Callable[[Study], Sequence[tuple[str, Sequence[Figure]]]] = _no_galleries
     """Galleries: a heading each, and its figures."""
-    hard: Callable[[Study, Scene], Sequence[Figure | Table]] = field(default=_nothing_hard)
+    hard: Callable[[Study, Scene], Sequence[Figure | Table]] = _nothing_hard
     """What a hard case shows beside the rest."""
-    requests: Callable[[StudyPlan], Sequence[Request]] = field(default=_no_requests)
+    requests: Requests = nothing_more
     """The runs that all of that looks up in the study, beside the study's own."""
 
 

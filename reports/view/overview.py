@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.scene import System
 from plumbob.reports.judge.recommend import DEFAULT_METHOD, Choice, Recommendation, cheapest
-from plumbob.reports.judge.verdict import Judgement, Verdict
+from plumbob.reports.judge.verdict import Judgements, Verdict
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
 from plumbob.reports.view.tables import verdict_cell
 
 IDLE = ("unsupported", "missing")
 ERRORS = (1e-2, 1e-4, 1e-6, 1e-8)
-Judgements = Mapping[tuple[str, str], Judgement]
 
 
 def anchor(scene: str) -> str:
@@ -26,7 +23,7 @@ def verdicts(system: System, study: Study, judged: Judgements) -> Table:
     """Scenes of one system against methods; methods that run none of them stand in the note."""
     scenes = [scene.name for scene in study.scenes if scene.system == system.name]
     seen = {
-        m.name: {judged[key].verdict for s in scenes if (key := (s, m.name)) in judged}
+        m.name: {judged[key].whole.verdict for s in scenes if (key := (s, m.name)) in judged}
         for m in study.methods
     }
     none = {name: why for name, found in seen.items() if (why := _the_only(found)) in IDLE}
@@ -48,8 +45,9 @@ def verdicts(system: System, study: Study, judged: Judgements) -> Table:
 
 def _verdict(scene: str, method: str, judged: Judgements) -> Cell:
     """A verdict that leads to its scene; a dash where there is none to give."""
-    if (found := judged.get((scene, method))) is None:
+    if (pair := judged.get((scene, method))) is None:
         return Cell("", "none")
+    found = pair.whole
     if found.verdict in IDLE:
         return Cell("–", "none", f"{found.verdict}: {found.reason}")
     return verdict_cell(scene, method, found, anchor(scene))

@@ -11,7 +11,7 @@ from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import Order
 from plumbob.models.scene import Scene, System
 from plumbob.reports.judge.expectations import expected
-from plumbob.reports.judge.verdict import Judgement, judge
+from plumbob.reports.judge.verdict import Judged, Judgement
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
 
@@ -33,16 +33,16 @@ def verdict_cell(scene: str, method: str, judged: Judgement, link: str = "") -> 
 def summary(
     system: System,
     convergence: Sequence[ConvergenceStudy],
-    judged: Mapping[str, Judgement],
+    judged: Mapping[str, Judged],
     methods: Mapping[str, Method],
 ) -> Table:
     """Verdict of each method, and its errors and drift at the finest step."""
     invariants = dict.fromkeys(n for c in convergence for m in c.measurements for n in m.invariants)
     rows = []
     for c in convergence:
-        verdict = verdict_cell(c.scene, c.method, judged[c.method])
+        verdict = verdict_cell(c.scene, c.method, judged[c.method].whole)
         finest = next((m for m in reversed(c.measurements) if m.status == "done"), None)
-        reason = Cell(judged[c.method].reason, "reason")
+        reason = Cell(judged[c.method].whole.reason, "reason")
         if finest is None:
             blank = [""] * (1 + len(system.observables) + len(invariants))
             rows.append(row(Cell(c.method, "method"), verdict, *blank, reason))
@@ -143,14 +143,20 @@ def cost(
 
 
 def every_run(
-    system: System, convergence: Sequence[ConvergenceStudy], methods: Mapping[str, Method]
+    system: System,
+    convergence: Sequence[ConvergenceStudy],
+    judged: Mapping[str, Judged],
+    methods: Mapping[str, Method],
 ) -> Table:
     """Largest error of the leading observable of every run, with its verdict."""
     leading = system.observables[0]
     most = max((len(c.measurements) for c in convergence), default=0)
     rows = []
     for c in convergence:
-        cells = [_run(m, system, methods[c.method], leading.name) for m in c.measurements]
+        cells = [
+            _run(m, j, methods[c.method], leading.name)
+            for m, j in zip(c.measurements, judged[c.method].runs, strict=True)
+        ]
         rows.append(row(Cell(c.method, "method"), *cells, *[""] * (most - len(cells))))
     heads = ("method", *(f"step {i + 1}" for i in range(most)))
     note = "Coarse to fine. Colour: the verdict on the run; hover for step, tolerance and reason."
@@ -159,14 +165,17 @@ def every_run(
 
 
 def budgets(
-    system: System, convergence: Sequence[ConvergenceStudy], methods: Mapping[str, Method]
+    system: System,
+    convergence: Sequence[ConvergenceStudy],
+    judged: Mapping[str, Judged],
+    methods: Mapping[str, Method],
 ) -> Table | None:
     """The tolerance of one run of each method, term by term: the first that fails, else the
     finest that is judged."""
     rows = []
     for c in convergence:
-        judged = [(m, judge(m, system, methods[c.method])) for m in c.measurements]
-        held = [(m, j) for m, j in judged if j.tolerances]
+        runs = zip(c.measurements, judged[c.method].runs, strict=True)
+        held = [(m, j) for m, j in runs if j.tolerances]
         if not held:
             continue
         m, j = next((pair for pair in held if pair[1].verdict == "fail"), held[-1])
@@ -207,8 +216,7 @@ def _plain(value: object) -> str:
     return f"{value:.17g}" if isinstance(value, float) else str(value)
 
 
-def _run(found: Measurement, system: System, method: Method, leading: str) -> Cell:
-    judged = judge(found, system, method)
+def _run(found: Measurement, judged: Judgement, method: Method, leading: str) -> Cell:
     at = notation.step(found.step, method.control)
     if found.status != "done":
         return Cell(found.status, judged.verdict, f"{at}: {found.reason}")

@@ -13,7 +13,8 @@ import statistics
 import pytest
 
 from plumbob.engines.registry import engine_of, installed, methods
-from plumbob.engines.study.study import Study, run_study
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes
 
 SCENES = "simple-pendulum,linear-pendulum"

@@ -9,7 +9,7 @@ import pytest
 
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import convergence_study
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings import section
 from plumbob.reports.findings.capsule.runs import LINE

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.method import Method
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings import section
 from plumbob.reports.judge.work_precision import Point, front
 from plumbob.reports.view.content import Finding, Section

@@ -9,7 +9,8 @@ from functools import cache
 import pytest
 
 from plumbob.engines.registry import methods as find_methods
-from plumbob.engines.study.study import Study, run_study
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings.simple_pendulum import (
     SECTION,

@@ -10,7 +10,8 @@ import pytest
 from plumbob.engines.adapters.mujoco.like import NAME
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.study import Study, joined
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import joined
 from plumbob.models.step_sizes import step_sizes
 from plumbob.reports.judge.user_settings import instead, lines, table, yours
 from plumbob.tests.support.studies import SCENE, made_up

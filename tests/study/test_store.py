@@ -14,7 +14,8 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import methods
 from plumbob.engines.study import store
-from plumbob.engines.study.study import Study, run_study
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes
 from plumbob.reports.cli import main
 

@@ -14,7 +14,8 @@ from plumbob.engines.method import Method
 from plumbob.engines.registry import method, methods
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
 from plumbob.engines.study.measurement import floor, measure
-from plumbob.engines.study.study import Study, run_study
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scene, scenes, system_of
 from plumbob.models.scene import Scene
 

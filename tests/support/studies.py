@@ -10,7 +10,8 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
-from plumbob.engines.study.study import Study, run_study
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 

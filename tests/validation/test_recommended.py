@@ -13,7 +13,8 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.measurement import measure
-from plumbob.engines.study.study import Study, run_study
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes, system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.recommend import Choice, cheapest

@@ -10,7 +10,7 @@ import pytest
 from plumbob.engines.method import Method
 from plumbob.engines.registry import methods
 from plumbob.engines.study.convergence import convergence_study
-from plumbob.engines.study.study import most_steps, pairs
+from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.models.registry import scenes, system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import as_expected, expected

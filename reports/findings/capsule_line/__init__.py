@@ -9,7 +9,7 @@ import numpy as np
 from plumbob.analytic.systems.capsule import lowest_normal_forces
 from plumbob.analytic.systems.manoeuvres.line_reference import condition_number
 from plumbob.engines.study.extra_runs import Request, StudyPlan
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.findings.capsule_line import contacts, displacement, fidelity, source
 from plumbob.reports.findings.measurements import problem

@@ -8,7 +8,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array, StepReference
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings.contact_terms import LOADS
 from plumbob.reports.findings.measurements import LINE, displacement_error, problem, runs, scheme
 from plumbob.reports.view.content import Cell, Finding, Table, plain_method_cell, row, value

@@ -8,7 +8,7 @@ import numpy as np
 
 from plumbob.analytic.errors.discontinuities import bend
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings import measurements
 from plumbob.reports.findings.contact_terms import (
     deflection_term,

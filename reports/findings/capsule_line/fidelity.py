@@ -8,7 +8,7 @@ import numpy as np
 
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.extra_runs import ExtraRun, Request, StudyPlan, TrimmingRun
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.findings.measurements import (
     LINE,

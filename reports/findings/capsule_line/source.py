@@ -9,7 +9,7 @@ import numpy as np
 
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import printed_body_velocity
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings.measurements import LINE, displacement_error, problem, runs
 from plumbob.reports.view.content import Cell, Figure, Finding, Table, row, value
 from plumbob.reports.view.notation import number

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.findings.capsule_plan import open_loop, path, poses
 from plumbob.reports.findings.capsule_plan.plans import SHOWN, scenes

@@ -8,7 +8,7 @@ import numpy as np
 
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings.capsule.cells import named, value
 from plumbob.reports.findings.capsule.runs import COLOURS

@@ -6,7 +6,7 @@ from functools import cache
 
 from plumbob.analytic.systems.planner import Plan
 from plumbob.analytic.systems.planner import plan as find_plan
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.scene import Scene

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings.capsule_turn import angle, formulas, hard, leak, sag, touching
 from plumbob.reports.view.content import Figure, Finding, Section
 

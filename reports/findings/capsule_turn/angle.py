@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from types import MappingProxyType
 
 from plumbob.analytic.errors.turn_step_error import euler_lead
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS, PARTS
 from plumbob.reports.findings.capsule.cells import named, value
 from plumbob.reports.findings.capsule.runs import COLOURS, GREY

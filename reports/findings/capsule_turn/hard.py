@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from plumbob.analytic.systems.capsule import lowest_normal_forces
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.findings.capsule.cells import method as method_cell
 from plumbob.reports.findings.capsule.cells import value

@@ -11,7 +11,7 @@ import numpy as np
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import fit_order
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.models.tripod_capsule.turn import EPSILONS, PARTS

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings.capsule.cells import named, value
 from plumbob.reports.findings.capsule_turn.runs import JUDGED, epsilons, seen, turn
 from plumbob.reports.view.content import Finding, Table, row

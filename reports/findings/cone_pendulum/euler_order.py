@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings.cone_pendulum.problems import RESTING, ROTATING, case
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Finding, Table, row

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.registry import system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.findings.cone_pendulum import energy

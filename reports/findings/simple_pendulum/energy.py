@@ -12,7 +12,7 @@ import numpy as np
 from plumbob.analytic.errors.joint_series import JointedSeries
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings.energy_drift import Drift, energy, measured
 from plumbob.reports.findings.fresh_runs import run
 from plumbob.reports.findings.simple_pendulum.problems import SIMPLE, case, number

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings.simple_pendulum.problems import SIMPLE, number, order_text, refined
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Figure, Finding, Table, row

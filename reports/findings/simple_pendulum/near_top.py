@@ -11,7 +11,7 @@ from plumbob.analytic.numerics.quad import PI, double, quad
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.models.scene import Scene

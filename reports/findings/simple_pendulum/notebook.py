@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.findings.fresh_runs import run
 from plumbob.reports.findings.simple_pendulum.problems import (

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import floor
 from plumbob.engines.study.order import Order, fit_order
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings.simple_pendulum.problems import (
     CASES,
     FORCED,

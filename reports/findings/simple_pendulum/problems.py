@@ -13,7 +13,8 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import Order
-from plumbob.engines.study.study import MOST_STEPS, Study
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import MOST_STEPS
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.models.scene import Scene

@@ -9,7 +9,7 @@ import numpy as np
 from plumbob.analytic.numerics.rotor.lyapunov import LyapunovExponent, largest_exponent
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings.simple_pendulum.problems import CASES, FORCED, SIMPLE, case, number
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Figure, Finding, Table, row
