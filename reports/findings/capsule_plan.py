@@ -215,7 +215,9 @@ def _slow(held: Mapping[bool, Sequence[float]]) -> str:
     if False in held:
         said += f" Slow motions add at most {number(max(held[False]), 2)} m"
     if True in held:
-        said += f"; on default contacts, whose stiction drifts, up to {number(max(held[True]), 2)} m"
+        said += (
+            f"; on default contacts, whose stiction drifts, up to {number(max(held[True]), 2)} m"
+        )
     return f"{said}." if said else ""
 
 

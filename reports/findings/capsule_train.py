@@ -29,8 +29,11 @@ def findings(study: Study) -> Sequence[Finding]:
         relative = errors[name] = error.end / repeated.displacement
         predicted = error.predicted.end / repeated.displacement if error.predicted else None
         timed = study.costs.get((scene, name))
-        cost = notation.seconds(timed.ns_per_step * 1e-9 * found.steps / repeated.count) \
-            if timed else "–"
+        cost = (
+            notation.seconds(timed.ns_per_step * 1e-9 * found.steps / repeated.count)
+            if timed
+            else "–"
+        )
         rows.append(
             row(method_cell(name), value(repeated.displacement + error.end, 6), value(relative),
                 value(predicted), Cell(cost, "number"))

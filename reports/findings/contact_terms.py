@@ -1,5 +1,5 @@
-"""What theory predicts of a line manoeuvre's final displacement, term by term [m]: the step's error,
-and what MuJoCo's soft contacts add to it."""
+"""Predicted error of a line manoeuvre's displacement, term by term [m]: the step's, and what soft
+contacts add to it."""
 
 from __future__ import annotations
 

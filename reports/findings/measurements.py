@@ -1,4 +1,4 @@
-"""What findings look up: the exact answer of a scene, and what a study measured and recorded of it."""
+"""What findings look up: a scene's exact answer, and what a study measured and recorded of it."""
 
 from __future__ import annotations
 

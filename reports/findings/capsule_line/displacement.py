@@ -71,7 +71,9 @@ def errors(study: Study) -> Finding | None:
             at_middle[name] = here[1]
     good = [abs(e) for n, e in at_middle.items() if e is not None and _converges(n)]
     bad = [abs(e) for n, e in at_middle.items() if e is not None and not _converges(n)]
-    summary = "With friction that converges the integrator's own error is left, a sawtooth in the step"
+    summary = (
+        "With friction that converges the integrator's own error is left, a sawtooth in the step"
+    )
     if good and bad:
         summary += (
             f": at 1e-4 s at most {number(100 * max(good), 2)} % of Δx. Without, the error is "

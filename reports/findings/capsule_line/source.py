@@ -1,4 +1,4 @@
-"""The source's figure and formulas: Fig. 2 beside two engines, misprints, and every line through C."""
+"""The source's figure and formulas: Fig. 2, two misprints, and eq. 22 on every line through C."""
 
 from __future__ import annotations
 
@@ -20,9 +20,7 @@ STEP = 1e-3  # [s]
 ENGINES = (("mujoco/euler+coulomb", "MuJoCo"), ("pymunk/side", "pymunk"))  # of Fig. 2
 EVERY = 5  # samples to a mark
 MISPRINTS = "mujoco/euler+coulomb"
-LINES = tuple(
-    f"capsule-line/{name}" for name in ("ca1", "ca2", "ca3", "at-50", "at-123", "at-222")
-)
+LINES = tuple(f"capsule-line/{name}" for name in ("ca1", "ca2", "ca3", "at-50", "at-123", "at-222"))
 ON_LINES = ("mujoco/euler+coulomb", "pymunk/feet")
 
 
