@@ -1,8 +1,8 @@
 """One colour and one marker for each method, wherever it appears.
 
 The colour stands for the integrator and the marker for the engine, so that an integrator has the
-same colour in two engines. The colours are distinct under every kind of colour vision (after Okabe and
-Ito), on a light and on a dark background.
+same colour in two engines. The colours are distinct under every kind of colour vision (after Okabe
+and Ito), on a light and on a dark background.
 """
 
 from __future__ import annotations

@@ -133,8 +133,8 @@ def _beyond_the_step(study: Study) -> tuple[Table, ...]:
             rows.append(row(method_cell(name), Cell(short(step), "number"), *map(value, cells)))
     if not rows:
         return ()
-    heads = ("method", "step [s]", "beyond the step's error [m]", "contact deflection: –f (z₀ – z) [m]",
-             "drift of regularised stiction [m]", "unexplained [m]")  # fmt: skip
+    heads = ("method", "step [s]", "beyond the step's error [m]",
+             "contact deflection: –f (z₀ – z) [m]", "drift of regularised stiction [m]", "unexplained [m]")  # fmt: skip
     note = (
         "Deflection: z = –c ΣNᵢ²/W, with c the compliance of a contact and W the weight. Drift of "
         "the reduced model: (1–d)/d μw₂ dt (t₂–t*) with d its impedance; of the full one the same "

@@ -37,8 +37,8 @@ Errors = dict[tuple[float, str], tuple[float | None, float | None]]
 
 
 def angle(study: Study) -> Finding | None:
-    """Errors at 2 tau and at rest by epsilon and method, with orders and the accuracy asked for; None without an
-    engine."""
+    """Errors at 2 tau and at rest by epsilon and method, with orders and the accuracy asked for;
+    None without an engine."""
     errors: Errors = {}
     for epsilon in epsilons(study):
         for name in METHODS:
@@ -210,8 +210,8 @@ def leak(study: Study) -> Finding | None:
             "the angular momentum about the common centre of mass falls by μMh v²ω each second (v, "
             "ω: velocities of the slider and the body), as with a damper on the body. Friction "
             "plays no part.",
-            "The momentum that is missing at 2τ turns the body after the slider has stopped, so the "
-            "error after 5τ, where the exact motion has come to rest, is larger: at small ε "
+            "The momentum that is missing at 2τ turns the body after the slider has stopped, so "
+            "the error after 5τ, where the exact motion has come to rest, is larger: at small ε "
             "friction has no time to stop that within the scene, and the error is four times that "
             "at 2τ.",
             "RK4 follows the slider along its circle, and pymunk's slider is placed where it has "
@@ -220,7 +220,7 @@ def leak(study: Study) -> Finding | None:
         ),
         (
             Table(f"Error at 2τ over ½μ₁²Z³τ⁵h, steps of τ/{JUDGED}", heads, tuple(rows),
-                  "At large ε friction turns the body too: that is the difference of the ratio from 1."),
+                  "At large ε friction turns the body too: the ratio's difference from 1."),
         ),
         (),
         (f"plumbob run capsule-turn/0.03-stop {EULER} --step "
@@ -243,7 +243,8 @@ def deflection(study: Study) -> Finding | None:
             beyond.setdefault(name, []).append(abs(left))
             rows.append(
                 row(value(epsilon), plain_method_cell(name), value(driving_force(epsilon), 2),
-                    value(found.channels["heave"], 2), value(left, 2), value(error.model.get(DEFLECTION), 2))
+                    value(found.channels["heave"], 2), value(left, 2),
+                    value(error.model.get(DEFLECTION), 2))
             )  # fmt: skip
     if set(vertical) != {EULER, DEFAULT}:
         return None
