@@ -109,7 +109,7 @@ def _distance(motion: PendulumMotion, found: Trajectory) -> float:
     return float(np.abs(found.observables["theta"] - motion.state(found.times)[0]).max())
 
 
-def _agreement(both: Forms, held: Runs) -> Table:
+def _agreement(both: Forms, runs: Runs) -> Table:
     """theta at the end, and how far each stays from either closed form."""
     times = np.linspace(0.0, END, 501)
     off = both.correct.state(times)[0] - both.printed.state(times)[0]
@@ -126,7 +126,7 @@ def _agreement(both: Forms, held: Runs) -> Table:
     return Table("Which closed form each method follows", heads, tuple(rows))
 
 
-def _mutual(both: Forms, held: Runs) -> Table:
+def _mutual(both: Forms, runs: Runs) -> Table:
     """Differences of the independent methods at the end, pair by pair."""
     finals = {"closed form": _end(both.correct)} | {n: _last(r) for n, r in runs.items()}
     names = list(finals)
@@ -142,7 +142,7 @@ def _mutual(both: Forms, held: Runs) -> Table:
     )
 
 
-def _conserved(both: Forms, held: Runs) -> Table:
+def _conserved(both: Forms, runs: Runs) -> Table:
     """What each Hamiltonian does along the runs."""
     rows = []
     for name, found in runs.items():
@@ -155,7 +155,7 @@ def _conserved(both: Forms, held: Runs) -> Table:
     return Table("What is conserved", heads, tuple(rows))
 
 
-def _courses(both: Forms, held: Runs) -> list[Figure]:
+def _courses(both: Forms, runs: Runs) -> list[Figure]:
     """theta and theta_dot over time: either closed form, and the first independent method as dots."""
     times = np.linspace(0.0, END, 251)
     right, printed = both.correct.state(times), both.printed.state(times)
@@ -176,7 +176,7 @@ def _courses(both: Forms, held: Runs) -> list[Figure]:
     return figures
 
 
-def _distances(both: Forms, held: Runs) -> Figure:
+def _distances(both: Forms, runs: Runs) -> Figure:
     """Distance of the printed form and of the independent methods from the correct form, over time."""
     times = np.linspace(0.0, END, 251)[1:]
     off = both.printed.state(times)[0] - both.correct.state(times)[0]
