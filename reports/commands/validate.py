@@ -62,6 +62,7 @@ def command(chosen: argparse.Namespace) -> int:
         scenes = tuple(beside(scene, methods[0]) for scene in scenes)
     jobs = _jobs(chosen.jobs)
     out = _writable(Path(chosen.out))
+    store.usable(out / store.FILE)
     if chosen.junitxml:
         _writable(Path(chosen.junitxml).parent)
     from plumbob.reports.findings import requests

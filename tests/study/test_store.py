@@ -29,7 +29,7 @@ def study() -> Study:
 
 
 def _save(study: Study, file: Path) -> int:
-    return store.save(study, file, "today", "plumbob validate", {"plumbob": "0"})
+    return store.save(study, file)
 
 
 def test_a_study_comes_back_as_it_was(study: Study, tmp_path: Path) -> None:
