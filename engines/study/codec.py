@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -12,6 +13,7 @@ from typing import Any, TypeVar
 import cattrs
 import numpy as np
 
+from plumbob.analytic.reference import Array
 from plumbob.engines.trajectory import Trajectory
 
 T = TypeVar("T")
@@ -36,7 +38,6 @@ def packed(run: Trajectory) -> tuple[str, bytes]:
     """A recording as JSON of what is a number of its own, and its arrays as compressed bytes."""
     arrays = {f"{part}/{n}": a for part in PARTS for n, a in getattr(run, part).items()}
     held = io.BytesIO()
-    # By position, since no keyword may be called "file".
     np.savez_compressed(held, allow_pickle=False, times=run.times, **arrays)
     single = {name: getattr(run, name) for name in ("steps", "seconds", "diverged_at", "warnings")}
     return to_json(single), held.getvalue()
@@ -44,15 +45,15 @@ def packed(run: Trajectory) -> tuple[str, bytes]:
 
 def unpacked(text: str, arrays: bytes) -> Trajectory:
     """The recording that `packed` made these of."""
-    single = json.loads(text)
-    parts: dict[str, dict[str, Any]] = {part: {} for part in PARTS}
+    parts: dict[str, dict[str, Array]] = {part: {} for part in PARTS}
     with np.load(io.BytesIO(arrays), allow_pickle=False) as held:
-        times = held["times"]
         for key in held.files:
             part, slash, name = key.partition("/")
             if slash:
                 parts[part][name] = held[key]
-    return Trajectory(times, **parts, **{**single, "warnings": tuple(single["warnings"])})
+        blank = Trajectory(held["times"], **parts)
+    single = json.loads(text)
+    return replace(blank, **{**single, "warnings": tuple(single["warnings"])})
 
 
 @cache

@@ -106,7 +106,8 @@ def load(file: Path, number: int | None = None, scene: str | None = None) -> Stu
     if not file.exists():
         return None
     with _opened(file) as store:
-        found = number or _newest(store, scene)
+        if (found := number or _newest(store, scene)) is None:
+            return None
         body = store.execute("select body from study where id = ?", (found,)).fetchone()
         if body is None:
             return None
