@@ -51,7 +51,7 @@ def unpacked(text: str, arrays: bytes) -> Trajectory:
             part, slash, name = key.partition("/")
             if slash:
                 parts[part][name] = held[key]
-        blank = Trajectory(held["times"], **parts)
+        blank = Trajectory(held["times"], *(parts[part] for part in PARTS))
     single = json.loads(text)
     return replace(blank, **{**single, "warnings": tuple(single["warnings"])})
 
