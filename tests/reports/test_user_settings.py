@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.engines.adapters.mujoco.like import NAME
+from plumbob.engines.method import USER_METHOD as NAME
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.results import Study

@@ -6,7 +6,11 @@ from __future__ import annotations
 import numpy as np
 
 from plumbob.analytic.errors.line_step_error import step_error
-from plumbob.engines.adapters.mujoco.contact_profiles import ContactProfile
+from plumbob.analytic.errors.soft_contact import SoftContact
+from plumbob.engines.registry import engine_of
+from plumbob.engines.registry import method as find_method
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings.capsule.runs import problem
 
 LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
@@ -18,30 +22,31 @@ def sawtooth(scene: str, step: float) -> float:
     return float(step_error(problem(scene).motion, step, "mean"))
 
 
-def sinking(scene: str, step: float, contact: ContactProfile) -> float:
+def contact_of(scene: str, method: str, step: float) -> SoftContact:
+    """The record of a method's contacts at `step` [s]."""
+    chosen = find_method(method)
+    model = engine_of(chosen).contact_model
+    found = None if model is None else model(case_of(find_scene(scene)), chosen, step)
+    assert isinstance(found, SoftContact), method
+    return found
+
+
+def sinking(scene: str, contact: SoftContact) -> float:
     """-f times the way that the common centre of mass sinks on its contacts until t_star [m]: while
     it sinks, it weighs less."""
     posed = problem(scene)
     seen = posed.reference.observe(np.array([0.0, posed.motion.t_star]))
     squares = np.sum([seen[load] ** 2 for load in LOADS], axis=0)
     body = posed.setup.capsule
-    yields = contact.sag_compliance(step) / (body.body_mass + body.slider_mass)
-    return float(-body.friction * yields * (squares[1] - squares[0]) / body.weight)
+    compliance = 0.0 if contact.normal is None else contact.normal.compliance
+    return float(-body.friction * compliance * (squares[1] - squares[0]) / body.weight)
 
 
-def creep_of_coulomb(scene: str, step: float, contact: ContactProfile) -> float:
-    """Way that friction yields on three contacts while it holds m w2 until t2 [m]."""
-    body = problem(scene).setup.capsule
-    both = body.body_mass + body.slider_mass
-    return contact.slip_compliance(step) / both / 3 * _held(scene)
-
-
-def creep_of_reduced(scene: str, step: float) -> float:
-    """The same on a joint's friction loss [m]."""
-    from plumbob.engines.adapters.mujoco.capsule_reduced import creep
-
-    body = problem(scene).setup.capsule
-    return creep(step) / (body.body_mass + body.slider_mass) * _held(scene)
+def creep(scene: str, contact: SoftContact) -> float:
+    """Way that friction yields while it holds m w2 until t2 [m]: on three contacts, or on a
+    joint's friction loss."""
+    parts = 1 if contact.normal is None else 3
+    return contact.slip_compliance / parts * _held(scene)
 
 
 def _held(scene: str) -> float:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from plumbob.engines.adapters.mujoco.contact_profiles import PROFILES
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings.capsule.cells import method as method_cell
 from plumbob.reports.findings.capsule.cells import value
 from plumbob.reports.findings.capsule.runs import LINE, covers, measured, names, problem
 from plumbob.reports.findings.capsule.surplus import (
-    creep_of_coulomb,
-    creep_of_reduced,
+    contact_of,
+    creep,
     sawtooth,
     sinking,
 )
@@ -95,12 +94,8 @@ def _surplus(study: Study) -> tuple[Table, ...]:
             if (found := measured(study, LINE, name, step)) is None:
                 continue
             beyond = found.errors["displacement"].end - sawtooth(LINE, step)
-            sunk = sinking(LINE, step, PROFILES["coulomb"]) if name == FULL else 0.0
-            crept = (
-                creep_of_coulomb(LINE, step, PROFILES["coulomb"])
-                if name == FULL
-                else creep_of_reduced(LINE, step)
-            )
+            contact = contact_of(LINE, name, step)
+            sunk, crept = sinking(LINE, contact), creep(LINE, contact)
             cells = (beyond, sunk, crept, beyond - sunk - crept)
             rows.append(row(method_cell(name), Cell(short(step), "number"), *map(value, cells)))
     if not rows:

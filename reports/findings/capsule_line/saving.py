@@ -44,12 +44,11 @@ def saved_in(study: Study, full: str, reduced: str) -> Saved | None:
 def timed(full: str, reduced: str) -> Saved | None:
     """Both models timed alone, trimmed of what is idle; None without the engine."""
     scene, (one, other) = find_scene(LINE), (find_method(name) for name in (full, reduced))
-    if not installed(engine_of(one)):
+    engine = engine_of(one)
+    if engine.trimming is None or not installed(engine):
         return None
-    from plumbob.engines.adapters.mujoco.saving import saving
-
-    system = system_of(scene)
-    costs = [saving(system.case(scene), m, STEP, STEPS, TURNS).ns_trimmed for m in (one, other)]
+    case = system_of(scene).case(scene)
+    costs = [engine.trimming(case, m, STEP, STEPS, TURNS).ns_trimmed for m in (one, other)]
     return Saved(*costs)
 
 

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from plumbob.analytic.errors.discontinuities import bend
-from plumbob.engines.adapters.mujoco.contact_profiles import PROFILES
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings.capsule.cells import named, value
 from plumbob.reports.findings.capsule.runs import (
@@ -17,7 +16,7 @@ from plumbob.reports.findings.capsule.runs import (
     displaced,
     problem,
 )
-from plumbob.reports.findings.capsule.surplus import sinking
+from plumbob.reports.findings.capsule.surplus import contact_of, sinking
 from plumbob.reports.view.content import Finding, Table, row
 from plumbob.reports.view.notation import number, short
 from plumbob.reports.view.traces import Trace, curve, figure, linear
@@ -47,7 +46,8 @@ def finding(study: Study) -> Finding | None:
         curve(phi, 0.5 * phi * (1 - phi), colour=GREY, width=2.0, name="½φ(1–φ)")
     ]
     # The sinking is the same part of dt^2 at every step.
-    sunk = -sinking(LINE, line.t1 / 100, PROFILES["coulomb"]) / (unit * (line.t1 / 100) ** 2)
+    fine = line.t1 / 100
+    sunk = -sinking(LINE, contact_of(LINE, FULL, fine)) / (unit * fine**2)
     traces.append(
         curve(phi, 0.5 * phi * (1 - phi) + sunk, colour=GREY, dash="dash", name="and sinking")
     )
@@ -101,7 +101,7 @@ def _errors(method: str, steps: Sequence[float]) -> list[tuple[float, float, flo
             continue
         unit = -line.closed.braking * step**2
         bent = float(bend(jump, np.array(line.t1 / step))) * step**2
-        sunk = sinking(LINE, step, PROFILES["coulomb"]) if method == FULL else 0.0
+        sunk = sinking(LINE, contact_of(LINE, FULL, step)) if method == FULL else 0.0
         phi = line.t_star / step % 1.0
         found.append((phi, (end - line.displacement - bent) / unit, sunk / unit))
     return found
