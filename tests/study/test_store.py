@@ -88,12 +88,12 @@ def test_a_store_of_another_version_is_one_line(
 def test_what_floats_there_are_come_back(study: Study, tmp_path: Path) -> None:
     found = study.convergence[0]
     first = found.measurements[0]
-    odd = (math.inf, -math.inf, 5e-324, 0.1 + 0.2, -0.0, 1.7976931348623157e308)
+    odd = (math.nan, math.inf, -math.inf, 5e-324, 0.1 + 0.2, -0.0, 1.7976931348623157e308)
     errors = {
         str(i): ObservedError(value, value, 0.0, 1.0, {"a reason": value})
         for i, value in enumerate(odd)
     }
-    strange = replace(first, errors=errors, step=math.nan)
+    strange = replace(first, errors=errors)
     kept = replace(study, convergence=(replace(found, measurements=(strange,)),))
     back = store.load(tmp_path / "new", _save(kept, tmp_path / "new"))
     assert back is not None
