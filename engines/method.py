@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from pathlib import Path
 from typing import Any, Literal, Protocol
 
 from plumbob.engines.trajectory import Trajectory
 from plumbob.engines.trimming import Trimming
 from plumbob.models.scene import Case, Scene
+
+USER_METHOD = "mujoco/mine"  # the method that `Engine.user_method` reads from a user's file
 
 
 class Unsupported(Exception):
@@ -64,6 +67,12 @@ class Engine:
     prepare: Callable[[Case, Method, float], Simulation]  # raises Unsupported
     model_error: Callable[[Case, Method, float], Mapping[str, Mapping[str, float]]]
     """{observable: {reason: absolute bound}}: what the model itself adds, apart from the step."""
-    trimming: Callable[[Case, Method, float, int, int], Trimming] | None = None
-    """Of a case with a method: step [s], steps, repeats; None where it leaves nothing out."""
     optional: bool = False  # a peer: not missed unless it is asked for by name
+    contact_model: Callable[[Case, Method, float], object] | None = None
+    """What the engine's contacts are at a step [s], as the record that theory takes (SoftContact,
+    ...), or None where no theory covers them; does not import the engine's package."""
+    user_method: Callable[[Path], Method] | None = None
+    """A user's own model file -> the method with its settings; raises ParameterError."""
+    trimming: Callable[[Case, Method, float, int, int], Trimming] | None = None
+    """Case, method, step [s], number of steps, repeats -> what trimming the model saves; raises
+    Unsupported."""

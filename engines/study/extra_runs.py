@@ -71,6 +71,11 @@ class StudyPlan:
     scenes: tuple[Scene, ...]
     methods: tuple[Method, ...]
 
+    def method(self, name: str) -> Method:
+        """The method of that name: the plan's, as a user's own settings are, or a registered one;
+        raises ParameterError."""
+        return next((m for m in self.methods if m.name == name), None) or find_method(name)
+
     def has(self, scene: str, method: str | None = None) -> bool:
         """Whether a scene is in the plan, and that method with it."""
         by_name = {s.name: s for s in self.scenes}
@@ -87,10 +92,10 @@ def nothing_more(plan: StudyPlan) -> Sequence[Request]:
     return ()
 
 
-def make(request: Request) -> Result:
-    """The result of a request; None where the engine is missing, the method is not meant for the
-    scene or does not support it, or the run diverged. Raises ParameterError."""
-    method = find_method(request.method)
+def make(request: Request, method: Method) -> Result:
+    """The result of a request, whose method is `method`; None where the engine is missing, the
+    method is not meant for the scene or does not support it, or the run diverged. Raises
+    ParameterError."""
     scene = _scene(request)
     if not installed(engine_of(method)) or not meant(method, scene):
         return None

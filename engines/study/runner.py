@@ -10,7 +10,6 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from plumbob.engines.method import Method, meant
-from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import (
     ConvergenceStudy,
     chosen_step_sizes,
@@ -81,7 +80,7 @@ def run_study(
     asked = tuple(dict.fromkeys(requests(plan)))
     chosen = pairs(scenes, methods)
     tasks = [_convergence_task(scene, method, profile) for scene, method in chosen]
-    tasks += [_extra_task(request) for request in asked if not isinstance(request, TrimmingRun)]
+    tasks += [_extra_task(r, plan) for r in asked if not isinstance(r, TrimmingRun)]
     results = _worked_out(tasks, jobs, executor, progress)
     convergence: list[ConvergenceStudy] = results[: len(chosen)]
     made: dict[Request, Result] = dict(
@@ -92,7 +91,7 @@ def run_study(
     for request in asked:
         if isinstance(request, TrimmingRun):
             progress(f"{request.scene} {request.method}", 0, 0)
-            made[request] = make(request)
+            made[request] = make(request, plan.method(request.method))
     measured, unit = (
         _costs(convergence, scenes, methods, profile, progress) if timed else ({}, float("nan"))
     )
@@ -136,12 +135,14 @@ def _convergence_task(scene: Scene, method: Method, profile: Profile) -> _Task:
     return _Task(f"{scene.name} {method.name}", work, convergence_study, (scene, method, most))
 
 
-def _extra_task(request: ExtraRun | ExtraConvergence) -> _Task:
+def _extra_task(request: ExtraRun | ExtraConvergence, plan: StudyPlan) -> _Task:
     steps = request.steps if isinstance(request, ExtraConvergence) else (request.step,)
-    scene, method = find_scene(request.scene), find_method(request.method)
+    scene, method = find_scene(request.scene), plan.method(request.method)
     if request.duration is not None:
         scene = replace(scene, duration=request.duration)
-    return _Task(f"{scene.name} {method.name}", _work(scene, method, steps), make, (request,))
+    return _Task(
+        f"{scene.name} {method.name}", _work(scene, method, steps), make, (request, method)
+    )
 
 
 def _worked_out(

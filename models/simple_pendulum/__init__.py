@@ -193,7 +193,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         invariants=invariants,
         facts=facts,
         mjcf=Path(__file__).parent / "simple_pendulum.xml",
-        family=name.replace("-", "_"),
+        family="simple_pendulum",
         change=change,
     )
 

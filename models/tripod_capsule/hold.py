@@ -55,7 +55,7 @@ def _stroke(parameters: Parameters) -> CapsuleProblem:
     stroke = SlowStroke(
         body, parameters["length"], parameters["fraction"], line, parameters.get("start", 0.0)
     )
-    x, y = stroke.path.start
+    x, y = stroke.segment.start
     return CapsuleProblem(
         stroke,
         stroke,

@@ -8,7 +8,7 @@ from typing import Any
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.analytic.systems.manoeuvres.manoeuvre_train import ManoeuvreTrain
+from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.models.scene import Parameters, Scene, System
 from plumbob.models.tripod_capsule import line
 from plumbob.models.tripod_capsule.parameters import (
@@ -31,8 +31,8 @@ _LINE: Parameters = MappingProxyType({
 })  # fmt: skip
 
 
-def _train(parameters: Parameters, count: int, pause: float) -> ManoeuvreTrain:
-    return ManoeuvreTrain(manoeuvre(parameters), count, parameters["fraction"], pause)
+def _train(parameters: Parameters, count: int, pause: float) -> RepeatedLine:
+    return RepeatedLine(manoeuvre(parameters), count, parameters["fraction"], pause)
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
@@ -45,7 +45,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
         train,
         CapsuleSetup(
             one.capsule,
-            one.path.start,
+            one.segment.start,
             one.direction,
             heading(parameters),
             press=one.capsule.gravity,

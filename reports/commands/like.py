@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
+from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.adapters.mujoco.like import NAME, mine
-from plumbob.engines.method import Method
+from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import engines, installed
 from plumbob.models.scene import Scene
 
@@ -25,16 +25,17 @@ def add_like(parser: argparse.ArgumentParser) -> None:
     """Let a command take --like."""
     parser.add_argument(
         "--like", metavar="FILE",
-        help=f"measure the options and contact defaults of your own MJCF file too, as {NAME}; "
+        help=f"measure the options and contact defaults of your own MJCF file too, as {USER_METHOD}; "
         "whatever comes of them is reported, and is no failure",
     )  # fmt: skip
 
 
 def own_method(path: str) -> Method:
     """The method that the settings in the file `path` are; raises ParameterError."""
-    if not installed(engines()["mujoco"]):
+    engine = engines()[USER_METHOD.partition("/")[0]]
+    if engine.user_method is None or not installed(engine):
         raise ParameterError("like", path, "measured with MuJoCo, which is not installed")
-    return mine(path)
+    return engine.user_method(Path(path))
 
 
 def beside(scene: Scene, own: Method) -> Scene:

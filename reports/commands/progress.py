@@ -15,8 +15,8 @@ def progress() -> Iterator[Progress]:
     if not sys.stderr.isatty():
         yield lambda what, done, total: None
         return
-    from rich.console import Console
     from rich import progress as rich
+    from rich.console import Console
 
     bar = rich.Progress(
         rich.TextColumn("{task.description:<56}"), rich.BarColumn(), rich.MofNCompleteColumn(),

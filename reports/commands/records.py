@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from plumbob.engines.adapters.mujoco.like import NAME
-from plumbob.engines.method import Method
+from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import Order
@@ -39,7 +38,7 @@ def record(
         },
         "invariants": found.invariants,
         "verdict": judgement.verdict,
-        "expected": None if method.name == NAME else expected(found.scene, method.name).verdict,
+        "expected": None if method.name == USER_METHOD else expected(found.scene, method.name).verdict,
         "reason": judgement.reason,
         "order": order and {"slope": order.slope, "low": order.low, "high": order.high},
         "steps": found.steps,

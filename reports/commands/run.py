@@ -8,8 +8,7 @@ import sys
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.adapters.mujoco.like import NAME
-from plumbob.engines.method import Method
+from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.cost import Cost, costs
 from plumbob.engines.study.measurement import Measurement, measure
@@ -77,7 +76,7 @@ def _methods(name: str | None, like: str | None) -> list[Method]:
 def _code(scene: Scene, method: Method, found: Measurement, verdict: str) -> int:
     if found.status == "missing":
         return INCOMPLETE
-    if method.name == NAME:  # nothing is promised of a user's own settings but that they run
+    if method.name == USER_METHOD:  # nothing is promised of a user's own settings but that they run
         return INCOMPLETE if found.status == "unsupported" else 0
     promised = expected(scene.name, method.name).verdict
     # One step claims less than a convergence study: it may be too large for the theory, or

@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.adapters.mujoco.like import NAME
-from plumbob.engines.method import Method
+from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
@@ -62,6 +61,7 @@ def command(chosen: argparse.Namespace) -> int:
         scenes = tuple(beside(scene, methods[0]) for scene in scenes)
     jobs = _jobs(chosen.jobs)
     out = _writable(Path(chosen.out))
+    store.usable(out / store.FILE)
     if chosen.junitxml:
         _writable(Path(chosen.junitxml).parent)
     from plumbob.reports.findings import requests
@@ -118,7 +118,7 @@ def exit_code(study: Study, judged: Judgements) -> int:
     settings ran nothing, else 0."""
     if surprises(study, judged):
         return 1
-    own = {found.whole.verdict for (_, method), found in judged.items() if method == NAME}
+    own = {found.whole.verdict for (_, method), found in judged.items() if method == USER_METHOD}
     if own and own <= {"unsupported", "missing"}:
         return INCOMPLETE
     return INCOMPLETE if any(found.whole.verdict == "missing" for found in judged.values()) else 0

@@ -6,8 +6,10 @@ from __future__ import annotations
 import numpy as np
 
 from plumbob.analytic.errors.line_step_error import step_error
-from plumbob.engines.adapters.mujoco.contact_profiles import PROFILES
-from plumbob.reports.findings.measurements import problem
+from plumbob.analytic.errors.soft_contact import SoftContact
+from plumbob.engines.registry import engine_of
+from plumbob.engines.registry import method as find_method
+from plumbob.reports.findings.measurements import case, problem
 
 LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
 
@@ -18,31 +20,31 @@ def step_term(scene: str, step: float) -> float:
     return float(step_error(problem(scene).motion, step, "mean"))
 
 
-def deflection_term(scene: str, step: float) -> float:
-    """-f times the vertical displacement of the common centre of mass until t_star [m] on contacts
-    of the profile coulomb: while it moves down, the plane carries less than the weight."""
+def contact_of(scene: str, method: str, step: float) -> SoftContact:
+    """The record of a method's contacts at `step` [s]."""
+    chosen = find_method(method)
+    model = engine_of(chosen).contact_model
+    found = None if model is None else model(case(scene), chosen, step)
+    assert isinstance(found, SoftContact), method
+    return found
+
+
+def deflection_term(scene: str, contact: SoftContact) -> float:
+    """-f times the vertical displacement of the common centre of mass until t_star [m], by contact
+    deflection: while it moves down, the plane carries less than the weight."""
     posed = problem(scene)
     seen = posed.reference.observe(np.array([0.0, posed.motion.t_star]))
     squares = np.sum([seen[load] ** 2 for load in LOADS], axis=0)
     body = posed.setup.capsule
-    compliance = PROFILES["coulomb"].sag_compliance(step) / (body.body_mass + body.slider_mass)
+    compliance = 0.0 if contact.normal is None else contact.normal.compliance
     return float(-body.friction * compliance * (squares[1] - squares[0]) / body.weight)
 
 
-def stiction_drift_full(scene: str, step: float) -> float:
-    """Drift of regularised stiction on three contacts of the profile coulomb, while friction holds
-    m w2 until t2 [m]."""
-    body = problem(scene).setup.capsule
-    both = body.body_mass + body.slider_mass
-    return PROFILES["coulomb"].slip_compliance(step) / both / 3 * _held(scene)
-
-
-def stiction_drift_reduced(scene: str, step: float) -> float:
-    """The same on a joint's friction loss [m]."""
-    from plumbob.engines.adapters.mujoco.capsule_reduced import creep
-
-    body = problem(scene).setup.capsule
-    return creep(step) / (body.body_mass + body.slider_mass) * _held(scene)
+def stiction_drift(scene: str, contact: SoftContact) -> float:
+    """Drift of regularised stiction while friction holds m w2 until t2 [m]: on three contacts, or
+    on a joint's friction loss."""
+    parts = 1 if contact.normal is None else 3
+    return contact.slip_compliance / parts * _held(scene)
 
 
 def _held(scene: str) -> float:

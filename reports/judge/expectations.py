@@ -5,8 +5,7 @@ from __future__ import annotations
 import fnmatch
 from dataclasses import dataclass
 
-from plumbob.engines.adapters.mujoco.like import NAME
-from plumbob.engines.method import Method
+from plumbob.engines.method import USER_METHOD, Method
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.verdict import Judgement, Verdict
 
@@ -100,7 +99,7 @@ def as_expected(scene: Scene, method: Method, found: Judgement) -> bool:
     """Whether a verdict is the expected one. What cannot be run breaks no promise, nor do a user's
     own settings, of which nothing is promised; and a hard scene may be beyond every step of its
     step_sizes, or a quick profile beyond its own, which the page says, and which claims nothing."""
-    if method.name == NAME:
+    if method.name == USER_METHOD:
         return True
     if found.verdict in ("unsupported", "missing"):
         return True

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from plumbob.engines.adapters.mujoco.like import NAME
+from plumbob.engines.method import USER_METHOD
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Study
@@ -48,17 +48,17 @@ class Yours:
 def yours(study: Study, judged: Judgements) -> tuple[Yours, ...]:
     """What a study, with its verdicts, says of the user's settings, a scene each; scenes that they
     did not run are left out."""
-    if all(method.name != NAME for method in study.methods):
+    if all(method.name != USER_METHOD for method in study.methods):
         return ()
     rest = replace(
         study,
-        methods=tuple(m for m in study.methods if m.name != NAME),
-        convergence=tuple(c for c in study.convergence if c.method != NAME),
+        methods=tuple(m for m in study.methods if m.name != USER_METHOD),
+        convergence=tuple(c for c in study.convergence if c.method != USER_METHOD),
     )
     return tuple(
-        _of_scene(study, rest, c, judged[c.scene, NAME].whole)
+        _of_scene(study, rest, c, judged[c.scene, USER_METHOD].whole)
         for c in study.convergence
-        if c.method == NAME and c.measurements
+        if c.method == USER_METHOD and c.measurements
         if c.measurements[0].status in ("done", "diverged")
     )
 
@@ -70,7 +70,7 @@ def _of_scene(study: Study, rest: Study, found: ConvergenceStudy, judged: Judgem
     rest = replace(
         rest, convergence=tuple(c for c in rest.convergence if not _same(c, own, leading.name))
     )
-    prices = [p.ns_per_second for p in points(study, found.scene) if p.method == NAME]
+    prices = [p.ns_per_second for p in points(study, found.scene) if p.method == USER_METHOD]
     price = prices[0] if prices else math.inf
     last = next((m for m in reversed(found.measurements) if m.status == "done"), None)
     return Yours(
@@ -147,7 +147,7 @@ def table(study: Study, judged: Judgements) -> Table | None:
                 f"{found.observable} [{found.unit}]",
                 Cell(_error(found), "number"),
                 Cell(_finest(found), "number"),
-                verdict_cell(found.scene, NAME, found.judgement, anchor(found.scene)),
+                verdict_cell(found.scene, USER_METHOD, found.judgement, anchor(found.scene)),
                 Cell(notation.times_real(found.ns_per_second), "number"),
                 *cells,
             )
@@ -170,7 +170,7 @@ def table(study: Study, judged: Judgements) -> Table | None:
 def instead(own: Sequence[Yours]) -> dict[tuple[str, str, float], dict[str, Any]]:
     """The same as plain data, by scene, method and step."""
     return {
-        (found.scene, NAME, found.step): {
+        (found.scene, USER_METHOD, found.step): {
             "as_exact": asdict(found.as_exact),
             "no_dearer": asdict(found.better),
         }

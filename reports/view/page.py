@@ -17,7 +17,7 @@ from plumbob.models.registry import systems
 from plumbob.models.scene import Scene, System
 from plumbob.reports.findings import section as own_section
 from plumbob.reports.judge.user_settings import table as own_table
-from plumbob.reports.judge.verdict import Judged, Judgements, judge_study
+from plumbob.reports.judge.verdict import Judged, Judgements, Verdict, judge_study
 from plumbob.reports.judge.work_precision import points
 from plumbob.reports.view import notation, overview, tables
 from plumbob.reports.view.content import Figure, Finding, Section, Table
@@ -28,7 +28,7 @@ from plumbob.reports.view.trimming import trimming
 
 NAME = "index.html"
 TEMPLATES = Path(__file__).parent / "templates"
-ORDER = ("pass", "fail", "not-converging", "diverged", "coarse", "unsupported", "missing")
+ORDER: tuple[Verdict, ...] = ("pass", "fail", "not-converging", "diverged", "coarse", "unsupported", "missing")
 
 
 @dataclass(frozen=True)

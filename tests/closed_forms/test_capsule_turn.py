@@ -10,8 +10,8 @@ import pytest
 
 from plumbob.analytic.errors.position_first import POSITION_FIRST
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
-from plumbob.analytic.systems.manoeuvres.turn_train import TurnTrain
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.engines.adapters.sampling import sampled
@@ -61,7 +61,7 @@ def test_samples_fall_on_the_slider_s_stop(case: Scene) -> None:
 
 def test_turns_laid_end_to_end_are_the_whole_motion() -> None:
     """Against the train followed as one path; what is left are both motions' own errors."""
-    train = TurnTrain(WHOLE, 3, 3.0 * WHOLE.half_time)
+    train = RepeatedTurn(WHOLE, 3, 3.0 * WHOLE.half_time)
     motion = three_point_motion(CHECK, train.path)
     assert train.duration == pytest.approx(motion.rest_time, rel=1e-12)
     times = np.linspace(0.0, 1.05 * train.duration, 200)
@@ -71,7 +71,7 @@ def test_turns_laid_end_to_end_are_the_whole_motion() -> None:
         np.testing.assert_allclose(
             getattr(one, name), getattr(other, name), rtol=0, atol=1e-11 * size
         )
-    assert train.error.heading[0] >= 3 * train.one.error.heading[0]
+    assert train.error.heading[0] >= 3 * train.single.error.heading[0]
 
 
 @pytest.mark.parametrize(
@@ -92,7 +92,7 @@ def test_what_cannot_be_is_refused_by_name(changes: dict[str, float], message: s
 
 def test_a_train_needs_its_pauses() -> None:
     with pytest.raises(ParameterError, match=r"^pause = 0\.0: must be at least"):
-        TurnTrain(WHOLE, 2, 0.0)
+        RepeatedTurn(WHOLE, 2, 0.0)
 
 
 def test_a_reference_is_in_the_axes_of_its_start() -> None:

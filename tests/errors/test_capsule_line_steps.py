@@ -19,7 +19,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
-from plumbob.analytic.systems.manoeuvres.manoeuvre_train import ManoeuvreTrain
+from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.residual_motion import Coasting
 from plumbob.tests.support.random_capsules import CHECK, LINE, lines
 
@@ -161,7 +161,7 @@ def test_step_error_of_coasting(position_first: bool, rate: float, steps: float,
 
 def test_a_train_on_the_grid_adds_up_the_error_of_one() -> None:
     step = LINE.t1 / 60
-    bare = ManoeuvreTrain(LINE, 5, fraction=0.9)
+    bare = RepeatedLine(LINE, 5, fraction=0.9)
     train = replace(bare, pause=step * np.ceil(bare.period / step) - bare.period)
     edges = grid(step, round(train.duration / step))
     grip = LINE.capsule.friction * LINE.capsule.gravity

@@ -12,7 +12,7 @@ import pytest
 from plumbob.analytic.reference import Array, StepReference
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
-from plumbob.analytic.systems.manoeuvres.manoeuvre_train import ManoeuvreTrain
+from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.residual_motion import translation
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold
@@ -20,8 +20,8 @@ from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE
 
 EULER, RK4 = "semi-implicit-euler", "rk4"
 GRIP = CHECK.friction * CHECK.gravity
-TRAIN = ManoeuvreTrain(
-    LINE, 3, 0.9, pause=0.32 - LINE.t2 - ManoeuvreTrain(LINE, 1, 0.9).returning.duration
+TRAIN = RepeatedLine(
+    LINE, 3, 0.9, pause=0.32 - LINE.t2 - RepeatedLine(LINE, 1, 0.9).returning.duration
 )
 ROUNDING = 1e-11  # of forces of 4 N from differences over a step; places keep 1e-14 m
 OFF_GRID = replace(LINE, t1=0.0317)

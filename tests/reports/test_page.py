@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.method import Method
+from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings import section
 from plumbob.reports.judge.work_precision import Point, front
@@ -24,14 +25,13 @@ from plumbob.tests.support import browser
 from plumbob.tests.support.page_document import Document
 from plumbob.tests.support.studies import made_up, quick
 
-COMMAND = "plumbob validate --scenes 'cone-*' --profile quick"
 MEGABYTES = 8.0
 HOSTILE = "<script>alert('x')</script><img src=x onerror=alert(1)>"
 
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_page(quick(), tmp_path_factory.mktemp("page") / "new", COMMAND)
+    return write_page(quick(), tmp_path_factory.mktemp("page") / "new")
 
 
 @pytest.fixture(scope="module")
@@ -112,8 +112,9 @@ def test_what_others_wrote_is_text(tmp_path: Path) -> None:
         scenes=(scene,),
         convergence=(replace(convergence_study, measurements=runs),),
         costs={},
+        provenance=Provenance(command=HOSTILE),
     )
-    text = write_page(hostile, tmp_path, HOSTILE, lambda name: None).read_text("utf-8")
+    text = write_page(hostile, tmp_path, section=lambda name: None).read_text("utf-8")
     assert "onerror" in text
     assert "img" not in Document(text).tags
     assert HOSTILE not in text
@@ -133,7 +134,7 @@ def test_nothing_is_half_written(tmp_path: Path) -> None:
     old.write_text("old", "utf-8")
     broken = Section(breaks, lambda study: (), lambda study, scene: ())
     with pytest.raises(RuntimeError, match="broken finding"):
-        write_page(quick(), tmp_path, COMMAND, lambda name: broken)
+        write_page(quick(), tmp_path, section=lambda name: broken)
     assert [path.read_text("utf-8") for path in tmp_path.iterdir()] == ["old"]
 
 
@@ -141,7 +142,7 @@ def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
     study = made_up([(Method("made/up", "rk4", 4), (1e-3,), lambda h: h)])
     (tmp_path / "out").write_text("mine", "utf-8")
     with pytest.raises(OSError, match="out"):
-        write_page(study, tmp_path / "out", COMMAND, lambda name: None)
+        write_page(study, tmp_path / "out", section=lambda name: None)
     assert (tmp_path / "out").read_text("utf-8") == "mine"
 
 
@@ -194,7 +195,7 @@ def test_the_browser_tells_of_a_broken_page(
     place: str, change: str, complaint: str, tmp_path: Path
 ) -> None:
     study = made_up([(Method("made/up", "rk4", 4), (1e-3, 1e-4), lambda h: h)])
-    page = write_page(study, tmp_path / "out", COMMAND, lambda name: None)
+    page = write_page(study, tmp_path / "out", section=lambda name: None)
     text = page.read_text("utf-8")
     assert text.count(place) == 1
     page.write_text(text.replace(place, change), "utf-8")

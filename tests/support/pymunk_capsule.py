@@ -54,7 +54,7 @@ def problem_of(line: LineManoeuvre) -> CapsuleProblem:
     """A line manoeuvre as engines get it."""
     setup = CapsuleSetup(
         line.capsule,
-        line.path.start,
+        line.segment.start,
         line.direction,
         press=line.capsule.gravity,
         relative_velocity=line.relative_velocity,

@@ -47,7 +47,7 @@ def _option(config: pytest.Config, name: str, few: str) -> str:
 def _stored(scene: Scene, pattern: str, folder: Path) -> Study:
     """A quick study of a scene, as it comes back from its file."""
     file = folder / store.FILE
-    store.save(run_study([scene], find_methods(pattern)), file, "today", "plumbob validate", {})
+    store.save(run_study([scene], find_methods(pattern)), file)
     study = store.load(file, scene=scene.name)
     assert study is not None
     return study
@@ -68,7 +68,7 @@ def test_a_fresh_run_reaches_it(scene: Scene, tmp_path: Path, pytestconfig: pyte
         for choice in _offered(study, scene.name, wanted):
             run, _ = measure(system_of(scene).case(scene), find_method(choice.method), choice.step)
             error = run.errors[leading].largest
-            print(f"{wanted:g}: {choice.method} at {choice.step:g} errs by {error:.3g}")
+            print(f"{wanted:g}: {choice.method} at {choice.step:g} error {error:.3g}")
             assert error <= wanted
             # What was promised; the last digits of a run differ between machines.
             assert error <= choice.error * (1 + 1e-6)

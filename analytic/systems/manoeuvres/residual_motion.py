@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from plumbob.analytic.systems.capsule import (
     normal_forces,
     validity,
 )
+from plumbob.analytic.systems.capsule_motion import MotionKind
+from plumbob.analytic.systems.slider_path import SliderPath, fixed
 
 ROUNDINGS = 32  # of the parameters and on the way from them to a place, generously
 ROUND = 1e-12  # how far from equal, over their size, arms that a parameter file gives may be
@@ -76,11 +79,31 @@ class Coasting:
 @dataclass(frozen=True)
 class ResidualMotion:
     """Body that turns about `centre` [m, relative to C, at the start], or if `centre` is None
-    translates along `direction` [rad]; at the start C is the origin and the heading is 0."""
+    translates along `direction` [rad], with Q at `slider` relative to C [m]; at the start C is the
+    origin and the heading is 0."""
 
     coasting: Coasting
     centre: Point | None
     direction: float = 0.0
+    slider: Point = (0.0, 0.0)
+    kind: ClassVar[MotionKind] = "coasting"
+    count: ClassVar[int] = 1
+    period: ClassVar[float] = math.inf
+
+    @property
+    def single(self) -> ResidualMotion:
+        """Itself."""
+        return self
+
+    @property
+    def path(self) -> SliderPath:
+        """The slider where it stays."""
+        return fixed(self.slider)
+
+    @property
+    def sliding_time(self) -> float:
+        """Time to rest [s]."""
+        return self.coasting.duration
 
     @property
     def duration(self) -> float:
@@ -182,7 +205,7 @@ def translation(capsule: Capsule, slider: Point, speed: float, direction: float)
     _placed(capsule, slider)
     grip = capsule.friction * capsule.gravity
     return ResidualMotion(
-        Coasting(finite("speed", speed), grip), None, finite("direction", direction)
+        Coasting(finite("speed", speed), grip), None, finite("direction", direction), slider
     )
 
 
@@ -202,7 +225,7 @@ def spin(capsule: Capsule, slider: Point, rate: float) -> ResidualMotion:
         raise ParameterError("supports", capsule.supports, need)
     inertia = capsule.inertia + mu * capsule.body_mass * (slider[0] ** 2 + slider[1] ** 2)
     torque = capsule.friction * capsule.weight * sum(arms) / 3
-    return ResidualMotion(Coasting(finite("rate", rate), torque / inertia), centre)
+    return ResidualMotion(Coasting(finite("rate", rate), torque / inertia), centre, slider=slider)
 
 
 def pivoting(capsule: Capsule, slider: Point, support: int, rate: float) -> ResidualMotion:
@@ -236,4 +259,4 @@ def pivoting(capsule: Capsule, slider: Point, support: int, rate: float) -> Resi
                 "rate", rate, f"{limit} of {capsule.friction * normal[support - 1]:.6g} N"
             )
     pivot = capsule.supports[support - 1]
-    return ResidualMotion(coasting, pivot)
+    return ResidualMotion(coasting, pivot, slider=slider)

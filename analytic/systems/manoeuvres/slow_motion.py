@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +23,9 @@ from plumbob.analytic.systems.capsule import (
     normal_forces,
     validity,
 )
+from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import SNAP, LineManoeuvre
+from plumbob.analytic.systems.slider_path import SliderPath, straight
 
 ROUNDINGS = 32  # of the parameters and on the way from them to a stroke, generously
 
@@ -49,6 +53,10 @@ class SlowStroke:
     direction: float = 0.0
     start: float = 0.0
     there_and_back: bool = True
+    kind: ClassVar[MotionKind] = "stroke"
+    count: ClassVar[int] = 1
+    period: ClassVar[float] = math.inf
+    sliding_time: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
         for name in ("length", "direction", "start"):
@@ -57,12 +65,26 @@ class SlowStroke:
         share("fraction", self.fraction)
         if self.length == 0.0:
             raise ParameterError("length", self.length, "other than 0")
-        for breach in validity(self.capsule, (self.path,)):
+        for breach in validity(self.capsule, (self.segment,)):
             raise breach
 
     @property
-    def path(self) -> Segment:
-        """The slider's path relative to C."""
+    def single(self) -> SlowStroke:
+        """Itself."""
+        return self
+
+    @cached_property
+    def path(self) -> SliderPath:
+        """What the slider does in the body."""
+        half, pull = 0.5 * self.one_way, math.copysign(self.acceleration, self.length)
+        pulls, halves = [pull, -pull], [half, half]
+        if self.there_and_back:
+            pulls, halves = [pull, -pull, -pull, pull], [half] * 4
+        return straight(self.segment.start, self.direction, pulls, halves)
+
+    @property
+    def segment(self) -> Segment:
+        """The places that the slider passes, relative to C."""
         x, y = math.cos(self.direction), math.sin(self.direction)
         end = self.start + self.length
         return Segment((self.start * x, self.start * y), (end * x, end * y))

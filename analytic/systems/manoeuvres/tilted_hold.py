@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -20,7 +21,9 @@ from plumbob.analytic.systems.capsule import (
     normal_forces,
     validity,
 )
+from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.manoeuvres.slow_motion import ROUNDINGS, share
+from plumbob.analytic.systems.slider_path import SliderPath, fixed
 
 
 def tilt_angle(capsule: Capsule, fraction: float = 1.0) -> float:
@@ -52,11 +55,25 @@ class TiltedHold:
     fraction: float
     direction: float = 0.0
     slider: Point = (0.0, 0.0)
+    kind: ClassVar[MotionKind] = "hold"
+    count: ClassVar[int] = 1
+    period: ClassVar[float] = math.inf
+    sliding_time: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
         tilted_gravity(self.capsule, self.fraction, self.direction)
         for breach in validity(self.capsule, (Segment(self.slider, self.slider),)):
             raise breach
+
+    @property
+    def single(self) -> TiltedHold:
+        """Itself."""
+        return self
+
+    @property
+    def path(self) -> SliderPath:
+        """The slider where it stays."""
+        return fixed(self.slider)
 
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Exact observables at `times` [s], shape (n,): nothing moves, friction carries the

@@ -1,11 +1,18 @@
-"""MuJoCo as an engine: its methods, and the way from a scene to a compiled model."""
+"""MuJoCo as an engine: its methods, and what the rest of plumbob may ask of it.
+
+Every function imports MuJoCo, or the module that needs it, when it is called.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
+from plumbob.analytic.errors.soft_contact import SoftContact
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.engines.trimming import Trimming
 from plumbob.models.scene import Case
 
 
@@ -23,4 +30,37 @@ def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping
     return builder(case.system).model_error(case.problem, case.scene.duration, method, step)
 
 
-ENGINE = Engine("mujoco", "mujoco", METHODS, prepare, model_error)
+def contact_model(case: Case, method: Method, step: float) -> SoftContact | None:
+    """The record of the contacts at `step` [s] that theory takes; None where there are none, or no
+    theory covers them. Works without MuJoCo."""
+    from plumbob.engines.adapters.mujoco.contacts import soft_contact
+
+    if not isinstance(case.problem, CapsuleProblem):
+        return None
+    return soft_contact(case.problem, method.settings, step)
+
+
+def user_method(path: Path) -> Method:
+    """The method whose settings are those of the model file `path`; raises ParameterError."""
+    from plumbob.engines.adapters.mujoco import user_file
+
+    return user_file.user_method(path)
+
+
+def measure_trimming(case: Case, method: Method, step: float, steps: int, repeats: int) -> Trimming:
+    """What leaving out idle stages and visual parts saves; raises Unsupported."""
+    from plumbob.engines.adapters.mujoco.trimming import trimming
+
+    return trimming(case, method, step, steps, repeats)
+
+
+ENGINE = Engine(
+    "mujoco",
+    "mujoco",
+    METHODS,
+    prepare,
+    model_error,
+    contact_model=contact_model,
+    user_method=user_method,
+    trimming=measure_trimming,
+)

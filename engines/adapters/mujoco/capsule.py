@@ -1,29 +1,52 @@
-"""The capsule in MuJoCo's terms: what the builders of its systems share."""
+"""The capsule in MuJoCo's terms: the full model, with a free joint and three contacts, or planar.
+
+The model's file with a problem's numbers in it (body, supports, contacts, slider), and the start of
+a run, which is where the body rests on contacts that deflect.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
 
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem
-from plumbob.engines.adapters.mujoco import capsule_plane_shares, capsule_reduced, capsule_shares
-from plumbob.engines.adapters.mujoco.capsule_control import control
-from plumbob.engines.adapters.mujoco.capsule_coordinates import along, plane, start
-from plumbob.engines.adapters.mujoco.capsule_forces import reading
-from plumbob.engines.adapters.mujoco.capsule_model import contacts, off_line, whole
-from plumbob.engines.adapters.mujoco.capsule_rest import SHIPPED_STEP, settled
-from plumbob.engines.adapters.mujoco.contact_profiles import convergent
-from plumbob.engines.adapters.mujoco.translation import Translation
+from plumbob.analytic.errors import soft_contact_line, soft_contact_plane
+from plumbob.analytic.errors.soft_contact import without_formula
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
+from plumbob.engines.adapters.mujoco import capsule_reduced, options
+from plumbob.engines.adapters.mujoco.capsule_readings import (
+    along,
+    control,
+    heading,
+    plane,
+    reading,
+    set_slider,
+    start,
+    turned,
+)
+from plumbob.engines.adapters.mujoco.contacts import (
+    ContactProfile,
+    contacts,
+    soft_contact,
+    tilt_inertia,
+)
+from plumbob.engines.adapters.mujoco.translation import Translation, read
 from plumbob.engines.method import Method
 
-# One body on one plane: nothing to find by looking for islands of contacts.
+POINT = 1e-14  # [kg m^2] of the slider about itself: MuJoCo wants more than 1e-15
+TURNING = "turning.xml"  # two sliding joints for the slider, along the axes of the body
+PAIR = ("solimp", "solref", "solreffriction")
+OPTIONS = ("cone", "impratio", "noslip_iterations", "tolerance", "noslip_tolerance")
+# One body on one plane: there are no islands of contacts to search for.
 ISLANDS = int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
 FAR = 1e3  # of its own sizes: no body that only slides gets there
-
-__all__ = ["build", "model_error", "whole"]
+SETTLING = 1000  # steps: over a hundred periods of `coulomb` contacts
+DEFAULT_STEP = 1e-3  # [s], for contacts with a time constant of their own, 0.02 s by default
 
 
 def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> Translation:
@@ -37,13 +60,13 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
     spec = whole(file, problem, method.settings, step)
     seen = spec.copy()
     for shown in [geom for geom in spec.geoms if geom.classname.name == "visual"]:
-        spec.delete(shown)  # seen, not felt: without them a step costs less
+        spec.delete(shown)  # without effect, and a step costs less without them
     spec.option.disableflags |= ISLANDS
 
     def tune(compiled: mujoco.MjModel) -> None:
         compiled.body_invweight0[compiled.body("body").id] *= chosen.softening
 
-    settling = step if convergent(method.settings) else SHIPPED_STEP
+    settling = step if chosen.convergent else DEFAULT_STEP
     rest = settled(spec, tune, setup.press, settling)
     qpos, qvel = start(setup, rest)
     size = float(np.abs(setup.capsule.supports).max())
@@ -63,11 +86,87 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
 def model_error(
     problem: CapsuleProblem, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
-    """What the model adds to each observable, by reason, where its contacts are such that theory
-    covers them."""
-    if not off_line(problem):
-        return capsule_shares.shares(problem, duration, method.settings, step)
-    if not convergent(method.settings):
+    """What the model adds to each observable over `duration` [s], by reason, where its contacts are
+    such that theory covers them."""
+    contact = soft_contact(problem, method.settings, step)
+    if contact is None:
         return {}
-    chosen = contacts(problem, method.settings)
-    return capsule_plane_shares.shares(problem, duration, chosen, step)
+    theory = soft_contact_plane if without_formula(problem) else soft_contact_line
+    return theory.model_error(problem, duration, contact)
+
+
+def whole(
+    mjcf: Path,
+    problem: CapsuleProblem,
+    settings: Mapping[str, Any] | None = None,
+    step: float = 1e-4,
+) -> mujoco.MjSpec:
+    """The model in the file `mjcf`, or beside it in TURNING where the slider leaves its line, with
+    the numbers of `problem`, visual parts included, and the contacts that `settings` name at
+    `step` [s]: those that converge unless it says otherwise.
+
+    The height of C and of the slider above the plane is `settings["height"]` [m]; zero, as in the
+    source, unless given.
+    """
+    given = settings or {"contact": "coulomb"}
+    setup, height = problem.setup, float(given.get("height", 0.0))
+    spec = read(mjcf if setup.plane_velocity is None else mjcf.with_name(TURNING))
+    capsule, body = setup.capsule, spec.body("body")
+    spec.option.gravity = gravity(setup)
+    across = tilt_inertia(problem)
+    body.pos = [0.0, 0.0, height]
+    body.mass, body.inertia = capsule.body_mass, [across, across, capsule.inertia]
+    for i, (x, y) in enumerate(capsule.supports):
+        support = spec.geom(f"support_{i + 1}")
+        support.pos = [x, y, support.size[0] - height]
+    set_contacts(spec, contacts(problem, given), capsule.friction, step)
+    spec.body("slider").pos = [*setup.slider, 0.0]
+    set_slider(spec, setup, (math.cos(setup.direction), math.sin(setup.direction)))
+    spec.body("slider").inertia = [POINT] * 3
+    for key in tuple(spec.keys):  # the start is where the body rests, which is found by settling
+        spec.delete(key)
+    return spec
+
+
+def set_contacts(spec: mujoco.MjSpec, chosen: ContactProfile, friction: float, step: float) -> None:
+    """Set every contact pair, and the options that go with it, to a profile at `step` [s]; what
+    the profile leaves open is as MuJoCo ships it, whatever the file says."""
+    shipped = mujoco.MjSpec()
+    pair = shipped.add_pair()
+    fields = {name: np.array(getattr(pair, name)) for name in PAIR} | dict(chosen.pair(step))
+    for name in OPTIONS:
+        setattr(spec.option, name, getattr(shipped.option, name))
+    options.apply(spec, chosen.options, step)
+    for contact in spec.pairs:
+        contact.friction[:2] = friction
+        contact.condim = 3 if friction > 0.0 else 1  # MuJoCo lifts a friction of 0 to 1e-5
+        for name, value in fields.items():
+            setattr(contact, name, value)
+
+
+def gravity(setup: CapsuleSetup) -> list[float]:
+    """Gravity in the world [m/s^2], shape (3,): pulling along the line, pressing onto the plane."""
+    line = setup.heading + setup.direction
+    return [setup.pull * math.cos(line), setup.pull * math.sin(line), -setup.press]
+
+
+def settled(
+    spec: mujoco.MjSpec, tune: Callable[[mujoco.MjModel], None], press: float, step: float
+) -> Array:
+    """Coordinates at rest under gravity of `press` [m/s^2] alone, shape (nq,), with the first two
+    and any turn about the vertical at zero: a run from elsewhere begins with a drop."""
+    resting = spec.copy()
+    resting.option.gravity = [0.0, 0.0, -press]
+    resting.option.timestep = step
+    model = resting.compile()
+    tune(model)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=SETTLING)
+    rest = np.array(data.qpos)
+    rest[:2] = 0.0
+    if model.nq > model.nv:  # a free joint, its attitude a quaternion
+        rest[3:7] = turned(rest[3:7], -float(heading(rest[3:7])))
+        rest[7:] = 0.0
+    else:
+        rest[3:] = 0.0
+    return rest

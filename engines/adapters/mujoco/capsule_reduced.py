@@ -1,4 +1,4 @@
-"""The capsule for motions on one line in MuJoCo's terms: two sliding joints, friction in one."""
+"""The capsule reduced to one line in MuJoCo's terms: two sliding joints, dry friction in one."""
 
 from __future__ import annotations
 
@@ -10,20 +10,17 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion
-from plumbob.engines.adapters.mujoco.capsule_control import control
-from plumbob.engines.adapters.mujoco.capsule_model import set_slider
+from plumbob.engines.adapters.mujoco.capsule_readings import control, set_slider
+from plumbob.engines.adapters.mujoco.contacts import JOINT_HARDENING, JOINT_IMPEDANCE
 from plumbob.engines.adapters.mujoco.translation import Named, Probe, Translation, Values, read
 from plumbob.engines.method import Unsupported
-
-IMPEDANCE = 0.9999  # the most that MuJoCo takes
-HARDENING = 1e-3  # and the rest to 1 a thousandth of that, set after compiling
 
 
 def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
     """Translate a problem on one line; raises Unsupported where the body turns."""
     setup, motion = problem.setup, problem.motion
-    if isinstance(motion, ResidualMotion) and motion.centre is not None:
+    coasting = motion.kind == "coasting"
+    if coasting and motion.centre is not None:
         raise Unsupported("the reduced model has one line, and here the body turns")
     spec, capsule = read(mjcf), setup.capsule
     spec.option.gravity = [setup.pull, 0.0, -setup.press]
@@ -32,11 +29,11 @@ def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
     joint = spec.joint("body")
     weight = (capsule.body_mass + capsule.slider_mass) * setup.press
     joint.frictionloss = capsule.friction * weight
-    joint.solimp_friction = [IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0]
-    joint.solref_friction = [-1.0, -IMPEDANCE / step]
+    joint.solimp_friction = [JOINT_IMPEDANCE, JOINT_IMPEDANCE, 1e-3, 0.5, 2.0]
+    joint.solref_friction = [-1.0, -JOINT_IMPEDANCE / step]
 
     def tune(model: mujoco.MjModel) -> None:
-        model.dof_invweight0[0] *= HARDENING
+        model.dof_invweight0[0] *= JOINT_HARDENING
 
     speed = float(np.hypot(*setup.velocity))
     start = np.array([speed] if setup.relative_velocity is None else [speed, 0.0])
@@ -44,17 +41,12 @@ def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
         spec,
         qpos=np.zeros(len(start)),
         qvel=start,
-        observe=_plane(setup) if isinstance(motion, ResidualMotion) else _along,
+        observe=_plane(setup) if coasting else _along,
         control=control(setup, step),
-        probe=None if isinstance(motion, ResidualMotion) else _friction(setup),
+        probe=None if coasting else _friction(setup),
         whole=spec.copy(),
         tune=tune,
     )
-
-
-def creep(step: float) -> float:
-    """Speed of creep [m/s] per acceleration that friction holds off [m/s^2]."""
-    return (1.0 - IMPEDANCE) / IMPEDANCE * HARDENING * step
 
 
 def _along(qpos: Array, qvel: Array) -> tuple[Named, Named]:

@@ -10,22 +10,23 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from plumbob.analytic.errors.added_inertia import platform_error
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.divergence import BEYOND, possible_speed
-from plumbob.engines.adapters.mujoco.armature_share import swing_error
 from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
 from plumbob.engines.method import Method
 
-HOLD = 1e15  # least ratio of the platform's armature to the inertia it carries: its rate is kept
-# to the last bit, and the share of the armature stays below the round-off of double precision
+# Least ratio of the platform's armature to the inertia it carries: the platform keeps its rate to
+# the last bit, and the error that the armature adds stays below the round-off of double precision.
+ARMATURE_RATIO = 1e15
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a cone pendulum; `problem` is a ConePendulum."""
     problem = problem.started
     spec = whole(mjcf, problem)
-    for shown in (*spec.geoms, *spec.meshes):  # seen, not felt: without them a step costs less
+    for shown in (*spec.geoms, *spec.meshes):  # without effect: cheaper steps
         spec.delete(shown)
     speed = possible_speed(problem.motion.rotor, problem.theta_dot)
     return Translation(
@@ -64,16 +65,17 @@ def load_inertia(problem: Any) -> float:
 
 
 def armature(problem: Any) -> float:
-    """Armature of the platform's hinge [kg m^2]: a power of ten, HOLD times the load or more."""
-    return float(10.0 ** math.ceil(math.log10(HOLD * load_inertia(problem))))
+    """Armature of the platform's hinge [kg m^2]: a power of ten, at least ARMATURE_RATIO times the
+    load."""
+    return float(10.0 ** math.ceil(math.log10(ARMATURE_RATIO * load_inertia(problem))))
 
 
 def model_error(
     problem: Any, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
-    """What the platform's yielding to the cone adds over `duration` [s]: a platform of finite
-    inertia does not quite keep its rate."""
-    theta, theta_dot = swing_error(problem.started, duration, armature(problem))
+    """What the platform's finite armature adds over `duration` [s]: it does not quite keep its
+    rate."""
+    theta, theta_dot = platform_error(problem.started, duration, armature(problem))
     return {"theta": {"armature": theta}, "theta_dot": {"armature": theta_dot}}
 
 

@@ -1,14 +1,17 @@
-"""A method's settings on a model yet to be compiled: integrator, cone, solver, tolerances."""
+"""MuJoCo's switches: a method's options, the stages that a model does not need, and the log."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 
+BIT = mujoco.mjtDisableBit
 # option -> its enumeration and the prefix of that enumeration's names
 CHOICES: tuple[tuple[str, type[Any], str], ...] = (
     ("integrator", mujoco.mjtIntegrator, "mjINT_"),
@@ -16,12 +19,8 @@ CHOICES: tuple[tuple[str, type[Any], str], ...] = (
     ("solver", mujoco.mjtSolver, "mjSOL_"),
     ("jacobian", mujoco.mjtJacobian, "mjJAC_"),
 )
-ELSEWHERE = (
-    "contact",
-    "control_at",
-    "height",
-    "model",
-)  # settings that builders and runs read, and no option
+# Settings that builders and runs read, and no option.
+ELSEWHERE = ("contact", "control_at", "height", "model")
 
 
 def apply(spec: mujoco.MjSpec, settings: Mapping[str, Any], step: float) -> None:
@@ -41,3 +40,43 @@ def apply(spec: mujoco.MjSpec, settings: Mapping[str, Any], step: float) -> None
             known = (name.removeprefix(prefix).lower() for name in kind.__members__)
             raise ParameterError(option, value, f"one of {', '.join(known)}")
         setattr(spec.option, option, int(chosen))
+
+
+def idle_stages(model: mujoco.MjModel) -> int:
+    """Disable flags of the pipeline stages that do nothing in `model`, whatever its state."""
+    collides = _any(model, "geom_contype", "geom_conaffinity") or model.npair or model.nflex
+    limited = _any(model, "jnt_limited", "tendon_limited")
+    constrained = collides or limited or model.neq or _present(model, "frictionloss")
+    fluid = model.opt.density or model.opt.viscosity
+    # with both flags set MuJoCo skips every passive force, not springs and dampers alone
+    passive = fluid or model.nflex or model.nplugin or _any(model, "body_gravcomp")
+    without = {
+        BIT.mjDSBL_CONTACT: not collides,
+        BIT.mjDSBL_CONSTRAINT: not constrained,
+        BIT.mjDSBL_ACTUATION: not (model.nu or model.nplugin),
+        BIT.mjDSBL_SPRING: not (passive or _present(model, "stiffness")),
+        BIT.mjDSBL_DAMPER: not (passive or _present(model, "damping")),
+        BIT.mjDSBL_SENSOR: not model.nsensor,
+    }
+    return sum(int(bit) for bit, idle in without.items() if idle)
+
+
+def _any(model: mujoco.MjModel, *fields: str) -> bool:
+    return any(bool(np.any(getattr(model, field))) for field in fields)
+
+
+def _present(model: mujoco.MjModel, word: str) -> bool:
+    """Whether any field of the model that is named after `word` has an entry that is not zero."""
+    return _any(model, *(field for field in dir(model) if word in field))
+
+
+@contextmanager
+def collected() -> Iterator[list[str]]:
+    """Collect what the engine logs while the block runs; nothing is printed or written to disk."""
+    messages: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(messages.append)
+    try:
+        yield messages
+    finally:
+        mujoco.set_mju_user_warning(before)

@@ -1,15 +1,18 @@
-"""The simple pendulum in MuJoCo's terms: the model's file with a problem's numbers in it."""
+"""The simple pendulum and its linear companion in MuJoCo's terms: the file with their numbers.
+
+The linear one has the same hinge, with a spring in place of gravity, and no force along its rod.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from plumbob.analytic.errors.added_inertia import bob_error
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
@@ -17,18 +20,19 @@ from plumbob.engines.adapters.swing_limit import limits
 from plumbob.engines.method import Method
 
 POINT = 1e-15  # [kg m^2] of the bob: the least moment of inertia that MuJoCo takes
-_ULP = 2.0**-52
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a pendulum; `problem` is a SimplePendulum."""
     problem = problem.started
     spec = whole(mjcf, problem)
-    for shown in tuple(spec.geoms):  # seen, not felt: without them a step costs less
+    for shown in tuple(spec.geoms):  # without effect, and a step costs less without them
         spec.delete(shown)
     driven = problem.forcing_amplitude != 0.0
     if not driven:
         spec.delete(spec.actuator("forcing"))
+    if problem.linear:
+        spec.delete(spec.sensor("rod"))
     return Translation(
         spec,
         qpos=np.array([problem.theta]),
@@ -37,19 +41,22 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         limits=limits(problem),
         control=(lambda times: problem.rotor.forcing(times)[:, None]) if driven else None,
         control_at=float(method.settings.get("control_at", 0.0)),
-        felt=lambda sensed: {"tension": sensed[:, 2]},  # along the rod
-        tune=_unfelt,
+        sensors=None if problem.linear else _tension,
+        tune=_without_sensor,
     )
 
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
-    """The model in the file `mjcf` with the numbers of `problem`, what is only seen included."""
+    """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
     problem = problem.started
     spec, length = read(mjcf), problem.length
     moment, bob, joint = MASS * length**2, spec.body("bob"), spec.joint("theta")
-    spec.option.gravity = [0.0, 0.0, -problem.gravity]
+    spec.option.gravity = [0.0, 0.0, 0.0 if problem.linear else -problem.gravity]
     bob.ipos = [0.0, 0.0, -length]
-    joint.damping = first_coefficient(joint.damping, problem.damping_rate * moment)
+    joint.damping = _first_coefficient(joint.damping, problem.damping_rate * moment)
+    if problem.linear:
+        stiffness = MASS * problem.gravity * length
+        joint.stiffness = _first_coefficient(joint.stiffness, stiffness)
     spec.actuator("forcing").gear[0] = moment
     spec.geom("rod").fromto = [0.0, 0.0, -length, 0.0, 0.0, 0.0]
     spec.geom("bob").pos = [0.0, 0.0, -length]
@@ -58,7 +65,7 @@ def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     return spec
 
 
-def first_coefficient(template: Any, value: float) -> Any:
+def _first_coefficient(template: Any, value: float) -> Any:
     """`value` in the shape of a joint's damping or stiffness: a number, or since MuJoCo 3.17 the
     coefficients of a polynomial, constant first."""
     if np.ndim(template) == 0:
@@ -66,26 +73,22 @@ def first_coefficient(template: Any, value: float) -> Any:
     return [value, *[0.0] * (len(template) - 1)]
 
 
-@lru_cache(maxsize=64)  # every method and step of a scene asks for the same
-def _moment_share(problem: Any, duration: float) -> Mapping[str, Mapping[str, float]]:
-    times = np.linspace(0.0, duration, 200)
-    ulps = POINT / (MASS * problem.length**2) / _ULP
-    doubts = problem.motion.uncertainty(times)
-    return {name: {"moment of the bob": ulps * doubt.max()} for name, doubt in doubts.items()}
-
-
 def model_error(
     problem: Any, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
-    """What the moment of inertia of the bob, which is to be a point, adds over `duration` [s]: a
-    moment larger by so many units in the last place does what as many in every input would."""
-    return _moment_share(problem, duration)
+    """What the moment of inertia of the bob, which is to be a point, adds over `duration` [s]."""
+    bounds = bob_error(problem, duration, POINT / (MASS * problem.length**2))
+    return {name: {"moment of inertia of the bob": bound} for name, bound in bounds.items()}
+
+
+def _tension(sensors: Array) -> Named:
+    return {"tension": sensors[:, 2]}  # along the rod
 
 
 def _observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
     return {"theta": qpos[:, 0], "theta_dot": qvel[:, 0]}, {}
 
 
-def _unfelt(model: mujoco.MjModel) -> None:
-    """Leave the sensor out of the steps: it is read at the samples alone."""
+def _without_sensor(model: mujoco.MjModel) -> None:
+    """Disable the sensor stage in the steps: sensors are read at the samples alone."""
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)

@@ -1,21 +1,35 @@
-"""A scene compiled for one MuJoCo method and step, and its runs."""
+"""A scene compiled for one MuJoCo method and step, and its runs: stepped in C, block by block,
+keeping every k-th state."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from mujoco.rollout import Rollout
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters import sampling
 from plumbob.engines.adapters.divergence import within
-from plumbob.engines.adapters.mujoco import flags, messages, options, stepping
-from plumbob.engines.adapters.mujoco.translation import Translation, builder
+from plumbob.engines.adapters.mujoco import options
+from plumbob.engines.adapters.mujoco.translation import (
+    LARGEST,
+    Named,
+    Probe,
+    Translation,
+    Values,
+    builder,
+)
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
+
+BLOCK = 8192  # steps in one call: its states stay in the cache, and the call itself costs nothing
+STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS  # time, qpos, qvel and what follows, one row a step
+CTRL = int(mujoco.mjtState.mjSTATE_CTRL)
 
 
 @dataclass
@@ -33,17 +47,17 @@ class MujocoSimulation:
     def run(self) -> Trajectory:
         """Run from the start to the end, or until the run diverges."""
         control = None if self.translation.control is None else self._control
-        with messages.collected() as logged:
-            course = stepping.course(self.model, self.data, self._start(), self.steps, control)
+        with options.collected() as logged:
+            course = take_steps(self.model, self.data, self._start(), self.steps, control)
         nq, nv = self.model.nq, self.model.nv
         qpos, qvel = course.states[:, 1 : 1 + nq], course.states[:, 1 + nq : 1 + nq + nv]
         observables, channels = self.translation.observe(qpos, qvel)
-        if self.translation.felt is not None:
-            sensed = stepping.sensed(self.model, self.data, course.states)
-            observables = {**observables, **self.translation.felt(sensed)}
+        if self.translation.sensors is not None:
+            data = sensor_data(self.model, self.data, course.states)
+            observables = {**observables, **self.translation.sensors(data)}
         if self.translation.probe is not None:
-            with messages.collected():  # as the run's own
-                found = stepping.probed(
+            with options.collected():  # as the run's own
+                found = probe_readings(
                     self.model, self.data, course.states, self._held(course.steps),
                     self.translation.probe,
                 )  # fmt: skip
@@ -61,7 +75,7 @@ class MujocoSimulation:
 
     def _start(self) -> Array:
         """Full physics state at time 0."""
-        start = np.zeros(mujoco.mj_stateSize(self.model, stepping.STATE))
+        start = np.zeros(mujoco.mj_stateSize(self.model, STATE))
         given = np.concatenate([self.translation.qpos, self.translation.qvel])
         start[1 : 1 + len(given)] = given
         return start
@@ -86,7 +100,7 @@ def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:
     problem = case.problem
     chosen = builder(case.system)
     begin = time.perf_counter()
-    with messages.collected() as logged:
+    with options.collected() as logged:
         translation = chosen.build(case.system.mjcf, problem, method, step)
         if translation.control is None and "control_at" in method.settings:
             same = method.name.partition("+")[0]
@@ -97,8 +111,116 @@ def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:
         except ValueError as error:
             reason = " ".join(str(error).split())
             raise Unsupported(f"MuJoCo refuses the model of {case.scene.name}: {reason}") from None
-        model.opt.disableflags |= flags.needless(model) | int(flags.BIT.mjDSBL_AUTORESET)
+        model.opt.disableflags |= options.idle_stages(model) | int(options.BIT.mjDSBL_AUTORESET)
         translation.tune(model)
         data = mujoco.MjData(model)
     seconds = time.perf_counter() - begin
     return MujocoSimulation(translation, model, data, steps, step, seconds, tuple(logged))
+
+
+@dataclass(frozen=True)
+class Course:
+    """States that a run went through, until its end or until it diverged."""
+
+    steps: sampling.Indices  # index of the step after which each state was kept, shape (n,)
+    states: Array  # shape (n, nstate)
+    taken: int  # steps taken in all
+    seconds: float  # wall time of the stepping alone
+    diverged: int | None  # the first step after which the state is not to be believed
+
+
+def take_steps(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    start: Array,
+    steps: int,
+    control: Callable[[sampling.Indices], Array] | None = None,
+    samples: int = sampling.SAMPLES,
+) -> Course:
+    """Take `steps` steps from the state `start`, shape (nstate,); `control` gives ctrl, shape
+    (n, nu), for the step indices, shape (n,). Nothing is raised for a run that diverges."""
+    kept = sampling.sampled(steps, samples)
+    states = np.empty((len(kept), len(start)))
+    states[0] = start
+    diverged = None if believable(start) else 0
+    taken, seconds = 0, 0.0
+    every = sampling.stride(steps, samples)
+    block = every * max(1, BLOCK // every)
+    rows = np.empty((1, min(block, steps), len(start)))
+    mujoco.mj_resetData(model, data)
+    with Rollout(nthread=0) as engine:
+        while taken < steps and diverged is None:
+            n = min(block, steps - taken)
+            out = rows if n == rows.shape[1] else np.empty((1, n, len(start)))
+            ctrl = (
+                None
+                if control is None
+                else control(np.arange(taken, taken + n, dtype=np.int64))[None]
+            )
+            first = start if taken == 0 else rows[0, -1]
+            # each call starts the solver cold, unless told where the last one ended
+            warm = data.qacc_warmstart[None].copy() if taken else None
+            begin = time.perf_counter()
+            engine.rollout(
+                [model], [data], first[None].copy(), ctrl, control_spec=CTRL, skip_checks=True,
+                nstep=n, initial_warmstart=warm, state=out,
+            )  # fmt: skip
+            seconds += time.perf_counter() - begin
+            inside = (kept > taken) & (kept <= taken + n)
+            states[inside] = out[0, kept[inside] - taken - 1]
+            if (bad := _first_bad(data, out[0], first)) is not None:
+                diverged = taken + bad + 1
+            rows, taken = out, taken + n
+    good = kept < (steps + 1 if diverged is None else diverged)
+    return Course(kept[good], states[good], diverged or taken, seconds, diverged)
+
+
+def sensor_data(model: mujoco.MjModel, data: mujoco.MjData, states: Array) -> Array:
+    """Sensor data in each of `states`, shape (n, nstate), without control: (n, nsensordata)."""
+    rows, flags = np.empty((len(states), model.nsensordata)), model.opt.disableflags
+    model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+    data.ctrl[:] = 0.0
+    for row, state in zip(rows, states, strict=True):
+        mujoco.mj_setState(model, data, state, STATE)
+        mujoco.mj_forward(model, data)
+        row[:] = data.sensordata
+    model.opt.disableflags = flags
+    return rows
+
+
+def probe_readings(
+    model: mujoco.MjModel, data: mujoco.MjData, states: Array, controls: Array, probe: Probe
+) -> tuple[Named, Named]:
+    """What `probe` reads in each of `states`, shape (n, nstate), with the forces that begin there
+    under `controls`, shape (n, nu): observables and channels, of shape (n,) each."""
+    read, reading = [], probe(model, data)
+    for state, ctrl in zip(states, controls, strict=True):
+        mujoco.mj_setState(model, data, state, STATE)
+        data.ctrl[:] = ctrl
+        mujoco.mj_forward(model, data)
+        read.append(reading())
+    seen, extra = ([one[i] for one in read] for i in (0, 1))
+    return _columns(seen), _columns(extra)
+
+
+def _columns(rows: list[Values]) -> Named:
+    return {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else {})}
+
+
+def believable(states: Array) -> bool:
+    """Whether every number is finite and below what the engine calls huge."""
+    return bool(np.all(np.abs(states) < LARGEST))  # NaN compares false
+
+
+def _first_bad(data: mujoco.MjData, rows: Array, before: Array) -> int | None:
+    """Index of the first row that the engine itself rejects: after a warning it repeats a row."""
+    if not any(warning.number for warning in data.warning):
+        return None if believable(rows[-1]) else _first_unbelievable(rows)
+    stalled = np.flatnonzero(np.diff(rows[:, 0], prepend=before[0]) <= 0.0)
+    found = [len(rows) - 1, _first_unbelievable(rows)]
+    return int(min([*found, *stalled[:1]]))
+
+
+def _first_unbelievable(rows: Array) -> int:
+    good = np.all(np.abs(rows) < LARGEST, axis=1)
+    return int(np.argmin(good)) if not good.all() else len(rows) - 1

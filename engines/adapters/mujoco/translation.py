@@ -18,7 +18,7 @@ from plumbob.models.scene import System
 Named = Mapping[str, Array]
 Values = Mapping[str, float]
 Probe = Callable[[mujoco.MjModel, mujoco.MjData], Callable[[], tuple[Values, Values]]]
-LARGEST = 1e10  # what MuJoCo itself takes for huge
+LARGEST = 1e10  # above it MuJoCo itself calls a number huge
 
 
 @dataclass(frozen=True)
@@ -35,13 +35,13 @@ class Translation:
     control: Callable[[Array], Array] | None = None
     """Times [s], shape (n,) -> ctrl, shape (n, nu), held over each step."""
     control_at: float = 0.0  # where in its step the control is read: 0 start, 0.5 middle
-    felt: Callable[[Array], Named] | None = None
+    sensors: Callable[[Array], Named] | None = None
     """Sensor data at the samples, shape (n, nsensordata) -> what they add to the observables."""
     probe: Probe | None = None
     """Model and data -> a reading of what they add to the observables and to the channels, with the
     data at a sample, forces of the step that begins there included."""
     whole: mujoco.MjSpec | None = None
-    """The model with the parts that are only seen; None where the builder's `whole` is that."""
+    """The model with its visual parts; None where the builder's `whole` is that."""
     tune: Callable[[mujoco.MjModel], None] = lambda model: None
     """Changes that only the compiled model takes."""
 
@@ -54,7 +54,7 @@ class Builder(Protocol):
         ...
 
     def whole(self, mjcf: Path, problem: Any) -> mujoco.MjSpec:
-        """The model with everything that `mjcf` has, the parts that are only seen included."""
+        """The model with everything that `mjcf` has, visual parts included."""
         ...
 
     def model_error(

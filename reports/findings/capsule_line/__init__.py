@@ -48,7 +48,7 @@ def hard(study: Study, scene: Scene) -> tuple[Table, ...]:
     """What makes a case hard, in numbers; each method's last error at its finest step, with what
     theory predicted of it."""
     line = problem(scene.name).motion
-    lowest, _ = lowest_normal_forces(line.capsule, (line.path,))
+    lowest, _ = lowest_normal_forces(line.capsule, (line.segment,))
     about = (
         ("m/M", line.capsule.slider_mass / line.capsule.body_mass),
         ("μ w₁ / f g", line.w1 / line.capsule.holding_acceleration),

@@ -11,10 +11,10 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings import measurements
 from plumbob.reports.findings.contact_terms import (
+    contact_of,
     deflection_term,
     step_term,
-    stiction_drift_full,
-    stiction_drift_reduced,
+    stiction_drift,
 )
 from plumbob.reports.findings.measurements import LINE, covers, measured, names, problem, runs
 from plumbob.reports.view.content import (
@@ -127,14 +127,15 @@ def _beyond_the_step(study: Study) -> tuple[Table, ...]:
             if (found := measured(study, LINE, name, step)) is None:
                 continue
             beyond = found.errors["displacement"].end - step_term(LINE, step)
-            deflection = deflection_term(LINE, step) if name == FULL else 0.0
-            drift = (stiction_drift_full if name == FULL else stiction_drift_reduced)(LINE, step)
+            contact = contact_of(LINE, name, step)
+            deflection, drift = deflection_term(LINE, contact), stiction_drift(LINE, contact)
             cells = (beyond, deflection, drift, beyond - deflection - drift)
             rows.append(row(method_cell(name), Cell(short(step), "number"), *map(value, cells)))
     if not rows:
         return ()
     heads = ("method", "step [s]", "beyond the step's error [m]",
-             "contact deflection: –f (z₀ – z) [m]", "drift of regularised stiction [m]", "unexplained [m]")  # fmt: skip
+             "contact deflection: –f (z₀ – z) [m]", "drift of regularised stiction [m]",
+             "unexplained [m]")  # fmt: skip
     note = (
         "Deflection: z = –c ΣNᵢ²/W, with c the compliance of a contact and W the weight. Drift of "
         "the reduced model: (1–d)/d μw₂ dt (t₂–t*) with d its impedance; of the full one the same "
@@ -151,7 +152,8 @@ def sawtooth(study: Study) -> Finding | None:
     unit = line.closed.braking
     phi = np.linspace(0.0, 1.0, 101)
     # The deflection term is the same multiple of dt^2 at every step.
-    raised = -deflection_term(LINE, line.t1 / 100) / (unit * (line.t1 / 100) ** 2)
+    fine = line.t1 / 100
+    raised = -deflection_term(LINE, contact_of(LINE, FULL, fine)) / (unit * fine**2)
     parabola = 0.5 * phi * (1 - phi)
     traces: list[Trace] = [
         curve(phi, parabola, colour=GREY, width=2.0, name="½φ(1–φ)"),
@@ -209,7 +211,9 @@ def _on_parabola(study: Study, method: str) -> list[tuple[float, float, float]]:
             continue
         unit = -line.closed.braking * step**2
         at_t1 = float(bend(jump, np.array(line.t1 / step))) * step**2
-        deflection = deflection_term(LINE, step) if method == FULL else 0.0
+        deflection = 0.0
+        if method == FULL:
+            deflection = deflection_term(LINE, contact_of(LINE, FULL, step))
         phi = line.t_star / step % 1.0
         found.append((phi, (end - line.displacement - at_t1) / unit, deflection / unit))
     return found

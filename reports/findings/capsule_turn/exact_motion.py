@@ -123,7 +123,7 @@ def second_order() -> Finding:
 def motion() -> ThreePointMotion:
     """A turn of a body with little inertia, in which a support stops and leaves at once."""
     scene = find_scene("capsule-turn", SLENDER)
-    found = system_of(scene).problem(scene.parameters).motion.one
+    found = system_of(scene).problem(scene.parameters).motion.single
     assert isinstance(found, ThreePointMotion)
     return found
 

@@ -126,7 +126,7 @@ def hard(study: Study, scene: Scene) -> tuple[Figure | Table, ...]:
         ("turns", float(turned.count)),
         ("smallest Nᵢ over (M+m) g", float(min(lowest)) / one.capsule.weight),
         ("largest a Ω² [m/s²]", one.radius * (one.angular_acceleration * one.half_time) ** 2),
-        ("at rest from [τ]", turned.one.rest_time / one.half_time),
+        ("at rest from [τ]", turned.single.rest_time / one.half_time),
         ("body angle at the end [rad]", float(turned.at(scene.duration).heading[0])),
     )
     numbers = Table(
@@ -134,19 +134,19 @@ def hard(study: Study, scene: Scene) -> tuple[Figure | Table, ...]:
         (row(*(value(size, 6) for _, size in about)),),
         "" if turned.count == 1 else "The modes are those of the first turn; all are the same.",
     )  # fmt: skip
-    return (*figures(turned.one, one.half_time), numbers, *_events(scene), *_ends(study, scene))
+    return (*figures(turned.single, one.half_time), numbers, *_events(scene), *_ends(study, scene))
 
 
 def _events(scene: Scene) -> tuple[Table, ...]:
     turned = problem(scene.name).motion
     tau = turned.manoeuvre.half_time
-    last = turned.one.rest_time
-    following = [*(event.time for event in turned.one.events[1:]), math.inf]
+    last = turned.single.rest_time
+    following = [*(event.time for event in turned.single.events[1:]), math.inf]
     rows = [
         row(value(event.time / tau, 6), event.mode,
             f"A{event.support + 1}" if event.support >= 0 else "",
             value((end - event.time) / tau if event.time < last else None, 4))
-        for event, end in zip(turned.one.events, following, strict=True)
+        for event, end in zip(turned.single.events, following, strict=True)
     ]  # fmt: skip
     heads = ("from [τ]", "mode", "support at rest, or starting to slip", "lasts [τ]")
     return (Table("Events of the exact motion", heads, tuple(rows), folded=True),)

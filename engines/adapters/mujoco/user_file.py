@@ -1,4 +1,4 @@
-"""A user's own MuJoCo options and contact defaults, as a method to measure: `mujoco/mine`."""
+"""A user's own MuJoCo options and contact defaults, as a method to measure."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ from xml.etree import ElementTree
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.methods import METHODS
-from plumbob.engines.method import Method
+from plumbob.engines.method import USER_METHOD, Method
 
-NAME = "mujoco/mine"
 HALVINGS = 6  # of the user's own step, so that it is seen whether a smaller one helps
 # What a scene is (gravity, wind, density) stays the scene's; so do the step and what a file needs
 # for its own geoms. The rest says how MuJoCo computes.
@@ -28,7 +27,7 @@ OVERRIDDEN = ("solref", "solimp", "margin")  # by an option that overrides every
 ENDS = ("tolerance", "noslip_tolerance")
 
 
-def mine(path: str | Path) -> Method:
+def user_method(path: str | Path) -> Method:
     """The method whose settings are those of the model file `path`: its integrator, solver and
     other options, under "contact" its default contact parameters; its step_sizes begins with the
     file's own step. Raises ParameterError for a file that holds no MJCF model."""
@@ -60,16 +59,16 @@ def mine(path: str | Path) -> Method:
         scheme = scheme.replace("+implicit-damping", "") if without else scheme
     step_sizes = tuple(step / 2**n for n in range(HALVINGS + 1))
     return replace(
-        like, name=NAME, scheme=scheme, settings=settings, step_sizes=step_sizes, systems=()
+        like, name=USER_METHOD, scheme=scheme, settings=settings, step_sizes=step_sizes, systems=()
     )
 
 
 def _read(path: str | Path) -> Any:
     import mujoco
 
-    from plumbob.engines.adapters.mujoco import messages
+    from plumbob.engines.adapters.mujoco import options
 
-    with messages.collected():
+    with options.collected():
         try:
             spec = mujoco.MjSpec.from_file(str(path))
             root = ElementTree.parse(path).getroot().tag

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,13 +13,15 @@ from plumbob.analytic.errors.discontinuities import position_lead, scheme_lead
 from plumbob.analytic.parameters import ParameterError, non_negative
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import ROUNDOFF, load_slopes, steepest_load
+from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import SNAP, LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke, slow_return
+from plumbob.analytic.systems.slider_path import SliderPath, concatenate, fixed
 
 
 @dataclass(frozen=True)
-class ManoeuvreTrain:
+class RepeatedLine:
     """`count` times `manoeuvre`, each followed by a slow return at `fraction` of f g/mu and by
     `pause` [s] of rest, which can put every start on a grid of steps: the error of a fixed step is
     then `count` times that of one manoeuvre. Raises ParameterError. Chernousko 2020, end of the
@@ -28,6 +31,7 @@ class ManoeuvreTrain:
     count: int
     fraction: float = 1.0
     pause: float = 0.0
+    kind: ClassVar[MotionKind] = "repeated-line"
 
     def __post_init__(self) -> None:
         if isinstance(self.count, bool) or not isinstance(self.count, int) or self.count < 1:
@@ -39,6 +43,23 @@ class ManoeuvreTrain:
     def returning(self) -> SlowStroke:
         """The slow return after each manoeuvre."""
         return slow_return(self.manoeuvre, self.fraction)
+
+    @property
+    def single(self) -> LineManoeuvre:
+        """The manoeuvre that is repeated."""
+        return self.manoeuvre
+
+    @property
+    def sliding_time(self) -> float:
+        """Time for which the body slides in one manoeuvre [s]."""
+        return self.manoeuvre.t_star
+
+    @cached_property
+    def path(self) -> SliderPath:
+        """What the slider does in the body, manoeuvre after manoeuvre."""
+        there, back = self.manoeuvre.path, self.returning.path
+        once = (there, back, fixed(self.manoeuvre.segment.start, self.pause))
+        return concatenate(*(self.count * once))
 
     @property
     def period(self) -> float:

@@ -1,0 +1,124 @@
+"""What inertia that an engine adds to a model does to the exact motion.
+
+A platform of finite armature A. Free but for its armature, it does not quite keep its rate w. With
+the body's inertia about the vertical axis J(theta) and the coupling K(theta) = M X S cos theta of
+the two rotations,
+
+    L = (A + J) w^2 / 2 + K w theta' + I_x theta'^2 / 2 + c cos theta,
+    J = J0 + 2 M Y S sin theta + (I_y - I_z) sin^2 theta,
+
+where A -> infinity gives Sudakov 2015, eq. 7. The momentum about the vertical, which is
+(A + J) w + K theta', is constant, so to first order in 1/A the rate is w0 + u/A with
+
+    u = -w0 (J - J(0)) - (K theta' - K(0) theta'(0)),
+
+and the error of theta is d/A, where d obeys the equation of motion linearised along the swing,
+
+    I_x d'' = (J'' w0^2 / 2 - c cos theta) d + J' w0 u - K u',        d(0) = d'(0) = 0.
+
+A slider's joint of armature A that a motor of gear A drives follows its control but for m/A of what
+else accelerates the slider. A pendulum's bob of moment of inertia I, meant to be a point, is like
+a mass m l^2 that is larger by I.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.numerics.rotor.taylor_series import integrate
+from plumbob.analytic.numerics.rotor.variational import TangentFlow
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import ROUNDOFF, load_slopes
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+from plumbob.analytic.systems.manoeuvres.line_reference import condition_number
+
+DRIVE_ROUNDINGS = 16  # of what drives the slider's joint
+TIME_ROUNDINGS = 4  # of the times at which its velocity is asked for, which grow
+POINTS = 200  # of a pendulum's motion that are looked at
+
+
+@lru_cache(maxsize=64)  # every method and step of a scene asks for the same
+def platform_error(problem: Any, duration: float, armature: float) -> tuple[float, float]:
+    """Largest error of theta [rad] and theta_dot [rad/s] within `duration` [s] that the platform's
+    `armature` [kg m^2] brings, to first order in its inverse (module docstring)."""
+    body, rate = problem.body, problem.platform_rate
+    arm = body.mass * body.com_distance
+    skew = body.inertia_y - body.inertia_z
+    rotor = problem.motion.rotor
+    flow = TangentFlow(rotor, integrate(rotor, problem.theta, problem.theta_dot, duration))
+    theta, theta_dot = flow.states
+    theta_dot_dot = rotor.acceleration(0.0, theta, theta_dot)
+
+    def inertia(angle: Any) -> Any:
+        return 2 * arm * problem.pivot_y * np.sin(angle) + skew * np.sin(angle) ** 2
+
+    def coupling(angle: Any) -> Any:
+        return arm * problem.pivot_x * np.cos(angle)
+
+    inertia_slope = 2 * arm * problem.pivot_y * np.cos(theta) + skew * np.sin(2 * theta)
+    coupling_slope = -arm * problem.pivot_x * np.sin(theta)
+    u = rate * (inertia(problem.theta) - inertia(theta))
+    u += coupling(problem.theta) * problem.theta_dot - coupling(theta) * theta_dot
+    u_rate = -rate * inertia_slope * theta_dot
+    u_rate -= coupling_slope * theta_dot**2 + coupling(theta) * theta_dot_dot
+    push = (inertia_slope * rate * u - coupling(theta) * u_rate) / body.inertia_x
+    forcing = np.stack([np.zeros_like(push), push], axis=-1)[..., None]
+    response = flow.respond(np.zeros((2, 1)), forcing)
+    reached = np.concatenate([response.starts, response.end[None]])[:, :, 0]
+    worst = np.max(np.abs(reached), axis=0) / armature
+    return float(worst[0]), float(worst[1])
+
+
+@lru_cache(maxsize=64)  # every method and step of a scene asks for the same
+def bob_error(problem: Any, duration: float, moment_ratio: float) -> Mapping[str, float]:
+    """Bounds on the observables of a SimplePendulum over `duration` [s] whose bob's moment of
+    inertia is `moment_ratio` of m l^2: relative to the unit in the last place, it does what as
+    many units in every parameter would."""
+    doubts = problem.motion.uncertainty(np.linspace(0.0, duration, POINTS))
+    return {
+        name: moment_ratio / (2 * ROUNDOFF) * float(doubt.max()) for name, doubt in doubts.items()
+    }
+
+
+def slider_on_a_line(
+    problem: CapsuleProblem,
+    times: Array,
+    armature: float,
+    line: LineManoeuvre | None,
+    count: int,
+) -> Mapping[str, float]:
+    """Bounds where the slider's way in the body is off by m/A of its way in space, at `times` [s],
+    shape (n,), for an `armature` [kg]; of `count` manoeuvres `line` where the motion is these."""
+    setup, duration = problem.setup, float(times[-1])
+    part = setup.capsule.slider_mass / armature
+    seen = problem.reference.observe(times)
+    way = float((np.abs(seen["stroke"]) + np.abs(seen["displacement"])).max())
+    rate = float((np.abs(seen["stroke_rate"]) + np.abs(seen["velocity"])).max())
+    moved, left = 0.0, 0.0
+    if line is not None:
+        moved = condition_number(line) * abs(line.displacement) * count
+        # The velocity that is left when the times are rounded.
+        left = TIME_ROUNDINGS * ROUNDOFF * duration * line.w1
+    slid = part * way + left * duration
+    slope = float(np.abs(load_slopes(setup.capsule, setup.direction)).max())
+    return {
+        "stroke": slid,
+        "stroke_rate": (part + DRIVE_ROUNDINGS * ROUNDOFF) * rate,
+        "displacement": part * moved,
+        "velocity": part * rate,
+        **{f"normal_force_{i}": slid * slope for i in (1, 2, 3)},
+    }
+
+
+def slider_in_the_plane(
+    slider_mass: float, armature: float, times: Array, speeds: Array
+) -> tuple[float, float]:
+    """Bounds on a slider's way [m] and velocity [m/s] in the body, and on the body's, where its
+    speeds in space are at most `speeds` [m/s], shape (n,), at `times` [s], shape (n,)."""
+    part = slider_mass / armature + DRIVE_ROUNDINGS * ROUNDOFF
+    return part * float(np.trapezoid(speeds, times)), part * float(speeds.max())

@@ -1,0 +1,80 @@
+"""Regularised contacts as theory sees them: one record, whichever engine they belong to.
+
+What such contacts add to the exact motion, apart from the step's own error, is bounded in
+`soft_contact_line` for motions with a closed form and in `soft_contact_plane` for those of the
+plane that have none. Derivations: theory_soft_contacts.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import load_shares
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem
+
+# Calibrated; tests/sensitivity/test_contact_calibration.py holds both from both sides.
+QUASI_STATIC_FACTOR = 3.0  # on a quasi-static error, for contacts that lag behind and overshoot
+OVERSHOOT_FACTOR = 6.0  # on the loads that inertia takes: overshoot of weakly damped tilt
+
+Bounds = Mapping[str, float]  # {observable: absolute bound}
+ModelError = Mapping[str, Mapping[str, float]]  # {observable: {reason: absolute bound}}
+
+
+@dataclass(frozen=True)
+class NormalContact:
+    """A contact along its normal: a spring and a damper that are integrated explicitly."""
+
+    compliance: float  # c: deflection [m] per normal force [N]
+    coupling: float  # kappa [kg]: a slip acceleration a changes N by kappa f a
+    frequency_step: float  # natural frequency of one contact times the step
+    damping_ratio: float
+    tilt_inertia: float  # I_a: of the body, across the vertical [kg m^2]
+    height: float = 0.0  # h: of the body's centre of mass above the plane [m]
+
+
+@dataclass(frozen=True)
+class SoftContact:
+    """Contacts, or a joint's dry friction, regularised at one step: all that theory asks about
+    them. An adapter fills it in from what its engine does."""
+
+    step: float  # [s]
+    slip_compliance: float  # drift [m/s] of what sticks per friction force on it [N]
+    solver_tolerance: float  # the solver ends when its cost per mass, a^2/2, falls by less
+    armature: float  # A: added inertia of the slider's joint [kg]
+    normal: NormalContact | None = None  # None where friction is a joint's: nothing deflects
+
+    @property
+    def contact_rate(self) -> float:
+        """Largest rate [1/s] of a body on three contacts, with a margin (its modes have at most
+        sqrt(6) times one contact's frequency, and are damped)."""
+        return 0.0 if self.normal is None else 2 * self.normal.frequency_step / self.step
+
+
+def without_formula(problem: CapsuleProblem) -> bool:
+    """Whether the motion is one of the plane that has no closed form."""
+    return bool(problem.motion.kind == "plane")
+
+
+def load_fraction_slopes(problem: CapsuleProblem) -> Array:
+    """Change of each support's fraction of the load with the centre of pressure [1/m], (3, 2)."""
+    here, x, y = load_shares(problem.setup.capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
+    return np.column_stack([x - here, y - here])
+
+
+def shortest_arm(problem: CapsuleProblem) -> float:
+    """Distance from C to the nearest support [m]."""
+    return min(math.hypot(*support) for support in problem.setup.capsule.supports)
+
+
+def by_observable(parts: Mapping[str, Bounds]) -> ModelError:
+    """{reason: {observable: bound}} as {observable: {reason: bound}}."""
+    names = dict.fromkeys(name for bounds in parts.values() for name in bounds)
+    return {
+        name: {why: bounds[name] for why, bounds in parts.items() if name in bounds}
+        for name in names
+    }

@@ -1,0 +1,318 @@
+"""What soft contacts add to a motion with a closed form: bounds, mechanism by mechanism.
+
+A contact that deflects by c N lets the common centre of mass stand at z = -c sum N_i^2 / W, so the
+weight on the plane is off by (M + m) z'', the velocity of a sliding body by f z' and its place by
+f (z - z0). What it takes to move body and slider as the deflections change is missing from the N_i,
+and friction acts at the depth of the deflection. While the body tilts by a, the moment of friction
+about C is off by f I_a a'', so it turns by f I_a a/J. Derivations: theory_soft_contacts.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from plumbob.analytic.errors import soft_contact
+from plumbob.analytic.errors.added_inertia import slider_on_a_line
+from plumbob.analytic.errors.soft_contact import (
+    Bounds,
+    ModelError,
+    NormalContact,
+    SoftContact,
+    by_observable,
+    load_fraction_slopes,
+    shortest_arm,
+)
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import ROUNDOFF, load_shares, normal_forces
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+
+DEPTH_ROUNDINGS = 16  # of the place of a support, turned and moved
+POINTS = 4001  # of the motion that is looked at; its forces are piecewise smooth
+PLACES = ("displacement", "x", "y")
+VELOCITIES = ("velocity", "velocity_x", "velocity_y")
+LOADS = ("normal_force_1", "normal_force_2", "normal_force_3")
+
+
+@dataclass(frozen=True)
+class LineMotion:
+    """A problem with a closed form, and what the mechanisms ask about it."""
+
+    problem: CapsuleProblem
+    duration: float  # [s]
+
+    @property
+    def mass(self) -> float:
+        """M + m [kg]."""
+        capsule = self.problem.setup.capsule
+        return capsule.body_mass + capsule.slider_mass
+
+    @property
+    def along(self) -> Array:
+        """Unit vector of the line, body axes, shape (2,)."""
+        line = self.problem.setup.direction
+        return np.array([math.cos(line), math.sin(line)])
+
+    @property
+    def line(self) -> LineManoeuvre | None:
+        """The manoeuvre of the closed form, the first of several; None where the motion is none."""
+        motion = self.problem.motion
+        return motion.single if motion.kind in ("line", "repeated-line") else None
+
+    @property
+    def coasting(self) -> bool:
+        """Whether the slider is fixed in the body, which coasts to rest."""
+        return bool(self.problem.motion.kind == "coasting")
+
+    @property
+    def count(self) -> int:
+        """How many motions alike there are."""
+        return int(self.problem.motion.count)
+
+    def loads(self) -> tuple[Array, Array, Array]:
+        """Times of one manoeuvre [s], shape (n,), normal forces there [N], shape (3, n), and the
+        way of the slider in the body [m], shape (n,)."""
+        problem = self.problem
+        times = np.linspace(0.0, min(self.duration, float(problem.motion.period)), POINTS)
+        if self.coasting:
+            still = normal_forces(problem.setup.capsule, np.array([problem.setup.slider]))
+            return times, np.repeat(still.T, POINTS, axis=1), np.zeros(POINTS)
+        seen = problem.reference.observe(times)
+        return times, np.stack([seen[name] for name in LOADS]), seen["stroke"]
+
+
+@dataclass(frozen=True)
+class Deflection:
+    """How far quasi-static contacts let the body sink and tilt during a motion, at most."""
+
+    sunk: float  # vertical displacement of the centre of mass from its start [m]
+    speed: float  # and its rate [m/s]
+    acceleration: float  # [m/s^2]
+    tilt: float  # gradient of the body's plane against its start
+    tilt_across: float  # the part of it across the line
+    lean: float  # gradient of the body's plane
+    start_lean: float  # at the start
+    moment_loads: Array  # loads shifted by the moment of friction about C [N], shape (3,)
+    inertial_loads: Array  # loads taken by body and slider moving up and down [N], shape (3,)
+    stroke: float  # largest way of the slider in the body [m]
+
+
+def model_error(problem: CapsuleProblem, duration: float, contact: SoftContact) -> ModelError:
+    """{observable: {reason: bound}} of a motion with a closed form over `duration` [s]."""
+    motion = LineMotion(problem, duration)
+    return by_observable({why: bound(motion, contact) for why, bound in MECHANISMS.items()})
+
+
+def stiction_drift(motion: LineMotion, contact: SoftContact) -> Bounds:
+    """A body that sticks under a force F drifts at the slip compliance times F <= f W or less."""
+    capsule = motion.problem.setup.capsule
+    if motion.coasting or not capsule.friction:
+        return {}
+    speed = contact.slip_compliance * capsule.friction * capsule.weight
+    way = speed * motion.duration
+    return {
+        **dict.fromkeys(("displacement", "sideways"), way),
+        "velocity": speed,
+        "friction_force": motion.mass * speed / contact.step,
+        "heading": way / shortest_arm(motion.problem),
+    }
+
+
+def slider_armature(motion: LineMotion, contact: SoftContact) -> Bounds:
+    """A slider's joint of finite armature follows its control but for m/A of what else there is."""
+    if motion.problem.setup.relative_velocity is None:
+        return {}
+    times = np.linspace(0.0, motion.duration, POINTS)
+    return slider_on_a_line(motion.problem, times, contact.armature, motion.line, motion.count)
+
+
+def solver_accuracy(motion: LineMotion, contact: SoftContact) -> Bounds:
+    """A solver that stops at a cost of (M + m) a^2/2 leaves accelerations off by a: for good while
+    the body slides, until the next step while it sticks."""
+    off, step = math.sqrt(2 * contact.solver_tolerance), contact.step
+    slid = float(motion.problem.motion.sliding_time)
+    way = off * (0.5 * slid**2 * motion.count + step * motion.duration)
+    speed = off * (slid + step)
+    arm = shortest_arm(motion.problem)
+    return {
+        **dict.fromkeys((*PLACES, "sideways"), way),
+        **dict.fromkeys(VELOCITIES, speed),
+        "heading": way / arm,
+        "heading_rate": speed / arm,
+        "friction_force": motion.mass * (off + speed / step),
+    }
+
+
+def contact_deflection(motion: LineMotion, contact: SoftContact) -> Bounds:
+    """Contacts whose static penetration changes with their normal force, quasi-statically but for
+    the calibrated factors."""
+    if contact.normal is None:
+        return {}
+    bent = _deflection(motion, contact, contact.normal)
+    capsule, height = motion.problem.setup.capsule, contact.normal.height
+    turn = _turn(motion, contact, contact.normal, bent.tilt_across)
+    factor = soft_contact.QUASI_STATIC_FACTOR * capsule.friction
+    velocity = factor * bent.speed + height * bent.tilt * contact.contact_rate
+    way = factor * bent.sunk + height * bent.tilt
+    push, lasting = _spin_push(motion, contact.normal, bent.start_lean)
+    velocity, way = velocity + push * lasting, way + 0.5 * push * lasting**2
+    # The slider's own weight pulls it down its tilted track.
+    pull = capsule.slider_mass / contact.armature * capsule.gravity * bent.lean
+    slid = 0.5 * pull * motion.duration**2
+    shifted = slid * np.abs(load_fraction_slopes(motion.problem) @ motion.along) * capsule.weight
+    swung = soft_contact.OVERSHOOT_FACTOR * bent.inertial_loads
+    loads = swung + bent.moment_loads + shifted
+    swinging = soft_contact.OVERSHOOT_FACTOR * capsule.friction * motion.mass * bent.acceleration
+    return {
+        "stroke": slid,
+        "stroke_rate": pull * motion.duration,
+        **dict.fromkeys(VELOCITIES, velocity),
+        **dict.fromkeys(PLACES, way * motion.count),
+        "friction_force": swinging + motion.mass * velocity / contact.step,
+        **dict(zip(LOADS, loads.tolist(), strict=True)),
+        "heading": turn * motion.count,
+        "heading_rate": turn * contact.contact_rate + velocity / shortest_arm(motion.problem),
+        "sideways": (way + turn * bent.stroke) * motion.count,
+    }
+
+
+def tangential_normal_coupling(motion: LineMotion, contact: SoftContact) -> Bounds:
+    """A normal force that a slip acceleration a [m/s^2] changes by kappa f a [N], until the
+    contacts' deflection has taken it up; and that is known as far as double precision has their
+    depth."""
+    if contact.normal is None:
+        return {}
+    problem, capsule, normal = motion.problem, motion.problem.setup.capsule, contact.normal
+    reach = float(np.hypot(*np.asarray(capsule.supports).T).max())
+    acceleration, slip = capsule.gravity * capsule.friction, 0.0
+    if motion.line is not None:
+        closed = motion.line.closed
+        acceleration, slip = max(closed.backward, closed.braking), closed.backward * motion.line.t1
+    started = math.hypot(*problem.setup.velocity) + abs(problem.setup.heading_rate) * reach
+    altered = normal.coupling * capsule.friction
+    steady, sudden = altered * acceleration, altered * started / contact.step
+    off = soft_contact.OVERSHOOT_FACTOR * steady
+    off += DEPTH_ROUNDINGS * ROUNDOFF * reach / normal.compliance
+    sunk, rate = normal.compliance * (sudden + steady), contact.contact_rate
+    factor = soft_contact.QUASI_STATIC_FACTOR * capsule.friction
+    velocity = factor * (sunk * rate + normal.compliance * steady / contact.step)
+    way = factor * (sunk + normal.compliance * altered * slip / contact.step)
+    lever = normal.tilt_inertia * float(np.abs(load_fraction_slopes(problem)).sum())
+    turn = factor * sunk * (lever + motion.mass * reach) / capsule.inertia
+    return {
+        **dict.fromkeys(LOADS, off + sudden),
+        "friction_force": 3 * capsule.friction * off + motion.mass * velocity / contact.step,
+        **dict.fromkeys((*PLACES, "sideways"), way),
+        **dict.fromkeys(VELOCITIES, velocity),
+        "heading": turn,
+        "heading_rate": turn * rate,
+    }
+
+
+def centre_height(motion: LineMotion, contact: SoftContact) -> Bounds:
+    """What the source leaves out: friction has a moment f W h about a centre of mass at the height
+    h, and shifts load along its line; not sideways, so the motion on a line is the same."""
+    if contact.normal is None or not contact.normal.height:
+        return {}
+    capsule = motion.problem.setup.capsule
+    moment = contact.normal.height * capsule.friction * capsule.weight
+    shift = moment * np.abs(load_fraction_slopes(motion.problem) @ motion.along)
+    return dict(zip(LOADS, shift.tolist(), strict=True))
+
+
+MECHANISMS: Mapping[str, Callable[[LineMotion, SoftContact], Bounds]] = MappingProxyType(
+    {
+        "drift of stiction": stiction_drift,
+        "armature": slider_armature,
+        "solver": solver_accuracy,
+        "contact deflection": contact_deflection,
+        "tangential–normal coupling": tangential_normal_coupling,
+        "height of the centre of mass": centre_height,
+    }
+)
+
+
+def _deflection(motion: LineMotion, contact: SoftContact, normal: NormalContact) -> Deflection:
+    """The quasi-static deflections of `motion`.
+
+    Friction that sets in, or lets go, below C tips the body, and within some steps all is at rest
+    again: nothing is left of it but the tilt, and a turn by f I/J of its part across the motion.
+    """
+    problem, capsule, compliance = motion.problem, motion.problem.setup.capsule, normal.compliance
+    times, loads, slid = motion.loads()
+    along, slopes = motion.along, load_fraction_slopes(problem)
+    height = -compliance * np.sum(loads**2, axis=0) / capsule.weight
+    rise = np.gradient(height, times)
+    moment = capsule.friction * capsule.weight
+    moment *= compliance * float(loads.max()) + normal.height
+    moment_loads = moment * np.abs(slopes @ along)
+    tipped_height = 2 * compliance * float(moment_loads.max())
+    tilts = compliance * slopes.T @ (loads - loads[:, :1])
+    tipped = compliance * moment * slopes.T @ slopes @ along
+    across = np.array([-along[1], along[0]])
+    leans = np.hypot(*(compliance * slopes.T @ loads))
+    return Deflection(
+        sunk=float(np.abs(height - height[0]).max()) + tipped_height,
+        speed=float(np.abs(rise).max()) + tipped_height * contact.contact_rate,
+        acceleration=float(np.abs(np.gradient(rise, times)).max()),
+        tilt=float(np.hypot(*tilts).max() + np.hypot(*tipped)),
+        tilt_across=float(np.abs(across @ tilts).max() + abs(across @ tipped)),
+        lean=float(leans.max()),
+        start_lean=float(leans[0]),
+        moment_loads=moment_loads,
+        inertial_loads=_inertial_loads(motion, normal, times, loads, slid),
+        stroke=float(np.abs(slid).max()),
+    )
+
+
+def _turn(
+    motion: LineMotion, contact: SoftContact, normal: NormalContact, tilt_across: float
+) -> float:
+    """Turn of the body [rad] while it tilts across the line by `tilt_across`."""
+    capsule, line = motion.problem.setup.capsule, motion.line
+    part = soft_contact.QUASI_STATIC_FACTOR * capsule.friction / capsule.inertia
+    turn = part * normal.tilt_inertia * tilt_across
+    if normal.height and line is not None:
+        # Supports far below C slip aside while the body tips, and friction follows the slip.
+        aside = normal.height * tilt_across * contact.contact_rate / line.closed.backward
+        moment = capsule.friction * capsule.weight * normal.height
+        turn += moment / capsule.inertia * aside * line.t_star
+    return turn
+
+
+def _spin_push(motion: LineMotion, normal: NormalContact, lean: float) -> tuple[float, float]:
+    """Acceleration [m/s^2] of a spinning body that leans, and how long it lasts [s]: its inertias
+    differ, so a tilted body is out of balance, and the loads change."""
+    if not motion.coasting or motion.problem.motion.centre is None:
+        return 0.0, 0.0
+    capsule, coasting = motion.problem.setup.capsule, motion.problem.motion
+    moment = abs(normal.tilt_inertia - capsule.inertia) * coasting.coasting.rate**2 * lean
+    changed = moment * float(np.abs(load_fraction_slopes(motion.problem)).sum())
+    return capsule.friction * changed / motion.mass, float(coasting.duration)
+
+
+def _inertial_loads(
+    motion: LineMotion, normal: NormalContact, times: Array, loads: Array, slid: Array
+) -> Array:
+    """Largest change of each normal force [N], shape (3,), by the inertia of body and slider that
+    follow the deflections under `loads` [N], shape (3, n), the slider having gone `slid` [m]."""
+    setup, capsule = motion.problem.setup, motion.problem.setup.capsule
+    depths = normal.compliance * loads
+    corners = np.asarray(capsule.supports)
+    # Forces at the supports that give the body its vertical and its two angular accelerations.
+    lift = np.linalg.inv(np.column_stack([np.ones(3), corners[:, 1], -corners[:, 0]]))
+    inertia = np.diag([capsule.body_mass, normal.tilt_inertia, normal.tilt_inertia])
+    fractions = load_shares(capsule, np.asarray(setup.slider) + slid[:, None] * motion.along).T
+    body = lift.T @ inertia @ lift @ _second(depths, times)
+    slider = capsule.slider_mass * _second(np.sum(fractions * depths, axis=0), times)
+    return np.asarray((np.abs(body) + np.abs(fractions * slider)).max(axis=1))
+
+
+def _second(values: Array, times: Array) -> Array:
+    """Second derivative along the last axis."""
+    return np.asarray(np.gradient(np.gradient(values, times, axis=-1), times, axis=-1))

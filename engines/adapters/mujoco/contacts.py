@@ -1,0 +1,210 @@
+"""Contact settings: profiles as data, and what they amount to for theory. Needs no MuJoCo.
+
+The convergent profile, `coulomb`, is soft along the normal and hard across it. A contact is then an
+explicit spring and damper of natural frequency STIFFNESS/dt: its static penetration is at most
+g (dt/STIFFNESS)^2 / 3, and it neither bounces nor rings. Across the normal, friction asks for rest
+within a step, with a compliance 1e-9 of the normal's. With the engine's defaults the friction cone
+couples slip to the normal force, and a sliding body chatters; smaller steps do not help.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.errors.plane_steps import EULER, FRICTION_LEADS, RK4
+from plumbob.analytic.errors.soft_contact import NormalContact, SoftContact, without_formula
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
+from plumbob.models.registry import unknown
+
+STIFFNESS = 0.4  # natural frequency of a contact times the step: a body on three is stable to 0.41
+DAMPING = 0.3  # its damping ratio: 0.5 for the vertical motion of a body on three
+IMPEDANCE = 1e-4  # the least that MuJoCo takes: the normal's regularisation is 1e4 of its inertia
+SOFTENING = 1e2  # a factor on that regularisation, set after compiling
+PLANE_SOFTENING = 1e8  # the same in the plane: with 1e2, turns of epsilon 0.03 chatter
+REGULARISATION_RATIO = 1e9  # of the normal's regularisation over friction's
+TOLERANCE = 1e-16  # of the solver: hardly an iteration more than the default 1e-8
+DEFAULT_TOLERANCE = 1e-8
+
+JOINT_IMPEDANCE = 0.9999  # of the reduced model's joint friction: the most that MuJoCo takes
+JOINT_HARDENING = 1e-3  # a factor on what is left to 1, set after compiling
+
+ARMATURE_RATIO = 1e10  # least ratio of the slider's armature to its mass
+PLACES = 2001  # of the slider on its way, for the largest of a smooth function of them
+
+PairFields = Mapping[str, Any]
+OWN_OPTIONS = (
+    "cone",
+    "impratio",
+    "noslip_iterations",
+)  # of a model: contacts depend on them
+OWN_ENDS = ("tolerance", "noslip_tolerance")  # of the solver, given beside the contacts
+
+
+@dataclass(frozen=True)
+class ContactProfile:
+    """Options of the model, fields of every contact pair at a step [s], and the factor by which
+    the inverse weight of bodies in contact is overstated (`body_invweight0`)."""
+
+    options: Mapping[str, Any] = field(default_factory=dict)
+    pair: Callable[[float], PairFields] = lambda step: {}
+    softening: float = 1.0
+
+    @property
+    def convergent(self) -> bool:
+        """Whether friction converges with the step, and theory covers it."""
+        return self.softening != 1.0
+
+    def slip_compliance(self, step: float) -> float:
+        """Drift [m/s] of a sticking contact per force on it [N], over the body's inverse weight
+        [1/kg], at `step` [s]; 0 with noslip. Only for a convergent profile."""
+        if self.options.get("noslip_iterations"):
+            return 0.0
+        part = self.softening / float(self.options["impratio"])
+        return (1.0 - IMPEDANCE) / IMPEDANCE * part * step
+
+    def coupling(self) -> float:
+        """Change of a normal force [N] per slip acceleration [m/s^2], over the weight [kg] and the
+        friction coefficient: the cone's coupling. Only for a convergent profile."""
+        return IMPEDANCE / (1.0 - IMPEDANCE) / self.softening
+
+    def compliance(self, step: float) -> float:
+        """Deflection [m] per normal force [N], over the inverse weight [1/kg], at `step` [s]. Only
+        for a convergent profile."""
+        return (1.0 - IMPEDANCE) * (step / STIFFNESS) ** 2
+
+
+def coulomb_pair(step: float, softening: float = SOFTENING, lead: float = 1.0) -> PairFields:
+    """Fields of a contact pair at `step` [s] that make friction converge: it asks for rest within
+    the part `lead` of a step."""
+    rate = STIFFNESS / step
+    return {
+        "solimp": np.array([IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0]),
+        "solref": np.array([-(rate**2) * softening, -2 * DAMPING * rate * softening]),
+        "solreffriction": np.array([-1.0, -(1.0 / lead) * IMPEDANCE / step]),
+    }
+
+
+_COULOMB = MappingProxyType(
+    {"cone": "elliptic", "impratio": REGULARISATION_RATIO * SOFTENING, "tolerance": TOLERANCE}
+)
+_ELLIPTIC = MappingProxyType({"cone": "elliptic", "impratio": 100.0})
+_NOSLIP = MappingProxyType({"noslip_iterations": 10})
+
+PROFILES = MappingProxyType(
+    {
+        "default": ContactProfile(),
+        "pyramidal": ContactProfile({"cone": "pyramidal", "impratio": 100.0}),
+        "elliptic": ContactProfile(_ELLIPTIC),
+        "elliptic+noslip": ContactProfile({**_ELLIPTIC, **_NOSLIP}),
+        "coulomb": ContactProfile(_COULOMB, coulomb_pair, SOFTENING),
+        "coulomb+noslip": ContactProfile(
+            {**_COULOMB, **_NOSLIP, "noslip_tolerance": TOLERANCE / 100}, coulomb_pair, SOFTENING
+        ),
+    }
+)
+
+
+def profile(settings: Mapping[str, Any]) -> ContactProfile:
+    """The contact profile that a method's settings name, or spell out as a mapping of fields of a
+    contact, which no theory covers; raises ParameterError."""
+    name = settings.get("contact", "default")
+    if isinstance(name, Mapping):
+        return _own(name, settings)
+    if name not in PROFILES:
+        raise ParameterError("contact", name, unknown(str(name), list(PROFILES)))
+    return PROFILES[name]
+
+
+def _own(contact: Mapping[str, Any], settings: Mapping[str, Any]) -> ContactProfile:
+    """A user's contacts: fields of a contact, with the options of the model that affect them."""
+    given = {name: settings[name] for name in OWN_OPTIONS if name in settings}
+    ends = {name: contact[name] for name in OWN_ENDS if name in contact}
+    fields = {name: value for name, value in contact.items() if name not in OWN_ENDS}
+    if fields.get("condim") == 3:  # the scene's own, which is 1 where it has no friction
+        del fields["condim"]
+    return ContactProfile({**given, **ends}, lambda step: fields)
+
+
+def contacts(problem: CapsuleProblem, settings: Mapping[str, Any]) -> ContactProfile:
+    """The profile that `settings` name; raises ParameterError.
+
+    Convergent profiles are softened further for plane motion, for the coupling of slip to a normal
+    force goes as slip speed over step; and friction asks for rest within half a step of RK4, whose
+    stages apply it half a step late.
+    """
+    chosen = profile(settings)
+    if not (chosen.convergent and without_formula(problem)):
+        return chosen
+    options = {**chosen.options, "impratio": REGULARISATION_RATIO * PLANE_SOFTENING}
+    lead = FRICTION_LEADS[RK4 if settings.get("integrator") == "RK4" else EULER]
+
+    def pair(step: float) -> PairFields:
+        return coulomb_pair(step, PLANE_SOFTENING, lead)
+
+    return replace(chosen, options=options, pair=pair, softening=PLANE_SOFTENING)
+
+
+def soft_contact(
+    problem: CapsuleProblem, settings: Mapping[str, Any], step: float
+) -> SoftContact | None:
+    """The record of contacts, or of joint friction, at `step` [s] that theory takes; None where no
+    theory covers them; raises ParameterError."""
+    setup, model = problem.setup, settings.get("model", "full")
+    both = setup.capsule.body_mass + setup.capsule.slider_mass
+    if model == "reduced":
+        drift = (1.0 - JOINT_IMPEDANCE) / JOINT_IMPEDANCE * JOINT_HARDENING * step
+        held = SoftContact(step, drift / both, DEFAULT_TOLERANCE, armature(setup))
+        return None if without_formula(problem) else held
+    chosen = contacts(problem, settings)
+    if model == "planar" or not chosen.convergent:
+        return None
+    normal = NormalContact(
+        compliance=chosen.compliance(step) / both,
+        coupling=chosen.coupling() * both,
+        frequency_step=STIFFNESS,
+        damping_ratio=DAMPING,
+        tilt_inertia=tilt_inertia(problem),
+        height=float(settings.get("height", 0.0)),
+    )
+    tolerance = float(chosen.options["tolerance"])
+    slip = chosen.slip_compliance(step) / both
+    return SoftContact(step, slip, tolerance, armature(setup), normal)
+
+
+def armature(setup: CapsuleSetup) -> float:
+    """Armature of the slider's joint [kg]: a power of ten, ARMATURE_RATIO times the slider's mass
+    or more."""
+    return float(10.0 ** math.ceil(math.log10(ARMATURE_RATIO * setup.capsule.slider_mass)))
+
+
+def tilt_inertia(problem: CapsuleProblem) -> float:
+    """Moments of inertia of the body about axes across the vertical [kg m^2], in two digits.
+
+    They have no effect on a motion without heights, and are free: (M + m)/3 sum |A_i - mu r|^2
+    keeps the square of the frequency of every tilting mode on the contacts at most twice that of
+    the vertical one, whatever the triangle and wherever the slider is; and J/2 at least, or no
+    such body could be.
+    """
+    capsule = problem.setup.capsule
+    centres = capsule.mass_ratio * slider_places(problem)
+    arms = np.asarray(capsule.supports)[None] - centres[:, None]
+    spread = float(np.square(arms).sum(axis=(1, 2)).max())
+    least = max((capsule.body_mass + capsule.slider_mass) / 3 * spread, capsule.inertia / 2)
+    unit = 10.0 ** (math.floor(math.log10(least)) - 1)
+    return float(f"{math.ceil(least / unit * (1 - 1e-12)) * unit:.1e}")
+
+
+def slider_places(problem: CapsuleProblem) -> Any:
+    """Places of the slider relative to C [m], shape (n, 2), among which are those farthest out: the
+    ends of its line, or many on its way in the plane."""
+    if problem.setup.plane_velocity is None:
+        return problem.slider_ends
+    path = problem.motion.single.path
+    return path.kinematics(np.linspace(0.0, path.duration, PLACES))[0]

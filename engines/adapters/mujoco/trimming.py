@@ -1,0 +1,105 @@
+"""What leaving out a model's idle stages and visual parts saves, the motion being the same."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco import options
+from plumbob.engines.adapters.mujoco.simulation import compiled
+from plumbob.engines.adapters.mujoco.translation import Translation, builder
+from plumbob.engines.method import Method
+from plumbob.engines.trimming import Trimming
+from plumbob.models.scene import Case
+
+PARTS = (("ngeom", "geom"), ("nmesh", "mesh"), ("njnt", "joint"))  # counted, and their words
+
+
+def trimming(
+    case: Case, method: Method, step: float = 1e-4, steps: int = 1000, repeats: int = 31
+) -> Trimming:
+    """Cost of `steps` steps of `step` [s] from the scene's start, default against trimmed: medians
+    of `repeats` turns taken one after the other; raises Unsupported and ParameterError."""
+    simulation = compiled(case, method, step)
+    trimmed, translation = simulation.model, simulation.translation
+    complete = builder(case.system).whole(case.system.mjcf, case.problem)
+    models = _versions(translation, translation.whole or complete, trimmed, method, step)
+    seconds, states = _timed_in_turn(models, translation, steps, repeats)
+    ns_default, ns_flags, ns_trimmed = (np.median(seconds, axis=0) / steps * 1e9).tolist()
+    return Trimming(
+        ns_default,
+        ns_flags,
+        ns_trimmed,
+        identical=bool(np.all(states == states[0])),
+        stages_off=tuple(_stages_off(trimmed)),
+        parts_left_out=tuple(_parts_left_out(complete.compile(), trimmed)),
+    )
+
+
+def _versions(
+    translation: Translation,
+    whole: mujoco.MjSpec,
+    trimmed: mujoco.MjModel,
+    method: Method,
+    step: float,
+) -> tuple[mujoco.MjModel, mujoco.MjModel, mujoco.MjModel]:
+    """The model with every stage, with the idle ones left out, and as run: without visual parts."""
+    options.apply(whole, method.settings, step)
+    default, shown = whole.compile(), whole.compile()
+    for model in (default, shown):
+        translation.tune(model)
+    default.opt.disableflags = 0
+    shown.opt.disableflags = trimmed.opt.disableflags
+    return default, shown, trimmed
+
+
+def _timed_in_turn(
+    models: tuple[mujoco.MjModel, ...], translation: Translation, steps: int, repeats: int
+) -> tuple[Array, Array]:
+    """Processor time [s] of `steps` steps, shape (repeats, len(models)), and the states at their
+    ends, shape (len(models), nq + nv)."""
+    states = np.empty((len(models), models[-1].nq + models[-1].nv))
+    seconds = np.empty((repeats, len(models)))
+    start = np.concatenate([translation.qpos, translation.qvel])
+    ctrl = np.zeros(models[-1].nu)
+    if translation.control is not None:
+        ctrl = translation.control(np.zeros(1))[0]
+    for turn in range(repeats):
+        for i in np.roll(np.arange(len(models)), turn):  # each goes first as often as the others
+            seconds[turn, i], states[i] = _timed(models[i], start, ctrl, steps)
+    return seconds, states
+
+
+def _timed(model: mujoco.MjModel, start: Array, ctrl: Array, steps: int) -> tuple[float, Array]:
+    """Processor time [s] of `steps` steps from `start`, qpos and qvel, with the controls `ctrl`,
+    and the state at their end.
+
+    Processor time, for waiting while others use the machine is no cost of the model."""
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = start[: model.nq], start[model.nq :]
+    data.ctrl[: len(ctrl)] = ctrl
+    begin = time.thread_time()
+    mujoco.mj_step(model, data, nstep=steps)
+    seconds = time.thread_time() - begin
+    return seconds, np.concatenate([data.qpos, data.qvel])
+
+
+def _stages_off(model: mujoco.MjModel) -> Iterator[str]:
+    """Names of the stages that `model` leaves out; a reset on divergence is no stage."""
+    for name, bit in options.BIT.__members__.items():
+        if not name.startswith("mjDSBL_") or bit == options.BIT.mjDSBL_AUTORESET:
+            continue
+        if model.opt.disableflags & int(bit):
+            yield name.removeprefix("mjDSBL_").lower()
+
+
+def _parts_left_out(complete: mujoco.MjModel, trimmed: mujoco.MjModel) -> Iterator[str]:
+    """How many parts of each kind `trimmed` does without, with their words."""
+    for field, word in PARTS:
+        count = getattr(complete, field) - getattr(trimmed, field)
+        if count > 0:
+            yield f"{count} {word}{'' if count == 1 else 's'}"
