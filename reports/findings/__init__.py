@@ -4,7 +4,6 @@ the system's name; a system without one has the rest."""
 from __future__ import annotations
 
 import importlib
-from collections.abc import Sequence
 
 from plumbob.engines.study.extra_runs import Request, StudyPlan
 from plumbob.reports.view.content import Section
@@ -24,8 +23,9 @@ def section(system: str) -> Section | None:
     return found
 
 
-def requests(plan: StudyPlan) -> Sequence[Request]:
-    """All runs that a page of this plan needs beside the study's own, each once."""
+def requests(plan: StudyPlan) -> tuple[Request, ...]:
+    """All runs that a page of this plan needs beside the study's own, each once: those of the
+    systems' findings, then those of the table of trimmed models."""
     named = dict.fromkeys(scene.system for scene in plan.scenes)
     own = [request for name in named if (of := section(name)) for request in of.requests(plan)]
     return tuple(dict.fromkeys((*own, *trimming_requests(plan))))

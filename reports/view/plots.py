@@ -15,10 +15,9 @@ from plumbob.reports.judge.recommend import EXACT
 from plumbob.reports.judge.work_precision import Point, front
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
-from plumbob.reports.view.palette import Style
+from plumbob.reports.view.palette import GREY, Style
 from plumbob.reports.view.traces import Trace, curve, figure, linear, logarithmic, positive
 
-GREY = "#808080"
 PERIODS = 15  # of a motion that a plot can show
 GREEK = (
     ("theta", "θ"),
