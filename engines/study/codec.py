@@ -51,7 +51,7 @@ def unpacked(text: str, arrays: bytes) -> Trajectory:
             part, slash, name = key.partition("/")
             if slash:
                 parts[part][name] = held[key]
-        blank = Trajectory(held["times"], *(parts[part] for part in PARTS))
+        blank = Trajectory(held["times"], parts["observables"], parts["channels"])
     single = json.loads(text)
     return replace(blank, **{**single, "warnings": tuple(single["warnings"])})
 

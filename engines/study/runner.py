@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -78,48 +78,52 @@ def run_study(
     begin = time.perf_counter()
     plan = StudyPlan(profile, tuple(scenes), tuple(methods))
     asked = tuple(dict.fromkeys(requests(plan)))
-    chosen = pairs(scenes, methods)
-    tasks = [_convergence_task(scene, method, profile) for scene, method in chosen]
-    tasks += [_extra_task(r, plan) for r in asked if not isinstance(r, TrimmingRun)]
+    tasks: dict[Hashable, _Task] = {
+        (scene.name, method.name): _convergence_task(scene, method, profile)
+        for scene, method in pairs(scenes, methods)
+    }
+    convergence = tuple(tasks)
+    tasks |= {r: _extra_task(r, plan) for r in asked if not isinstance(r, TrimmingRun)}
     results = _worked_out(tasks, jobs, executor, progress)
-    convergence: list[ConvergenceStudy] = results[: len(chosen)]
-    made: dict[Request, Result] = dict(
-        zip((r for r in asked if not isinstance(r, TrimmingRun)), results[len(chosen) :],
-            strict=True)
-    )  # fmt: skip
     between = time.perf_counter()
-    for request in asked:
-        if isinstance(request, TrimmingRun):
-            progress(f"{request.scene} {request.method}", 0, 0)
-            made[request] = make(request, plan.method(request.method))
-    measured, unit = (
-        _costs(convergence, scenes, methods, profile, progress) if timed else ({}, float("nan"))
-    )
+    results |= _trimmings(asked, plan, progress)
+    studies = tuple(results[pair] for pair in convergence)
+    measured, unit = _costs(studies, plan, progress) if timed else ({}, float("nan"))
     return Study(
-        profile, tuple(scenes), tuple(methods), tuple(convergence), measured, unit,
+        profile, plan.scenes, plan.methods, studies, measured, unit,
         {"errors": between - begin, "costs": time.perf_counter() - between},
         {scene.name: system_of(scene).observables[0] for scene in scenes},
-        {request: made[request] for request in asked},
+        {request: results[request] for request in asked},
         provenance(command),
     )  # fmt: skip
 
 
+def _trimmings(
+    asked: Sequence[Request], plan: StudyPlan, progress: Progress
+) -> dict[Hashable, Result]:
+    """The timings of trimmed models, one after the other."""
+    found: dict[Hashable, Result] = {}
+    for request in asked:
+        if isinstance(request, TrimmingRun):
+            progress(f"{request.scene} {request.method}", 0, 0)
+            found[request] = make(request, plan.method(request.method))
+    return found
+
+
 def _costs(
-    convergence: Sequence[ConvergenceStudy],
-    scenes: Sequence[Scene],
-    methods: Sequence[Method],
-    profile: Profile,
-    progress: Progress,
+    convergence: Sequence[ConvergenceStudy], plan: StudyPlan, progress: Progress
 ) -> tuple[Mapping[Key, Cost], float]:
     """Cost of each method on each scene that it ran, and the reference step's [ns]."""
-    cases = {scene.name: case_of(scene) for scene in scenes}
-    by_method = {method.name: method for method in methods}
+    cases = {scene.name: case_of(scene) for scene in plan.scenes}
+    by_method = {method.name: method for method in plan.methods}
     tasks = [
         (cases[c.scene], by_method[c.method], step)
         for c in convergence
         if (step := _typical(c, by_method[c.method])) is not None
     ]
-    return costs(tasks, _REPEATS[profile], _BUDGET[profile], lambda what: progress(what, 0, 0))
+    return costs(
+        tasks, _REPEATS[plan.profile], _BUDGET[plan.profile], lambda what: progress(what, 0, 0)
+    )
 
 
 def most_steps(scene: Scene, profile: Profile) -> int:
@@ -146,33 +150,33 @@ def _extra_task(request: ExtraRun | ExtraConvergence, plan: StudyPlan) -> _Task:
 
 
 def _worked_out(
-    tasks: Sequence[_Task], jobs: int, executor: Executor | None, progress: Progress
-) -> list[Any]:
-    """The results of all tasks, in their order; this process is one of the `jobs`, for it is there
-    already, while another has to load everything first."""
+    tasks: Mapping[Hashable, _Task], jobs: int, executor: Executor | None, progress: Progress
+) -> dict[Hashable, Any]:
+    """The results of all tasks; this process is one of the `jobs`, for it is there already, while
+    another has to load everything first."""
     # The long ones first, so that nobody is left with one at the end.
-    order = sorted(range(len(tasks)), key=lambda i: -tasks[i].work)
-    found: dict[int, Any] = {}
+    order = sorted(tasks, key=lambda key: -tasks[key].work)
+    found: dict[Hashable, Any] = {}
 
-    def begun(i: int) -> None:
-        progress(tasks[i].label, len(found), len(tasks))
+    def begun(key: Hashable) -> None:
+        progress(tasks[key].label, len(found), len(tasks))
 
     with _pool(executor, min(jobs, len(tasks)) - 1) as pool:
         if pool is None:
-            for i, task in enumerate(tasks):
-                begun(i)
-                found[i] = task.done()
-            return list(found.values())
-        waiting = {i: pool.submit(tasks[i].do, *tasks[i].arguments) for i in order}
-        for i in order:  # what nobody has begun yet
-            if executor is None and waiting[i].cancel():
-                begun(i)
-                found[i] = tasks[i].done()
-        for i in order:
-            if i not in found:
-                begun(i)
-                found[i] = waiting[i].result()
-    return [found[i] for i in range(len(tasks))]
+            for key, task in tasks.items():
+                begun(key)
+                found[key] = task.done()
+            return found
+        waiting = {key: pool.submit(tasks[key].do, *tasks[key].arguments) for key in order}
+        for key in order:  # what nobody has begun yet
+            if executor is None and waiting[key].cancel():
+                begun(key)
+                found[key] = tasks[key].done()
+        for key in order:
+            if key not in found:
+                begun(key)
+                found[key] = waiting[key].result()
+    return found
 
 
 def joined(study: Study, more: Study) -> Study:

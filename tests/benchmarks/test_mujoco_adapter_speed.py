@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco import ENGINE
-from plumbob.engines.adapters.mujoco.saving import saving
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
+from plumbob.engines.adapters.mujoco.trimming import trimming
 from plumbob.engines.method import meant
 from plumbob.tests.support.cone_scene import SYSTEM, scene
 
@@ -55,7 +55,7 @@ def test_adapter_costs_little(name: str) -> None:
 @pytest.mark.parametrize("name", [m.name for m in METHODS.values() if meant(m, scene())])
 def test_trimming_saves_and_changes_nothing(name: str) -> None:
     # 29 to 39 % on every integrator; a tenth would say that a stage came back
-    measured = saving(SYSTEM.case(scene()), METHODS[name])
+    measured = trimming(SYSTEM.case(scene()), METHODS[name])
     flags = 1 - measured.ns_flags / measured.ns_default
     trimmed = 1 - measured.ns_trimmed / measured.ns_default
     print(f"\n{name}: {measured}: flags save {flags:.0%}, flags and geoms {trimmed:.0%}")

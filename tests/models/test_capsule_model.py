@@ -14,9 +14,15 @@ import pytest
 
 from plumbob.analytic.errors.line_step_error import step_error
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.adapters.mujoco.capsule_model import HOLD, armature, tilt_inertia, whole
-from plumbob.engines.adapters.mujoco.contact_profiles import PROFILES, coulomb_pair
-from plumbob.engines.adapters.mujoco.messages import collected
+from plumbob.engines.adapters.mujoco.capsule import whole
+from plumbob.engines.adapters.mujoco.contacts import (
+    ARMATURE_RATIO,
+    PROFILES,
+    armature,
+    coulomb_pair,
+    tilt_inertia,
+)
+from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.models.registry import scene, scenes, system_of, systems
 from plumbob.tests.support.random_capsules import CHECK, LINE
 
@@ -73,7 +79,7 @@ def test_numbers_are_the_check_values() -> None:
     np.testing.assert_array_equal(model.body("body").ipos, 0.0)
     np.testing.assert_array_equal(model.body("slider").pos, 0.0)
     assert model.jnt_type[model.joint("slider").id] == mujoco.mjtJoint.mjJNT_SLIDE
-    assert model.dof_armature[-1] == model.actuator_gear[0, 0] >= HOLD * CHECK.slider_mass
+    assert model.dof_armature[-1] == model.actuator_gear[0, 0] >= ARMATURE_RATIO * CHECK.slider_mass
 
 
 def test_reduced_and_planar_have_the_same_numbers() -> None:
@@ -157,7 +163,7 @@ def test_free_inertias_are_possible_and_large_enough() -> None:
         assert (
             across >= capsule.weight / capsule.gravity / 3 * np.square(capsule.supports).sum() / 2
         )
-        assert armature(problem.setup) >= HOLD * capsule.slider_mass
+        assert armature(problem.setup) >= ARMATURE_RATIO * capsule.slider_mass
 
 
 @pytest.mark.parametrize("name", CAPSULES)

@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from plumbob.engines.adapters.mujoco.cone_pendulum import HOLD, load_inertia, whole
-from plumbob.engines.adapters.mujoco.flags import needless
+from plumbob.engines.adapters.mujoco.cone_pendulum import ARMATURE_RATIO, load_inertia, whole
+from plumbob.engines.adapters.mujoco.options import idle_stages
 from plumbob.tests.support.cone_scene import DEFAULT, MJCF, THETA
 
 FOLDER = MJCF.parent
@@ -75,7 +75,7 @@ def test_numbers_are_those_of_the_formulas() -> None:
     np.testing.assert_array_equal(model.joint("theta").axis, [1, 0, 0])
     np.testing.assert_array_equal(model.joint("platform").axis, [0, 0, 1])
     np.testing.assert_array_equal(model.key("start").qpos, 0.0)
-    assert model.joint("platform").armature[0] >= HOLD * load_inertia(DEFAULT)
+    assert model.joint("platform").armature[0] >= ARMATURE_RATIO * load_inertia(DEFAULT)
 
 
 def _scaled(name: str) -> Callable[[mujoco.MjSpec], None]:
@@ -118,7 +118,7 @@ def test_cone_is_drawn_where_it_is() -> None:
 def test_nothing_is_left_out_that_would_act() -> None:
     # every flag set in the file is one of an idle stage, and every idle stage has its flag
     model = mujoco.MjModel.from_xml_path(str(MJCF))
-    assert model.opt.disableflags == needless(model)
+    assert model.opt.disableflags == idle_stages(model)
     assert not model.geom_contype.any()
     assert not model.geom_conaffinity.any()
 

@@ -11,8 +11,8 @@ import pytest
 
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
-from plumbob.engines.adapters.mujoco import linear_pendulum, simple_pendulum
-from plumbob.engines.adapters.mujoco.flags import needless
+from plumbob.engines.adapters.mujoco.options import idle_stages
+from plumbob.engines.adapters.mujoco.simple_pendulum import POINT, whole
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of, systems
 
@@ -33,7 +33,7 @@ def test_numbers_are_those_of_the_default_scene() -> None:
     bob, start = model.body("bob"), model.key("start")
     assert bob.mass[0] == MASS
     np.testing.assert_array_equal(bob.ipos, [0.0, 0.0, -given.length])
-    np.testing.assert_array_equal(bob.inertia, simple_pendulum.POINT)
+    np.testing.assert_array_equal(bob.inertia, POINT)
     np.testing.assert_array_equal(model.opt.gravity, [0.0, 0.0, -given.gravity])
     assert (start.qpos[0], start.qvel[0]) == (given.theta, given.theta_dot)
     assert model.dof_damping[0] == given.damping_rate
@@ -44,14 +44,14 @@ def test_nothing_is_left_out_that_would_act() -> None:
     # every flag of the file is one of an idle stage; springs, damping and forcing may be filled in
     model = mujoco.MjModel.from_xml_path(str(MJCF))
     assert model.opt.disableflags
-    assert model.opt.disableflags & needless(model) == model.opt.disableflags
+    assert model.opt.disableflags & idle_stages(model) == model.opt.disableflags
     assert not model.geom_contype.any()
     assert not model.geom_conaffinity.any()
 
 
 def test_rebuilt_at_the_default_parameters_it_is_the_file() -> None:
     file = mujoco.MjModel.from_xml_path(str(MJCF))
-    rebuilt = simple_pendulum.whole(MJCF, problem()).compile()
+    rebuilt = whole(MJCF, problem()).compile()
     compared = 0
     for name in dir(file):
         if isinstance(given := getattr(file, name), np.ndarray) and given.dtype.kind in "fiub":
@@ -64,9 +64,8 @@ def test_every_parameter_reaches_the_model() -> None:
     given = {"length": 2.5, "gravity": 3.7, "damping_rate": 0.3, "forcing_amplitude": 1.5,
              "forcing_frequency": 2.0, "theta": 0.4, "theta_dot": -0.7}  # fmt: skip
     moment = MASS * 2.5**2
-    for builder, spring in ((simple_pendulum, 0.0), (linear_pendulum, MASS * 3.7 * 2.5)):
-        name = builder.__name__.rpartition(".")[2].replace("_", "-")
-        model = builder.whole(MJCF, problem(name, **given)).compile()
+    for name, spring in (("simple-pendulum", 0.0), ("linear-pendulum", MASS * 3.7 * 2.5)):
+        model = whole(MJCF, problem(name, **given)).compile()
         assert model.body("bob").ipos[2] == -2.5
         assert model.opt.gravity[2] == (0.0 if spring else -3.7)
         assert model.dof_damping[0] == pytest.approx(0.3 * moment, rel=1e-15)

@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from plumbob.analytic.errors.soft_contact_plane import missing_loads, plane_motion
 from plumbob.analytic.errors.turn_step_error import euler_lead
-from plumbob.engines.adapters.mujoco.capsule_model import SOFTER, contacts
-from plumbob.engines.adapters.mujoco.capsule_riding import missing_loads, ridden
+from plumbob.engines.adapters.mujoco.contacts import PLANE_SOFTENING, contacts
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import scene, system_of, systems
@@ -135,10 +135,10 @@ def test_bounds_are_not_loose(name: str) -> None:
 
 def test_loads_lack_nothing_where_nothing_yields() -> None:
     posed = problem("capsule-turn/0.3")
-    motion = ridden(posed, 0.1)
-    np.testing.assert_array_equal(missing_loads(posed, motion, 0.0), 0.0)
-    lost = missing_loads(posed, motion, 1e-7)
-    np.testing.assert_allclose(missing_loads(posed, motion, 2e-7), 2.0 * lost, rtol=1e-9)
+    motion, across = plane_motion(posed, 0.1), 0.046
+    np.testing.assert_array_equal(missing_loads(posed, motion, 0.0, across), 0.0)
+    lost = missing_loads(posed, motion, 1e-7, across)
+    np.testing.assert_allclose(missing_loads(posed, motion, 2e-7, across), 2.0 * lost, rtol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -158,15 +158,15 @@ def test_teeth(wrong: dict[str, Any]) -> None:
 
 
 def test_contacts_as_soft_as_a_line_s_let_a_fast_turn_hop() -> None:
-    # what SOFTER is for: at 1e2 slip over step alters the loads by more than they are
+    # what PLANE_SOFTENING is for: at 1e2 slip over step alters the loads by more than they are
     case, method = scene("capsule-turn/0.01-stop"), METHODS[EULER]
     posed = problem(case.name)
-    assert contacts(posed, method.settings).softening == SOFTER
+    assert contacts(posed, method.settings).softening == PLANE_SOFTENING
     simulation = compiled(TURN.case(case), method, step_of(case.name, 800))
     fine = simulation.run().channels["least_normal_force"]
     assert fine.min() > 2.5
     model = simulation.model
-    part = 1e2 / SOFTER
+    part = 1e2 / PLANE_SOFTENING
     model.body_invweight0[model.body("body").id] *= part
     model.pair_solref[:] *= part
     model.opt.impratio *= part

@@ -10,8 +10,8 @@ import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco import options
-from plumbob.engines.adapters.mujoco.like import HALVINGS, NAME, mine
-from plumbob.engines.method import Method
+from plumbob.engines.adapters.mujoco.user_file import HALVINGS, user_method
+from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import scene as find_scene
@@ -52,8 +52,8 @@ INTEGRATORS = {
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_options_are_taken(integrator: str, tmp_path: Path) -> None:
-    found, like = mine(written(tmp_path, integrator)), find_method(INTEGRATORS[integrator])
-    assert found.name == NAME
+    found, like = user_method(written(tmp_path, integrator)), find_method(INTEGRATORS[integrator])
+    assert found.name == USER_METHOD
     assert found.engine == "mujoco"
     assert (found.scheme, found.order) == (like.scheme, like.order)
     assert found.systems == ()
@@ -74,7 +74,7 @@ def test_options_are_taken(integrator: str, tmp_path: Path) -> None:
 
 
 def test_contact_defaults_are_taken(tmp_path: Path) -> None:
-    contact = mine(written(tmp_path)).settings["contact"]
+    contact = user_method(written(tmp_path)).settings["contact"]
     assert contact["solref"] == (0.004, 0.9)
     assert contact["solimp"][:3] == (0.8, 0.97, 0.002)
     assert contact["condim"] == 4
@@ -84,7 +84,7 @@ def test_contact_defaults_are_taken(tmp_path: Path) -> None:
 def test_overridden_contacts_are_taken(tmp_path: Path) -> None:
     path = written(tmp_path, flags='override="enable" energy="enable"')
     path.write_text(path.read_text("utf-8").replace('cone="', 'o_solref="-500 -9" cone="'), "utf-8")
-    found = mine(path)
+    found = user_method(path)
     assert found.settings["contact"]["solref"] == (-500.0, -9.0)
     assert found.settings["contact"]["condim"] == 4  # which no option overrides
     assert found.settings["enableflags"] == 0  # the flag would override the scene's friction too
@@ -102,7 +102,7 @@ def test_mine_is_measured_as_any_method(
     name: str, integrator: str, flags: str, tmp_path: Path
 ) -> None:
     scene = replace(find_scene(name), duration=0.5)
-    system, found = system_of(scene), mine(written(tmp_path, integrator, "0.0005", flags))
+    system, found = system_of(scene), user_method(written(tmp_path, integrator, "0.0005", flags))
     run, _ = measure(system.case(scene), found, found.step_sizes[0])
     assert judge(run, system, found).verdict == "pass"
     if name == "cone-pendulum" or integrator == "RK4":
@@ -144,7 +144,7 @@ def test_what_is_no_model_is_refused_in_one_line(
     if name in CONTENTS:
         (tmp_path / name).write_text(CONTENTS[name], "utf-8")
     with pytest.raises(ParameterError) as caught:
-        mine(tmp_path / name)
+        user_method(tmp_path / name)
     assert caught.value.name == "like"
     assert str(tmp_path / name) in str(caught.value)
     assert "\n" not in str(caught.value)

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plumbob.engines.adapters.mujoco.like import mine
 from plumbob.engines.adapters.mujoco.simulation import compiled
+from plumbob.engines.adapters.mujoco.user_file import user_method
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
@@ -25,7 +25,7 @@ def own(folder: Path, options: str = "", geom: str = "") -> Method:
     """The method of a file with these options and contact defaults."""
     path = folder / "my.xml"
     path.write_text(BARE.format(options=options, geom=geom), "utf-8")
-    return mine(path)
+    return user_method(path)
 
 
 @pytest.mark.parametrize(

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from plumbob.analytic.errors.added_inertia import platform_error
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import cone
 from plumbob.engines.adapters.mujoco import ENGINE, model_error, prepare
-from plumbob.engines.adapters.mujoco.armature_share import swing_error
 from plumbob.engines.adapters.mujoco.cone_pendulum import whole
-from plumbob.engines.adapters.mujoco.saving import saving
 from plumbob.engines.adapters.mujoco.simulation import compiled
+from plumbob.engines.adapters.mujoco.trimming import trimming
 from plumbob.engines.method import Method
 from plumbob.engines.trajectory import Trajectory
 from plumbob.tests.support.cone_scene import DEFAULT, MJCF, SYSTEM, THETA, THETA_DOT, scene
@@ -151,7 +151,7 @@ def test_armature_has_the_share_that_theory_gives_it(armature: float, pivot_x: f
     simulation.model.opt.timestep = 5e-5
     simulation.data = mujoco.MjData(simulation.model)
     moved = np.abs(simulation.run().observables["theta"] - firm).max()
-    assert moved == pytest.approx(swing_error(problem, 0.5, armature)[0], rel=1e-3, abs=5e-13)
+    assert moved == pytest.approx(platform_error(problem, 0.5, armature)[0], rel=1e-3, abs=5e-13)
 
 
 def test_armature_of_the_model_has_no_share_to_speak_of() -> None:
@@ -190,7 +190,7 @@ def test_a_step_ten_times_too_large_is_seen() -> None:
 def test_trimming_changes_no_bit() -> None:
     # the cost itself is measured in tests/benchmarks; here 0.1 s of each is enough
     for method in METHODS.values():
-        assert saving(SYSTEM.case(scene()), method, steps=1000, repeats=3).identical
+        assert trimming(SYSTEM.case(scene()), method, steps=1000, repeats=3).identical
 
 
 def test_a_start_given_by_its_excess_energy_is_taken() -> None:

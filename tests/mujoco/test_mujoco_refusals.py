@@ -12,7 +12,7 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.cone_pendulum import cone
 from plumbob.engines.adapters.mujoco import ENGINE, prepare
-from plumbob.engines.adapters.mujoco.flags import BIT, needless
+from plumbob.engines.adapters.mujoco.options import BIT, idle_stages
 from plumbob.engines.method import Unsupported
 from plumbob.tests.support.cone_scene import SYSTEM, scene
 from plumbob.tests.support.one_hinge import HINGE
@@ -83,5 +83,5 @@ def test_only_idle_stages_are_left_out(given: dict[str, Any], needed: set[str]) 
     xml = HINGE.format(**{"joint": "", "contype": 0, "more": "", **given})
     stages = {"CONSTRAINT", "CONTACT", "ACTUATION", "SPRING", "DAMPER", "SENSOR"}
     model = mujoco.MjModel.from_xml_string(xml)
-    idle = {stage for stage in stages if needless(model) & int(getattr(BIT, f"mjDSBL_{stage}"))}
+    idle = {stage for stage in stages if idle_stages(model) & int(getattr(BIT, f"mjDSBL_{stage}"))}
     assert idle == stages - needed

@@ -13,9 +13,9 @@ import pytest
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters import sampling
-from plumbob.engines.adapters.mujoco import ENGINE, prepare, stepping
-from plumbob.engines.adapters.mujoco.flags import BIT, needless
-from plumbob.engines.adapters.mujoco.messages import collected
+from plumbob.engines.adapters.mujoco import ENGINE, prepare
+from plumbob.engines.adapters.mujoco import simulation as simulations
+from plumbob.engines.adapters.mujoco.options import BIT, collected, idle_stages
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
 from plumbob.engines.adapters.mujoco.translation import Translation
 from plumbob.engines.method import Method
@@ -139,7 +139,7 @@ def test_a_start_that_is_no_state_gives_no_samples(start: float) -> None:
 
 def test_the_engine_is_kept_from_starting_afresh_by_itself() -> None:
     model = compiled(SYSTEM.case(scene()), EULER, 1e-3).model
-    assert model.opt.disableflags == needless(model) | int(BIT.mjDSBL_AUTORESET)
+    assert model.opt.disableflags == idle_stages(model) | int(BIT.mjDSBL_AUTORESET)
 
 
 def test_limits_cut_a_run_that_the_engine_itself_is_content_with() -> None:
@@ -158,7 +158,7 @@ def test_controls_are_held_over_each_step(
     def control(times: Array) -> Array:
         return 20 * np.sin(40 * times)[:, None]
 
-    monkeypatch.setattr(stepping, "BLOCK", block)
+    monkeypatch.setattr(simulations, "BLOCK", block)
     given = {"control": control, "control_at": control_at}
     simulated = simulation(PUSHED, given, 1000)
     trajectory = simulated.run()

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco import ENGINE, model_error, prepare
-from plumbob.engines.adapters.mujoco.contact_profiles import PROFILES, convergent, profile
-from plumbob.engines.adapters.mujoco.saving import saving
+from plumbob.engines.adapters.mujoco.contacts import PROFILES, profile
 from plumbob.engines.adapters.mujoco.simulation import compiled
+from plumbob.engines.adapters.mujoco.trimming import trimming
 from plumbob.engines.method import Unsupported
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.models.registry import scene, system_of, systems
@@ -118,7 +118,7 @@ def test_the_planar_model_shares_the_weight_equally() -> None:
 @pytest.mark.parametrize("name", ["capsule-line/ca1", "capsule-hold/0.9"])
 def test_trimming_changes_no_bit(name: str, model: str) -> None:
     case = scene(name)
-    assert saving(system_of(case).case(case), METHODS[model], 1e-4, steps=300, repeats=3).identical
+    assert trimming(system_of(case).case(case), METHODS[model], 1e-4, steps=300, repeats=3).identical
 
 
 def test_what_is_not_meant_for_a_scene_says_so() -> None:
@@ -134,7 +134,7 @@ def test_what_is_not_meant_for_a_scene_says_so() -> None:
 def test_an_unknown_profile_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"^contact = 'coulom': must be one of coulomb"):
         profile({"contact": "coulom"})
-    assert {name for name in PROFILES if convergent({"contact": name})} == {
+    assert {name for name in PROFILES if profile({"contact": name}).convergent} == {
         "coulomb",
         "coulomb+noslip",
     }

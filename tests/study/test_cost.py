@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plumbob.engines.adapters.mujoco.saving import saving
+from plumbob.engines.adapters.mujoco.trimming import trimming
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study import cost
 from plumbob.engines.trajectory import Trajectory
@@ -62,5 +62,5 @@ def test_waiting_is_no_cost(computing: float) -> None:
 def test_what_a_model_leaves_out_is_timed_whatever_its_controls(name: str) -> None:
     scene = find_scene(name)
     method = "mujoco/euler+coulomb" if name.startswith("capsule") else "mujoco/euler"
-    found = saving(system_of(scene).case(scene), find_method(method), 1e-4, steps=50, repeats=1)
+    found = trimming(system_of(scene).case(scene), find_method(method), 1e-4, steps=50, repeats=1)
     assert found.identical

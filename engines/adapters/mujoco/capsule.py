@@ -91,8 +91,9 @@ def model_error(
     contact = soft_contact(problem, method.settings, step)
     if contact is None:
         return {}
-    theory = soft_contact_plane if without_formula(problem) else soft_contact_line
-    return theory.model_error(problem, duration, contact)
+    if without_formula(problem):
+        return soft_contact_plane.model_error(problem, duration, contact)
+    return soft_contact_line.model_error(problem, duration, contact)
 
 
 def whole(

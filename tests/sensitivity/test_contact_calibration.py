@@ -1,0 +1,98 @@
+"""The calibrated factors of soft contacts are held from both sides: smaller ones are refuted by
+runs, larger ones are looser than bounds may be."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+
+import pytest
+
+from plumbob.analytic.errors import soft_contact
+from plumbob.engines.adapters.mujoco import ENGINE
+from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.models.registry import case_of, scene, system_of
+from plumbob.models.scene import Case
+from plumbob.reports.judge.verdict import judge
+from plumbob.tests.support.mujoco_capsule import LOADS, METHODS
+
+QUASI_STATIC, OVERSHOOT = "QUASI_STATIC_FACTOR", "OVERSHOOT_FACTOR"
+LOOSE = {"line": 15.0, "turn": 6.0}  # as the tests of tightness have it
+LINE = ("capsule-line/at-123", "rk4+coulomb", 1e-3)
+OFF_CENTROID = ("capsule-line/off-centroid", "euler+coulomb", 1e-3)
+TURNS = tuple((f"capsule-turn/{ratio}", "euler+coulomb", 100) for ratio in (0.3, 0.1, 0.03))
+Run = tuple[str, str, float]  # scene, method, step [s] or parts of the half time
+
+
+@cache
+def measured(run: Run) -> tuple[Case, Measurement]:
+    """A run, whatever the factors are."""
+    name, method, step = run
+    chosen = scene(name)
+    if step >= 1.0:
+        step = float(chosen.parameters["half_time"]) / step
+    case = case_of(chosen)
+    return case, measure(case, METHODS[method], step)[0]
+
+
+def again(run: Run) -> Measurement:
+    """The run with its bounds worked out by the factors as they are now."""
+    case, found = measured(run)
+    bounds = ENGINE.model_error(case, METHODS[run[1]], found.step)
+    errors = {
+        name: replace(error, model=bounds.get(name, {})) for name, error in found.errors.items()
+    }
+    return replace(found, errors=errors)
+
+
+def verdict(run: Run) -> str:
+    """The verdict on a run by the factors as they are now."""
+    return judge(again(run), system_of(scene(run[0])), METHODS[run[1]]).verdict
+
+
+def looseness(run: Run) -> Mapping[str, float]:
+    """{observable: the model's bound over what prediction misses}."""
+    return {
+        name: sum(error.model.values()) / error.predicted.missed
+        for name, error in again(run).errors.items()
+        if error.predicted is not None and error.predicted.missed
+    }
+
+
+@pytest.mark.parametrize("run", [LINE, OFF_CENTROID, *TURNS])
+def test_as_they_are_runs_pass_and_bounds_are_not_loose(run: Run) -> None:
+    assert verdict(run) == "pass"
+    if run in TURNS:
+        assert 1.0 <= looseness(run)["body_angle"] < LOOSE["turn"]
+    else:
+        assert all(1.0 <= looseness(run)[name] < LOOSE["line"] for name in ("displacement", *LOADS))
+
+
+@pytest.mark.parametrize("run", TURNS)
+def test_a_third_of_the_quasi_static_factor_is_refuted(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(soft_contact, QUASI_STATIC, soft_contact.QUASI_STATIC_FACTOR / 3)
+    assert verdict(run) == "fail"
+
+
+def test_three_times_the_quasi_static_factor_is_loose(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(soft_contact, QUASI_STATIC, soft_contact.QUASI_STATIC_FACTOR * 3)
+    assert all(looseness(run)["body_angle"] > LOOSE["turn"] for run in TURNS)
+    assert looseness(LINE)["displacement"] > LOOSE["line"]
+
+
+@pytest.mark.parametrize("run", [LINE, OFF_CENTROID])
+def test_a_sixth_of_the_overshoot_factor_is_refuted(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(soft_contact, OVERSHOOT, soft_contact.OVERSHOOT_FACTOR / 6)
+    assert verdict(run) == "fail"
+
+
+@pytest.mark.parametrize("run", [LINE, OFF_CENTROID])
+def test_ten_times_the_overshoot_factor_is_loose(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(soft_contact, OVERSHOOT, soft_contact.OVERSHOOT_FACTOR * 10)
+    found = looseness(run)
+    assert all(found[name] > LOOSE["line"] for name in LOADS)
