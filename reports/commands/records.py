@@ -38,7 +38,9 @@ def record(
         },
         "invariants": found.invariants,
         "verdict": judgement.verdict,
-        "expected": None if method.name == USER_METHOD else expected(found.scene, method.name).verdict,
+        "expected": None
+        if method.name == USER_METHOD
+        else expected(found.scene, method.name).verdict,
         "reason": judgement.reason,
         "order": order and {"slope": order.slope, "low": order.low, "high": order.high},
         "steps": found.steps,

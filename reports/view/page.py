@@ -28,7 +28,15 @@ from plumbob.reports.view.trimming import trimming
 
 NAME = "index.html"
 TEMPLATES = Path(__file__).parent / "templates"
-ORDER: tuple[Verdict, ...] = ("pass", "fail", "not-converging", "diverged", "coarse", "unsupported", "missing")
+ORDER: tuple[Verdict, ...] = (
+    "pass",
+    "fail",
+    "not-converging",
+    "diverged",
+    "coarse",
+    "unsupported",
+    "missing",
+)
 
 
 @dataclass(frozen=True)
