@@ -145,9 +145,9 @@ def error_against_step(
         )  # fmt: skip
     return figure(
         f"Largest error of {symbol(leading.name)} against step",
-        "Marks: measured. Dashed: predicted, the sum of C\u209ah\u1d56 over powers p of the step h, "
-        "with coefficients C\u209a from theory. Adaptive solvers have no step: they are in the plot "
-        "of error against cost.",
+        "Marks: measured. Dashed: predicted, the sum of C\u209ah\u1d56 over powers p of the step "
+        "h, with coefficients C\u209a from theory. Adaptive solvers have no step: they are in the "
+        "plot of error against cost.",
         traces,
         logarithmic("step [s]"),
         logarithmic(f"largest |error of {symbol(leading.name)}| [{leading.unit}]"),

@@ -136,8 +136,8 @@ def cost(
         "real-time factor",
     )
     note = (
-        "Medians of interleaved repeats, with nothing else running. A step of an adaptive solver is "
-        "one evaluation of the equation. The reference step is a bare MuJoCo step of an empty "
+        "Medians of interleaved repeats, with nothing else running. A step of an adaptive solver "
+        "is one evaluation of the equation. The reference step is a bare MuJoCo step of an empty "
         "model. Real-time factor: simulated time over wall time."
     )
     return Table("Cost", heads, tuple(rows), note)
