@@ -23,6 +23,7 @@ def record(
     per_step = (
         cost.ns_per_step if cost else (1e9 * found.seconds / found.steps if found.steps else None)
     )
+    wanted = None if method.name == USER_METHOD else expected(found.scene, method.name).verdict
     wall = per_step * 1e-9 * found.steps if per_step else None
     return {
         "scene": found.scene,
@@ -38,7 +39,7 @@ def record(
         },
         "invariants": found.invariants,
         "verdict": judgement.verdict,
-        "expected": None if method.name == USER_METHOD else expected(found.scene, method.name).verdict,
+        "expected": wanted,
         "reason": judgement.reason,
         "order": order and {"slope": order.slope, "low": order.low, "high": order.high},
         "steps": found.steps,

@@ -28,7 +28,7 @@ from plumbob.reports.commands.like import add_like, beside, own_method
 from plumbob.reports.commands.progress import progress
 from plumbob.reports.commands.records import record
 from plumbob.reports.judge.expectations import as_expected
-from plumbob.reports.judge.user_settings import Yours, instead, yours
+from plumbob.reports.judge.user_settings import UserResult, instead, user_results
 from plumbob.reports.judge.user_settings import lines as own_lines
 from plumbob.reports.judge.verdict import Judgements, judge_study
 
@@ -77,7 +77,7 @@ def command(chosen: argparse.Namespace) -> int:
     study = store.load(out / store.FILE, store.save(measured, out / store.FILE))
     assert study is not None
     judged = judge_study(study)
-    own = yours(study, judged)
+    own = user_results(study, judged)
     page = write_page(study, out, judged)
     if chosen.junitxml:
         write_junit(Path(chosen.junitxml), study, judged)
@@ -100,7 +100,9 @@ def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
     return (own_method(like), *found) if like else found
 
 
-def records(study: Study, judged: Judgements, own: Sequence[Yours] = ()) -> list[dict[str, Any]]:
+def records(
+    study: Study, judged: Judgements, own: Sequence[UserResult] = ()
+) -> list[dict[str, Any]]:
     """One record a run; that of the user's own settings at their own step says what would be
     better."""
     better = instead(own)

@@ -28,7 +28,9 @@ from plumbob.reports.view.trimming import trimming
 
 NAME = "index.html"
 TEMPLATES = Path(__file__).parent / "templates"
-ORDER: tuple[Verdict, ...] = ("pass", "fail", "not-converging", "diverged", "coarse", "unsupported", "missing")
+ORDER: tuple[Verdict, ...] = (
+    "pass", "fail", "not-converging", "diverged", "coarse", "unsupported", "missing",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
