@@ -32,7 +32,7 @@ WHY = MappingProxyType({
     "mujoco/euler+coulomb": "semi-implicit Euler loses angular momentum",
 })  # fmt: skip
 EULER, RK4, DEFAULT = "mujoco/euler+coulomb", "mujoco/rk4+coulomb", "mujoco/euler"
-DEFLECTION = "sag of the contacts"  # the reason of its model-error bound
+DEFLECTION = "contact deflection"  # the reason of its model-error bound
 Errors = dict[tuple[float, str], tuple[float | None, float | None]]
 
 
