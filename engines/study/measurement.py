@@ -1,4 +1,4 @@
-"""One run compared with the exact answer: errors, what theory predicted, invariants, cost."""
+"""One run held against the exact answer: errors, what theory predicted, invariants, cost."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Prediction:
 @dataclass(frozen=True)
 class Controlled:
     """What a solver that controls its local error to a relative tolerance may do to an observable:
-    every step adds an error of the tolerance, and the motion carries that to the end."""
+    every step errs by the tolerance, and the motion carries that to the end."""
 
     largest: float
     nonlinearity: float  # see `Reference.nonlinearity`
@@ -93,7 +93,7 @@ def measure(case: Case, method: Method, step: float) -> tuple[Measurement, Traje
         return _with(
             blank,
             status="diverged",
-            reason="; ".join(run.warnings) or "beyond any state that the motion can reach",
+            reason="; ".join(run.warnings) or "beyond every reach of the motion",
             diverged_at=run.diverged_at,
             steps=run.steps,
             seconds=run.seconds,
@@ -122,51 +122,48 @@ def _errors(
     run: Trajectory,
     model: Mapping[str, Mapping[str, float]],
 ) -> Mapping[str, ObservedError]:
-    truth, uncertainty = exact.observe(run.times), exact.uncertainty(run.times)
-    at_step: Mapping[str, Array] = {}
+    truth, doubt = exact.observe(run.times), exact.uncertainty(run.times)
+    told: Mapping[str, Array] = {}
     if isinstance(exact, StepReference) and method.control == "step":
-        at_step = exact.predicted(method.scheme, step, run.times)
-    series = {} if at_step else exact.leading_error(method.scheme, run.times)
+        told = exact.predicted(method.scheme, step, run.times)
+    series = {} if told else exact.leading_error(method.scheme, run.times)
     powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
     total = {
         o.name: sum((terms[o.name] for terms in powers.values()), np.zeros(len(run.times)))
         for o in system.observables
         if powers and all(o.name in terms for terms in powers.values())
     }
-    nonlinear = exact.nonlinearity(run.times, total) if total else 0.0
-    carried = _carried(exact, method, step, run, uncertainty)
+    bent = exact.nonlinearity(run.times, total) if total else 0.0
+    carried = _carried(exact, method, step, run, doubt)
     errors = {}
     for name in (o.name for o in system.observables if o.name in run.observables):
         error = run.observables[name] - truth[name]
         errors[name] = ObservedError(
             largest=float(np.abs(error).max()),
             end=float(error[-1]),
-            uncertainty=float(uncertainty[name].max()),
+            uncertainty=float(doubt[name].max()),
             scale=float(np.abs(truth[name]).max()),
             model=dict(model.get(name, {})),
-            predicted=_at_step(at_step[name], error, uncertainty[name], run.steps)
-            if name in at_step
-            else _predicted(name, total, powers, nonlinear),
+            predicted=_at_step(told[name], error, doubt[name], run.steps)
+            if name in told
+            else _predicted(name, total, powers, bent),
             controlled=carried.get(name),
         )
     return errors
 
 
 def _carried(
-    exact: Reference, method: Method, step: float, run: Trajectory, uncertainty: Mapping[str, Array]
+    exact: Reference, method: Method, step: float, run: Trajectory, doubt: Mapping[str, Array]
 ) -> Mapping[str, Controlled]:
     if method.scheme != "adaptive":
         return {}
-    may = {name: step * run.steps * value / ULP for name, value in uncertainty.items()}
-    nonlinear = exact.nonlinearity(run.times, may)
-    return {name: Controlled(float(value.max()), nonlinear) for name, value in may.items()}
+    may = {name: step * run.steps * value / ULP for name, value in doubt.items()}
+    bent = exact.nonlinearity(run.times, may)
+    return {name: Controlled(float(value.max()), bent) for name, value in may.items()}
 
 
 def _predicted(
-    name: str,
-    total: Mapping[str, Array],
-    powers: Mapping[int, Mapping[str, Array]],
-    nonlinear: float,
+    name: str, total: Mapping[str, Array], powers: Mapping[int, Mapping[str, Array]], bent: float
 ) -> Prediction | None:
     if name not in total:
         return None
@@ -174,19 +171,19 @@ def _predicted(
         largest=float(np.abs(total[name]).max()),
         end=float(total[name][-1]),
         terms={p: float(np.abs(terms[name]).max()) for p, terms in powers.items()},
-        nonlinearity=nonlinear,
+        nonlinearity=bent,
     )
 
 
-def _at_step(predicted: Array, error: Array, uncertainty: Array, steps: int) -> Prediction:
+def _at_step(told: Array, error: Array, doubt: Array, steps: int) -> Prediction:
     """What is predicted of an error at the samples, shape (n,), for this very step."""
-    rounded = uncertainty * (1.0 + 2.0 * float(np.sqrt(steps)))  # as in `floor`
+    rounded = doubt * (1.0 + 2.0 * float(np.sqrt(steps)))  # as in `floor`
     return Prediction(
-        largest=float(np.abs(predicted).max()),
-        end=float(predicted[-1]),
+        largest=float(np.abs(told).max()),
+        end=float(told[-1]),
         terms={},
         nonlinearity=0.0,
-        missed=float(np.maximum(np.abs(error - predicted) - rounded, 0.0).max()),
+        missed=float(np.maximum(np.abs(error - told) - rounded, 0.0).max()),
     )
 
 
@@ -195,8 +192,7 @@ def _with(blank: Measurement, **values: Any) -> Measurement:
 
 
 def floor(error: ObservedError, steps: int) -> float:
-    """The part of an error that no smaller step removes: the bound of the model's error, the
-    uncertainty of the exact answer in double precision, and the rounding of every step, which adds
-    up as a random walk: four standard deviations of half a unit in the last place, each with the
-    effect of one in the inputs."""
+    """What no smaller step can take from an error: the model's own share, what double precision
+    allows the exact answer, and the rounding of every step, which adds up as a random walk: four
+    standard deviations of half a unit in the last place, whose effect is that of an input's."""
     return sum(error.model.values()) + error.uncertainty * (1.0 + 2.0 * float(np.sqrt(steps)))
