@@ -61,8 +61,8 @@ class Drift:
 
     @property
     def fate(self) -> str:
-        """Lost or gained: a good part of it, by the end, at no constant rate. Secular: the line rises
-        above the scatter."""
+        """Lost or gained: a good part of it, by the end, at no constant rate. Secular: the line
+        rises above the scatter."""
         late = float(np.mean(self.errors[-(len(self.errors) // 10) :]))
         if abs(late) > LOST * self.available:
             return "lost" if late < 0.0 else "gained"

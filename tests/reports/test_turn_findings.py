@@ -89,7 +89,7 @@ def test_a_support_that_stops_and_slides_on() -> None:
     motion = exact_motion.motion()
     ((time, support),) = exact_motion.touches(motion)
     assert time / 0.08 == pytest.approx(1.307, abs=1e-3)
-    found = exact_motion.finding()
+    found = exact_motion.touching()
     assert f"A{support + 1}" in found.summary
     before, after = (
         [float(line[n].text) for line in found.tables[0].rows] for n in (3, 4)

@@ -74,9 +74,9 @@ def finding(study: Study) -> Finding:
         "integral). The source prints a sin²θ + b sin θ – c cos θ: the centrifugal terms with the "
         "opposite sign. Eqs. 15 and 16 and the whole of Fig. 3 inherit the error. On a platform at "
         "rest a = b = 0 and the two agree, so Fig. 2 is right.",
-        "Three independent methods without common code: MuJoCo steps a multibody model of platform, "
-        "hinge and cone, and uses no Hamiltonian; DOP853 integrates Lagrange's equation from (7); "
-        "the closed form inverts the elliptic integral of the corrected Hamiltonian.",
+        "Three independent methods without common code: MuJoCo steps a multibody model of the "
+        "platform, hinge and cone, and uses no Hamiltonian; DOP853 integrates Lagrange's equation "
+        "from (7); the closed form inverts the elliptic integral of the corrected Hamiltonian.",
     )
     return Finding(
         "printed-hamiltonian",
@@ -156,7 +156,7 @@ def _conserved(both: Forms, runs: Runs) -> Table:
 
 
 def _courses(both: Forms, runs: Runs) -> list[Figure]:
-    """theta and theta_dot over time: either closed form, and the first independent method as dots."""
+    """theta and theta_dot over time: either closed form, and the first independent method."""
     times = np.linspace(0.0, END, 251)
     right, printed = both.correct.state(times), both.printed.state(times)
     figures = []
@@ -177,7 +177,7 @@ def _courses(both: Forms, runs: Runs) -> list[Figure]:
 
 
 def _distances(both: Forms, runs: Runs) -> Figure:
-    """Distance of the printed form and of the independent methods from the correct form, over time."""
+    """Distance of the printed form and of the methods from the correct form, over time."""
     times = np.linspace(0.0, END, 251)[1:]
     off = both.printed.state(times)[0] - both.correct.state(times)[0]
     traces: list[Trace] = [

@@ -1,4 +1,4 @@
-"""Findings on the source's text: misprinted inertia, claims about the turning base, Euler's order."""
+"""Findings on the source's text: a misprinted inertia, claims on the turning base, an order."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
 
 def inertia(study: Study) -> Finding:
     """MuJoCo against the formula with I_y and with the printed I_x."""
-    problem = case(UNEQUAL).problem.problem
+    problem = case(UNEQUAL).problem
     body = problem.body
     printed = replace(problem, body=replace(body, inertia_y=body.inertia_x))
     at = np.array([END])
@@ -66,8 +66,8 @@ def inertia(study: Study) -> Finding:
         f"I_x is {notation.number(abs(with_x - with_y))} rad after {END} s, and {said}.",
         (
             "The platform's rotation reaches the body through its moments about y and z, since the "
-            "swing is about x: a = ½(I_y – I_z)ω². For a cone I_x = I_y and there is no difference; "
-            "the source adds that the body may lack any symmetry, and then there is.",
+            "swing is about x: a = ½(I_y – I_z)ω². For a cone I_x = I_y, and there is no "
+            "difference; the source adds that the body may lack any symmetry, and then there is.",
         ),
         (table,),
         (),
@@ -124,7 +124,8 @@ def claims() -> Finding:
             "A turning base makes the rotation more uniform",
             f"speed spread {_percent(printed.spread)} of the initial {speed} rad/s, against "
             f"{_percent(at_rest.spread)} of {slow} rad/s at rest",
-            f"{_percent(right.spread)} ({number(right.lowest, 4)} to {number(right.highest, 4)} rad/s); "
+            f"{_percent(right.spread)} ({number(right.lowest, 4)} to {number(right.highest, 4)} "
+            "rad/s); "
             f"a resting base from the same {speed} rad/s: {_percent(level.spread)}",
             _judged(
                 "not shown",
@@ -149,8 +150,8 @@ def claims() -> Finding:
             "–",
             _judged(
                 "terms",
-                "Here, rotation means turning over and libration swinging; θ = 0 hangs down, and the "
-                "slowest point of Fig. 2, θ = π, is the upper one.",
+                "Here, rotation means turning over and libration swinging; θ = 0 hangs down, and "
+                "the slowest point of Fig. 2, θ = π, is the upper one.",
             ),
         ),
     )
@@ -219,8 +220,8 @@ def euler_order(study: Study) -> Finding:
         f"{_size(first[RESTING], first[ROTATING])} there and is {notation.number(first[ROTATING])} "
         f"rad/s on the turning one.",
         (
-            "The order of a method thus depends on the motion and on the observable too: a test that "
-            "starts at the bottom of a swing would certify a first-order integrator as second "
+            "The order of a method thus depends on the motion and on the observable too: a test "
+            "that starts at the bottom of a swing would certify a first-order integrator as second "
             "order.",
         ),
         (Table("Leading coefficients, error = C₁h + C₂h² + …", heads, tuple(rows)),),

@@ -52,7 +52,7 @@ def finding(study: Study) -> Finding:
     bounded = [m for m, d in drifts.items() if not d.secular]
     return Finding(
         "pendulum-energy",
-        "Energy: symplectic steps keep it, RK4 loses it at a predicted rate, pymunk's joint quickly",
+        "Energy: symplectic steps keep it, RK4 loses it at a predicted rate, pymunk's joint fast",
         "confirmed",
         f"Over {STEPS[study.profile]} steps of {notation.short(STEP)} s the energy error of "
         f"{' and '.join(bounded)} stays bounded; ode/rk4 drifts by "

@@ -57,7 +57,7 @@ def references(study: Study) -> Finding:
     said = ", ".join(f"{notation.short(x)} rad for {t:.0f} s" for x, t in horizons.items())
     return Finding(
         "references",
-        "Damped and forced pendulums have no formula; two methods agree, and chaos limits for how long",
+        "Damped and forced pendulums: no formula, two methods that agree, and a limit set by chaos",
         "measured",
         f"Taylor series and Gauss collocation agree on θ to {AGREED:g} rad for 50 s in every "
         f"scene, and in the chaotic one for {parted:.0f} s. A start and parameters in double "
@@ -68,8 +68,8 @@ def references(study: Study) -> Finding:
             "error bar is the larger of their difference and of the effect of one unit in the last "
             "place of every input. Undamped motions are Jacobi functions, and linear ones have a "
             "closed form.",
-            f"In {CHAOTIC} neighbouring motions separate as e^(λt), with λ = {exponent.value:.3f} ± "
-            f"{exponent.standard_error:.3f}/s (mean over {FOLLOWED[study.profile]:.0f} s after "
+            f"In {CHAOTIC} neighbouring motions separate as e^(λt), with λ = {exponent.value:.3f} "
+            f"± {exponent.standard_error:.3f}/s (mean over {FOLLOWED[study.profile]:.0f} s after "
             "100 s of transient; one standard error). The scene is run for 50 s. Any comparison "
             "beyond the horizon compares round-off.",
         ),
@@ -78,7 +78,7 @@ def references(study: Study) -> Finding:
                 "How well the reference is known over 50 s",
                 ("scene", "difference of two methods [rad]", "error bar [rad]", "known to"),
                 tuple(rows),
-                "Largest over the run. The error bar may shrink again where neighbouring motions meet.",
+                "Largest over the run. The error bar may shrink where neighbouring motions meet.",
             ),
         ),
         (_plot(motion, exponent),),
@@ -116,7 +116,7 @@ def _plot(motion: DrivenMotion, exponent: LyapunovExponent) -> Figure:
         + " and 1e-9 rad at ".join(f"{motion.horizon(x):.0f} s" for x in HORIZONS[:2])
         + ".",
         [
-            curve(at[1:], positive(gaps["theta"][1:]), colour=BLUE, name="difference of two methods"),
+            curve(at[1:], positive(gaps["theta"][1:]), colour=BLUE, name="two methods' difference"),
             curve(times, positive(doubt), colour=GREY, dash="dot", width=2.0,
                   name="error bar"),
             curve(times, foot, colour=RED, dash="dash",
@@ -182,7 +182,8 @@ def _row(k: int) -> tuple[Cell, ...]:
     _, motion, _ = _posed(k)
     period = _by_scipy(k, np.zeros(1))[1] / motion.period - 1
     return row(Cell(str(k), "number"), value(motion.period, 16),
-               _or_nan(period), _or_nan(_scipy(k)), *(value(v, 2) for v in _rounded(k)))  # fmt: skip
+               _or_nan(period), _or_nan(_scipy(k)),
+               *(value(v, 2) for v in _rounded(k)))  # fmt: skip
 
 
 def _or_nan(found: float) -> Cell:

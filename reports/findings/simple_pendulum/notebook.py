@@ -126,9 +126,9 @@ def finding(study: Study) -> Finding:
         f"and {number(largest[worst])} rad in case {worst}; using the linear equation is the "
         "larger error in all seven.",
         (
-            "The notebook shows curves and no error. The same integrator at the same step, compared "
-            f"with the exact motion, has an error about {factor:.0f} times larger in case {worst} "
-            f"than in case {best}: without damping, RK4's energy drift changes the speed, and the "
+            "The notebook shows curves and no error. The same integrator at the same step, "
+            f"compared with the exact motion, has an error about {factor:.0f} times larger in case "
+            f"{worst} than in case {best}: without damping, RK4's energy drift changes the speed, and the "
             "error of the angle grows with time; with damping, errors decay with the motion.",
         ),
         (

@@ -77,9 +77,9 @@ def orders(study: Study) -> Finding | None:
         f"Fitted over four steps or more, the orders are those that theory predicts of this error "
         f"on this motion{_worst(shown)}.",
         (
-            "The error of RK4 is C₄h⁴ + C₅h⁵ + …. The first term makes the energy oscillate; by time "
-            "symmetry it does not contribute to its drift. The h⁵ term makes it drift: the error "
-            "of the speed grows with time, and that of the angle with its square. That term "
+            "The error of RK4 is C₄h⁴ + C₅h⁵ + …. The first term makes the energy oscillate; by "
+            "time symmetry it does not contribute to its drift. The h⁵ term makes it drift: the "
+            "error of the speed grows with time, and that of the angle with its square. That term "
             "dominates in cases 2 to 4 at the steps that a user takes. Where the swing is small C₅ "
             "is small, and with damping nothing accumulates: order 4. Leapfrog is symmetric and "
             "has even powers only.",
@@ -170,7 +170,7 @@ def held_control(study: Study) -> Finding:
     )
     return Finding(
         "held-control",
-        "A control read at the start of a step reduces the order of RK4 by three; at the middle, by two",
+        "A control read at a step's start reduces the order of RK4 by three; at its middle, by two",
         "engine limit",
         f"A pendulum pushed by A sin(Ωt): RK4's observed order is {said}.",
         (
