@@ -35,7 +35,7 @@ class Study:
     reference_step: float  # [ns] of a bare step of an empty model, in this study
     seconds: Mapping[str, float]  # wall time of the two halves, "errors" and "costs"
     leads: Mapping[str, Observable] = field(default_factory=dict)
-    """The leading observable of each scene, for who would rather not load every system."""
+    """The leading observable of each scene, so that a reader need not load every system."""
     extras: Mapping[Request, Result] = field(default_factory=dict)  # what findings declared
     provenance: Provenance = field(default_factory=Provenance)
 

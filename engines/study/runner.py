@@ -34,7 +34,7 @@ from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 
-if TYPE_CHECKING:  # who reads a stored study starts no processes
+if TYPE_CHECKING:  # reading a stored study starts no processes
     from concurrent.futures import Executor
 
 Profile = str  # "quick" or "full"
@@ -73,8 +73,8 @@ def run_study(
 ) -> Study:
     """Measure every method on every scene, and make what `requests` asks for beside it; `executor`,
     where given, runs the error half in place of `jobs` processes (a Dask client's will do);
-    `progress` is told what is being done; `command` is what repeats the study. Timings, of costs
-    and of trimmed models, are made alone, after the rest."""
+    `progress` is called with what is being done; `command` is what repeats the study. Timings, of
+    costs and of trimmed models, are made alone, after the rest."""
     begin = time.perf_counter()
     plan = StudyPlan(profile, tuple(scenes), tuple(methods))
     asked = tuple(dict.fromkeys(requests(plan)))

@@ -17,7 +17,7 @@ from plumbob.reports.commands import values
 from plumbob.reports.judge.recommend import Choice, Recommendation, cheapest
 
 if TYPE_CHECKING:
-    from plumbob.reports.judge.user_settings import Yours
+    from plumbob.reports.judge.user_settings import UserResult
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -80,11 +80,11 @@ def _with_own(study: Study, name: str, own: Method) -> Study:
     return joined(study, run_study([find_scene(name)], [own], study.profile))
 
 
-def _own_settings(study: Study) -> tuple[Yours, ...]:
-    from plumbob.reports.judge.user_settings import yours
+def _own_settings(study: Study) -> tuple[UserResult, ...]:
+    from plumbob.reports.judge.user_settings import user_results
     from plumbob.reports.judge.verdict import judge_study
 
-    return yours(study, judge_study(study))
+    return user_results(study, judge_study(study))
 
 
 def _yours(study: Study) -> list[dict[str, Any]]:

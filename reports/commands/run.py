@@ -76,12 +76,12 @@ def _methods(name: str | None, like: str | None) -> list[Method]:
 def _code(scene: Scene, method: Method, found: Measurement, verdict: str) -> int:
     if found.status == "missing":
         return INCOMPLETE
-    if method.name == USER_METHOD:  # nothing is promised of a user's own settings but that they run
+    if method.name == USER_METHOD:  # of a user's own settings only a run is expected
         return INCOMPLETE if found.status == "unsupported" else 0
-    promised = expected(scene.name, method.name).verdict
+    wanted = expected(scene.name, method.name).verdict
     # One step claims less than a convergence study: it may be too large for the theory, or
     # smaller than all steps of a study that are.
-    return 0 if verdict in ("coarse", promised) or (verdict, promised) == ("pass", "coarse") else 1
+    return 0 if verdict in ("coarse", wanted) or (verdict, wanted) == ("pass", "coarse") else 1
 
 
 def _print(case: Case, method: Method, found: Measurement, judgement: Judgement) -> None:

@@ -8,9 +8,9 @@ import os
 import shlex
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD, Method
@@ -18,18 +18,16 @@ from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.results import Study
-from plumbob.engines.study.runner import pairs, run_study
+from plumbob.engines.study.runner import Progress, pairs, run_study
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.commands import values
-from plumbob.reports.commands.junit import write_junit
 from plumbob.reports.commands.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.like import add_like, beside, own_method
-from plumbob.reports.commands.progress import progress
-from plumbob.reports.commands.records import record
+from plumbob.reports.commands.records import records, write_junit
 from plumbob.reports.judge.expectations import as_expected
-from plumbob.reports.judge.user_settings import Yours, instead, yours
 from plumbob.reports.judge.user_settings import lines as own_lines
+from plumbob.reports.judge.user_settings import user_results
 from plumbob.reports.judge.verdict import Judgements, judge_study
 
 INCOMPLETE = 3
@@ -77,7 +75,7 @@ def command(chosen: argparse.Namespace) -> int:
     study = store.load(out / store.FILE, store.save(measured, out / store.FILE))
     assert study is not None
     judged = judge_study(study)
-    own = yours(study, judged)
+    own = user_results(study, judged)
     page = write_page(study, out, judged)
     if chosen.junitxml:
         write_junit(Path(chosen.junitxml), study, judged)
@@ -98,19 +96,6 @@ def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
     if pattern in (None, "*"):
         found = tuple(m for m in found if installed(engine_of(m)) or not engine_of(m).optional)
     return (own_method(like), *found) if like else found
-
-
-def records(study: Study, judged: Judgements, own: Sequence[Yours] = ()) -> list[dict[str, Any]]:
-    """One record a run; that of the user's own settings at their own step says what would be
-    better."""
-    better = instead(own)
-    by_method = {method.name: method for method in study.methods}
-    return [
-        record(by_method[c.method], m, judgement, c.order, study.costs.get((c.scene, c.method)))
-        | better.get((c.scene, c.method, m.step), {})
-        for c in study.convergence
-        for m, judgement in zip(c.measurements, judged[c.scene, c.method].runs, strict=True)
-    ]
 
 
 def exit_code(study: Study, judged: Judgements) -> int:
@@ -180,3 +165,26 @@ def _writable(folder: Path) -> Path:
         raise ParameterError(
             "out", str(folder), f"a folder to write to ({error.strerror})"
         ) from None
+
+
+@contextmanager
+def progress() -> Iterator[Progress]:
+    """A function that shows on a terminal's stderr what is being done, and how much of how much;
+    silence elsewhere."""
+    if not sys.stderr.isatty():
+        yield lambda what, done, total: None
+        return
+    from rich import progress as rich
+    from rich.console import Console
+
+    bar = rich.Progress(
+        rich.TextColumn("{task.description:<56}"), rich.BarColumn(), rich.MofNCompleteColumn(),
+        console=Console(stderr=True), transient=True,
+    )  # fmt: skip
+    with bar:
+        task = bar.add_task("", total=None)
+
+        def show(what: str, done: int, total: int) -> None:
+            bar.update(task, description=what[:56], completed=done, total=total or None)
+
+        yield show

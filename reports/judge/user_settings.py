@@ -30,7 +30,7 @@ class Instead:
 
 
 @dataclass(frozen=True)
-class Yours:
+class UserResult:
     """One scene with the user's settings, and what the same study knows to be better."""
 
     scene: str
@@ -45,7 +45,7 @@ class Yours:
     better: Instead  # the most accurate that costs no more
 
 
-def yours(study: Study, judged: Judgements) -> tuple[Yours, ...]:
+def user_results(study: Study, judged: Judgements) -> tuple[UserResult, ...]:
     """What a study, with its verdicts, says of the user's settings, a scene each; scenes that they
     did not run are left out."""
     if all(method.name != USER_METHOD for method in study.methods):
@@ -63,7 +63,7 @@ def yours(study: Study, judged: Judgements) -> tuple[Yours, ...]:
     )
 
 
-def _of_scene(study: Study, rest: Study, found: ConvergenceStudy, judged: Judgement) -> Yours:
+def _of_scene(study: Study, rest: Study, found: ConvergenceStudy, judged: Judgement) -> UserResult:
     own = found.measurements[0]
     leading = study.leading(found.scene)
     error = own.errors[leading.name].largest if own.status == "done" else math.inf
@@ -73,7 +73,7 @@ def _of_scene(study: Study, rest: Study, found: ConvergenceStudy, judged: Judgem
     prices = [p.ns_per_second for p in points(study, found.scene) if p.method == USER_METHOD]
     price = prices[0] if prices else math.inf
     last = next((m for m in reversed(found.measurements) if m.status == "done"), None)
-    return Yours(
+    return UserResult(
         found.scene,
         leading.name,
         leading.unit,
@@ -134,7 +134,7 @@ def table(study: Study, judged: Judgements) -> Table | None:
     from plumbob.reports.view.overview import anchor
     from plumbob.reports.view.tables import verdict_cell
 
-    rows, own = [], yours(study, judged)
+    rows, own = [], user_results(study, judged)
     for found in own:
         cells = [
             _instead(getattr(kind, place), found)
@@ -167,7 +167,7 @@ def table(study: Study, judged: Judgements) -> Table | None:
     return Table("Your settings", heads, tuple(rows), note)
 
 
-def instead(own: Sequence[Yours]) -> dict[tuple[str, str, float], dict[str, Any]]:
+def instead(own: Sequence[UserResult]) -> dict[tuple[str, str, float], dict[str, Any]]:
     """The same as plain data, by scene, method and step."""
     return {
         (found.scene, USER_METHOD, found.step): {
@@ -178,7 +178,7 @@ def instead(own: Sequence[Yours]) -> dict[tuple[str, str, float], dict[str, Any]
     }
 
 
-def lines(own: Sequence[Yours]) -> list[str]:
+def lines(own: Sequence[UserResult]) -> list[str]:
     """The same for a terminal."""
     said = []
     for found in own:
@@ -201,7 +201,7 @@ def lines(own: Sequence[Yours]) -> list[str]:
     return said
 
 
-def _instead(choice: Choice | None, found: Yours) -> Cell:
+def _instead(choice: Choice | None, found: UserResult) -> Cell:
     if choice is None:
         return Cell("–", "none")
     text = (
@@ -210,24 +210,24 @@ def _instead(choice: Choice | None, found: Yours) -> Cell:
     return Cell(text, "choice", f"an error of {notation.number(choice.error)} {found.unit} or less")
 
 
-def _said(choice: Choice, found: Yours) -> str:
+def _said(choice: Choice, found: UserResult) -> str:
     at = notation.step(choice.step, choice.control)
     error = f"error {notation.number(choice.error)} {found.unit}"
     return f"{choice.method} at {at}: {error}, {_factor(choice, found)}"
 
 
-def _factor(choice: Choice, found: Yours) -> str:
+def _factor(choice: Choice, found: UserResult) -> str:
     """The cost of a choice in those of the user's own run."""
     if not math.isfinite(found.ns_per_second):
         return notation.times_real(choice.ns_per_second) + " real time"
     return f"{notation.number(choice.ns_per_second / found.ns_per_second, 2)} of your cost"
 
 
-def _error(found: Yours) -> str:
+def _error(found: UserResult) -> str:
     return notation.number(found.error) if math.isfinite(found.error) else "diverges"
 
 
-def _finest(found: Yours) -> str:
+def _finest(found: UserResult) -> str:
     if found.finest is None:
         return ""
     step, error = found.finest

@@ -21,12 +21,12 @@ from plumbob.reports.judge.tolerance import Tolerance, missed, tolerance
 Verdict = Literal["pass", "fail", "not-converging", "diverged", "unsupported", "missing", "coarse"]
 ELSEWHERE = 0.5  # of the motion itself: a linear bound along the exact motion does not apply
 FLAT = 0.7  # three finer steps that leave this much of an error have not helped
-FLOORS = 100.0  # an error within so many multiples of the round-off level may well stay there
+FLOORS = 100.0  # multiples of the round-off level: an error within them may be resolved no further
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """A run's verdict, the tolerance of each observable it was held to, and the reason."""
+    """A run's verdict, the tolerance of each observable it was compared with, and the reason."""
 
     verdict: Verdict
     tolerances: Mapping[str, Tolerance]
@@ -69,7 +69,7 @@ def judge_convergence(found: ConvergenceStudy, system: System, method: Method) -
 
 
 def judge(found: Measurement, system: System, method: Method) -> Judgement:
-    """Hold one run to its tolerances; `coarse` where theory does not reach its step."""
+    """Compare one run with its tolerances; `coarse` where theory does not reach its step."""
     run = _Run(found, system, method)
     return next(verdict for rule in _RULES_OF_A_RUN if (verdict := rule(run)) is not None)
 
@@ -112,10 +112,10 @@ def _leads_elsewhere(run: _Run) -> Judgement | None:
     """By theory the step takes the leading observable so far from the exact motion that bounds of
     the model's error, which are linearised along that motion, do not apply."""
     error = run.found.errors.get(run.leading)
-    told = error and error.predicted
-    if not error or not told or told.missed is None:
+    predicted = error and error.predicted
+    if not error or not predicted or predicted.missed is None:
         return None
-    if not told.largest > ELSEWHERE * error.scale > 0.0:
+    if not predicted.largest > ELSEWHERE * error.scale > 0.0:
         return None
     far = f"the predicted error of {run.leading} at this step exceeds half the motion, where the "
     return Judgement("coarse", {}, f"{far}bound of the model's error is not known")
@@ -134,13 +134,13 @@ def _beyond_tolerance(run: _Run) -> Judgement | None:
 
 
 def _says_nothing(run: _Run) -> Judgement | None:
-    """A tolerance that is as large as the motion itself holds nothing to anything."""
+    """A tolerance as large as the motion itself tests nothing."""
     name = run.leading
     if name not in run.tolerances:
         return None
     seen = run.found.errors[name]
-    told = seen.predicted
-    exactly = told is not None and told.missed is not None
+    predicted = seen.predicted
+    exactly = predicted is not None and predicted.missed is not None
     allowed = sum(seen.model.values()) if exactly else run.tolerances[name].bound
     if not 0.0 < seen.scale <= allowed:
         return None
@@ -152,8 +152,8 @@ def _no_theory(run: _Run) -> Judgement | None:
     """Without any tolerance nothing is claimed."""
     if run.tolerances:
         return None
-    told = any(e.predicted or e.controlled for e in run.found.errors.values())
-    why = "the step is too large for the" if told else "there is no"
+    theory = any(e.predicted or e.controlled for e in run.found.errors.values())
+    why = "the step is too large for the" if theory else "there is no"
     return Judgement("coarse", {}, f"{why} theory of its error")
 
 

@@ -29,14 +29,8 @@ from plumbob.reports.view.trimming import trimming
 NAME = "index.html"
 TEMPLATES = Path(__file__).parent / "templates"
 ORDER: tuple[Verdict, ...] = (
-    "pass",
-    "fail",
-    "not-converging",
-    "diverged",
-    "coarse",
-    "unsupported",
-    "missing",
-)
+    "pass", "fail", "not-converging", "diverged", "coarse", "unsupported", "missing",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

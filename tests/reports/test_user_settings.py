@@ -13,7 +13,7 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import joined
 from plumbob.models.step_sizes import step_sizes
-from plumbob.reports.judge.user_settings import Yours, instead, lines, table, yours
+from plumbob.reports.judge.user_settings import UserResult, instead, lines, table, user_results
 from plumbob.reports.judge.verdict import judge_study
 from plumbob.tests.support.studies import SCENE, made_up
 
@@ -36,8 +36,8 @@ def study(largest: float = 1.0) -> Study:
     )
 
 
-def said(of: Study) -> tuple[Yours, ...]:
-    return yours(of, judge_study(of))
+def said(of: Study) -> tuple[UserResult, ...]:
+    return user_results(of, judge_study(of))
 
 
 def test_what_costs_less_and_what_is_more_accurate() -> None:

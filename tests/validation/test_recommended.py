@@ -1,4 +1,4 @@
-"""What is recommended for a scene keeps its promise in a fresh run, asked for 1e-2, 1e-4 and 1e-6
+"""What is recommended for a scene is confirmed by a fresh run, asked for 1e-2, 1e-4 and 1e-6
 in the unit of the leading observable. The quick profile takes a few scenes and a method of each
 kind; every scene with every method: pytest tests/validation/test_recommended.py --profile full."""
 

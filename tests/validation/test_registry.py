@@ -1,5 +1,5 @@
-"""Every scene with every method, down its step_sizes of steps, is as expected: `plumbob validate` as a
-test, with the same words: pytest tests/validation --profile full --scenes GLOB --methods GLOB."""
+"""Every scene with every method, at all its step sizes, is as expected: `plumbob validate` as a
+test, with the same options: pytest tests/validation --profile full --scenes GLOB --methods GLOB."""
 
 from __future__ import annotations
 
