@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import difflib
 import fnmatch
+import pickle
 import pkgutil
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -82,8 +83,17 @@ def system_of(scene: Scene) -> System:
 
 
 def case_of(scene: Scene) -> Case:
-    """The case of a scene: its problem and its exact motion, worked out; raises ParameterError."""
-    return system_of(scene).case(scene)
+    """The case of a scene: its problem and its exact motion, which all scenes with the same
+    parameters share; raises ParameterError."""
+    found = _worked_out(scene.system, pickle.dumps(dict(scene.parameters)))
+    return replace(found, scene=scene)
+
+
+@lru_cache(maxsize=32)
+def _worked_out(system: str, parameters: bytes) -> Case:
+    """The case of a system with these pickled parameters, which no dict could be a key for."""
+    of = systems()[system]
+    return of.case(replace(of.scenes[0], parameters=pickle.loads(parameters)))
 
 
 def unknown(name: str, names: list[str]) -> str:

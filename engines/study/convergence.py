@@ -1,4 +1,4 @@
-"""One method on one scene, from coarse steps to fine, until the error has reached its floor."""
+"""A convergence study: one method on one scene, coarse to fine, down to the round-off level."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.scene import Scene
 
 TRACE = 160  # points of an error curve: as many as a plot can show
-SHIPPED = ("mujoco/euler", 2e-3)  # MuJoCo as it comes: method and step [s] of a bare model
+DEFAULT = ("mujoco/euler", 2e-3)  # MuJoCo's default settings: method and step [s]
 FURTHER = 8  # times the most steps, for a method with steps of its own: three halvings
 
 
@@ -40,14 +40,15 @@ class ConvergenceStudy:
     order: Order | None = None  # of the error of the leading observable, largest over the run
     predicted_order: Order | None = None  # the same fit to what theory predicts at those steps
     trace: Trace | None = None
-    cut: bool = False  # the finest steps were left out: they would have taken too many
+    cut: bool = False  # the finest step sizes were left out: too many steps
 
 
 def convergence_study(
     scene: Scene, method: Method, most_steps: int, step_sizes: tuple[float, ...] = ()
 ) -> ConvergenceStudy:
-    """Run `scene` with `method` down its step_sizes (or the one given), leaving out steps that would
-    take more than `most_steps`, and stopping two chosen_step_sizes after the error is within its floor."""
+    """Run `scene` with `method` at its step sizes (or those given), coarse to fine, leaving out
+    runs of more than `most_steps`, and stopping two step sizes after the error reaches its
+    floor."""
     case = case_of(scene)
     leading = case.system.observables[0].name
     chosen = chosen_step_sizes(scene, method, most_steps, step_sizes)
@@ -79,18 +80,18 @@ def convergence_study(
 def chosen_step_sizes(
     scene: Scene, method: Method, most_steps: float, step_sizes: tuple[float, ...] = ()
 ) -> tuple[float, ...]:
-    """The steps [s], or tolerances, that a convergence_study may run, coarse to fine: the step_sizes given, the
-    method's own or the scene's, but for steps longer than the scene and steps that would take more
-    than `most_steps`. The step that a method is asked about is never too fine: the first of its
-    own, and MuJoCo's default for its default method."""
+    """The steps [s], or tolerances, that a convergence study may run, coarse to fine: the step
+    sizes given, the method's own or the scene's, without steps longer than the scene and steps of
+    which it would take more than `most_steps`. The step that a user asks about is always run: the
+    first of a method's own, and MuJoCo's default step for its default method."""
     every = step_sizes or method.step_sizes or scene.steps
     if method.control == "tolerance":
         return every
     asked, most = math.nan, most_steps
     if own_steps(method):
         asked, most = method.step_sizes[0], FURTHER * most_steps
-    elif method.name == SHIPPED[0] and not step_sizes:
-        asked = SHIPPED[1]
+    elif method.name == DEFAULT[0] and not step_sizes:
+        asked = DEFAULT[1]
         every = tuple(sorted({*every, asked}, reverse=True))
     short = (h for h in every if h <= scene.duration)
     return tuple(h for h in short if scene.duration / h <= most or h == asked)

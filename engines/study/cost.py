@@ -1,4 +1,4 @@
-"""What a step costs: measured alone, interleaved, as medians, and against a reference_step."""
+"""What a step costs: measured alone, interleaved, as medians, and against a reference step."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of
 @dataclass(frozen=True)
 class Cost:
     """Time that a step computes for [ns], median over repeats, with the quartiles; the same over
-    the reference_step's; and how long the scene took to compile [s]."""
+    the reference step's; and how long the scene took to compile [s]."""
 
     ns_per_step: float
     low: float
@@ -35,9 +35,9 @@ def costs(
     tasks: Sequence[tuple[Case, Method, float]],
     repeats: int = 5,
     budget: float = 0.05,
-    told: Callable[[str], None] = lambda _: None,
+    progress: Callable[[str], None] = lambda _: None,
 ) -> tuple[Mapping[Key, Cost], float]:
-    """Cost of each task (a scene, a method and a step), and the reference_step's [ns per step].
+    """Cost of each task (a scene, a method and a step), and the reference step's [ns per step].
 
     Every round times each task once, in turn, so that a slow spell of the machine touches all of
     them alike; `budget` [s] caps how much of a long scene one round runs.
@@ -56,10 +56,10 @@ def costs(
     for _ in range(repeats):
         rules.append(rule())
         for key, simulation in ready.items():
-            told(" ".join(key))
-            share, run = _computing(simulation.run)
+            progress(" ".join(key))
+            fraction, run = _computing(simulation.run)
             if run.steps:
-                times[key].append(1e9 * share * run.seconds / run.steps)
+                times[key].append(1e9 * fraction * run.seconds / run.steps)
     unit = statistics.median(rules)
     return {
         key: _cost(values, unit, ready[key].compile_seconds)
@@ -86,7 +86,7 @@ def reference_step(steps: int = 10_000) -> Callable[[], float]:
 
 
 def _computing(run: Callable[[], Trajectory]) -> tuple[float, Trajectory]:
-    """A run, and the share of its wall time that it computed for: to wait while others use the
+    """A run, and the fraction of its wall time that it computed for: to wait while others use the
     machine is no cost of a method."""
     wall, computed = time.perf_counter(), time.thread_time()
     found = run()

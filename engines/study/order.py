@@ -25,7 +25,7 @@ def fit_order(
 ) -> Order | None:
     """Fit the order to the finest steps whose error is above ten times its floor, `most` at most;
     None where fewer than four are. Arguments of shape (n,): steps [s], errors, round-off floors."""
-    from scipy.special import stdtrit  # not above: who reads a stored order fits none
+    from scipy.special import stdtrit  # not above: reading a stored order fits nothing
 
     h, e, floor = (np.asarray(v, dtype=float) for v in (steps, errors, floors))
     usable = np.isfinite(e) & (e > 10.0 * floor) & (e > 0.0)

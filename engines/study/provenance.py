@@ -6,12 +6,10 @@ import os
 import platform
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
-
-from plumbob import __version__
 
 PACKAGES = ("numpy", "scipy", "numpy-quaddtype", "mujoco", "pymunk", "heyoka", "plotly")
 
@@ -20,20 +18,16 @@ PACKAGES = ("numpy", "scipy", "numpy-quaddtype", "mujoco", "pymunk", "heyoka", "
 class Provenance:
     """What a reader needs to repeat a study, or to doubt it."""
 
-    versions: Mapping[str, str]
-    machine: Mapping[str, str]
-    date: str  # UTC
-    command: str
+    versions: Mapping[str, str] = field(default_factory=dict)
+    machine: Mapping[str, str] = field(default_factory=dict)
+    date: str = ""  # UTC
+    command: str = ""
 
 
 def provenance(command: str) -> Provenance:
-    """The provenance of what is written now by `command`."""
-    versions = {"plumbob": __version__, "Python": platform.python_version()}
-    for package in PACKAGES:
-        try:
-            versions[package] = metadata.version(package)
-        except metadata.PackageNotFoundError:
-            versions[package] = "not installed"
+    """The provenance of what `command` measures now, on this machine."""
+    versions = {"plumbob": _version("plumbob"), "Python": platform.python_version()}
+    versions |= {package: _version(package) for package in PACKAGES}
     date = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     return Provenance(versions, machine(), date, command)
 
@@ -55,6 +49,13 @@ def processor() -> str:
         lines = []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return names[0] if names else platform.processor() or platform.machine() or "unknown"
+
+
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return "not installed"
 
 
 def _usable_cores() -> int:

@@ -1,141 +1,213 @@
-"""Studies kept in a file: every run a row, so that an answer needs no new run.
+"""Studies kept in a file: every run a row, so that an answer, or a page, needs no new run.
 
 An sqlite3 file, in one transaction a study: a study that was cut off leaves nothing behind.
 """
 
 from __future__ import annotations
 
-import json
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import closing, contextmanager
-from dataclasses import asdict, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import Method
-from plumbob.engines.study.convergence import ConvergenceStudy, Trace
-from plumbob.engines.study.cost import Cost
-from plumbob.engines.study.measurement import Controlled, Measurement, ObservedError, Prediction
-from plumbob.engines.study.order import Order
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.codec import from_json, packed, to_json, unpacked
+from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.cost import Cost, Key
+from plumbob.engines.study.extra_runs import (
+    ExtraConvergence,
+    ExtraRun,
+    Request,
+    Result,
+    TrimmingRun,
+)
+from plumbob.engines.study.measurement import Measurement
+from plumbob.engines.study.provenance import Provenance
+from plumbob.engines.study.results import Study
+from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.trimming import Trimming
 from plumbob.models.scene import Observable, Scene
 
 FILE = "studies.sqlite3"  # its name in a folder of results
+SCHEMA = 2  # of the tables and of the JSON in them; 1 had no extra runs
 _TABLES = """
 create table if not exists study (
-    id integer primary key, created text not null, command text not null, profile text not null,
-    reference_step real, seconds text not null, versions text not null);
-create table if not exists scene (study integer not null references study, body text not null);
+    id integer primary key, created text not null, profile text not null, body text not null);
+create table if not exists scene (
+    study integer not null references study, name text not null, body text not null,
+    leading text not null);
 create table if not exists method (study integer not null references study, body text not null);
 create table if not exists convergence_study (
     study integer not null references study, scene text not null, method text not null,
-    orders text not null, trace text not null, cost text not null, cut integer not null);
+    body text not null, cost text);
 create table if not exists run (
     study integer not null references study, scene text not null, method text not null,
     step real not null, status text not null, body text not null);
+create table if not exists extra (
+    study integer not null references study, kind text not null, request text not null,
+    result text, arrays blob);
 create index if not exists run_of on run (study, scene, method);
 """
 
 
-def save(study: Study, file: Path, created: str, command: str, versions: Mapping[str, str]) -> int:
+@dataclass(frozen=True)
+class _Head:
+    """What a study says once."""
+
+    profile: str
+    reference_step: float
+    seconds: dict[str, float]
+    provenance: Provenance
+
+
+def save(study: Study, file: Path) -> int:
     """Add a study to `file`, made if need be; returns its number. Raises ParameterError for a file
-    that is no store."""
+    that is no store, or one of another version."""
+    head = _Head(study.profile, study.reference_step, dict(study.seconds), study.provenance)
     with _opened(file) as store, store:
         number = store.execute(
-            "insert into study (created, command, profile, reference_step, seconds, versions)"
-            " values (?, ?, ?, ?, ?, ?)",
-            (created, command, study.profile, study.reference_step, _text(study.seconds),
-             _text(versions)),
-        ).lastrowid  # fmt: skip
+            "insert into study (created, profile, body) values (?, ?, ?)",
+            (study.provenance.date, study.profile, to_json(head)),
+        ).lastrowid
         assert number is not None
         store.executemany(
-            "insert into scene values (?, ?)",
-            [
-                (number, _text({**asdict_of(s), "leading": asdict(study.leading(s.name))}))
-                for s in study.scenes
-            ],
+            "insert into scene values (?, ?, ?, ?)",
+            [(number, s.name, to_json(s), to_json(study.leading(s.name))) for s in study.scenes],
         )
         store.executemany(
-            "insert into method values (?, ?)",
-            [(number, _text(asdict_of(m))) for m in study.methods],
+            "insert into method values (?, ?)", [(number, to_json(m)) for m in study.methods]
         )
         for c in study.convergence:
-            orders = _text(
-                [c.order and asdict(c.order), c.predicted_order and asdict(c.predicted_order)]
-            )
             cost = study.costs.get((c.scene, c.method))
-            row: tuple[Any, ...] = (
-                number,
-                c.scene,
-                c.method,
-                orders,
-                _text(c.trace and asdict(c.trace)),
-            )
-            row += (_text(cost and asdict(cost)), c.cut)
-            store.execute("insert into convergence_study values (?, ?, ?, ?, ?, ?, ?)", row)
+            store.execute(
+                "insert into convergence_study values (?, ?, ?, ?, ?)",
+                (number, c.scene, c.method, to_json(replace(c, measurements=())),
+                 None if cost is None else to_json(cost)),
+            )  # fmt: skip
             store.executemany(
                 "insert into run values (?, ?, ?, ?, ?, ?)",
-                [(number, c.scene, c.method, m.step, m.status, _text(asdict_of(m)))
+                [(number, c.scene, c.method, m.step, m.status, to_json(m))
                  for m in c.measurements],
             )  # fmt: skip
+        store.executemany(
+            "insert into extra values (?, ?, ?, ?, ?)",
+            [(number, *_extra_row(*extra)) for extra in study.extras.items()],
+        )
     return number
 
 
 def load(file: Path, number: int | None = None, scene: str | None = None) -> Study | None:
     """The study of that number, or the newest one; where a scene is given, what the newest study of
-    it says of that scene; None where there is none. Raises ParameterError for a file that is no
-    store."""
+    it says of that scene, without extra runs; None where there is none. Raises ParameterError for
+    a file that is no store, or one of another version."""
     if not file.exists():
         return None
     with _opened(file) as store:
-        found = number or _newest(store, scene)
-        head = store.execute(
-            "select profile, reference_step, seconds from study where id = ?", (found,)
-        ).fetchone()
-        if head is None:
+        if (found := number or _newest(store, scene)) is None:
             return None
-        bodies = [json.loads(b) for (b,) in _rows(store, "select body from scene", found)]
-        bodies = [b for b in bodies if scene in (None, b["name"])]
-        leads = {b["name"]: Observable(**b.pop("leading")) for b in bodies if "leading" in b}
-        methods = [
-            _method(json.loads(b)) for (b,) in _rows(store, "select body from method", found)
-        ]
-        methods = [_tupled(m) for m in methods]
-        convergence, costs = [], {}
-        query = "select scene, method, orders, trace, cost, cut from convergence_study"
-        for name, method, orders, trace, cost, cut in _rows(store, query, found):
-            if scene not in (None, name):
-                continue
-            runs = store.execute(
-                "select body from run where study = ? and scene = ? and method = ? order by rowid",
-                (found, name, method),
+        body = store.execute("select body from study where id = ?", (found,)).fetchone()
+        if body is None:
+            return None
+        head = from_json(body[0], _Head)
+        only = "" if scene is None else " and scene = ?"
+        where = (found,) if scene is None else (found, scene)
+        scenes = [
+            (from_json(text, Scene), from_json(leading, Observable))
+            for text, leading in store.execute(
+                "select body, leading from scene where study = ?"
+                f"{only.replace('scene', 'name')} order by rowid",
+                where,
             )
-            order, predicted = (o and _order(o) for o in json.loads(orders))
-            kept = json.loads(trace)
-            convergence.append(
-                ConvergenceStudy(name, method, tuple(_measurement(json.loads(b)) for (b,) in runs), order,
-                      predicted, kept and Trace(kept["step"], *(tuple(kept[k]) for k in
-                                                              ("times", "values", "errors"))),
-                      bool(cut))
-            )  # fmt: skip
-            if (price := json.loads(cost)) is not None:
-                costs[name, method] = Cost(**price)
-    return Study(head[0], tuple(map(_scene, bodies)), tuple(methods), tuple(convergence), costs,
-                 float("nan") if head[1] is None else head[1], json.loads(head[2]),
-                 leads)  # fmt: skip
+        ]
+        methods = store.execute("select body from method where study = ? order by rowid", (found,))
+        convergence, costs = _convergence(store, only, where)
+        extras = {} if scene is not None else _extras(store, found)
+        return Study(
+            head.profile, tuple(s for s, _ in scenes),
+            tuple(from_json(text, Method) for (text,) in methods), convergence, costs,
+            head.reference_step, head.seconds, {s.name: leading for s, leading in scenes}, extras,
+            head.provenance,
+        )  # fmt: skip
+
+
+def usable(file: Path) -> None:
+    """Raises ParameterError where no study can be added to `file`: it is no store, or one of
+    another version."""
+    if file.exists():
+        with _opened(file):
+            pass
+
+
+def _convergence(
+    store: sqlite3.Connection, only: str, where: tuple[Any, ...]
+) -> tuple[tuple[ConvergenceStudy, ...], dict[Key, Cost]]:
+    runs: dict[Key, list[Measurement]] = {}
+    query = f"select scene, method, body from run where study = ?{only} order by rowid"
+    for scene, method, body in store.execute(query, where):
+        runs.setdefault((scene, method), []).append(from_json(body, Measurement))
+    found, costs = [], {}
+    query = "select scene, method, body, cost from convergence_study where study = ?"
+    for scene, method, body, cost in store.execute(f"{query}{only} order by rowid", where):
+        one = from_json(body, ConvergenceStudy)
+        found.append(replace(one, measurements=tuple(runs.get((scene, method), ()))))
+        if cost is not None:
+            costs[scene, method] = from_json(cost, Cost)
+    return tuple(found), costs
+
+
+def _extra_row(request: Request, result: Result) -> tuple[str, str, str | None, bytes | None]:
+    """Kind and request of an extra run, its result as JSON, and arrays where it has any."""
+    text, arrays = None, None
+    if isinstance(result, Trajectory):
+        text, arrays = packed(result)
+    elif result is not None:
+        text = to_json(result)
+    return type(request).__name__, to_json(request), text, arrays
+
+
+def _extras(store: sqlite3.Connection, number: int) -> dict[Request, Result]:
+    query = "select kind, request, result, arrays from extra where study = ? order by rowid"
+    found: dict[Request, Result] = {}
+    for kind, request, text, arrays in store.execute(query, (number,)):
+        if kind == ExtraRun.__name__:
+            found[from_json(request, ExtraRun)] = text and unpacked(text, arrays)
+        elif kind == ExtraConvergence.__name__:
+            asked = from_json(request, ExtraConvergence)
+            found[asked] = text and from_json(text, ConvergenceStudy)
+        else:
+            found[from_json(request, TrimmingRun)] = text and from_json(text, Trimming)
+    return found
 
 
 @contextmanager
 def _opened(file: Path) -> Iterator[sqlite3.Connection]:
     try:
         with closing(sqlite3.connect(file)) as store:
-            store.executescript(_TABLES)
+            _of_this_schema(store, file)
             yield store
-    except sqlite3.DatabaseError as error:
+    except (sqlite3.DatabaseError, ValueError) as error:
+        if isinstance(error, ParameterError):
+            raise
         raise ParameterError("store", str(file), f"a file of stored studies ({error})") from None
+
+
+def _of_this_schema(store: sqlite3.Connection, file: Path) -> None:
+    """Make the tables of a new file; raises ParameterError for a file of another schema."""
+    (schema,) = store.execute("pragma user_version").fetchone()
+    if not schema:  # a new file, or one from before schemas had numbers
+        old = store.execute("select 1 from sqlite_master where name = 'study'").fetchone()
+        schema = 1 if old else SCHEMA
+    if schema != SCHEMA:
+        which = "an older" if schema < SCHEMA else "a newer"
+        raise ParameterError(
+            "store", str(file),
+            f"written by this version of plumbob (schema {SCHEMA}), and is by {which} one (schema "
+            f"{schema}): take another folder with --out, or measure again",
+        )  # fmt: skip
+    store.executescript(f"{_TABLES} pragma user_version = {SCHEMA};")
 
 
 def _newest(store: sqlite3.Connection, scene: str | None) -> int | None:
@@ -144,62 +216,3 @@ def _newest(store: sqlite3.Connection, scene: str | None) -> int | None:
     else:
         row = store.execute("select max(study) from run where scene = ?", (scene,)).fetchone()
     return None if row is None else row[0]
-
-
-def _rows(store: sqlite3.Connection, query: str, number: int | None) -> Iterator[tuple[Any, ...]]:
-    yield from store.execute(f"{query} where study = ? order by rowid", (number,)).fetchall()
-
-
-def asdict_of(item: Scene | Method | Measurement) -> dict[str, Any]:
-    """A dataclass as plain data; `asdict` cannot copy read-only mappings."""
-
-    def plain(value: Any) -> Any:
-        if isinstance(value, Mapping):
-            return {key: plain(entry) for key, entry in value.items()}
-        if isinstance(value, (tuple, list)):
-            return [plain(entry) for entry in value]
-        if hasattr(value, "__dataclass_fields__"):
-            return {name: plain(getattr(value, name)) for name in value.__dataclass_fields__}
-        return value.item() if hasattr(value, "item") else value
-
-    found: dict[str, Any] = plain(item)
-    return found
-
-
-def _text(value: Any) -> str:
-    return json.dumps(value)
-
-
-def _order(body: dict[str, Any]) -> Order:
-    return Order(body["slope"], body["low"], body["high"], tuple(body["steps"]))
-
-
-def _method(body: dict[str, Any]) -> Method:
-    return Method(**{**body, "scheme": Scheme(**body["scheme"])})
-
-
-def _tupled(method: Method) -> Method:
-    def tupled(value: Any) -> Any:
-        if isinstance(value, Mapping):
-            return {name: tupled(entry) for name, entry in value.items()}
-        return tuple(value) if isinstance(value, list) else value
-
-    return replace(
-        method, step_sizes=tuple(method.step_sizes), systems=tuple(method.systems),
-        settings=tupled(method.settings),
-    )  # fmt: skip
-
-
-def _scene(body: dict[str, Any]) -> Scene:
-    return Scene(**{**body, "steps": tuple(body["steps"])})
-
-
-def _measurement(body: dict[str, Any]) -> Measurement:
-    errors = {}
-    for name, error in body["errors"].items():
-        told = error["predicted"]
-        if told is not None:
-            told = Prediction(**{**told, "terms": {int(p): v for p, v in told["terms"].items()}})
-        held = error.get("controlled") and Controlled(**error["controlled"])
-        errors[name] = ObservedError(**{**error, "predicted": told, "controlled": held})
-    return Measurement(**{**body, "errors": errors, "warnings": tuple(body["warnings"])})

@@ -11,13 +11,12 @@ from typing import Any
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
 from plumbob.engines.study.measurement import floor
-from plumbob.engines.study.study import Study
-from plumbob.models.registry import system_of
+from plumbob.engines.study.results import Study
 from plumbob.reports.commands import values
-from plumbob.reports.judge.verdict import judge_convergence
+from plumbob.reports.judge.verdict import judge_study
 
 MOVED = 1e-3  # of an error, beside what rounding explains: the same code gives the same bits
-DEARER = 1.25  # of a cost in reference_steps, beyond the quartiles of both
+COSTS_MORE = 1.25  # of a cost in reference step times, beyond the quartiles of both
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -64,14 +63,7 @@ def _verdicts(old: Study, new: Study) -> list[dict[str, Any]]:
 
 
 def _judged(study: Study) -> dict[tuple[str, str], str]:
-    scenes = {s.name: s for s in study.scenes}
-    methods = {m.name: m for m in study.methods}
-    return {
-        (c.scene, c.method): judge_convergence(
-            c, system_of(scenes[c.scene]), methods[c.method]
-        ).verdict
-        for c in study.convergence
-    }
+    return {pair: found.whole.verdict for pair, found in judge_study(study).items()}
 
 
 def _errors(old: Study, new: Study) -> list[dict[str, Any]]:
@@ -97,8 +89,8 @@ def _costs(old: Study, new: Study) -> list[dict[str, Any]]:
         if past is None:
             continue
         apart = cost.low > past.high or cost.high < past.low
-        if apart and max(cost.ratio / past.ratio, past.ratio / cost.ratio) > DEARER:
-            rows.append(_row(pair, "cost of a step [reference_steps]", past.ratio, cost.ratio))
+        if apart and max(cost.ratio / past.ratio, past.ratio / cost.ratio) > COSTS_MORE:
+            rows.append(_row(pair, "cost of a step [reference step times]", past.ratio, cost.ratio))
     return rows
 
 

@@ -11,22 +11,22 @@ from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import engines, installed
 from plumbob.models.scene import Scene
 
-# A line at four headings is the quickest way to tell what a setting's friction is worth.
+# A line at four headings shows soonest how well a setting's friction works.
 SCENES = ",".join(("*", *(f"capsule-line/heading-{angle:03d}" for angle in (0, 30, 45, 90))))
 METHODS = ",".join((
     "mujoco/euler", "mujoco/implicitfast", "mujoco/rk4", "mujoco/rk4+midpoint",
     "mujoco/euler+elliptic+noslip", "mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk",
     "ode/leapfrog", "ode/rk4",
 ))  # fmt: skip
-LARGEST_RATIO = 2.5  # the most between two steps of a step_sizes
+LARGEST_RATIO = 2.5  # the largest ratio of two step sizes in a row
 
 
 def add_like(parser: argparse.ArgumentParser) -> None:
     """Let a command take --like."""
     parser.add_argument(
         "--like", metavar="FILE",
-        help=f"measure the options and contact defaults of your own MJCF file too, as {USER_METHOD}; "
-        "whatever comes of them is reported, and is no failure",
+        help="measure the options and contact defaults of your own MJCF file too, as "
+        f"{USER_METHOD}; whatever comes of them is reported, and is no failure",
     )  # fmt: skip
 
 
@@ -39,8 +39,8 @@ def own_method(path: str) -> Method:
 
 
 def beside(scene: Scene, own: Method) -> Scene:
-    """The scene with the user's step on its step_sizes, for others to be measured at it too; as it was
-    where that step is more than a step off its ends."""
+    """The scene with the user's step among its step sizes, for other methods to be measured at it
+    too; unchanged where that step is far outside them."""
     step = own.step_sizes[0]
     if step in scene.steps or not min(scene.steps) <= step <= LARGEST_RATIO * max(scene.steps):
         return scene

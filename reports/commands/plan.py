@@ -7,18 +7,28 @@ import json
 import re
 import sys
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError, known
 from plumbob.analytic.systems.planner import Plan
+from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Scene
 from plumbob.models.tripod_capsule.parameters import BODY, CHECK
 from plumbob.models.tripod_capsule.plan import LIMITS, planned
 from plumbob.reports.commands import values
-from plumbob.reports.findings.plan_errors import PlanRun, PoseOff, arising, run_plan
+from plumbob.reports.findings.plan_errors import (
+    PoseError,
+    PoseErrors,
+    by_kind,
+    pose_errors,
+    run_duration,
+)
 
 PLACES = ("start", "slider", "slider_at_end")
 SYSTEM = "capsule-plan"
@@ -101,6 +111,23 @@ def _measured(chosen: argparse.Namespace, found: Plan, parameters: Mapping[str, 
     return run_plan(found, find_scene(SYSTEM, parameters), method, step)
 
 
+@dataclass(frozen=True)
+class PlanRun:
+    """A plan run open-loop: its measurement, and the error of the pose after each manoeuvre."""
+
+    found: Measurement
+    after: PoseErrors
+
+
+def run_plan(plan: Plan, scene: Scene, method: Method, step: float) -> PlanRun:
+    """Run `plan`, which is that of `scene`, with `step` [s] to its end. Raises ParameterError."""
+    case = case_of(replace(scene, duration=run_duration(plan, step)))
+    found, run = measure(case, method, step)
+    if run is None or found.status != "done":
+        return PlanRun(found, ())
+    return PlanRun(found, pose_errors(plan, case.reference, run))
+
+
 def told(plan: Plan, run: PlanRun) -> dict[str, Any]:
     """What an engine makes of a plan, as plain data."""
     measured = run.found
@@ -111,11 +138,11 @@ def told(plan: Plan, run: PlanRun) -> dict[str, Any]:
         "reason": measured.reason,
         "errors_at_end": {name: error.end for name, error in measured.errors.items()},
         "off_after": [None if off is None else _off(off) for off in run.after],
-        "arising": {kind: _off(off) for kind, off in arising(plan, run).items()},
+        "arising": {kind: _off(off) for kind, off in by_kind(plan, run.after).items()},
     }
 
 
-def _off(off: PoseOff) -> dict[str, float]:
+def _off(off: PoseError) -> dict[str, float]:
     return {"distance": off.distance, **asdict(off)}
 
 

@@ -7,14 +7,17 @@ import json
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from plumbob.engines.method import Method
 from plumbob.engines.study import store
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.commands import values
 from plumbob.reports.judge.recommend import Choice, Recommendation, cheapest
+
+if TYPE_CHECKING:
+    from plumbob.reports.judge.user_settings import UserResult
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,13 +55,13 @@ def command(chosen: argparse.Namespace) -> int:
         if chosen.like:
             from plumbob.reports.judge.user_settings import lines
 
-            print(*lines(study), sep="\n")
+            print(*lines(_own_settings(study)), sep="\n")
     return 0 if found.choice else 1
 
 
 def _measured(name: str) -> Study:
     from plumbob.engines.registry import methods as find_methods
-    from plumbob.engines.study.study import run_study
+    from plumbob.engines.study.runner import run_study
 
     print(f"no stored study of {name}: measuring it", file=sys.stderr)
     return run_study([find_scene(name)], find_methods("*"))
@@ -72,18 +75,23 @@ def _own(path: str) -> Method:
 
 def _with_own(study: Study, name: str, own: Method) -> Study:
     """The study with the user's own settings, measured now."""
-    from plumbob.engines.study.study import joined, run_study
+    from plumbob.engines.study.runner import joined, run_study
 
     return joined(study, run_study([find_scene(name)], [own], study.profile))
 
 
-def _yours(study: Study) -> list[dict[str, Any]]:
-    from plumbob.reports.judge.user_settings import yours
+def _own_settings(study: Study) -> tuple[UserResult, ...]:
+    from plumbob.reports.judge.user_settings import user_results
+    from plumbob.reports.judge.verdict import judge_study
 
+    return user_results(study, judge_study(study))
+
+
+def _yours(study: Study) -> list[dict[str, Any]]:
     return [
         {name: value for name, value in asdict(found).items() if name != "judgement"}
         | {"verdict": found.judgement.verdict}
-        for found in yours(study)
+        for found in _own_settings(study)
     ]
 
 

@@ -1,27 +1,36 @@
-"""Runs as plain records, for JSON: one object a run."""
+"""What other programs read: runs as JSON records, verdicts as JUnit XML."""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import Order
-from plumbob.models.registry import system_of
-from plumbob.models.scene import Scene
-from plumbob.reports.judge.expectations import expected
-from plumbob.reports.judge.verdict import judge
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import pairs
+from plumbob.reports.judge.expectations import as_expected, expected
+from plumbob.reports.judge.user_settings import UserResult, instead
+from plumbob.reports.judge.verdict import Judgement, Judgements
 
 
 def record(
-    scene: Scene, method: Method, found: Measurement, order: Order | None, cost: Cost | None
+    method: Method,
+    found: Measurement,
+    judgement: Judgement,
+    order: Order | None,
+    cost: Cost | None,
 ) -> dict[str, Any]:
-    """One run: its errors by observable (SI), the bounds they were held to, verdict and cost."""
-    judgement = judge(found, system_of(scene), method)
+    """One run: its errors by observable (SI), their bounds, verdict and cost."""
     per_step = (
         cost.ns_per_step if cost else (1e9 * found.seconds / found.steps if found.steps else None)
     )
+    wanted = None if method.name == USER_METHOD else expected(found.scene, method.name).verdict
     wall = per_step * 1e-9 * found.steps if per_step else None
     return {
         "scene": found.scene,
@@ -37,9 +46,7 @@ def record(
         },
         "invariants": found.invariants,
         "verdict": judgement.verdict,
-        "expected": None
-        if method.name == USER_METHOD
-        else expected(scene.name, method.name).verdict,
+        "expected": wanted,
         "reason": judgement.reason,
         "order": order and {"slope": order.slope, "low": order.low, "high": order.high},
         "steps": found.steps,
@@ -48,3 +55,40 @@ def record(
         "compile_seconds": found.compile_seconds,
         "warnings": found.warnings,
     }
+
+
+def records(
+    study: Study, judged: Judgements, own: Sequence[UserResult] = ()
+) -> list[dict[str, Any]]:
+    """One record a run; that of the user's own settings at their own step says what would be
+    better."""
+    better = instead(own)
+    by_method = {method.name: method for method in study.methods}
+    return [
+        record(by_method[c.method], m, judgement, c.order, study.costs.get((c.scene, c.method)))
+        | better.get((c.scene, c.method, m.step), {})
+        for c in study.convergence
+        for m, judgement in zip(c.measurements, judged[c.scene, c.method].runs, strict=True)
+    ]
+
+
+def write_junit(file: Path, study: Study, judged: Judgements) -> None:
+    """Write one test case for each scene and method; what is not as expected is a failure."""
+    suite = ElementTree.Element("testsuite", name="plumbob", tests=str(len(judged)))
+    counts = {"failures": 0, "skipped": 0}
+    for scene, method in pairs(study.scenes, study.methods):
+        found = judged[scene.name, method.name].whole
+        case = ElementTree.SubElement(suite, "testcase", classname=scene.name, name=method.name)
+        if found.verdict in ("unsupported", "missing"):
+            ElementTree.SubElement(case, "skipped", message=found.reason)
+            counts["skipped"] += 1
+        elif not as_expected(scene, method, found):
+            wanted = expected(scene.name, method.name).verdict
+            text = f"{found.verdict}, expected {wanted}: {found.reason}"
+            ElementTree.SubElement(case, "failure", message=text)
+            counts["failures"] += 1
+    suite.attrib.update({name: str(count) for name, count in counts.items()})
+    suite.set("time", f"{sum(study.seconds.values()):.3f}")
+    part = file.with_name(f".{file.name}.part")
+    ElementTree.ElementTree(suite).write(part, encoding="utf-8", xml_declaration=True)
+    os.replace(part, file)

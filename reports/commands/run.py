@@ -12,14 +12,14 @@ from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.cost import Cost, costs
 from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
-from plumbob.models.scene import Scene
+from plumbob.models.scene import Case, Scene
 from plumbob.reports.commands import values
 from plumbob.reports.commands.like import add_like, own_method
 from plumbob.reports.commands.records import record
 from plumbob.reports.judge.expectations import expected
-from plumbob.reports.judge.verdict import judge
+from plumbob.reports.judge.verdict import Judgement, judge
 
 INCOMPLETE = 3
 
@@ -47,15 +47,17 @@ def command(chosen: argparse.Namespace) -> int:
     own = methods[-1].step_sizes[:1] if chosen.step is None else ()
     step = own[0] if own else values.positive_number("step", chosen.step)
     codes, records = [], []
+    case = case_of(scene)
     for method in methods:
-        found, _ = measure(system_of(scene).case(scene), method, step)
-        timed = [(system_of(scene).case(scene), method, step)] if found.status == "done" else []
-        measured, unit = costs(timed, repeats=5)
+        found, _ = measure(case, method, step)
+        measured, unit = costs([(case, method, step)] if found.status == "done" else [], repeats=5)
         cost = measured.get((scene.name, method.name))
-        records.append(record(scene, method, found, None, cost))
-        codes.append(_code(scene, method, found, records[-1]["verdict"]))
+        judgement = judge(found, case.system, method)
+        records.append(record(method, found, judgement, None, cost))
+        codes.append(_code(scene, method, found, judgement.verdict))
         if not chosen.json:
-            _print(scene, method, found, records[-1], cost, unit)
+            _print(case, method, found, judgement)
+            _print_cost(method, found, records[-1], cost, unit)
     if chosen.json:
         answer = records[0] if len(records) == 1 else records
         json.dump(values.plain(answer), sys.stdout, indent=1)
@@ -74,35 +76,36 @@ def _methods(name: str | None, like: str | None) -> list[Method]:
 def _code(scene: Scene, method: Method, found: Measurement, verdict: str) -> int:
     if found.status == "missing":
         return INCOMPLETE
-    if method.name == USER_METHOD:  # nothing is promised of a user's own settings but that they run
+    if method.name == USER_METHOD:  # of a user's own settings only a run is expected
         return INCOMPLETE if found.status == "unsupported" else 0
-    promised = expected(scene.name, method.name).verdict
-    # One step claims less than a step_sizes: it may be too coarse, or finer than a step_sizes that is.
-    return 0 if verdict in ("coarse", promised) or (verdict, promised) == ("pass", "coarse") else 1
+    wanted = expected(scene.name, method.name).verdict
+    # One step claims less than a convergence study: it may be too large for the theory, or
+    # smaller than all steps of a study that are.
+    return 0 if verdict in ("coarse", wanted) or (verdict, wanted) == ("pass", "coarse") else 1
 
 
-def _print(
-    scene: Scene, method: Method, found: Measurement, one: dict[str, Any], cost: Cost | None,
-    unit: float,
-) -> None:  # fmt: skip
-    reason = f" ({one['reason']})" if one["reason"] else ""
-    print(f"{scene.name} with {method.name} at {found.step:g}: {one['verdict']}{reason}")
-    system = system_of(scene)
-    units = {o.name: o.unit for o in system.observables}
-    held = judge(found, system, method).tolerances
+def _print(case: Case, method: Method, found: Measurement, judgement: Judgement) -> None:
+    reason = f" ({judgement.reason})" if judgement.reason else ""
+    print(f"{found.scene} with {method.name} at {found.step:g}: {judgement.verdict}{reason}")
+    units = {o.name: o.unit for o in case.system.observables}
     for name, error in found.errors.items():
-        if name not in held:
+        bound = judgement.tolerances.get(name)
+        if bound is None:
             print(f"  {name}: error {error.largest:.4g} {units[name]}")
             continue
-        bound = held[name]
         print(f"  {name}: error {error.largest:.4g} {bound.unit}, allowed {bound.bound:.4g}")
         for term in bound.terms:
             print(f"    {term.value:10.3g}  {term.name}: {term.reason}")
     for name, drift in found.invariants.items():
         print(f"  {name}: relative drift {drift:.4g}")
+
+
+def _print_cost(
+    method: Method, found: Measurement, one: dict[str, Any], cost: Cost | None, unit: float
+) -> None:
     if cost:
         print(
-            f"  cost: {cost.ns_per_step:.0f} ns a step, {cost.ratio:.2f} of the reference_step's "
+            f"  cost: {cost.ns_per_step:.0f} ns a step, {cost.ratio:.2f} of the reference step's "
             f"{unit:.0f} ns; {one['real_time_factor']:.0f} times real time"
         )
     for warning in found.warnings:

@@ -8,29 +8,27 @@ import os
 import shlex
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
-from plumbob.engines.study.provenance import provenance
-from plumbob.engines.study.study import Study, pairs, run_study
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import Progress, pairs, run_study
 from plumbob.models.registry import scenes as find_scenes
-from plumbob.models.registry import system_of
 from plumbob.reports.commands import values
-from plumbob.reports.commands.junit import write_junit
 from plumbob.reports.commands.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.like import add_like, beside, own_method
-from plumbob.reports.commands.progress import progress
-from plumbob.reports.commands.records import record
+from plumbob.reports.commands.records import records, write_junit
 from plumbob.reports.judge.expectations import as_expected
-from plumbob.reports.judge.user_settings import instead
 from plumbob.reports.judge.user_settings import lines as own_lines
-from plumbob.reports.judge.verdict import Judgement, judge_convergence
+from plumbob.reports.judge.user_settings import user_results
+from plumbob.reports.judge.verdict import Judgements, judge_study
 
 INCOMPLETE = 3
 Pair = tuple[str, str]  # scene, method
@@ -61,26 +59,33 @@ def command(chosen: argparse.Namespace) -> int:
         scenes = tuple(beside(scene, methods[0]) for scene in scenes)
     jobs = _jobs(chosen.jobs)
     out = _writable(Path(chosen.out))
+    store.usable(out / store.FILE)
     if chosen.junitxml:
         _writable(Path(chosen.junitxml).parent)
-    with progress() as told:
-        study = run_study(scenes, methods, chosen.profile, jobs, told=told)
+    from plumbob.reports.findings import requests
     from plumbob.reports.view.page import write_page
 
     line = shlex.join(["plumbob", *sys.argv[1:]])
-    page = write_page(study, out, line)
-    here = provenance(line)
-    store.save(study, out / store.FILE, here.date, line, here.versions)
-    judged = verdicts(study)
+    with progress() as show:
+        measured = run_study(
+            scenes, methods, chosen.profile, jobs,
+            progress=show, requests=requests, command=line,
+        )  # fmt: skip
+    # From here on all is said of the stored study, as `plumbob report` says it.
+    study = store.load(out / store.FILE, store.save(measured, out / store.FILE))
+    assert study is not None
+    judged = judge_study(study)
+    own = user_results(study, judged)
+    page = write_page(study, out, judged)
     if chosen.junitxml:
         write_junit(Path(chosen.junitxml), study, judged)
     if chosen.json:
-        json.dump(values.plain(records(study)), sys.stdout, indent=1)
+        json.dump(values.plain(records(study, judged, own)), sys.stdout, indent=1)
         print()
     else:
         _print(study, judged)
-        if own := own_lines(study):
-            print(f"\nYour settings, {chosen.like}", *own, sep="\n")
+        if own:
+            print(f"\nYour settings, {chosen.like}", *own_lines(own), sep="\n")
         print(f"\n{page}")
     return exit_code(study, judged)
 
@@ -93,53 +98,27 @@ def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
     return (own_method(like), *found) if like else found
 
 
-def verdicts(study: Study) -> dict[Pair, Judgement]:
-    """The verdict on every pair of scene and method."""
-    by_scene = {scene.name: scene for scene in study.scenes}
-    by_method = {method.name: method for method in study.methods}
-    return {
-        (c.scene, c.method): judge_convergence(c, system_of(by_scene[c.scene]), by_method[c.method])
-        for c in study.convergence
-    }
-
-
-def records(study: Study) -> list[dict[str, Any]]:
-    """One record a run; that of the user's own settings at their own step says what would be
-    better."""
-    told = instead(study)
-    by_scene = {scene.name: scene for scene in study.scenes}
-    by_method = {method.name: method for method in study.methods}
-    return [
-        record(
-            by_scene[c.scene], by_method[c.method], m, c.order, study.costs.get((c.scene, c.method))
-        )
-        | told.get((c.scene, c.method, m.step), {})
-        for c in study.convergence
-        for m in c.measurements
-    ]
-
-
-def exit_code(study: Study, judged: dict[Pair, Judgement]) -> int:
+def exit_code(study: Study, judged: Judgements) -> int:
     """1 when a verdict is not as expected, else 3 when an engine is missing or the user's own
     settings ran nothing, else 0."""
     if surprises(study, judged):
         return 1
-    own = {found.verdict for (_, method), found in judged.items() if method == USER_METHOD}
+    own = {found.whole.verdict for (_, method), found in judged.items() if method == USER_METHOD}
     if own and own <= {"unsupported", "missing"}:
         return INCOMPLETE
-    return INCOMPLETE if any(found.verdict == "missing" for found in judged.values()) else 0
+    return INCOMPLETE if any(found.whole.verdict == "missing" for found in judged.values()) else 0
 
 
-def surprises(study: Study, judged: dict[Pair, Judgement]) -> set[Pair]:
+def surprises(study: Study, judged: Judgements) -> set[Pair]:
     """The pairs whose verdict is not as expected."""
     return {
         (scene.name, method.name)
         for scene, method in pairs(study.scenes, study.methods)
-        if not as_expected(scene, method, judged[scene.name, method.name])
+        if not as_expected(scene, method, judged[scene.name, method.name].whole)
     }
 
 
-def _print(study: Study, judged: dict[Pair, Judgement]) -> None:
+def _print(study: Study, judged: Judgements) -> None:
     orders = {(c.scene, c.method): c.order for c in study.convergence}
     best = {
         (c.scene, c.method): min(
@@ -155,10 +134,10 @@ def _print(study: Study, judged: dict[Pair, Judgement]) -> None:
             pair = (scene.name, method.name)
             if pair not in judged:
                 continue
-            order, cost, found = orders[pair], study.costs.get(pair), judged[pair]
+            order, cost, found = orders[pair], study.costs.get(pair), judged[pair].whole
             line = f"  {method.name:<{width}}{found.verdict:<16}"
             if best[pair] is not None:
-                line += f"least error {best[pair]:.1e}  "
+                line += f"smallest error {best[pair]:.1e}  "
             if order:
                 line += f"order {order.slope:.2f} ({order.low:.2f} to {order.high:.2f})  "
             if cost:
@@ -186,3 +165,26 @@ def _writable(folder: Path) -> Path:
         raise ParameterError(
             "out", str(folder), f"a folder to write to ({error.strerror})"
         ) from None
+
+
+@contextmanager
+def progress() -> Iterator[Progress]:
+    """A function that shows on a terminal's stderr what is being done, and how much of how much;
+    silence elsewhere."""
+    if not sys.stderr.isatty():
+        yield lambda what, done, total: None
+        return
+    from rich import progress as rich
+    from rich.console import Console
+
+    bar = rich.Progress(
+        rich.TextColumn("{task.description:<56}"), rich.BarColumn(), rich.MofNCompleteColumn(),
+        console=Console(stderr=True), transient=True,
+    )  # fmt: skip
+    with bar:
+        task = bar.add_task("", total=None)
+
+        def show(what: str, done: int, total: int) -> None:
+            bar.update(task, description=what[:56], completed=done, total=total or None)
+
+        yield show

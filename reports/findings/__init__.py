@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import importlib
 
+from plumbob.engines.study.extra_runs import Request, StudyPlan
 from plumbob.reports.view.content import Section
+from plumbob.reports.view.trimming import requests as trimming_requests
 
 
 def section(system: str) -> Section | None:
@@ -19,3 +21,11 @@ def section(system: str) -> Section | None:
         return None
     found: Section = module.SECTION
     return found
+
+
+def requests(plan: StudyPlan) -> tuple[Request, ...]:
+    """All runs that a page of this plan needs beside the study's own, each once: those of the
+    systems' findings, then those of the table of trimmed models."""
+    named = dict.fromkeys(scene.system for scene in plan.scenes)
+    own = [request for name in named if (of := section(name)) for request in of.requests(plan)]
+    return tuple(dict.fromkeys((*own, *trimming_requests(plan))))

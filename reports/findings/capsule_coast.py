@@ -7,16 +7,21 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.study import Study
-from plumbob.models.registry import case_of
-from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Scene
-from plumbob.reports.findings.capsule.cells import method as method_cell
-from plumbob.reports.findings.capsule.cells import named, value
-from plumbob.reports.findings.capsule.runs import COLOURS, covers, measured, problem, run
-from plumbob.reports.view.content import Cell, Figure, Finding, Section, Table, row
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.results import Study
+from plumbob.reports.findings.measurements import case, covers, measured, problem, runs, scheme
+from plumbob.reports.view.content import (
+    Cell,
+    Finding,
+    Section,
+    Table,
+    method_cell,
+    plain_method_cell,
+    row,
+    value,
+)
 from plumbob.reports.view.notation import number, short
+from plumbob.reports.view.palette import OF_METHODS
 from plumbob.reports.view.traces import Trace, curve, figure, logarithmic, positive
 
 SCENE = "capsule-coast/translation"
@@ -29,28 +34,34 @@ SPINNING = ("mujoco/euler+coulomb", "mujoco/rk4+coulomb", "pymunk/feet", DEFAULT
 DECADE = (1e-3, 5e-4, 2e-4, 1e-4)
 
 
+def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """Runs to rest, and runs of the default contacts on the spin where the study measures it."""
+    stopping = runs((SCENE,), METHODS, STEPS)
+    spinning = runs((SPIN,), (DEFAULT,), DECADE) if covers(plan, SPIN) else ()
+    return (*stopping, *spinning)
+
+
 def findings(study: Study) -> Sequence[Finding]:
     """What the step does to the stopping distance, and to a spin with translation."""
-    return (*_stopping(), *_spin(study))
+    return (*_stopping(study), *_spin(study))
 
 
-def _stopping() -> Sequence[Finding]:
+def _stopping(study: Study) -> Sequence[Finding]:
     """Error of the stopping distance over v0 dt/2, in both engines."""
     posed = problem(SCENE)
-    theory = case_of(find_scene(SCENE)).errors
     speed = math.hypot(*posed.setup.velocity)
     distance = float(posed.motion.coasting.distance)
     rows = []
     for name in METHODS:
         cells: list[Cell] = []
         for step in STEPS:
-            if (found := run(SCENE, name, step)) is None:
-                break
-            gone = np.hypot(found.observables["x"][-1], found.observables["y"][-1])
-            told = theory.at_step(find_method(name).scheme, step, found.times)
-            lead = math.copysign(math.hypot(told["x"][-1], told["y"][-1]), told["x"][-1])
+            found = study.recording(ExtraRun(SCENE, name, step))
+            if found is None:
+                continue
+            travelled = np.hypot(found.observables["x"][-1], found.observables["y"][-1])
             half = 0.5 * speed * step
-            cells += [value((gone - distance) / half, 4), value(lead / half, 4)]
+            predicted = _predicted_end(name, step, found.times)
+            cells += [value((travelled - distance) / half, 4), value(predicted / half, 4)]
         if len(cells) == 2 * len(STEPS):
             rows.append(row(method_cell(name), *cells))
     if not rows:
@@ -61,14 +72,16 @@ def _stopping() -> Sequence[Finding]:
     return (
         Finding(
             "capsule-stopping-distance",
-            "Two engines stop short and too far by the same half step",
+            "MuJoCo stops too early and pymunk too late, by the same half step",
             "confirmed",
             f"A body at {number(speed)} m/s stops after v₀²/(2fg) = {number(distance)} m wherever "
-            "its slider sits. MuJoCo, which changes velocities first, falls short by v₀dt/2; "
-            "pymunk, which moves first, goes too far by it.",
+            "its slider is (v₀: initial speed, f: coefficient of friction). MuJoCo updates "
+            "velocities before positions and stops v₀dt/2 too early; pymunk updates positions "
+            "first and stops v₀dt/2 too late.",
             (
-                "The coefficient is exact but for what the last step leaves, a sawtooth of second "
-                "order, and is judged, not bounded. Default contacts add what hopping costs.",
+                "The coefficient is exact except for the last step, in which the body stops: that "
+                "adds a sawtooth of second order in the step. Default contacts add an error of "
+                "their own, from contact chatter.",
             ),
             (Table("Error of the stopping distance over v₀dt/2", heads, tuple(rows)),),
             (),
@@ -78,57 +91,56 @@ def _stopping() -> Sequence[Finding]:
     )  # fmt: skip
 
 
+def _predicted_end(method: str, step: float, times: np.ndarray) -> float:
+    """What theory predicts of the stopping distance's error [m]: positive where it is too far."""
+    predicted = case(SCENE).errors.at_step(scheme(method), step, times)
+    x, y = predicted["x"][-1], predicted["y"][-1]
+    return math.copysign(math.hypot(x, y), x)
+
+
 def _spin(study: Study) -> Sequence[Finding]:
     """Error of the heading at rest over the step, over a decade of steps, where the study has it;
     and what default contacts do."""
     if not covers(study, SPIN):
         return ()
-    rows, traces, told = [], list[Trace](), dict[str, float]()
+    rows, traces, slopes = [], list[Trace](), dict[str, float]()
     for name in SPINNING:
         found = [measured(study, SPIN, name, step) for step in DECADE]
         errors = [m.errors["heading"] for m in found if m is not None]
         if len(errors) < len(DECADE):
             continue
         ends = [e.end for e in errors]
+        colour = OF_METHODS[name]
         traces.append(
-            curve(DECADE, positive(ends), colour=COLOURS[name], marks=True, width=1.0, name=name)
+            curve(DECADE, positive(ends), colour=colour, marks=True, width=1.0, name=name)
         )
         last = errors[-1].predicted
-        if name != DEFAULT and last is not None:
-            told[name] = last.end / DECADE[-1]
-            rows.append(row(named(name), *(value(e / h, 4) for e, h in zip(ends, DECADE,
-                        strict=True)), value(told[name], 4)))  # fmt: skip
-            traces.append(
-                curve(DECADE, positive([told[name] * h for h in DECADE]), colour=COLOURS[name],
-                      dash="dash", width=1.0, name=f"{number(abs(told[name]))} rad/s × step")
-            )  # fmt: skip
+        if name == DEFAULT or last is None:
+            continue
+        slope = slopes[name] = last.end / DECADE[-1]
+        ratios = [value(e / h, 4) for e, h in zip(ends, DECADE, strict=True)]
+        rows.append(row(plain_method_cell(name), *ratios, value(slope, 4)))
+        traces.append(
+            curve(DECADE, positive([slope * h for h in DECADE]), colour=colour, dash="dash",
+                  width=1.0, name=f"{number(abs(slope))} rad/s × step")
+        )  # fmt: skip
     if not rows:
         return ()
-    heads = ("method", *(f"step {short(h)} s" for h in DECADE), "predicted at the last")
-    said = ", ".join(f"{name} {number(c, 4)}" for name, c in told.items())
+    heads = ("method", *(f"step {short(h)} s" for h in DECADE), "predicted at the smallest step")
     default = _default(study)
-    summary = (
-        "A body that spins and slides at once has no formula; its heading at rest is off by a "
-        f"coefficient times the step, in rad/s: {said}."
-    )
-    if default is not None:
-        off = [abs(float(line[1].text)) for line in default.rows]
-        summary += (
-            f" On default contacts it is off by {number(min(off), 2)} to {number(max(off), 2)} rad "
-            "at these steps, with a contact missing on most samples."
-        )
     return (
         Finding(
             "capsule-spin",
-            "Spin and translation at once: of first order, with a known coefficient",
+            "Spin and translation at once: first order in the step, with a predicted coefficient",
             "confirmed",
-            summary,
+            _spin_summary(slopes, default),
             (
-                "Friction couples the two, and a support comes to rest before the others do. The "
-                "coefficient is predicted by taking the same steps in three degrees of freedom, "
-                "with friction resolved to the last digit.",
-                "Default contacts lose the ground: a body that slides hops on them, as on a line, "
-                "and what each landing takes from spin and from translation is not friction's.",
+                "Friction couples the two, and one support comes to rest before the others. The "
+                "coefficient is predicted by taking the same steps with three degrees of freedom, "
+                "with friction solved to round-off.",
+                "Default contacts lose the ground: a sliding body bounces on them, as it does on "
+                "a line, and what each landing takes from spin and translation is not the work of "
+                "Coulomb friction.",
             ),
             (Table("Error of the heading at rest over the step [rad/s]", heads, tuple(rows)),
              *(() if default is None else (default,))),
@@ -141,30 +153,38 @@ def _spin(study: Study) -> Sequence[Finding]:
     )  # fmt: skip
 
 
+def _spin_summary(slopes: dict[str, float], default: Table | None) -> str:
+    said = ", ".join(f"{name} {number(slope, 4)}" for name, slope in slopes.items())
+    summary = (
+        "A body that spins and slides at once has no closed formula; the error of its heading ψ at "
+        f"rest is a coefficient times the step, in rad/s: {said}."
+    )
+    if default is not None:
+        sizes = [abs(float(line[1].text)) for line in default.rows]
+        summary += (
+            f" With default contacts the error is {number(min(sizes), 2)} to "
+            f"{number(max(sizes), 2)} rad at these steps, and at most samples a contact is missing."
+        )
+    return summary
+
+
 def _default(study: Study) -> Table | None:
     """Errors of heading and rate on default contacts, and how often one is missing."""
     rows = []
     rest = problem(SPIN).motion.rest_time
     for step in DECADE:
-        found, moved = measured(study, SPIN, DEFAULT, step), run(SPIN, DEFAULT, step)
-        if found is None or moved is None:
+        found = measured(study, SPIN, DEFAULT, step)
+        recording = study.recording(ExtraRun(SPIN, DEFAULT, step))
+        if found is None or recording is None:
             return None
-        sliding = moved.times < rest
-        missing = float(np.mean(moved.channels["contacts"][sliding] < 3))
+        sliding = recording.times < rest
+        missing = float(np.mean(recording.channels["contacts"][sliding] < 3))
         heading, rate = found.errors["heading"], found.errors["heading_rate"]
         rows.append(row(Cell(short(step), "number"), value(heading.end), value(rate.largest),
                         value(missing, 2)))  # fmt: skip
-    heads = ("step [s]", "error of the heading at rest [rad]", "largest of the rate [rad/s]",
-             "samples with a contact missing while it moves")  # fmt: skip
+    heads = ("step [s]", "error of the heading at rest [rad]", "largest error of its rate [rad/s]",
+             "fraction of samples with a contact missing while it moves")  # fmt: skip
     return Table(f"Default contacts, {DEFAULT}", heads, tuple(rows))
 
 
-def _figures(study: Study) -> Sequence[tuple[str, Sequence[Figure]]]:
-    return ()
-
-
-def _hard(study: Study, scene: Scene) -> Sequence[Figure | Table]:
-    return ()
-
-
-SECTION = Section(findings, _figures, _hard)
+SECTION = Section(findings, requests=requests)

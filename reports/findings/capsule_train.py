@@ -1,21 +1,18 @@
-"""The page's section on trains of manoeuvres: errors that add up, and what a manoeuvre costs."""
+"""The page's section on repeated manoeuvres: errors that add up, and what a manoeuvre costs."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from plumbob.engines.study.study import Study
-from plumbob.models.scene import Scene
-from plumbob.reports.findings.capsule.cells import method as method_cell
-from plumbob.reports.findings.capsule.cells import value
-from plumbob.reports.findings.capsule.runs import covers, measured, names, problem
+from plumbob.engines.study.results import Study
+from plumbob.reports.findings.measurements import covers, measured, names, problem
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Cell, Figure, Finding, Section, Table, row
+from plumbob.reports.view.content import Cell, Finding, Section, Table, method_cell, row, value
 from plumbob.reports.view.notation import number, short
 
 SCENES = ("capsule-train/thousand", "capsule-train/ten")  # the longer one, where it was run
 STEP = 1e-3  # [s]
-GOOD = 1e-3  # of the whole
+GOOD = 1e-3  # relative
 
 
 def findings(study: Study) -> Sequence[Finding]:
@@ -23,47 +20,43 @@ def findings(study: Study) -> Sequence[Finding]:
     scene = next((name for name in SCENES if covers(study, name)), None)
     if scene is None:
         return ()
-    train = problem(scene).motion
+    repeated = problem(scene).motion
     rows, errors = [], {}
     for name in names(study):
         if (found := measured(study, scene, name, STEP)) is None:
             continue
         error = found.errors["displacement"]
-        errors[name] = error.end / train.displacement
-        told = None if error.predicted is None else error.predicted.end / train.displacement
-        each = study.costs.get((scene, name))
-        cost = None if each is None else each.ns_per_step * 1e-9 * found.steps / train.count
+        relative = errors[name] = error.end / repeated.displacement
+        predicted = error.predicted.end / repeated.displacement if error.predicted else None
+        timed = study.costs.get((scene, name))
+        cost = (
+            notation.seconds(timed.ns_per_step * 1e-9 * found.steps / repeated.count)
+            if timed
+            else "–"
+        )
         rows.append(
-            row(method_cell(name), value(train.displacement + error.end, 6), value(errors[name]),
-                value(told), Cell("–" if cost is None else notation.seconds(cost), "number"))
+            row(method_cell(name), value(repeated.displacement + error.end, 6), value(relative),
+                value(predicted), Cell(cost, "number"))
         )  # fmt: skip
     if not rows:
         return ()
-    within = [abs(e) for e in errors.values() if abs(e) <= GOOD]
-    beyond = [abs(e) for e in errors.values() if abs(e) > GOOD]
-    said = f"After {train.count} manoeuvres of {number(1e3 * train.manoeuvre.displacement)} mm"
-    if within:
-        said += (
-            f" {len(within)} of {len(errors)} methods are within {number(max(within), 2)} of the "
-            "exact way"
-        )
-    if beyond:
-        said += f"{';' if within else ''} the others are off by {number(min(beyond), 2)} or more"
     heads = ("method", "total displacement [m]", "relative error", "predicted", "per manoeuvre")
     return (
         Finding(
             "capsule-train-total",
-            "Manoeuvres in a row: the error of one, so many times",
+            "Repeated manoeuvres: the error of one times their number",
             "confirmed",
-            f"{said}.",
+            f"After {repeated.count} manoeuvres of "
+            f"{number(1e3 * repeated.manoeuvre.displacement)} mm{_summary(errors)}.",
             (
                 "Each manoeuvre is followed by a slow return of the slider, at "
-                f"{number(train.fraction)} of what friction holds, and by a pause that puts the "
-                f"next start on the grid of steps: {number(train.period)} s in all. What theory "
-                "says of one manoeuvre then adds up, and nothing else does.",
+                f"{number(repeated.fraction)} of the acceleration that friction can hold, and by a "
+                "pause so that the next one starts on the grid of steps: "
+                f"{number(repeated.period)} s in all. The predicted error of one manoeuvre then "
+                "adds up, and nothing else does.",
             ),
             (Table(f"{scene.partition('/')[2]}, step {short(STEP)} s, exact "
-                   f"{number(train.displacement, 6)} m", heads, tuple(rows),
+                   f"{number(repeated.displacement, 6)} m", heads, tuple(rows),
                    "Cost: wall time of the stepping alone, of 320 steps."),),
             (),
             ("plumbob validate --profile full --scenes capsule-train/thousand",
@@ -72,12 +65,21 @@ def findings(study: Study) -> Sequence[Finding]:
     )  # fmt: skip
 
 
-def _figures(study: Study) -> Sequence[tuple[str, Sequence[Figure]]]:
-    return ()
+def _summary(errors: dict[str, float]) -> str:
+    within = [abs(e) for e in errors.values() if abs(e) <= GOOD]
+    beyond = [abs(e) for e in errors.values() if abs(e) > GOOD]
+    said = ""
+    if within:
+        said += (
+            f" {len(within)} of {len(errors)} methods have a relative error of the total "
+            f"displacement of at most {number(max(within), 2)}"
+        )
+    if beyond:
+        said += (
+            f"{';' if within else ''} the {'others' if within else 'methods'} have "
+            f"{number(min(beyond), 2)} or more"
+        )
+    return said
 
 
-def _hard(study: Study, scene: Scene) -> Sequence[Figure | Table]:
-    return ()
-
-
-SECTION = Section(findings, _figures, _hard)
+SECTION = Section(findings)

@@ -4,44 +4,65 @@ predicts."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from plumbob.analytic.errors.energy_drift import energy_drift_rate
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.extra_runs import ExtraRun
+from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.findings.fresh_runs import run
+from plumbob.reports.findings.measurements import runs, scheme
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Cell, Figure, Table, row
+from plumbob.reports.view.content import Figure, Table, method_cell, row, value
 from plumbob.reports.view.palette import styles
-from plumbob.reports.view.traces import curve, figure, linear, logarithmic, positive
+from plumbob.reports.view.traces import curve, logarithmic, over_time, positive
 
-LOST = 0.3  # of what is there: more than this is not a drift
+LOST = 0.3  # of the available energy: more than this is not a drift
+
+
+@dataclass(frozen=True)
+class EnergyRuns:
+    """Runs of a scene with some methods at one step [s] over a duration [s]."""
+
+    scene: str
+    methods: tuple[str, ...]
+    step: float
+    duration: float
+
+    @property
+    def requests(self) -> tuple[ExtraRun, ...]:
+        """The runs as a study is asked for them, in the order of the methods."""
+        return runs((self.scene,), self.methods, (self.step,), self.duration)
+
+    @property
+    def steps(self) -> float:
+        """Steps of a run."""
+        return self.duration / self.step
 
 
 @dataclass(frozen=True)
 class Drift:
-    """The energy error of one run over time, as a line and what is left beside it."""
+    """The energy error of one run over time, as a straight line and the deviation from it."""
 
     run: Trajectory
     errors: tuple[float, ...]  # [J]
     rate: float  # [J/s], of the line
-    scatter: float  # [J], largest distance from it
-    predicted: float | None  # [J/s]; None where theory has nothing
-    round_off: float  # [J/s], one standard deviation of what rounding theta may add
-    available: float  # [J] that the motion has above its deepest well
+    scatter: float  # [J], largest deviation from it
+    predicted: float | None  # [J/s]; None where there is no theory
+    round_off: float  # [J/s], one standard deviation of the drift from rounding theta
+    available: float  # [J], of the motion above its deepest well
 
     @property
     def fate(self) -> str:
-        """Lost: a good part of it is gone by the end, no longer at any one rate. Secular: the line
-        leaves the scatter behind."""
+        """Lost or gained: a good part of it, by the end, at no constant rate. Secular: the line
+        rises above the scatter."""
         late = float(np.mean(self.errors[-(len(self.errors) // 10) :]))
         if abs(late) > LOST * self.available:
             return "lost" if late < 0.0 else "gained"
@@ -50,27 +71,22 @@ class Drift:
 
     @property
     def secular(self) -> bool:
-        """Whether the energy does not stay."""
+        """Whether the energy error grows."""
         return self.fate != "bounded"
 
 
-def drift(
-    name: str, motion: PendulumMotion, method: str, step: float, duration: float
-) -> Drift | None:
-    """Energy error of one method on a scene whose exact motion is `motion`; None where its engine
-    is missing."""
-    found = run(name, method, step, duration)
-    if found is None:
-        return None
+def drift(motion: PendulumMotion, method: str, step: float, found: Trajectory) -> Drift:
+    """Energy error of a run with one method at a step [s], of a scene whose exact motion is
+    `motion`."""
     values = energy(motion.potential, motion.inertia, found)
     errors, times = values - values[0], found.times
     rate, start = np.polyfit(times, errors, 1)
     scatter = float(np.abs(errors - (start + rate * times)).max())
-    told = predicted(motion, find_method(method).scheme, step)
+    theory = predicted(motion, method, step)
     noise = _round_off(motion, found, step)
     turn = np.linspace(-np.pi, np.pi, 721)
     available = float(values[0] - np.min(in_double(motion.potential).value(turn)))
-    return Drift(found, tuple(errors.tolist()), float(rate), scatter, told, noise, available)
+    return Drift(found, tuple(errors.tolist()), float(rate), scatter, theory, noise, available)
 
 
 def energy(potential: TrigonometricPotential, inertia: float, run: Trajectory) -> Array:
@@ -86,64 +102,65 @@ def in_double(potential: TrigonometricPotential) -> TrigonometricPotential:
     )
 
 
-def predicted(motion: PendulumMotion, scheme: Scheme, step: float) -> float | None:
-    """Mean rate [J/s] at which a scheme changes the energy; None where there is no theory."""
+def predicted(motion: PendulumMotion, method: str, step: float) -> float | None:
+    """Mean rate [J/s] at which a method changes the energy; None where there is no theory."""
     if not np.isfinite(motion.period):
         return None
     start = (motion.theta, motion.theta_dot)
-    terms = energy_drift_rate(motion.rotor, *start, motion.period, scheme)
+    terms = energy_drift_rate(motion.rotor, *start, motion.period, scheme(method))
     return motion.inertia * sum(d * step**p for p, d in terms.items()) if terms else None
 
 
 def _round_off(motion: PendulumMotion, found: Trajectory, step: float) -> float:
-    """Standard deviation of the drift [J/s] that rounding theta once a step makes: each rounding,
-    even over a unit in theta's last place, moves the energy by itself times the torque."""
+    """Standard deviation of the drift [J/s] from rounding theta once a step: each rounding, uniform
+    over a unit in theta's last place, changes the energy by its size times the torque."""
     theta = found.observables["theta"]
     torque = np.asarray(in_double(motion.potential).slope(theta))
     each = float(np.sqrt(np.mean((np.spacing(np.abs(theta)) * torque) ** 2 / 12)))
     return each / math.sqrt(step * float(found.times[-1]))
 
 
-def measured(
-    name: str, motion: PendulumMotion, methods: Sequence[str], step: float, duration: float
+def drift_table(
+    study: Study, asked: EnergyRuns, motion: PendulumMotion
 ) -> tuple[Table, Figure, Mapping[str, Drift]]:
-    """Table, figure and numbers of the energy drift on a scene at one step [s] over `duration`
-    [s]."""
-    tries = {method: drift(name, motion, method, step, duration) for method in methods}
-    drifts = {method: found for method, found in tries.items() if found is not None}
-    style = styles([find_method(method) for method in methods])
+    """Table, figure and numbers of the energy drift in recorded runs of a scene whose exact motion
+    is `motion`; a method whose engine is missing is left out."""
+    recorded = {request.method: study.recording(request) for request in asked.requests}
+    drifts = {
+        method: drift(motion, method, asked.step, found)
+        for method, found in recorded.items()
+        if found is not None
+    }
+    style = styles([find_method(method) for method in asked.methods])
     rows = tuple(
         row(
-            Cell(method, "method"),
+            method_cell(method),
             d.fate,
-            Cell(notation.number(d.scatter), "number"),
-            Cell(notation.number(d.rate, 4), "number"),
-            Cell("–" if d.predicted is None else notation.number(d.predicted, 4), "number"),
-            Cell(notation.number(d.round_off, 2), "number"),
+            value(d.scatter),
+            value(d.rate, 4),
+            value(d.predicted, 4),
+            value(d.round_off, 2),
         )
         for method, d in drifts.items()
     )
-    heads = ("method", "energy error", "ripple [J]", "fitted drift [J/s]", "predicted drift [J/s]",
-             "round-off may add [J/s]")  # fmt: skip
-    count = f"{duration / step:.0f} steps of {notation.short(step)} s"
-    traces = [
-        curve(d.run.times[1:], positive(d.errors[1:]), style[method], method=method)
-        for method, d in drifts.items()
-    ]
-    plot = figure(
+    heads = ("method", "energy error", "oscillation [J]", "fitted drift [J/s]",
+             "predicted drift [J/s]", "drift from round-off [J/s]")  # fmt: skip
+    count = f"{asked.steps:.0f} steps of {notation.short(asked.step)} s"
+    plot = over_time(
         f"Energy error over {count}",
-        "A straight band is bounded; a rising line is lost for good.",
-        traces,
-        linear("time [s]"),
+        "A horizontal band is bounded; a rising line is a drift.",
+        [
+            curve(d.run.times[1:], positive(d.errors[1:]), style[method], method=method)
+            for method, d in drifts.items()
+        ],
         logarithmic("|energy error| [J]"),
-        legend=True,
         wide=True,
         height=300,
     )
     note = (
-        "Fitted: a straight line through the energy error. Secular: the line leaves twice its "
-        "scatter behind. Lost: by the end a third of the energy is gone, and a line says nothing. "
-        "Prediction: one step's energy error, averaged along the exact orbit. "
-        "Round-off: of θ, once a step, one standard deviation."
+        "Fitted: a straight line through the energy error. Secular: the line rises above twice its "
+        "scatter. Lost: by the end a third of the energy is gone, and a line means nothing. "
+        "Predicted: one step's energy error, averaged along the exact orbit. Round-off: of θ, once "
+        "a step, one standard deviation."
     )
     return Table(f"Energy over {count}", heads, rows, note), plot, drifts

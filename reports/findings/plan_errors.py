@@ -1,26 +1,24 @@
-"""What an engine makes of a plan: how far off the pose is at its end, and where that arises."""
+"""The pose error of a plan run in an engine: after each manoeuvre, and by kind of manoeuvre."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.systems.planner import Plan
-from plumbob.engines.adapters.sampling import step_count
-from plumbob.engines.method import Method
-from plumbob.engines.study.measurement import Measurement, measure
-from plumbob.models.registry import system_of
-from plumbob.models.scene import Scene
+from plumbob.engines.trajectory import Trajectory
 
 STILL = 1e-12  # [m/s] and [rad/s]: the exact motion is at rest
+MOST_STEPS = 1_000_000_000  # of any run
 AFTER = 2  # steps run after the last manoeuvre's end
 
 
 @dataclass(frozen=True)
-class PoseOff:
-    """By how much a pose is off: of C [m], in the axes of the start, and of the heading [rad]."""
+class PoseError:
+    """Error of a pose: of C [m], in the axes of the start, and of the heading [rad]."""
 
     x: float
     y: float
@@ -28,63 +26,63 @@ class PoseOff:
 
     @property
     def distance(self) -> float:
-        """How far C is off [m]."""
+        """Distance of C from where it is to be [m]."""
         return float(np.hypot(self.x, self.y))
 
-    def since(self, before: PoseOff) -> PoseOff:
-        """What has come to it since `before`."""
-        return PoseOff(self.x - before.x, self.y - before.y, self.heading - before.heading)
+    def since(self, before: PoseError) -> PoseError:
+        """What has been added since `before`."""
+        return PoseError(self.x - before.x, self.y - before.y, self.heading - before.heading)
 
 
-@dataclass(frozen=True)
-class PlanRun:
-    """A plan run open-loop, held against its exact motion; after each manoeuvre, in the order of
-    the plan, by how much the pose is off, or None where the body has not come to rest."""
-
-    found: Measurement
-    after: tuple[PoseOff | None, ...]
+PoseErrors = tuple[PoseError | None, ...]
+"""After each manoeuvre, in the plan's order; None where the body has not come to rest."""
 
 
-def run_plan(plan: Plan, scene: Scene, method: Method, step: float) -> PlanRun:
-    """Run `plan`, which is that of `scene`, with `step` [s] to its end. Raises ParameterError."""
-    lasting = (step_count(plan.duration, step) + AFTER) * step
-    system = system_of(scene)
-    whole = replace(scene, duration=lasting)
-    case = system.case(whole)
-    exact = case.reference
-    found, run = measure(case, method, step)
-    if run is None or found.status != "done":
-        return PlanRun(found, ())
+def run_duration(plan: Plan, step: float) -> float:
+    """How long a run of `plan` with `step` [s] has to be to show the pose at its end [s]; raises
+    ParameterError for a step longer than the plan or a thousand million times shorter."""
+    if step > plan.duration:
+        raise ParameterError("step", step, f"at most the duration, {plan.duration} s")
+    if step * MOST_STEPS < plan.duration:
+        smallest = plan.duration / MOST_STEPS
+        raise ParameterError("step", step, f"at least {smallest} s for this duration")
+    return (round(plan.duration / step) + AFTER) * step
+
+
+def pose_errors(plan: Plan, exact: Reference, run: Trajectory) -> PoseErrors:
+    """Errors of the pose in a run of `plan` held against its exact motion, after each manoeuvre."""
     seen = exact.observe(run.times)
-    off = np.column_stack([run.observables[n] - seen[n] for n in ("x", "y", "heading")])
+    error = np.column_stack([run.observables[n] - seen[n] for n in ("x", "y", "heading")])
     names = ("velocity_x", "velocity_y", "heading_rate")
     resting = np.all([np.abs(seen[name]) <= STILL for name in names], axis=0)
-    return PlanRun(found, tuple(_after(plan, run.times, off, resting)))
+    return tuple(_after(plan, run.times, error, resting))
 
 
-def _after(plan: Plan, times: Array, off: Array, resting: Array) -> list[PoseOff | None]:
-    """At the last sample of each manoeuvre, at which a place no longer lags by half a step."""
+def _after(plan: Plan, times: Array, error: Array, resting: Array) -> list[PoseError | None]:
+    """At the last sample of each manoeuvre, at which a place is no longer late by half a step."""
     ends = np.append(plan.ends[:-1], np.inf)
     last = np.searchsorted(times, ends, side="right") - 1
     begun = np.array([manoeuvre.start for manoeuvre in plan.manoeuvres])
     return [
-        PoseOff(*(float(value) for value in off[k])) if resting[k] and times[k] > start else None
+        PoseError(*(float(value) for value in error[k]))
+        if resting[k] and times[k] > start
+        else None
         for k, start in zip(last, begun, strict=True)
     ]
 
 
-def arising(plan: Plan, run: PlanRun) -> dict[str, PoseOff]:
+def by_kind(plan: Plan, after: PoseErrors) -> dict[str, PoseError]:
     """What each kind of manoeuvre has added to the pose's error, a turn with its residual motion:
-    what is off at rest again less what was off before."""
-    total: dict[str, PoseOff] = {}
-    before, waiting = PoseOff(0.0, 0.0, 0.0), ""
-    for manoeuvre, now in zip(plan.manoeuvres, run.after, strict=False):
+    the error at rest again less the error before."""
+    total: dict[str, PoseError] = {}
+    before, waiting = PoseError(0.0, 0.0, 0.0), ""
+    for manoeuvre, now in zip(plan.manoeuvres, after, strict=False):
         kind = waiting or manoeuvre.kind
         if now is None:
             waiting = kind
             continue
-        so_far, gained = total.get(kind, PoseOff(0.0, 0.0, 0.0)), now.since(before)
-        total[kind] = PoseOff(
+        so_far, gained = total.get(kind, PoseError(0.0, 0.0, 0.0)), now.since(before)
+        total[kind] = PoseError(
             so_far.x + gained.x, so_far.y + gained.y, so_far.heading + gained.heading
         )
         before, waiting = now, ""

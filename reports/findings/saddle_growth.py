@@ -1,4 +1,4 @@
-"""How errors grow next to a saddle of the potential, whatever made them."""
+"""How errors grow next to a saddle of the potential, whatever their cause."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.convergence import ConvergenceStudy
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Cell, Figure, Table, row
-from plumbob.reports.view.palette import styles
-from plumbob.reports.view.traces import Trace, curve, figure, linear, logarithmic, positive
+from plumbob.reports.view.content import Cell, Figure, Table, method_cell, row
+from plumbob.reports.view.palette import GREY, styles
+from plumbob.reports.view.traces import Trace, curve, logarithmic, over_time, positive
 
 NEAR = 0.25  # [rad] from the saddle, where the motion is linear in the distance to 3 %
 LINEAR = 0.1  # [rad]: an error larger than this no longer grows as e^(lambda t)
@@ -24,7 +24,7 @@ FEW = 4  # samples that a rate is not fitted to
 
 @dataclass(frozen=True)
 class Saddle:
-    """An angle [rad] where a pendulum may stand, and the rate [1/s] at which it leaves it."""
+    """An angle [rad] where a pendulum may stand, and the rate [1/s] at which it departs from it."""
 
     theta: float
     rate: float
@@ -66,7 +66,7 @@ def _growth(
     study: Study,
     scene: Scene,
 ) -> Figure:
-    """Errors over time against e^(lambda t), with what a rounding of the inputs does."""
+    """Errors over time against e^(lambda t), with the effect of rounding the inputs."""
     style = styles(study.methods)
     traces: list[Trace] = [
         {
@@ -81,25 +81,23 @@ def _growth(
     times = np.linspace(0.0, scene.duration, 200)[1:]
     doubt = motion.uncertainty(times)["theta"]
     traces.append(
-        curve(times, positive(doubt), colour="#808080", dash="dot", width=2.0,
+        curve(times, positive(doubt), colour=GREY, dash="dot", width=2.0,
               name="one rounding of each input")
     )  # fmt: skip
     start, end = stay
     dwell = np.linspace(start, end, 20)
     foot = float(np.interp(start, times, doubt))
     traces.append(
-        curve(dwell, foot * np.exp(saddle.rate * (dwell - start)), colour="#808080", dash="dash",
+        curve(dwell, foot * np.exp(saddle.rate * (dwell - start)), colour=GREY, dash="dash",
               width=3.0, name=f"e^(λt), λ = {saddle.rate:.3f}/s")
     )  # fmt: skip
-    return figure(
+    return over_time(
         "How errors grow next to the saddle",
         f"The motion is within {NEAR} rad of the saddle from {start:.2f} to {end:.2f} s; there "
-        f"every error grows as e^(λt) with λ = {saddle.rate:.3f}/s, whatever made it, until it is "
-        "no longer small.",
+        f"every error grows as e^(λt) with λ = {saddle.rate:.3f}/s, whatever its cause, until it "
+        "is no longer small.",
         traces,
-        linear("time [s]"),
         logarithmic("|error of θ| [rad]"),
-        legend=True,
         wide=True,
         height=400,
     )
@@ -108,8 +106,8 @@ def _growth(
 def _rates(
     saddle: Saddle, stay: tuple[float, float], convergence: Sequence[ConvergenceStudy], note: str
 ) -> Table | None:
-    """Fitted growth rates over the second half of the stay, where the growing mode rules, while
-    the error is small."""
+    """Fitted growth rates over the second half of the stay, where the growing mode dominates,
+    while the error is small."""
     start, end = stay
     rows = []
     for c in convergence:
@@ -126,9 +124,9 @@ def _rates(
             else "too few samples"
         )
         left = f"{notation.number(float(lost[0]))} s" if lost.size else "the end"
-        rows.append(row(Cell(c.method, "method"), Cell(rate, "number"), Cell(left, "number")))
+        rows.append(row(method_cell(c.method), Cell(rate, "number"), Cell(left, "number")))
     if not rows:
         return None
-    caption = f"Growth next to the saddle, where theory says λ = {saddle.rate:.3f}/s"
+    caption = f"Growth next to the saddle, where theory gives λ = {saddle.rate:.3f}/s"
     heads = ("method", "fitted rate [1/s]", f"error below {LINEAR} rad until")
     return Table(caption, heads, tuple(rows), note)

@@ -7,8 +7,8 @@ from typing import Any
 
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
 from plumbob.reports.judge.expectations import expected
 from plumbob.reports.judge.verdict import Judgement, judge
 
@@ -24,9 +24,9 @@ def check(
     'pass'
     """
     chosen, how = find_scene(scene, changes), find_method(method)
-    system = system_of(chosen)
-    found, _ = measure(system.case(chosen), how, step)
-    judgement = judge(found, system, how)
+    case = case_of(chosen)
+    found, _ = measure(case, how, step)
+    judgement = judge(found, case.system, how)
     wanted = expected(chosen.name, how.name)
     if not wanted.allows(judgement):
         reason = judgement.reason or wanted.reason or "within tolerance"

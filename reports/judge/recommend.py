@@ -1,14 +1,15 @@
 """Which method, and which step: the cheapest that was measured to reach a wanted error.
 
 An error is looked up on the upper envelope of a method's measured curve: the largest error at this
-step or any smaller one, so that a lucky zero of a sawtooth promises nothing. Between two chosen_step_sizes the
-error is taken to fall from the coarser one with the smallest slope that the curve shows about
-there, no faster than the method's order, and to rise from the finer one as it rose to it, if that
-is more: an upper bound for a curve that bends one way between them. Nothing is extrapolated.
+step or any smaller one, so that a zero of a sawtooth is no recommendation. Between two step sizes
+that were run, the error is taken to fall from the larger one with the smallest slope that the curve
+shows around there, no faster than the method's order, and to rise from the smaller one as it rose
+to it, if that is more: an upper bound for a curve that is convex or concave between them. Nothing
+is extrapolated.
 
-Rungs alone count where theory has no series in the step for the error, as where a switch inside a
-step makes it a sawtooth; and for an adaptive solver, whose error jumps from one tolerance to the
-next. A closed form is no simulation: it is left out.
+Only step sizes that were run count where theory has no series in the step for the error, as where
+a discontinuity inside a step makes it a sawtooth; and for an adaptive solver, whose error jumps
+from one tolerance to the next. A closed form is no simulation: it is left out.
 """
 
 from __future__ import annotations
@@ -19,16 +20,16 @@ from dataclasses import dataclass
 
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.method import Method
-from plumbob.engines.study.convergence import SHIPPED, ConvergenceStudy
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.convergence import DEFAULT, ConvergenceStudy
+from plumbob.engines.study.results import Study
 from plumbob.models.registry import unknown as unknown_name
 from plumbob.reports.judge.work_precision import Point, of_method, points
 
-DEFAULT_METHOD, DEFAULT_STEP = SHIPPED
+DEFAULT_METHOD, DEFAULT_STEP = DEFAULT
 EXACT = "closed-form"  # the scheme of what is no simulation, and is not recommended as one
 _DIGITS = 2  # of an interpolated step, rounded down
-# Between chosen_step_sizes a run ends up to half a step before or after the ones beside it, and its largest
-# error, often the last one, comes out a per cent or two apart from their curve.
+# Between two step sizes a run ends up to half a step earlier or later than theirs do, and its
+# largest error, often the last one, is a per cent or two off their curve.
 _MARGIN = 1.05
 _STEEP = 50.0  # a slope that allows nothing: from an error that happened to be next to none
 
@@ -56,8 +57,8 @@ class Recommendation:
     choice: Choice | None  # the cheapest that reaches it
     runner_up: Choice | None  # the cheapest of another method
     by_engine: tuple[Choice, ...]  # the cheapest in each engine that reaches it, cheapest first
-    best: Choice | None  # the most exact of all that was measured
-    defaults: tuple[Choice, ...]  # MuJoCo as it comes, and the chosen method at MuJoCo's step
+    best: Choice | None  # the most accurate of all that was measured
+    defaults: tuple[Choice, ...]  # MuJoCo's default settings, and the chosen method at its step
 
 
 def cheapest(study: Study, scene: str, error: float) -> Recommendation:
@@ -115,17 +116,17 @@ def _envelope(curve: Sequence[Point]) -> tuple[Point, ...]:
 def _steepest(
     convergence: Sequence[ConvergenceStudy], scene: str, method: Method, leading: str
 ) -> float:
-    """The largest slope that may be counted on: the method's order, or what was observed; 0 where
+    """The largest slope that may be relied on: the method's order, or what was observed; 0 where
     theory has no series for the error."""
     convergence_study = next(
         (c for c in convergence if (c.scene, c.method) == (scene, method.name)), None
     )
-    told = (
+    predicted = (
         [m.errors[leading].predicted for m in convergence_study.measurements if m.errors]
         if convergence_study
         else []
     )
-    if convergence_study is None or not any(t is not None and t.missed is None for t in told):
+    if convergence_study is None or not any(p is not None and p.missed is None for p in predicted):
         return 0.0
     return max(method.order or 0.0, convergence_study.order.low if convergence_study.order else 0.0)
 
@@ -149,15 +150,14 @@ def _coarsest(
 
 def _above(curve: Sequence[Point], i: int, steepest: float) -> list[tuple[float, float, float]]:
     """Straight lines on logarithmic axes, by a step, the error there and a slope, the higher of
-    which is above the curve between chosen_step_sizes `i` and `i + 1`; none where it may be as flat as can
-    be."""
+    which is above the curve between the steps `i` and `i + 1`; none where it may be flat."""
     fine, coarse = curve[i], curve[i + 1]
     if (falling := min(steepest, _slope(curve, i))) <= 0.0:
         return []
     lines = [(coarse.step, coarse.error, falling)]
     if i and fine.error > 0.0:
-        rising = min(_chord(curve[i - 1], fine), _STEEP)
-        if rising > _chord(fine, coarse):  # it flattens out between the two
+        rising = min(_secant(curve[i - 1], fine), _STEEP)
+        if rising > _secant(fine, coarse):  # it flattens out between the two
             lines.append((fine.step, fine.error, rising))
     return lines
 
@@ -167,14 +167,14 @@ def _slope(curve: Sequence[Point], i: int) -> float:
     where a run beyond it diverged."""
     if not math.isfinite(curve[i + 1].error):
         return 0.0
-    here = _chord(curve[i], curve[i + 1])
+    here = _secant(curve[i], curve[i + 1])
     if i + 2 < len(curve) and math.isfinite(curve[i + 2].error):
-        return min(here, _chord(curve[i + 1], curve[i + 2]))
-    # The last interval: it bends on as it did before it.
-    return min(here, 2 * here - _chord(curve[i - 1], curve[i])) if i else 0.0
+        return min(here, _secant(curve[i + 1], curve[i + 2]))
+    # The last interval: its curvature continues.
+    return min(here, 2 * here - _secant(curve[i - 1], curve[i])) if i else 0.0
 
 
-def _chord(fine: Point, coarse: Point) -> float:
+def _secant(fine: Point, coarse: Point) -> float:
     if fine.error <= 0.0:
         return math.inf
     return math.log(coarse.error / fine.error) / math.log(coarse.step / fine.step)
@@ -183,13 +183,13 @@ def _chord(fine: Point, coarse: Point) -> float:
 def _between(
     method: Method, curve: Sequence[Point], i: int, step: float, steepest: float
 ) -> Choice:
-    """What holds at a step between chosen_step_sizes `i` and `i + 1`: the error's upper bound, and the cost on
-    the straight line between theirs on logarithmic axes."""
+    """The choice at a step between the steps `i` and `i + 1`: the error's upper bound, and the cost
+    on the straight line between theirs on logarithmic axes."""
     fine, coarse = curve[i], curve[i + 1]
     bounds = [e * (step / h) ** slope for h, e, slope in _above(curve, i, steepest)]
     error = max(fine.error, _MARGIN * min(max(bounds, default=math.inf), coarse.error))
-    share = math.log(step / fine.step) / math.log(coarse.step / fine.step)
-    cost = fine.ns_per_second * (coarse.ns_per_second / fine.ns_per_second) ** share
+    fraction = math.log(step / fine.step) / math.log(coarse.step / fine.step)
+    cost = fine.ns_per_second * (coarse.ns_per_second / fine.ns_per_second) ** fraction
     return Choice(method.name, method.control, step, error, cost, False)
 
 

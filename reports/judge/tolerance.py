@@ -1,4 +1,4 @@
-"""How far off a run may be: a budget of named terms, each with its reason; never a number that
+"""The tolerance of a run: a budget of named terms, each with its reason; never a number that
 merely passes."""
 
 from __future__ import annotations
@@ -8,11 +8,7 @@ from dataclasses import dataclass
 from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement, ObservedError
 
-TRUST = (
-    0.1  # an expansion whose last terms, or nonlinear part, are more than this of it is not used
-)
-
-
+TRUST = 0.1  # the largest part that last terms, or nonlinearity, may be of a series that is used
 AT_STEP = "discretisation"  # the term that is predicted to the last digit, where one is
 
 
@@ -49,41 +45,45 @@ def tolerance(found: Measurement, method: Method, observable: str, unit: str) ->
         step_terms = _expansion(error, found.step)
     if step_terms is None:
         return None
-    shares = tuple(
+    model = tuple(
         Term(f"regularisation: {name}", value, "the model differs from the equations by this")
         for name, value in error.model.items()
     )
-    return Tolerance(unit, (*step_terms, *shares, *_double_precision(error, found.steps)))
+    return Tolerance(unit, (*step_terms, *model, *_double_precision(error, found.steps)))
 
 
 def missed(error: ObservedError) -> str | None:
-    """Why an error is not what was predicted of it, or None: where theory says it to the last digit,
-    no more may be left of it than rounding and the model explain."""
-    told = error.predicted
-    if told is None or told.missed is None or told.missed <= (allowed := sum(error.model.values())):
+    """Why an error is not the predicted one, or None: where theory predicts it to the last digit,
+    only rounding and the bound of the model's error may be left of the difference."""
+    predicted = error.predicted
+    if predicted is None or predicted.missed is None:
         return None
-    return f"off what is predicted by {told.missed:.3g}, allowed {allowed:.3g}"
+    if predicted.missed <= (allowed := sum(error.model.values())):
+        return None
+    return f"{predicted.missed:.3g} off its prediction, allowed {allowed:.3g}"
 
 
 def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
-    told = error.predicted
-    if told is None:
+    predicted = error.predicted
+    if predicted is None:
         return None
-    if told.missed is not None:
+    if predicted.missed is not None:
         reason = f"what the scheme does to this motion at this step, h = {step:g} s"
-        return (Term(AT_STEP, told.largest, reason),)
-    # The last two: in a symmetric scheme's neighbour every other term may be small by chance.
-    last = sum(told.terms[p] for p in sorted(told.terms)[-2:])
-    if told.nonlinearity > TRUST or last > TRUST * told.largest:
+        return (Term(AT_STEP, predicted.largest, reason),)
+    # The last two: near-symmetric schemes can have tiny alternate terms.
+    last = sum(predicted.terms[p] for p in sorted(predicted.terms)[-2:])
+    if predicted.nonlinearity > TRUST or last > TRUST * predicted.largest:
         return None
-    powers = " + ".join(f"C{p} h^{p}" for p in sorted(told.terms))
+    powers = " + ".join(f"C{p} h^{p}" for p in sorted(predicted.terms))
     return (
         Term(
-            "discretisation", told.largest, f"{powers} of the scheme on this motion, h = {step:g} s"
+            "discretisation",
+            predicted.largest,
+            f"{powers} of the scheme on this motion, h = {step:g} s",
         ),
         Term(
             "discretisation: remainder",
-            last + told.nonlinearity * told.largest,
+            last + predicted.nonlinearity * predicted.largest,
             "what follows in the series is less than its last two terms; what is nonlinear",
         ),
     )
@@ -94,7 +94,7 @@ def _adaptive(error: ObservedError) -> tuple[Term, ...] | None:
         return ()
     if may.nonlinearity > TRUST:
         return None
-    reason = "every step may err by rtol times the state, and carries it to the end"
+    reason = "every step may add an error of rtol times the state, which the motion carries on"
     return (Term("local error control", may.largest, reason),)
 
 

@@ -1,19 +1,19 @@
-"""A user's own settings in a study: how wrong at their own step, and what would be better."""
+"""A user's own settings in a study: their error at their own step, and what would be better."""
 
 from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from plumbob.engines.method import USER_METHOD
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement
-from plumbob.engines.study.study import Study
-from plumbob.models.registry import system_of
+from plumbob.engines.study.results import Study
 from plumbob.reports.judge.recommend import EXACT, Choice, cheapest, chosen
-from plumbob.reports.judge.verdict import Judgement, judge_convergence
+from plumbob.reports.judge.verdict import Judgement, Judgements
 from plumbob.reports.judge.work_precision import Point, points
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
@@ -30,7 +30,7 @@ class Instead:
 
 
 @dataclass(frozen=True)
-class Yours:
+class UserResult:
     """One scene with the user's settings, and what the same study knows to be better."""
 
     scene: str
@@ -41,12 +41,13 @@ class Yours:
     ns_per_second: float  # [ns] of wall time per simulated second; infinite where it diverged
     judgement: Judgement  # on all steps that were run
     finest: tuple[float, float] | None  # the smallest step [s] that was run, and the error there
-    as_exact: Instead  # the cheapest that errs no more
-    better: Instead  # the most exact that costs no more
+    as_exact: Instead  # the cheapest with an error no larger
+    better: Instead  # the most accurate that costs no more
 
 
-def yours(study: Study) -> tuple[Yours, ...]:
-    """What a study says of the user's settings, a scene each, those that did not run left out."""
+def user_results(study: Study, judged: Judgements) -> tuple[UserResult, ...]:
+    """What a study, with its verdicts, says of the user's settings, a scene each; scenes that they
+    did not run are left out."""
     if all(method.name != USER_METHOD for method in study.methods):
         return ()
     rest = replace(
@@ -55,36 +56,34 @@ def yours(study: Study) -> tuple[Yours, ...]:
         convergence=tuple(c for c in study.convergence if c.method != USER_METHOD),
     )
     return tuple(
-        _of_scene(study, rest, c, c.measurements[0])
+        _of_scene(study, rest, c, judged[c.scene, USER_METHOD].whole)
         for c in study.convergence
         if c.method == USER_METHOD and c.measurements
         if c.measurements[0].status in ("done", "diverged")
     )
 
 
-def _of_scene(study: Study, rest: Study, found: ConvergenceStudy, own: Measurement) -> Yours:
-    scene = next(s for s in study.scenes if s.name == found.scene)
-    method = next(m for m in study.methods if m.name == USER_METHOD)
-    system = system_of(scene)
-    leading = system.observables[0]
+def _of_scene(study: Study, rest: Study, found: ConvergenceStudy, judged: Judgement) -> UserResult:
+    own = found.measurements[0]
+    leading = study.leading(found.scene)
     error = own.errors[leading.name].largest if own.status == "done" else math.inf
     rest = replace(
         rest, convergence=tuple(c for c in rest.convergence if not _same(c, own, leading.name))
     )
-    prices = [p.ns_per_second for p in points(study, scene.name) if p.method == USER_METHOD]
+    prices = [p.ns_per_second for p in points(study, found.scene) if p.method == USER_METHOD]
     price = prices[0] if prices else math.inf
     last = next((m for m in reversed(found.measurements) if m.status == "done"), None)
-    return Yours(
-        scene.name,
+    return UserResult(
+        found.scene,
         leading.name,
         leading.unit,
         own.step,
         error,
         price,
-        judge_convergence(found, system, method),
+        judged,
         (last.step, last.errors[leading.name].largest) if last and last is not own else None,
-        _as_exact(rest, scene.name, error),
-        _better(rest, scene.name, error, price),
+        _as_exact(rest, found.scene, error),
+        _better(rest, found.scene, error, price),
     )
 
 
@@ -102,7 +101,7 @@ def _same(other: ConvergenceStudy, own: Measurement, leading: str) -> bool:
 
 
 def _as_exact(rest: Study, scene: str, error: float) -> Instead:
-    # Of a run that diverged any error at all is as good.
+    # Beside a run that diverged any error at all is as good.
     within = min(max(error, sys.float_info.min), sys.float_info.max)
     found = cheapest(rest, scene, within)
     return Instead(
@@ -130,13 +129,13 @@ def _better(rest: Study, scene: str, error: float, price: float) -> Instead:
     return Instead(most_exact(HERE), most_exact(""))
 
 
-def table(study: Study) -> Table | None:
+def table(study: Study, judged: Judgements) -> Table | None:
     """Your settings, a row a scene; None in a study without any."""
     from plumbob.reports.view.overview import anchor
     from plumbob.reports.view.tables import verdict_cell
 
-    rows = []
-    for found in yours(study):
+    rows, own = [], user_results(study, judged)
+    for found in own:
         cells = [
             _instead(getattr(kind, place), found)
             for kind in (found.as_exact, found.better)
@@ -155,77 +154,80 @@ def table(study: Study) -> Table | None:
         )
     if not rows:
         return None
-    step = notation.short(next(iter(yours(study))).step)
+    step = notation.short(own[0].step)
     heads = (
         "scene", "error of", f"at your {step} s", "at a smaller step", "verdict",
-        "times real time", "as exact, cheapest in MuJoCo", "in any engine",
-        "no dearer, most exact in MuJoCo", "in any engine",
+        "real-time factor", "at equal accuracy, cheapest in MuJoCo", "in any engine",
+        "at no greater cost, most accurate in MuJoCo", "in any engine",
     )  # fmt: skip
     note = (
         "Your options and contact defaults, with the scenes' own bodies and friction. A verdict on "
-        "them breaks no promise. Costs are those of your setting at your step, times the factor."
+        "them is no failure of plumbob's. Costs are relative to your setting at your step."
     )
     return Table("Your settings", heads, tuple(rows), note)
 
 
-def instead(study: Study) -> dict[tuple[str, str, float], dict[str, Any]]:
+def instead(own: Sequence[UserResult]) -> dict[tuple[str, str, float], dict[str, Any]]:
     """The same as plain data, by scene, method and step."""
     return {
         (found.scene, USER_METHOD, found.step): {
             "as_exact": asdict(found.as_exact),
             "no_dearer": asdict(found.better),
         }
-        for found in yours(study)
+        for found in own
     }
 
 
-def lines(study: Study) -> list[str]:
+def lines(own: Sequence[UserResult]) -> list[str]:
     """The same for a terminal."""
     said = []
-    for found in yours(study):
+    for found in own:
         smaller = _finest(found)
         said += [
             "",
             f"{found.scene}: {found.observable} with your settings at {found.step:g} s",
-            f"  error        {_error(found)} {found.unit}"
+            f"  {'error':<18} {_error(found)} {found.unit}"
             + (f"; {smaller}" if smaller else "")
             + f"; {found.judgement.verdict}",
         ]
-        for head, kind in (("as exact", found.as_exact), ("no dearer", found.better)):
-            told = dict.fromkeys(c for c in (kind.here, kind.anywhere) if c is not None)
-            said += [f"  {head:<12} {_said(c, found)}" for c in told]
-            if not told:
-                said.append(f"  {head:<12} nothing else that was measured")
+        for head, kind in (
+            ("at equal accuracy", found.as_exact),
+            ("at no greater cost", found.better),
+        ):
+            choices = dict.fromkeys(c for c in (kind.here, kind.anywhere) if c is not None)
+            said += [f"  {head:<18} {_said(c, found)}" for c in choices]
+            if not choices:
+                said.append(f"  {head:<18} nothing else that was measured")
     return said
 
 
-def _instead(choice: Choice | None, found: Yours) -> Cell:
+def _instead(choice: Choice | None, found: UserResult) -> Cell:
     if choice is None:
         return Cell("–", "none")
     text = (
         f"{choice.method}\n{notation.step(choice.step, choice.control)}, {_factor(choice, found)}"
     )
-    return Cell(text, "choice", f"errs by {notation.number(choice.error)} {found.unit} or less")
+    return Cell(text, "choice", f"an error of {notation.number(choice.error)} {found.unit} or less")
 
 
-def _said(choice: Choice, found: Yours) -> str:
+def _said(choice: Choice, found: UserResult) -> str:
     at = notation.step(choice.step, choice.control)
-    error = f"errs by {notation.number(choice.error)} {found.unit}"
+    error = f"error {notation.number(choice.error)} {found.unit}"
     return f"{choice.method} at {at}: {error}, {_factor(choice, found)}"
 
 
-def _factor(choice: Choice, found: Yours) -> str:
+def _factor(choice: Choice, found: UserResult) -> str:
     """The cost of a choice in those of the user's own run."""
     if not math.isfinite(found.ns_per_second):
         return notation.times_real(choice.ns_per_second) + " real time"
     return f"{notation.number(choice.ns_per_second / found.ns_per_second, 2)} of your cost"
 
 
-def _error(found: Yours) -> str:
+def _error(found: UserResult) -> str:
     return notation.number(found.error) if math.isfinite(found.error) else "diverges"
 
 
-def _finest(found: Yours) -> str:
+def _finest(found: UserResult) -> str:
     if found.finest is None:
         return ""
     step, error = found.finest

@@ -1,116 +1,234 @@
-"""Is a run within its tolerance, and what does a whole convergence_study of steps say of its method?"""
+"""Is a run within its tolerance, and what does a whole convergence study say of its method?
+
+Both questions are answered by rules in order: the first that applies gives the verdict.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement, ObservedError, floor
+from plumbob.engines.study.results import Study
+from plumbob.models.registry import systems
 from plumbob.models.scene import System
 from plumbob.reports.judge.tolerance import Tolerance, missed, tolerance
 
 Verdict = Literal["pass", "fail", "not-converging", "diverged", "unsupported", "missing", "coarse"]
-ELSEWHERE = 0.5  # of the motion itself
+ELSEWHERE = 0.5  # of the motion itself: a linear bound along the exact motion does not apply
 FLAT = 0.7  # three finer steps that leave this much of an error have not helped
+FLOORS = 100.0  # multiples of the round-off level: an error within them may be resolved no further
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """A run's verdict, the tolerance of each observable it was held to, and the reason."""
+    """A run's verdict, the tolerance of each observable it was compared with, and the reason."""
 
     verdict: Verdict
     tolerances: Mapping[str, Tolerance]
     reason: str
-    cut: bool = False  # finer steps of the step_sizes were left out, by the profile
+    cut: bool = False  # finer steps of the convergence study were left out, by the profile
 
 
-def judge(found: Measurement, system: System, method: Method) -> Judgement:
-    """Hold one run to its tolerances; `coarse` where theory does not reach its step."""
-    if found.status != "done":
-        return Judgement(found.status, {}, found.reason)
-    units = {o.name: o.unit for o in system.observables}
-    leading = system.observables[0].name
-    if leading in found.errors and _elsewhere(found.errors[leading]):
-        far = f"{leading} is to go elsewhere at this step, where the model's share is not known"
-        return Judgement("coarse", {}, far)
-    held = {name: tolerance(found, method, name, units[name]) for name in found.errors}
-    known = {name: bound for name, bound in held.items() if bound is not None}
-    for name, bound in known.items():
-        error = found.errors[name].largest
-        if not error <= bound.bound:
-            reason = f"{name} is off by {error:.3g} {bound.unit}, allowed {bound.bound:.3g}"
-            return Judgement("fail", known, reason)
-        if (why := missed(found.errors[name])) is not None:
-            return Judgement("fail", known, f"{name} is {why} {bound.unit}")
-    if leading in known:
-        seen = found.errors[leading]
-        if 0.0 < seen.scale <= (allowed := _unexplained(seen, known[leading])):
-            why = f"{leading} may be {allowed:.3g} {units[leading]} beside what is predicted of it"
-            return Judgement("coarse", known, f"{why}, and is {seen.scale:.3g} in all")
-    if not known:
-        told = any(e.predicted or e.controlled for e in found.errors.values())
-        why = "the step is too coarse for" if told else "there is no"
-        return Judgement("coarse", {}, found.note or f"{why} theory of its error")
-    return Judgement("pass", known, "")
+@dataclass(frozen=True)
+class Judged:
+    """The verdict on a method on a scene, and on each of its runs, coarse to fine."""
+
+    whole: Judgement
+    runs: tuple[Judgement, ...]
 
 
-def _elsewhere(error: ObservedError) -> bool:
-    """Whether a step goes by theory so far from the exact motion that what the model adds, which is
-    reckoned along that, says nothing."""
-    told = error.predicted
-    return bool(told and told.missed is not None and told.largest > ELSEWHERE * error.scale > 0.0)
+Judgements = Mapping[tuple[str, str], Judged]  # by scene and method
 
 
-def _unexplained(error: ObservedError, held: Tolerance) -> float:
-    """How far an error may be from what theory says of it: the model's share where that is said to
-    the last digit, else all of its tolerance."""
-    told = error.predicted
-    return sum(error.model.values()) if told and told.missed is not None else held.bound
+def judge_study(study: Study) -> Judgements:
+    """The verdicts on everything that a study measured; each run is judged once."""
+    methods, known = {m.name: m for m in study.methods}, systems()
+    return {
+        (c.scene, c.method): judged(c, known[c.scene.partition("/")[0]], methods[c.method])
+        for c in study.convergence
+    }
+
+
+def judged(found: ConvergenceStudy, system: System, method: Method) -> Judged:
+    """The verdict on a method on a scene, from those on its runs."""
+    runs = tuple(judge(m, system, method) for m in found.measurements)
+    several = _Runs(found.measurements, runs, system.observables[0].name)
+    whole = next(verdict for rule in _RULES_OF_RUNS if (verdict := rule(several)) is not None)
+    return Judged(replace(whole, cut=found.cut), runs)
 
 
 def judge_convergence(found: ConvergenceStudy, system: System, method: Method) -> Judgement:
-    """The verdict on a method on a scene: the worst of its runs, but for steps too coarse for it,
-    if a finer one is within tolerance."""
-    return replace(_judge_convergence(found, system, method), cut=found.cut)
+    """The verdict on a method on a scene: the worst of its runs, but for steps too large for the
+    theory, if a finer one is within tolerance."""
+    return judged(found, system, method).whole
 
 
-def _judge_convergence(found: ConvergenceStudy, system: System, method: Method) -> Judgement:
-    runs = [judge(m, system, method) for m in found.measurements]
-    for verdict in ("unsupported", "missing"):
-        for run in runs:
-            if run.verdict == verdict:
-                return run
-    failed = [run for run in runs if run.verdict == "fail"]
-    if failed:
-        flat = _flat(found.measurements, system.observables[0].name)
-        return (
-            failed[0] if flat is None else Judgement("not-converging", failed[0].tolerances, flat)
-        )
-    # Steps too coarse for a theory that there is show nothing about finer ones.
-    flat = _flat(found.measurements, system.observables[0].name)
-    if flat is not None and runs[-1].verdict != "coarse":
-        return Judgement("not-converging", {}, flat)
-    passed = [run for run in runs if run.verdict == "pass"]
-    if passed:
-        return passed[-1]
-    if not runs:
-        return Judgement("unsupported", {}, "no step of the step_sizes fits")
-    return runs[-1]
+def judge(found: Measurement, system: System, method: Method) -> Judgement:
+    """Compare one run with its tolerances; `coarse` where theory does not reach its step."""
+    run = _Run(found, system, method)
+    return next(verdict for rule in _RULES_OF_A_RUN if (verdict := rule(run)) is not None)
 
 
-def _flat(found: Sequence[Measurement], leading: str) -> str | None:
-    """Why the error has stopped far above round-off, or None while smaller steps still help."""
-    done = [m for m in found if m.status == "done"]
-    if len(done) < 4:
+@dataclass(frozen=True)
+class _Run:
+    """A run with what its rules ask of it."""
+
+    found: Measurement
+    system: System
+    method: Method
+
+    @property
+    def leading(self) -> str:
+        """The observable that the verdict leads with."""
+        return self.system.observables[0].name
+
+    @cached_property
+    def units(self) -> Mapping[str, str]:
+        """Unit of each observable."""
+        return {o.name: o.unit for o in self.system.observables}
+
+    @cached_property
+    def tolerances(self) -> Mapping[str, Tolerance]:
+        """Tolerances of the observables that theory says something of."""
+        held = {
+            name: tolerance(self.found, self.method, name, self.units[name])
+            for name in self.found.errors
+        }
+        return {name: bound for name, bound in held.items() if bound is not None}
+
+
+def _not_done(run: _Run) -> Judgement | None:
+    """What did not run to its end is judged by that alone."""
+    status = run.found.status
+    return None if status == "done" else Judgement(status, {}, run.found.reason)
+
+
+def _leads_elsewhere(run: _Run) -> Judgement | None:
+    """By theory the step takes the leading observable so far from the exact motion that bounds of
+    the model's error, which are linearised along that motion, do not apply."""
+    error = run.found.errors.get(run.leading)
+    predicted = error and error.predicted
+    if not error or not predicted or predicted.missed is None:
         return None
-    last = [m.errors[leading] for m in done[-4:]]
-    if last[-1].largest < FLAT * last[0].largest:
+    if not predicted.largest > ELSEWHERE * error.scale > 0.0:
         return None
-    least = floor(last[-1], done[-1].steps)
-    if last[-1].largest <= 100.0 * least:
+    far = f"the predicted error of {run.leading} at this step exceeds half the motion, where the "
+    return Judgement("coarse", {}, f"{far}bound of the model's error is not known")
+
+
+def _beyond_tolerance(run: _Run) -> Judgement | None:
+    """An error above its bound, or off a prediction to the last digit, fails."""
+    for name, bound in run.tolerances.items():
+        error = run.found.errors[name]
+        if not error.largest <= bound.bound:
+            reason = f"the error of {name} is {error.largest:.3g} {bound.unit}, allowed "
+            return Judgement("fail", run.tolerances, f"{reason}{bound.bound:.3g}")
+        if (why := missed(error)) is not None:
+            return Judgement("fail", run.tolerances, f"the error of {name} is {why} {bound.unit}")
+    return None
+
+
+def _says_nothing(run: _Run) -> Judgement | None:
+    """A tolerance as large as the motion itself tests nothing."""
+    name = run.leading
+    if name not in run.tolerances:
         return None
-    times = f", {last[-1].largest / least:.0f} floors" if least else ""
-    return f"{leading} stays off by {last[-1].largest:.3g}{times}"
+    seen = run.found.errors[name]
+    predicted = seen.predicted
+    exactly = predicted is not None and predicted.missed is not None
+    allowed = sum(seen.model.values()) if exactly else run.tolerances[name].bound
+    if not 0.0 < seen.scale <= allowed:
+        return None
+    why = f"{name} may be {allowed:.3g} {run.units[name]} beside what is predicted of it"
+    return Judgement("coarse", run.tolerances, f"{why}, and is {seen.scale:.3g} in all")
+
+
+def _no_theory(run: _Run) -> Judgement | None:
+    """Without any tolerance nothing is claimed."""
+    if run.tolerances:
+        return None
+    theory = any(e.predicted or e.controlled for e in run.found.errors.values())
+    why = "the step is too large for the" if theory else "there is no"
+    return Judgement("coarse", {}, run.found.note or f"{why} theory of its error")
+
+
+def _within(run: _Run) -> Judgement:
+    return Judgement("pass", run.tolerances, "")
+
+
+_RULES_OF_A_RUN: tuple[Callable[[_Run], Judgement | None], ...] = (
+    _not_done, _leads_elsewhere, _beyond_tolerance, _says_nothing, _no_theory, _within,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Runs:
+    """The runs of one method on one scene, coarse to fine, with their verdicts."""
+
+    found: Sequence[Measurement]
+    runs: Sequence[Judgement]
+    leading: str
+
+    @cached_property
+    def flat(self) -> str | None:
+        """Why the error has stopped far above round-off; None while smaller steps still help."""
+        done = [m for m in self.found if m.status == "done"]
+        if len(done) < 4:
+            return None
+        last: list[ObservedError] = [m.errors[self.leading] for m in done[-4:]]
+        if last[-1].largest < FLAT * last[0].largest:
+            return None
+        least = floor(last[-1], done[-1].steps)
+        if last[-1].largest <= FLOORS * least:
+            return None
+        times = f", {last[-1].largest / least:.0f} times the round-off level" if least else ""
+        return f"the error of {self.leading} stays at {last[-1].largest:.3g}{times}"
+
+    def first(self, verdict: Verdict) -> Judgement | None:
+        """The coarsest run with this verdict."""
+        return next((run for run in self.runs if run.verdict == verdict), None)
+
+
+def _does_not_run(several: _Runs) -> Judgement | None:
+    return several.first("unsupported") or several.first("missing")
+
+
+def _fails(several: _Runs) -> Judgement | None:
+    """A failed run fails the method; where no step helps, it does not converge."""
+    failed = several.first("fail")
+    if failed is None or several.flat is None:
+        return failed
+    return Judgement("not-converging", failed.tolerances, several.flat)
+
+
+def _stays(several: _Runs) -> Judgement | None:
+    """An error that stays is a finding, unless the theory there is does not reach the finest step:
+    steps too large for it show nothing about finer ones."""
+    if several.flat is None or several.runs[-1].verdict == "coarse":
+        return None
+    return Judgement("not-converging", {}, several.flat)
+
+
+def _passes(several: _Runs) -> Judgement | None:
+    passed = [run for run in several.runs if run.verdict == "pass"]
+    return passed[-1] if passed else None
+
+
+def _no_step_fits(several: _Runs) -> Judgement | None:
+    if several.runs:
+        return None
+    return Judgement("unsupported", {}, "no step of the scene's step sizes fits")
+
+
+def _as_the_finest(several: _Runs) -> Judgement:
+    return several.runs[-1]
+
+
+_RULES_OF_RUNS: tuple[Callable[[_Runs], Judgement | None], ...] = (
+    _does_not_run, _fails, _stays, _passes, _no_step_fits, _as_the_finest,
+)  # fmt: skip

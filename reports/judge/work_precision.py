@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Point:
 
 def points(study: Study, scene: str) -> tuple[Point, ...]:
     """Every run of `scene` whose cost is known, by method, coarse to fine; runs that diverged at
-    the end of the step_sizes they belong to, with an infinite error and cost."""
+    the end of the curve they belong to, with an infinite error and cost."""
     leading = study.leading(scene).name
     return tuple(
         Point(m.method, m.step, _error(m, leading), _cost(m, cost.ns_per_step))
@@ -35,8 +35,8 @@ def points(study: Study, scene: str) -> tuple[Point, ...]:
 
 
 def front(found: Sequence[Point]) -> tuple[Point, ...]:
-    """The Pareto front: the points with no other that is both cheaper and more exact, from cheap
-    to exact."""
+    """The Pareto front: the points with no other that is both cheaper and more accurate, from
+    cheap to accurate."""
     best = float("inf")
     kept = []
     for point in sorted(found, key=lambda p: (p.ns_per_second, p.error)):

@@ -6,13 +6,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.extra_runs import Requests, nothing_more
+from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
+from plumbob.reports.view.notation import number
 
 
 @dataclass(frozen=True)
 class Cell:
-    """A place in a table: what it shows, and what else it says of itself."""
+    """A place in a table: its text, its looks, and what a hover shows."""
 
     text: str
     kind: str = ""  # a verdict, or "number", "method": how it looks
@@ -46,7 +48,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Finding:
-    """Something that measuring showed: in a sentence, in full, and the commands that show it."""
+    """Something that measuring showed: in a sentence, in full, and the commands that repeat it."""
 
     name: str  # unique within the page: what links lead to
     title: str
@@ -58,17 +60,42 @@ class Finding:
     commands: tuple[str, ...] = ()
 
 
+def _no_galleries(study: Study) -> Sequence[tuple[str, Sequence[Figure]]]:
+    return ()
+
+
+def _nothing_hard(study: Study, scene: Scene) -> Sequence[Figure | Table]:
+    return ()
+
+
 @dataclass(frozen=True)
 class Section:
     """What a page says of one system beside what it says of every scene."""
 
     findings: Callable[[Study], Sequence[Finding]]
-    figures: Callable[[Study], Sequence[tuple[str, Sequence[Figure]]]]
+    figures: Callable[[Study], Sequence[tuple[str, Sequence[Figure]]]] = _no_galleries
     """Galleries: a heading each, and its figures."""
-    hard: Callable[[Study, Scene], Sequence[Figure | Table]]
+    hard: Callable[[Study, Scene], Sequence[Figure | Table]] = _nothing_hard
     """What a hard case shows beside the rest."""
+    requests: Requests = nothing_more
+    """The runs that all of that looks up in the study, beside the study's own."""
 
 
 def row(*texts: str | Cell) -> tuple[Cell, ...]:
     """A row of a table; what is text becomes a cell of text."""
     return tuple(text if isinstance(text, Cell) else Cell(text) for text in texts)
+
+
+def value(found: float | None, digits: int = 3) -> Cell:
+    """A cell with a number of so many significant digits; a dash where there is none."""
+    return Cell("–" if found is None else number(found, digits), "number")
+
+
+def method_cell(name: str) -> Cell:
+    """A method's name, with the mark that it has in the page's own plots."""
+    return Cell(name, "method")
+
+
+def plain_method_cell(name: str) -> Cell:
+    """A method's name without a mark, beside a figure that has colours of its own."""
+    return Cell(name, "name")

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.scene import System
 from plumbob.reports.judge.recommend import DEFAULT_METHOD, Choice, Recommendation, cheapest
-from plumbob.reports.judge.verdict import Judgement, Verdict
+from plumbob.reports.judge.verdict import Judgements, Verdict
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
 from plumbob.reports.view.tables import verdict_cell
 
-IDLE = ("unsupported", "missing")
+NOT_RUN = ("unsupported", "missing")
 ERRORS = (1e-2, 1e-4, 1e-6, 1e-8)
-Judgements = Mapping[tuple[str, str], Judgement]
 
 
 def anchor(scene: str) -> str:
@@ -26,10 +23,10 @@ def verdicts(system: System, study: Study, judged: Judgements) -> Table:
     """Scenes of one system against methods; methods that run none of them stand in the note."""
     scenes = [scene.name for scene in study.scenes if scene.system == system.name]
     seen = {
-        m.name: {judged[key].verdict for s in scenes if (key := (s, m.name)) in judged}
+        m.name: {judged[key].whole.verdict for s in scenes if (key := (s, m.name)) in judged}
         for m in study.methods
     }
-    none = {name: why for name, found in seen.items() if (why := _the_only(found)) in IDLE}
+    none = {name: why for name, found in seen.items() if (why := _the_only(found)) in NOT_RUN}
     methods = [name for name, found in seen.items() if found and name not in none]
     rows = tuple(
         row(
@@ -40,17 +37,18 @@ def verdicts(system: System, study: Study, judged: Judgements) -> Table:
         if scene.system == system.name
     )
     note = "Hover over a verdict for its reason."
-    for idle in IDLE:
-        if names := [name for name, why in none.items() if why == idle]:
-            note += f" {idle.capitalize()}: {', '.join(names)}."
+    for verdict in NOT_RUN:
+        if names := [name for name, why in none.items() if why == verdict]:
+            note += f" {verdict.capitalize()}: {', '.join(names)}."
     return Table(system.title, ("scene", *methods), rows, note)
 
 
 def _verdict(scene: str, method: str, judged: Judgements) -> Cell:
     """A verdict that leads to its scene; a dash where there is none to give."""
-    if (found := judged.get((scene, method))) is None:
+    if (pair := judged.get((scene, method))) is None:
         return Cell("", "none")
-    if found.verdict in IDLE:
+    found = pair.whole
+    if found.verdict in NOT_RUN:
         return Cell("–", "none", f"{found.verdict}: {found.reason}")
     return verdict_cell(scene, method, found, anchor(scene))
 
@@ -74,11 +72,11 @@ def recommendations(study: Study) -> Table | None:
             usual = Cell(notation.number(default.error), "number", _said(default))
         rows.append(row(name, unit, *(_cell(answer) for answer in found), usual))
     heads = ("scene", "error of", *(f"within {notation.short(error)}" for error in ERRORS),
-             "MuJoCo as it comes")  # fmt: skip
+             "MuJoCo, default settings")  # fmt: skip
     note = (
-        "From measured curves, on their upper envelope, interpolated and never extrapolated. × "
-        "says how many times faster than real time. Hover for the runner-up and for other engines. "
-        "As it comes, MuJoCo takes Euler steps of 2 ms: the error that gives."
+        "From measured curves, on their upper envelope, interpolated and never extrapolated. "
+        "The real-time factor is simulated time over computing time. Hover for the runner-up and "
+        "for other engines. MuJoCo's default settings are Euler steps of 2 ms: the error they give."
     )
     return Table("The cheapest method and step for a wanted error", heads, tuple(rows), note)
 
@@ -115,12 +113,12 @@ def scene_recommendations(study: Study, scene: str) -> Table | None:
         )
     first = cheapest(study, scene, ERRORS[0])
     note = "".join(
-        f"MuJoCo as it comes ({_said(c)} real time) errs by "
+        f"The error of MuJoCo with default settings ({_said(c)} real time) is "
         f"{notation.number(c.error)} {first.unit}."
         for c in first.defaults
         if c.method == DEFAULT_METHOD
     )
-    heads = ("error wanted", "cheapest method", "step", "times real time", "runner-up",
+    heads = ("error wanted", "cheapest method", "step", "real-time factor", "runner-up",
              "in other engines")  # fmt: skip
     return Table("The cheapest method and step for a wanted error", heads, tuple(rows), note)
 

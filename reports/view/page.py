@@ -6,30 +6,31 @@ import json
 import os
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from plumbob.engines.method import Method
-from plumbob.engines.study.provenance import provenance
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.registry import systems
 from plumbob.models.scene import Scene, System
 from plumbob.reports.findings import section as own_section
 from plumbob.reports.judge.user_settings import table as own_table
-from plumbob.reports.judge.verdict import judge_convergence
+from plumbob.reports.judge.verdict import Judged, Judgements, Verdict, judge_study
 from plumbob.reports.judge.work_precision import points
 from plumbob.reports.view import notation, overview, tables
 from plumbob.reports.view.content import Figure, Finding, Section, Table
-from plumbob.reports.view.overview import Judgements, anchor
+from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plots import scene_figures
 from plumbob.reports.view.trimming import trimming
 
 NAME = "index.html"
 TEMPLATES = Path(__file__).parent / "templates"
-ORDER = ("pass", "fail", "not-converging", "diverged", "coarse", "unsupported", "missing")
+ORDER: tuple[Verdict, ...] = (
+    "pass", "fail", "not-converging", "diverged", "coarse", "unsupported", "missing",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -59,13 +60,13 @@ class SystemView:
 def write_page(
     study: Study,
     folder: Path,
-    command: str,
+    judged: Judgements | None = None,
     section: Callable[[str], Section | None] = own_section,
 ) -> Path:
-    """Write the page of `study` into `folder`, whole or not at all, and return its path; `command`
-    is what writes it again, `section` finds what there is to say of one system alone. Raises
-    OSError where the folder cannot be written."""
-    text = render(study, command, section)
+    """Write the page of `study` into `folder`, whole or not at all, and return its path; `judged`
+    are its verdicts where they are known already, `section` finds what there is to say of one
+    system alone. Raises OSError where the folder cannot be written."""
+    text = render(study, judged, section)
     folder.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(prefix=".page-", suffix=".html", dir=folder)
     try:
@@ -80,14 +81,16 @@ def write_page(
 
 
 def render(
-    study: Study, command: str, section: Callable[[str], Section | None] = own_section
+    study: Study,
+    judged: Judgements | None = None,
+    section: Callable[[str], Section | None] = own_section,
 ) -> str:
-    """The page of `study` as HTML."""
+    """The page of `study` as HTML: a function of the study alone, which runs no engine."""
     import jinja2
     from markupsafe import Markup
     from plotly.offline import get_plotlyjs
 
-    found = judgements(study)
+    found = judge_study(study) if judged is None else judged
     views = [_system(study, system, found, section) for system in systems().values()]
     views = [view for view in views if view.scenes]
     environment = jinja2.Environment(
@@ -103,27 +106,16 @@ def render(
         views=views,
         findings=[finding for view in views for finding in view.findings],
         counts=_counts(found.values()),
-        yours=own_table(study),
+        yours=own_table(study, found),
         verdicts=[overview.verdicts(view.system, study, found) for view in views],
         recommendations=overview.recommendations(study),
         styles=styles(study.methods),
-        provenance=provenance(command),
+        provenance=study.provenance,
         number=notation.number,
         style_sheet=Markup((TEMPLATES / "page.css").read_text("utf-8")),
         script=Markup((TEMPLATES / "page.js").read_text("utf-8")),
         plotly=Markup(get_plotlyjs()),
     )
-
-
-def judgements(study: Study) -> Judgements:
-    """The verdict on every pair of scene and method."""
-    methods, known = {m.name: m for m in study.methods}, systems()
-    return {
-        (c.scene, c.method): judge_convergence(
-            c, known[c.scene.partition("/")[0]], methods[c.method]
-        )
-        for c in study.convergence
-    }
 
 
 def figure_json(figure: Figure) -> str:
@@ -171,11 +163,7 @@ def _scene(
     found: Judgements,
     own: Section | None,
 ) -> SceneView:
-    convergence = [
-        convergence_study
-        for convergence_study in study.convergence
-        if convergence_study.scene == scene.name
-    ]
+    convergence = [c for c in study.convergence if c.scene == scene.name]
     judged = {c.method: found[scene.name, c.method] for c in convergence}
     costs = {name: cost for (of, name), cost in study.costs.items() if of == scene.name}
     ran = [c.method for c in convergence if any(m.status == "done" for m in c.measurements)]
@@ -186,9 +174,9 @@ def _scene(
     rest = (
         tables.orders(convergence, methods),
         tables.cost(convergence, costs, methods),
-        trimming(scene, [methods[name] for name in ran]),
-        tables.budgets(system, convergence, methods),
-        tables.every_run(system, convergence, methods),
+        trimming(study, scene),
+        tables.budgets(system, convergence, judged, methods),
+        tables.every_run(system, convergence, judged, methods),
         tables.parameters(system, scene),
     )
     figures = scene_figures(
@@ -206,6 +194,7 @@ def _scene(
     )
 
 
-def _counts(judged: Any) -> tuple[tuple[str, int], ...]:
-    counted = Counter(judgement.verdict for judgement in judged)
+def _counts(judged: Iterable[Judged]) -> tuple[tuple[str, int], ...]:
+    """Verdicts, and how many methods have each, in the page's order."""
+    counted = Counter(found.whole.verdict for found in judged)
     return tuple((verdict, counted[verdict]) for verdict in ORDER if counted[verdict])

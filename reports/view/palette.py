@@ -1,33 +1,52 @@
 """One colour and one marker for each method, wherever it appears.
 
-The colour says the integrator and the marker the engine, so that the same integrator in two engines
-is the same colour twice. The colours are told apart by every kind of colour vision (after Okabe and
-Ito), and hold on a light and on a dark ground.
+The colour stands for the integrator and the marker for the engine, so that an integrator has the
+same colour in two engines. The colours are distinct under every kind of colour vision (after Okabe
+and Ito), on a light and on a dark background.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from plumbob.engines.method import Method
 
+BLUE, RED, GREEN, ORANGE = "#0072b2", "#d55e00", "#009e73", "#e69f00"
+SKY, PINK, GREY = "#56b4e9", "#cc79a7", "#808080"
+PLUM, OLIVE, PERIWINKLE = "#b05a8c", "#6b8e23", "#5a78d2"
+
 # Fixed places, so that two pages agree whatever was measured; what is not here takes what is left.
 INTEGRATORS = (
-    ("euler", "#0072b2"),
-    ("rk4", "#d55e00"),
-    ("implicit", "#56b4e9"),
-    ("implicitfast", "#009e73"),
+    ("euler", BLUE),
+    ("rk4", RED),
+    ("implicit", SKY),
+    ("implicitfast", GREEN),
     ("discrete", "#8a6a3a"),
-    ("leapfrog", "#cc79a7"),
-    ("dop853", "#e69f00"),
+    ("leapfrog", PINK),
+    ("dop853", ORANGE),
     ("radau", "#7e57c2"),
     ("lsoda", "#8f9a1c"),
     ("taylor", "#3aa0a0"),
     ("mine", "#e0304e"),
-    ("closed-form", "#808080"),
+    ("closed-form", GREY),
 )
-OTHERS = ("#b05a8c", "#5a78d2", "#b8860b", "#6b8e23", "#708090")
+OTHERS = (PLUM, PERIWINKLE, "#b8860b", OLIVE, "#708090")
+OF_METHODS = MappingProxyType(
+    {
+        "mujoco/euler": RED,
+        "mujoco/euler+elliptic": ORANGE,
+        "mujoco/euler+coulomb": BLUE,
+        "mujoco/rk4+coulomb": GREEN,
+        "mujoco/euler+reduced": SKY,
+        "mujoco/euler+tall": RED,
+        "pymunk/feet": PINK,
+        "pymunk/side": GREEN,
+    }
+)
+"""Colours in the figures of findings that compare contact models, where the integrator says little;
+the exact answer is grey."""
 ENGINES = (
     ("mujoco", "circle"),
     ("ode", "square"),

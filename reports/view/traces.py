@@ -1,4 +1,4 @@
-"""Curves, points and axes in plotly's words, rounded to what a screen can show."""
+"""Curves, points and axes in plotly's format, rounded to what a screen can show."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.reports.view.content import Figure
-from plumbob.reports.view.palette import Style
+from plumbob.reports.view.palette import GREY, Style
 
 MOST = 300  # points of a curve: a screen shows no more
 ZERO = 1e-17  # where an error of exactly zero is drawn on a logarithmic axis
@@ -36,7 +36,7 @@ def curve(
     """A curve, or points: those of `method` follow its style and its place in the legend; `hint`
     is shown on hover, with a point's %{x}, %{y} and %{text}, its entry of `hints`, in it."""
     x, y, hints = _thinned(np.asarray(x, dtype=float), np.asarray(y, dtype=float), hints)
-    colour = colour or (style.colour if style else "#808080")
+    colour = colour or (style.colour if style else GREY)
     mode = "+".join(word for word, on in (("lines", lines), ("markers", marks)) if on)
     line_dash = style.dash if style and dash == "solid" else dash
     trace: dict[str, Any] = {
@@ -74,6 +74,21 @@ def figure(
     if shapes:
         layout["shapes"] = list(shapes)
     return Figure(title, caption, tuple(traces), layout, height, wide)
+
+
+def over_time(
+    title: str, caption: str, traces: Sequence[Trace], y: Mapping[str, Any], **more: Any
+) -> Figure:
+    """A figure over time [s] with a legend; `more` as `figure` takes it."""
+    return figure(title, caption, traces, linear("time [s]"), y, legend=True, **more)
+
+
+def marks(
+    x: Sequence[float] | Array, y: Sequence[float] | Array, colour: str, name: str, size: float = 6
+) -> Trace:
+    """Marks without a line: samples of a run."""
+    trace = curve(x, y, colour=colour, marks=True, lines=False, name=name)
+    return {**trace, "marker": {**trace["marker"], "size": size}}
 
 
 def linear(title: str, **more: Any) -> Mapping[str, Any]:

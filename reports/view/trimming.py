@@ -1,65 +1,67 @@
-"""What a scene's MuJoCo model leaves out, what that saves, and that the motion is the same."""
+"""What a scene's model leaves out, what that saves, and that the motion is the same."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from plumbob.engines.method import Method, Unsupported
-from plumbob.engines.registry import engine_of, installed
-from plumbob.engines.trimming import Trimming
-from plumbob.models.registry import case_of
+from plumbob.engines.method import Method, meant
+from plumbob.engines.study.extra_runs import StudyPlan, TrimmingRun
+from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
 
 STEPS, REPEATS = 300, 7  # of a timing: enough for a ratio within a few per cent
+ENGINE = "mujoco"  # whose models have parts and stages to leave out
 
 
-def trimming(scene: Scene, methods: Sequence[Method]) -> Table | None:
+def requests(plan: StudyPlan) -> Sequence[TrimmingRun]:
+    """The timings that the tables of a plan's scenes show."""
+    return [
+        request
+        for scene in plan.scenes
+        for request in _of_scene(scene, [m for m in plan.methods if meant(m, scene)])
+    ]
+
+
+def _of_scene(scene: Scene, methods: Sequence[Method]) -> list[TrimmingRun]:
+    """A timing of one method of each scheme, at the middle one of the scene's steps."""
+    schemes = {m.scheme: m for m in reversed(methods) if m.engine == ENGINE}
+    step = scene.steps[len(scene.steps) // 2]
+    return [
+        TrimmingRun(scene.name, m.name, step, STEPS, REPEATS)
+        for m in methods
+        if m in schemes.values()
+    ]
+
+
+def trimming(study: Study, scene: Scene) -> Table | None:
     """Cost of a step with everything in, without idle stages, and without unfelt geoms too, for
-    one method of each scheme among `methods`, those that run the scene; None where MuJoCo does
-    not."""
-    schemes = {m.scheme: m for m in reversed(methods) if m.engine == "mujoco"}
-    chosen = [m for m in methods if m in schemes.values()]
-    if not chosen or not installed(engine_of(chosen[0])):
+    one method of each scheme; None where MuJoCo does not run the scene."""
+    asked = _of_scene(scene, [m for m in study.methods if meant(m, scene)])
+    found = [(request.method, study.trimming_of(request)) for request in asked]
+    done = [(method, timed) for method, timed in found if timed is not None]
+    if not done:
         return None
-    timed = engine_of(chosen[0]).trimming
-    if timed is None:
-        return None
-    case, step = case_of(scene), scene.steps[len(scene.steps) // 2]
-    rows: list[tuple[Cell, ...]] = []
-    first: Trimming | None = None
-    try:
-        for method in chosen:
-            found = timed(case, method, step, STEPS, REPEATS)
-            first = first or found
-            rows.append(
-                row(
-                    Cell(method.name, "method"),
-                    *(
-                        Cell(notation.number(ns), "number")
-                        for ns in (found.ns_default, found.ns_flags, found.ns_trimmed)
-                    ),
-                    Cell(f"{100 * found.saved:.0f} %", "number"),
-                    Cell("identical to the last bit", "pass")
-                    if found.identical
-                    else Cell("differs", "fail"),
-                )
-            )
-    except Unsupported:
-        return None
+    rows = tuple(
+        row(
+            Cell(method, "method"),
+            *(
+                Cell(notation.number(ns), "number")
+                for ns in (timed.ns_default, timed.ns_flags, timed.ns_trimmed)
+            ),
+            Cell(f"{100 * timed.saved:.0f} %", "number"),
+            Cell("identical to the last bit", "pass")
+            if timed.identical
+            else Cell("differs", "fail"),
+        )
+        for method, timed in done
+    )
     heads = ("method", "everything in [ns per step]", "without idle stages", "as run", "saved",
              f"state after {STEPS} steps")  # fmt: skip
-    return Table(
-        "What the model leaves out, and what that saves",
-        heads,
-        tuple(rows),
-        "" if first is None else _left_out(first),
+    first = done[0][1]
+    note = (
+        f"Disabled pipeline stages, idle here: {', '.join(first.stages_off) or 'none'}. "
+        f"Parts that are seen and not felt, left out: {', '.join(first.parts_left_out) or 'none'}."
     )
-
-
-def _left_out(found: Trimming) -> str:
-    """The stages and parts that the model as run does without."""
-    text = f"Stages switched off, idle here: {', '.join(found.stages_off) or 'none'}. "
-    parts = ", ".join(found.parts_left_out) or "none"
-    return text + f"Parts that are seen and not felt, left out: {parts}."
+    return Table("What the model leaves out, and what that saves", heads, rows, note)

@@ -13,7 +13,8 @@ import statistics
 import pytest
 
 from plumbob.engines.registry import engine_of, installed, methods
-from plumbob.engines.study.study import Study, run_study
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes
 
 SCENES = "simple-pendulum,linear-pendulum"
@@ -63,8 +64,9 @@ def test_costs_do_not_feel_a_second_process() -> None:
             apart.append(f"{' '.join(key)}: {first.ns_per_step:.0f}, {second.ns_per_step:.0f} ns")
     print(
         f"\n{len(ratios)} costs, with two processes {statistics.median(ratios):.3f} of those with "
-        f"one, {len(apart)} further apart than their scatter; reference_steps {one.reference_step:.0f} and "
-        f"{two.reference_step:.0f} ns; cost half {one.seconds['costs']:.1f} s"
+        f"one, {len(apart)} further apart than their scatter; reference steps "
+        f"{one.reference_step:.0f} and {two.reference_step:.0f} ns; cost half "
+        f"{one.seconds['costs']:.1f} s"
     )
     assert set(one.costs) == set(two.costs)
     # Quartiles of five hold a median nineteen times in twenty: with twice their width, a few miss.

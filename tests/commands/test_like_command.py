@@ -9,12 +9,11 @@ from typing import Any
 
 import pytest
 
-from plumbob.engines.adapters.mujoco.user_file import user_method
 from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import scenes, system_of
 from plumbob.reports.cli import main
-from plumbob.reports.commands.like import SCENES, beside
+from plumbob.reports.commands.like import SCENES, beside, own_method
 from plumbob.reports.view import notation
 
 PENDULUM, LINE = "cone-pendulum/rotating-base", "capsule-line/heading-030"
@@ -39,16 +38,16 @@ def test_validate_says_how_wrong_and_what_is_better(
     assert main([*VALIDATE, "--like", like, "--out", out, "--jobs", "2"]) == 0
     told = capsys.readouterr().out
     page = (tmp_path / "out" / "index.html").read_text("utf-8")
-    assert "How wrong is yours?" in page
-    assert "no dearer, most exact in MuJoCo" in page
-    cone, line = _told(told, PENDULUM), _told(told, LINE)
-    assert f"error        {notation.number(_error(PENDULUM, like))} rad" in cone
-    assert f"error        {notation.number(_error(LINE, like))} m" in line
-    # contacts as shipped do not converge, which is told, and is no failure
+    assert "How large are the errors of your settings?" in page
+    assert "at no greater cost, most accurate in MuJoCo" in page
+    cone, line = _section(told, PENDULUM), _section(told, LINE)
+    assert f"error              {notation.number(_error(PENDULUM, like))} rad" in cone
+    assert f"error              {notation.number(_error(LINE, like))} m" in line
+    # default contacts do not converge, which is reported, and is no failure
     assert "not-converging" in line
-    assert "as exact     mujoco/euler+coulomb" in line
-    assert "as exact     ode/rk4" in cone
-    assert "no dearer    " in cone  # what, is a matter of costs: see tests/test_yours.py
+    assert "at equal accuracy  mujoco/euler+coulomb" in line
+    assert "at equal accuracy  ode/rk4" in cone
+    assert "at no greater cost " in cone  # what, depends on costs: see test_user_settings.py
 
 
 def test_the_same_of_a_file_with_rk4(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -68,19 +67,19 @@ def test_the_same_of_a_file_with_rk4(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert f"{PENDULUM}: theta with your settings at 0.002 s" in capsys.readouterr().out
 
 
-def _told(text: str, scene: str) -> str:
+def _section(text: str, scene: str) -> str:
     """What is said of the user's settings on one scene."""
     return text.rpartition(f"\n{scene}: ")[2].partition("\n\n")[0]
 
 
 def _error(name: str, like: str) -> float:
     scene = find_scene(name)
-    run, _ = measure(system_of(scene).case(scene), user_method(like), STEP)
+    run, _ = measure(case_of(scene), own_method(like), STEP)
     return run.errors[system_of(scene).observables[0].name].largest
 
 
 def test_others_are_measured_at_the_users_step(tmp_path: Path) -> None:
-    scene, own = find_scene(LINE), user_method(written(tmp_path, "Euler"))
+    scene, own = find_scene(LINE), own_method(written(tmp_path, "Euler"))
     assert beside(scene, own).steps == (STEP, *scene.steps)
     assert beside(find_scene(PENDULUM), own) == find_scene(PENDULUM)  # has that step already
     far = replace(own, step_sizes=(0.01,))
@@ -118,10 +117,10 @@ def test_what_is_no_mjcf_ends_in_one_line(
         words = [*words, "--error", "1e-3"]
     before = sorted(tmp_path.iterdir())
     assert main([*words, "--like", "my.xml"]) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert told.err.startswith("plumbob: like = 'my.xml': must be a MuJoCo model file")
-    assert told.err.count("\n") == 1
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith("plumbob: like = 'my.xml': must be a MuJoCo model file")
+    assert captured.err.count("\n") == 1
     assert sorted(tmp_path.iterdir()) == before
 
 

@@ -1,52 +1,26 @@
-"""What the page says of the capsule's line, holding, coasting and trains is so."""
+"""What the page says of the capsule's line, holding, coasting and repeated manoeuvres is so."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
 
 import pytest
 
-from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.convergence import convergence_study
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings import section
-from plumbob.reports.findings.capsule.runs import LINE
-from plumbob.reports.findings.capsule_line import (
-    any_line,
-    errors,
-    hard,
-    heights,
-    hops,
-    isotropy,
-    loads,
-    misprints,
-    momentum,
-    saving,
-    sawtooth,
-    source_figure,
-)
+from plumbob.reports.findings.capsule_line import contacts, displacement, fidelity, hard, source
+from plumbob.reports.findings.measurements import LINE
 from plumbob.reports.view.content import Finding, Table
+from plumbob.tests.support.declared import declared, measured, nothing
 
 METHODS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk/side")
 EXACT = -0.0055917  # [m], eq. 22 at physics' check values
 
 
-@cache
 def study(scene: str, *steps: float) -> Study:
     """A scene with some methods at a few steps, and no costs."""
-    chosen, methods = find_scene(scene), [find_method(name) for name in METHODS]
-    convergence = tuple(convergence_study(chosen, method, 100_000, steps) for method in methods)
-    return Study(
-        "quick", (chosen,), tuple(methods), convergence, {}, 1.0, {"errors": 0, "costs": 0}
-    )
-
-
-@cache
-def none() -> Study:
-    """A study of nothing."""
-    return Study("quick", (), (), (), {}, 1.0, {"errors": 0.0, "costs": 0.0})
+    return measured(scene, METHODS, *steps)
 
 
 def column(table: Table, head: str) -> dict[str, float]:
@@ -61,7 +35,7 @@ def known(found: Finding | None) -> Finding:
 
 
 def test_figure_of_the_source() -> None:
-    ((_, panels),) = source_figure.galleries()
+    ((_, panels),) = source.galleries(declared(nothing(), source.requests))
     assert [len(panel.traces) for panel in panels] == [3, 3, 3]  # exact, and two engines
     v, v_c, x = (panel.traces[0]["y"] for panel in panels)
     assert max(v) == pytest.approx(1.14777, rel=1e-3)
@@ -74,7 +48,7 @@ def test_figure_of_the_source() -> None:
 
 
 def test_misprints() -> None:
-    found = misprints.finding()
+    found = source.misprints(declared(nothing(), source.requests))
     assert "-0.196 m/s" in found.summary
     printed, right, seen = (float(line[1].text) for line in found.tables[0].rows)
     assert printed == pytest.approx(-0.1962, rel=1e-2)
@@ -83,7 +57,7 @@ def test_misprints() -> None:
 
 
 def test_any_line() -> None:
-    (table,) = any_line.finding().tables
+    (table,) = source.any_line(declared(nothing(), source.requests)).tables
     assert len(table.rows) == 6
     for line in table.rows:
         assert float(line[2].text) == pytest.approx(EXACT, rel=1e-4)
@@ -92,7 +66,7 @@ def test_any_line() -> None:
 
 
 def test_errors_and_what_explains_them() -> None:
-    found = known(errors.finding(study(LINE, 1e-3, 1e-4)))
+    found = known(displacement.errors(study(LINE, 1e-3, 1e-4)))
     coarse, fine = (column(found.tables[0], head) for head in ("0.001 s", "1e-4 s"))
     theory = found.tables[0].rows[0][0].text
     for name, most in (("mujoco/euler+reduced", 1.01), ("pymunk/side", 1.01),
@@ -100,22 +74,25 @@ def test_errors_and_what_explains_them() -> None:
         assert 0.99 < coarse[name] / coarse[theory] < most
         assert 0.99 < fine[name] / fine[theory] < most
     assert coarse["mujoco/euler"] > 0.02 < fine["mujoco/euler"]
-    # what is left of the surplus: 4 % of it for the lag at the coarse step, and the armature
+    # what is unexplained: 4 % for the contacts' delay at the coarse step, and the armature
     for line in found.tables[1].rows:
         beyond, *_, left = (float(cell.text) for cell in line[2:])
         assert abs(left) < 0.04 * abs(beyond) + 4e-13
-    assert errors.finding(none()) is None
+    assert displacement.errors(nothing()) is None
 
 
 def test_random_steps_are_on_the_parabola() -> None:
-    (table,) = known(sawtooth.finding(none())).tables
-    bare, sunk = column(table, "largest distance"), column(table, "with the sinking")
+    (table,) = known(displacement.sawtooth(declared(nothing(), displacement.requests))).tables
+    bare, deflected = (
+        column(table, "largest relative distance"),
+        column(table, "with contact deflection"),
+    )
     assert max(bare[name] for name in bare if "coulomb" not in name) < 1e-3
-    assert sunk["mujoco/euler+coulomb"] < 0.05 < bare["mujoco/euler+coulomb"]
+    assert deflected["mujoco/euler+coulomb"] < 0.05 < bare["mujoco/euler+coulomb"]
 
 
-def test_hops() -> None:
-    found = known(hops.finding())
+def test_contact_chatter() -> None:
+    found = known(contacts.chatter(declared(nothing(), contacts.requests)))
     default, good = found.tables[0].rows[:2], found.tables[0].rows[2:]
     assert all(0.15 < float(line[4].text) < 0.4 for line in default)
     assert all(float(line[3].text) > 5e-6 for line in default)
@@ -126,21 +103,21 @@ def test_hops() -> None:
 
 
 def test_isotropy() -> None:
-    (table,) = known(isotropy.finding(none())).tables
+    (table,) = known(contacts.isotropy(declared(nothing(), contacts.requests))).tables
     spread = column(table, "spread")
     assert spread["mujoco/euler"] > 0.2
     assert max(spread[name] for name in spread if name != "mujoco/euler") < 1e-12
 
 
-def test_loads() -> None:
-    (table,) = known(loads.finding()).tables
+def test_normal_forces() -> None:
+    (table,) = known(contacts.normal_forces(declared(nothing(), contacts.requests))).tables
     assert max(column(table, "at rest").values()) < 1e-6
-    assert min(column(table, "largest on the way").values()) > 1e-4
+    assert min(column(table, "largest of all").values()) > 1e-4
     assert max(column(table, "with half").values()) < 1e-5
 
 
 def test_heights() -> None:
-    found = known(heights.finding())
+    found = known(fidelity.heights(declared(nothing(), fidelity.requests)))
     assert "1.2 N" in found.summary
     rows = {(line[0].text, line[1].text): line for line in found.tables[0].rows}
     for step, most in (("0.001", 3e-4), ("1e-4", 4e-6)):
@@ -149,51 +126,56 @@ def test_heights() -> None:
 
 
 def test_momentum_and_saving() -> None:
-    (table,) = known(momentum.finding()).tables
+    given = declared(nothing(), fidelity.requests)
+    (table,) = known(fidelity.momentum(given)).tables
     assert len(table.rows) == 5
     assert max(column(table, "common").values()) < 1e-12
-    (table,) = known(saving.finding(none())).tables
+    (table,) = known(fidelity.saving(given)).tables
     # of processor time, 0.3 to 0.5 where it was measured
-    assert column(table, "over the full")["mujoco/euler+reduced"] < 0.8
+    assert column(table, "relative to the full")["mujoco/euler+reduced"] < 0.8
 
 
 def test_hard_case() -> None:
     name = "capsule-line/near-edge"
-    numbers, ends = hard.hard(study(name, 1e-3, 5e-4), find_scene(name))
+    numbers, ends = hard(study(name, 1e-3, 5e-4), find_scene(name))
     assert isinstance(numbers, Table)
     assert isinstance(ends, Table)
     assert float(numbers.rows[0][-1].text) == pytest.approx(1e-4 / 0.3, rel=1e-3)
-    error, told = column(ends, "error of"), column(ends, "predicted")
-    assert error["mujoco/euler+reduced"] == pytest.approx(told["mujoco/euler+reduced"], rel=0.02)
+    error, predicted = column(ends, "error of"), column(ends, "predicted")
+    assert error["mujoco/euler+reduced"] == pytest.approx(
+        predicted["mujoco/euler+reduced"], rel=0.02
+    )
 
 
 def findings_of(system: str, given: Study) -> Sequence[Finding]:
     own = section(system)
     assert own is not None
-    return own.findings(given)
+    return own.findings(declared(given, own.requests))
 
 
-def test_creep() -> None:
+def test_drift_of_stiction() -> None:
     (found,) = findings_of("capsule-hold", study("capsule-hold/0.999", 1e-3))
     text = {line[0].text: [cell.text for cell in line[1:]] for line in found.tables[0].rows}
     assert text["mujoco/euler"] == ["slides", ""]
-    way, speed = map(float, text["mujoco/euler+coulomb"])
-    assert way == pytest.approx(1.05e-7, rel=0.05)
-    assert speed == pytest.approx(way / 10, rel=0.05)
-    assert findings_of("capsule-hold", none()) == ()
+    drift, speed = map(float, text["mujoco/euler+coulomb"])
+    assert drift == pytest.approx(1.05e-7, rel=0.05)
+    assert speed == pytest.approx(drift / 10, rel=0.05)
+    assert findings_of("capsule-hold", nothing()) == ()
 
 
 def test_train() -> None:
     (found,) = findings_of("capsule-train", study("capsule-train/ten", 1e-3))
-    error, told = column(found.tables[0], "relative"), column(found.tables[0], "predicted")
-    assert error["mujoco/euler+reduced"] == pytest.approx(told["mujoco/euler+reduced"], rel=0.01)
+    error, predicted = column(found.tables[0], "relative"), column(found.tables[0], "predicted")
+    assert error["mujoco/euler+reduced"] == pytest.approx(
+        predicted["mujoco/euler+reduced"], rel=0.01
+    )
     assert error["mujoco/euler+coulomb"] < 1.2e-4
     assert error["mujoco/euler"] > 0.02
-    assert findings_of("capsule-train", none()) == ()
+    assert findings_of("capsule-train", nothing()) == ()
 
 
 def test_stopping_distance() -> None:
-    (found,) = findings_of("capsule-coast", none())
+    (found,) = findings_of("capsule-coast", nothing())
     for head in ("measured, step 0.001", "measured, step 1e-4"):
         lead = column(found.tables[0], head)
         assert lead["mujoco/euler+coulomb"] == pytest.approx(-1.0, abs=1e-2)

@@ -14,7 +14,8 @@ import pytest
 
 from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.engines.method import Method
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.provenance import Provenance
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings import section
 from plumbob.reports.judge.work_precision import Point, front
 from plumbob.reports.view.content import Finding, Section
@@ -25,14 +26,13 @@ from plumbob.tests.support import browser
 from plumbob.tests.support.page_document import Document
 from plumbob.tests.support.studies import made_up, quick
 
-COMMAND = "plumbob validate --scenes 'cone-*' --profile quick"
 MEGABYTES = 8.0
 HOSTILE = "<script>alert('x')</script><img src=x onerror=alert(1)>"
 
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_page(quick(), tmp_path_factory.mktemp("page") / "new", COMMAND)
+    return write_page(quick(), tmp_path_factory.mktemp("page") / "new")
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +87,7 @@ def test_work_precision_hints_tell_method_step_error_cost(document: Document) ->
     assert len(plots) == len(quick().scenes)
     for trace in plots[0]["data"]:
         for text in trace.get("text", ()):
-            assert re.fullmatch(r"(rtol )?[\d.e-]+( s)?, .*× real time(, on the.*)?", text)
+            assert re.fullmatch(r"(rtol )?[\d.e-]+( s)?, real-time factor .*", text)
         if "text" in trace:
             for word in (trace["name"], "%{text}", "error %{y", "rad", "cost %{x"):
                 assert word in trace["hovertemplate"]
@@ -113,8 +113,9 @@ def test_what_others_wrote_is_text(tmp_path: Path) -> None:
         scenes=(scene,),
         convergence=(replace(convergence_study, measurements=runs),),
         costs={},
+        provenance=Provenance(command=HOSTILE),
     )
-    text = write_page(hostile, tmp_path, HOSTILE, lambda name: None).read_text("utf-8")
+    text = write_page(hostile, tmp_path, section=lambda name: None).read_text("utf-8")
     assert "onerror" in text
     assert "img" not in Document(text).tags
     assert HOSTILE not in text
@@ -134,7 +135,7 @@ def test_nothing_is_half_written(tmp_path: Path) -> None:
     old.write_text("old", "utf-8")
     broken = Section(breaks, lambda study: (), lambda study, scene: ())
     with pytest.raises(RuntimeError, match="broken finding"):
-        write_page(quick(), tmp_path, COMMAND, lambda name: broken)
+        write_page(quick(), tmp_path, section=lambda name: broken)
     assert [path.read_text("utf-8") for path in tmp_path.iterdir()] == ["old"]
 
 
@@ -142,7 +143,7 @@ def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
     study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3,), lambda h: h)])
     (tmp_path / "out").write_text("mine", "utf-8")
     with pytest.raises(OSError, match="out"):
-        write_page(study, tmp_path / "out", COMMAND, lambda name: None)
+        write_page(study, tmp_path / "out", section=lambda name: None)
     assert (tmp_path / "out").read_text("utf-8") == "mine"
 
 
@@ -195,7 +196,7 @@ def test_the_browser_tells_of_a_broken_page(
     place: str, change: str, complaint: str, tmp_path: Path
 ) -> None:
     study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3, 1e-4), lambda h: h)])
-    page = write_page(study, tmp_path / "out", COMMAND, lambda name: None)
+    page = write_page(study, tmp_path / "out", section=lambda name: None)
     text = page.read_text("utf-8")
     assert text.count(place) == 1
     page.write_text(text.replace(place, change), "utf-8")

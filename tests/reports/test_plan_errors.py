@@ -1,4 +1,4 @@
-"""`plumbob plan --method`: what an engine makes of a plan, and where along it that arises."""
+"""`plumbob plan --method`: the errors of a plan run in an engine, by kind of manoeuvre."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ from plumbob.engines.registry import method
 from plumbob.models.registry import scene
 from plumbob.models.tripod_capsule.plan import planned
 from plumbob.reports.cli import main
-from plumbob.reports.findings.plan_errors import arising, run_plan
+from plumbob.reports.commands.plan import run_plan
+from plumbob.reports.findings.plan_errors import by_kind
 
 TO = (0.02, 0.0, 0.05)  # a turn and a line or two
 FEET = method("pymunk/feet")
 
 
-def test_what_arises_along_a_plan_is_what_is_off_at_its_end() -> None:
+def test_the_errors_of_all_manoeuvres_add_up_to_the_error_at_the_end() -> None:
     short = scene("capsule-plan", {"to": TO})
     found = planned(short.parameters)
     run = run_plan(found, short, FEET, 2e-4)
     assert {"turn", "line", "slow"} <= (kinds := {m.kind for m in found.manoeuvres})
-    last, parts = run.after[-1], arising(found, run)
+    last, parts = run.after[-1], by_kind(found, run.after)
     assert last is not None
     for name in ("x", "y", "heading"):
         assert sum(getattr(off, name) for off in parts.values()) == pytest.approx(
@@ -30,7 +31,7 @@ def test_what_arises_along_a_plan_is_what_is_off_at_its_end() -> None:
         )
         assert run.found.errors[name].end == pytest.approx(getattr(last, name), abs=1e-13)
     assert set(parts) <= kinds
-    # While friction holds nothing arises: what it creeps is left by the solver's sweeps.
+    # While friction holds, the only error is what the solver's iterations leave.
     assert parts["slow"].distance < 1e-3 * last.distance
     assert abs(last.heading) < 1e-3
 

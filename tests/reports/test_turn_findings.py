@@ -2,33 +2,25 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import pytest
 
-from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.convergence import convergence_study
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
-from plumbob.reports.findings import section
-from plumbob.reports.findings.capsule_plan import open_loop, path, poses
-from plumbob.reports.findings.capsule_plan.plans import SHOWN
-from plumbob.reports.findings.capsule_turn import angle, formulas, hard, leak, modes, sag, touching
-from plumbob.reports.findings.capsule_turn.runs import turn
+from plumbob.reports.findings import capsule_plan, section
+from plumbob.reports.findings.capsule_plan import SHOWN
+from plumbob.reports.findings.capsule_turn import body_angle, exact_motion, modes
+from plumbob.reports.findings.capsule_turn.turns import requests, turn
+from plumbob.reports.findings.plan_path import gallery
 from plumbob.reports.view.content import Figure, Finding, Table
+from plumbob.tests.support.declared import declared, measured
 
 EULER, FEET, DEFAULT = "mujoco/euler+coulomb", "pymunk/feet", "mujoco/euler"
 
 
-@cache
 def study(scene: str, methods: tuple[str, ...], *steps: float) -> Study:
-    """A scene with some methods at a few steps, and no costs; without steps, not run."""
-    chosen, hows = find_scene(scene), [find_method(name) for name in methods]
-    convergence = tuple(convergence_study(chosen, how, 100_000, steps) for how in hows if steps)
-    return Study(
-        "quick", (chosen,), tuple(hows), convergence, {}, 1.0, {"errors": 0.0, "costs": 0.0}
-    )
+    """A scene with some methods at a few steps, and what findings on turns declare beside it."""
+    return declared(measured(scene, methods, *steps), requests)
 
 
 def column(table: Table, head: int | str, key: int = 0) -> dict[str, str]:
@@ -43,7 +35,7 @@ def known(found: Finding | None) -> Finding:
 
 
 def test_second_order_of_the_formula() -> None:
-    found = formulas.finding()
+    found = exact_motion.second_order()
     assert "1.1202033" in found.summary
     assert "1.9032533" in found.summary
     checks, errors = found.tables
@@ -55,12 +47,12 @@ def test_second_order_of_the_formula() -> None:
     assert slopes["eq. 32 at rest"] == pytest.approx(2.0, abs=0.02)
     # a fourth order with a logarithm, whose factor theory has as -2.3733 (analytic/README.md)
     assert 3.6 < slopes["corrected at rest"] < 3.9
-    seen = formulas.logarithm(formulas.formula_errors().corrected_rest)
+    seen = exact_motion.logarithm(exact_motion.formula_errors().corrected_rest)
     assert seen == pytest.approx(-2.3733, rel=2e-3)
 
 
-def test_angle_and_the_bar() -> None:
-    found = known(angle.finding(study("capsule-turn/0.3", (EULER,))))
+def test_angle_and_the_accuracy_asked_for() -> None:
+    found = known(body_angle.angle(study("capsule-turn/0.3", (EULER,))))
     (table,) = found.tables
     met = {(line[0].text, line[1].text): line[-2].text for line in table.rows}
     for epsilon in ("0.3", "0.03"):
@@ -73,32 +65,31 @@ def test_angle_and_the_bar() -> None:
 
 
 def test_leak() -> None:
-    (table,) = known(leak.finding(study("capsule-turn/0.3", (EULER,)))).tables
+    (table,) = known(body_angle.leak(study("capsule-turn/0.3", (EULER,)))).tables
     small = column(table, "ε = 0.03")
     assert float(small[EULER]) == pytest.approx(1.0, abs=6e-3)  # friction, and the step's square
     assert all(abs(float(small[name])) < 3e-3 for name in small if name != EULER)
 
 
-def test_sag() -> None:
+def test_contact_deflection() -> None:
     step = turn(0.03).half_time / 800
-    measured = study("capsule-turn/0.03", (EULER, DEFAULT), step)
-    found = known(sag.finding(measured))
+    found = known(body_angle.deflection(study("capsule-turn/0.03", (EULER, DEFAULT), step)))
     (table,) = found.tables
     good, bad = ({head: float(cell.text.replace("–", "nan")) for head, cell
                   in zip(table.heads, line, strict=True) if head not in ("method",)}
                  for line in table.rows)  # fmt: skip
-    heave, beyond = table.heads[3:5]
-    assert good[heave] < 1e-14 < 1e-3 < bad[heave]
-    assert abs(good[beyond]) < good["bound of it by sag [rad]"] < 1e-7
+    vertical, beyond = table.heads[3:5]
+    assert good[vertical] < 1e-14 < 1e-3 < bad[vertical]
+    assert abs(good[beyond]) < good["its bound from contact deflection [rad]"] < 1e-7
     assert bad[beyond] > 1e-3
-    assert sag.finding(study("capsule-turn/0.03", (EULER,))) is None
+    assert body_angle.deflection(study("capsule-turn/0.03", (EULER,))) is None
 
 
-def test_a_support_that_stops_and_leaves() -> None:
-    motion = touching.motion()
-    ((time, support),) = touching.touches(motion)
+def test_a_support_that_stops_and_slides_on() -> None:
+    motion = exact_motion.motion()
+    ((time, support),) = exact_motion.touches(motion)
     assert time / 0.08 == pytest.approx(1.307, abs=1e-3)
-    found = touching.finding()
+    found = exact_motion.touching()
     assert f"A{support + 1}" in found.summary
     before, after = (
         [float(line[n].text) for line in found.tables[0].rows] for n in (3, 4)
@@ -118,21 +109,21 @@ def test_modes_of_a_motion_that_pivots() -> None:
     lowest = {t["name"]: min(t["y"]) for t in slips.traces}
     assert lowest["A2"] == pytest.approx(modes.NEAR)
     tau = motion.manoeuvre.half_time
-    shown = hard.hard(study(name, (EULER, FEET), tau / 50), scene)
+    shown = modes.hard(study(name, (EULER, FEET), tau / 50), scene)
     assert sum(isinstance(one, Figure) for one in shown) == 2
     ends = shown[-1]
     assert isinstance(ends, Table)
-    told, end = column(ends, "predicted [rad]"), column(ends, "at the finest [rad]")
+    predicted, end = column(ends, "predicted [rad]"), column(ends, "at the finest [rad]")
     for method in (EULER, FEET):
-        assert float(end[method]) == pytest.approx(float(told[method]), rel=0.02)
+        assert float(end[method]) == pytest.approx(float(predicted[method]), rel=0.02)
 
 
 def test_spin() -> None:
     steps = (1e-3, 5e-4, 2e-4, 1e-4)
     own = section("capsule-coast")
     assert own is not None
-    measured = study("capsule-coast/spin", (EULER, DEFAULT), *steps)
-    found = next(f for f in own.findings(measured) if f.name == "capsule-spin")
+    given = declared(measured("capsule-coast/spin", (EULER, DEFAULT), *steps), own.requests)
+    found = next(f for f in own.findings(given) if f.name == "capsule-spin")
     leads, default = found.tables
     for place in range(1, len(steps) + 1):  # of first order over a decade
         assert float(column(leads, place)[EULER]) == pytest.approx(-2.191, rel=2e-3)
@@ -144,17 +135,17 @@ def test_spin() -> None:
 
 
 def test_plans(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(open_loop, "QUICK", (FEET,))
-    given = study(SHOWN, (FEET,))
-    (table,) = known(poses.finding(given)).tables
+    monkeypatch.setattr(capsule_plan, "QUICK", (FEET,))
+    given = declared(measured(SHOWN, (FEET,)), capsule_plan.requests)
+    (table,) = known(capsule_plan.poses(given)).tables
     (line,) = (dict(zip(table.heads, row, strict=True)) for row in table.rows)
-    assert float(line["reference off by [m]"].text) < 1e-6
+    assert float(line["error of the reference [m]"].text) < 1e-6
     assert float(line["naive over best"].text) > 1.3
-    _, drawn = path.gallery(SHOWN)
+    _, drawn = gallery(capsule_plan.plan_of(SHOWN))
     assert len(drawn) == 3
-    found = known(open_loop.finding(given))
+    found = known(capsule_plan.open_loop(given))
     for row in found.tables[0].rows:
         distance, slow = float(row[2].text), float(row[-2].text)
         assert distance < 2e-4
         assert slow < 1e-4 * distance
-    assert poses.finding(study("capsule-turn/0.3", (EULER,))) is None
+    assert capsule_plan.poses(study("capsule-turn/0.3", (EULER,))) is None

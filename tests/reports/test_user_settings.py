@@ -11,9 +11,11 @@ from plumbob.analytic.errors.schemes import CLOSED_FORM, Scheme
 from plumbob.engines.method import USER_METHOD as NAME
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.study import Study, joined
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import joined
 from plumbob.models.step_sizes import step_sizes
-from plumbob.reports.judge.user_settings import instead, lines, table, yours
+from plumbob.reports.judge.user_settings import UserResult, instead, lines, table, user_results
+from plumbob.reports.judge.verdict import judge_study
 from plumbob.tests.support.studies import SCENE, made_up
 
 STEPS = step_sizes(5e-3, 1e-4)
@@ -35,8 +37,12 @@ def study(largest: float = 1.0) -> Study:
     )
 
 
-def test_as_exact_and_no_dearer() -> None:
-    (found,) = yours(study())
+def said(of: Study) -> tuple[UserResult, ...]:
+    return user_results(of, judge_study(of))
+
+
+def test_what_costs_less_and_what_is_more_accurate() -> None:
+    (found,) = said(study())
     assert (found.step, found.error) == (2e-3, 2.0)
     assert found.finest == (2.5e-4, 0.25)
     assert found.ns_per_second == pytest.approx(1000 / 2e-3)
@@ -54,24 +60,24 @@ def test_as_exact_and_no_dearer() -> None:
 
 
 def test_it_is_told_in_words_cells_and_data() -> None:
-    told = "\n".join(lines(study()))
-    assert "error        2 rad; 0.25 at 2.5e-4 s" in told
-    assert "as exact     mujoco/rk4 at 0.005 s: errs by 0.0625 rad, 1.6 of your cost" in told
-    assert "no dearer    ode/rk4 at 0.005 s: errs by 0.0625 rad, 0.8 of your cost" in told
-    shown = table(study())
+    told = "\n".join(lines(said(study())))
+    assert "error              2 rad; 0.25 at 2.5e-4 s" in told
+    assert "at equal accuracy  mujoco/rk4 at 0.005 s: error 0.0625 rad, 1.6 of your cost" in told
+    assert "at no greater cost ode/rk4 at 0.005 s: error 0.0625 rad, 0.8 of your cost" in told
+    shown = table(study(), judge_study(study()))
     assert shown is not None
     assert shown.heads[2] == "at your 0.002 s"
     assert [cell.text for cell in shown.rows[0]][2:4] == ["2", "0.25 at 2.5e-4 s"]
-    ((key, beside),) = instead(study()).items()
+    ((key, beside),) = instead(said(study())).items()
     assert key == (SCENE, NAME, 2e-3)
     assert beside["no_dearer"]["here"] is None
 
 
 def test_a_run_that_diverged_at_the_users_step() -> None:
-    (found,) = yours(study(largest=math.inf))
+    (found,) = said(study(largest=math.inf))
     assert found.error == math.inf
     assert found.as_exact.anywhere is not None
-    assert "diverges" in "\n".join(lines(study(largest=math.inf)))
+    assert "diverges" in "\n".join(lines(said(study(largest=math.inf))))
 
 
 def test_the_same_setting_by_another_name_is_no_alternative() -> None:
@@ -80,18 +86,19 @@ def test_the_same_setting_by_another_name_is_no_alternative() -> None:
 
     twin = made_up([(OWN, OWN.step_sizes, error), (find_method("mujoco/euler"), STEPS, error)],
                    ns=(1000.0, 900.0))  # fmt: skip
-    (found,) = yours(twin)
+    (found,) = said(twin)
     assert (found.as_exact.anywhere, found.better.anywhere) == (None, None)
     apart = made_up([(OWN, OWN.step_sizes, error),
                      (find_method("mujoco/euler"), STEPS, lambda h: 0.999 * error(h))],
                     ns=(1000.0, 900.0))  # fmt: skip
-    (found,) = yours(apart)
+    (found,) = said(apart)
     assert found.as_exact.here is not None
 
 
 def test_nothing_is_said_without_a_users_settings() -> None:
     without = made_up([(RK4, STEPS, lambda h: 1e8 * h**4)])
-    assert (yours(without), lines(without), table(without)) == ((), [], None)
+    assert (said(without), lines(said(without))) == ((), [])
+    assert table(without, judge_study(without)) is None
 
 
 def test_joined_costs_are_those_of_the_first_study() -> None:
@@ -101,6 +108,6 @@ def test_joined_costs_are_those_of_the_first_study() -> None:
     )
     both = joined(first, slow)
     assert [m.name for m in both.methods] == [NAME, "mujoco/rk4"]
-    # the reference_step took three times as long: on the first day a step would have taken 1000 ns
+    # the reference step took three times as long: on the first day a step would have taken 1000 ns
     assert both.costs[SCENE, NAME].ns_per_step == pytest.approx(1000.0)
     assert both.costs[SCENE, "mujoco/rk4"].ns_per_step == 4000.0

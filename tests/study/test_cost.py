@@ -54,8 +54,8 @@ class Waiting:
 
 @pytest.mark.parametrize("computing", [0.02, 0.05])
 def test_waiting_is_no_cost(computing: float) -> None:
-    share, run = cost._computing(Waiting(computing).run)
-    assert share * run.seconds == pytest.approx(computing, rel=0.05)  # the clocks' own calls
+    fraction, run = cost._computing(Waiting(computing).run)
+    assert fraction * run.seconds == pytest.approx(computing, rel=0.05)  # the clocks' own calls
 
 
 @pytest.mark.parametrize("name", ["capsule-turn", "capsule-line", "simple-pendulum/forced-small"])

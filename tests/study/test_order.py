@@ -1,4 +1,4 @@
-"""The fitted order: exact powers come back, noise widens the interval, floors are left out."""
+"""The fitted order: exact powers come back, noise widens the interval, round-off is left out."""
 
 from __future__ import annotations
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import sqlite3
 import subprocess
 import sys
 import time
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +16,9 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import methods
 from plumbob.engines.study import store
-from plumbob.engines.study.study import Study, run_study
+from plumbob.engines.study.measurement import ObservedError
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes
 from plumbob.reports.cli import main
 
@@ -28,7 +32,7 @@ def study() -> Study:
 
 
 def _save(study: Study, file: Path) -> int:
-    return store.save(study, file, "today", "plumbob validate", {"plumbob": "0"})
+    return store.save(study, file)
 
 
 def test_a_study_comes_back_as_it_was(study: Study, tmp_path: Path) -> None:
@@ -58,6 +62,50 @@ def test_a_file_that_is_no_store(tmp_path: Path) -> None:
     (tmp_path / store.FILE).write_text("what is this" * 200)
     with pytest.raises(ParameterError, match="store"):
         store.load(tmp_path / store.FILE)
+
+
+@pytest.mark.parametrize(("schema", "which"), [(0, "an older"), (store.SCHEMA + 1, "a newer")])
+def test_a_store_of_another_version_is_one_line(
+    schema: int, which: str, study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / store.FILE
+    _save(study, file)
+    with closing(sqlite3.connect(file)) as opened:
+        opened.execute(f"pragma user_version = {schema}")
+    for words in (
+        ["recommend", SCENE, "--error", "1e-6", "--out", str(tmp_path)],
+        ["report", str(tmp_path)],
+        ["compare", str(file), str(file)],
+        ["validate", "--scenes", SCENE, "--out", str(tmp_path)],  # before anything is run
+    ):
+        assert main(words) == 2
+        captured = capsys.readouterr()
+        assert captured.out == ""
+        assert captured.err.count("\n") == 1
+        assert which in captured.err
+
+
+def test_what_floats_there_are_come_back(study: Study, tmp_path: Path) -> None:
+    found = study.convergence[0]
+    first = found.measurements[0]
+    odd = (math.nan, math.inf, -math.inf, 5e-324, 0.1 + 0.2, -0.0, 1.7976931348623157e308)
+    errors = {
+        str(i): ObservedError(value, value, 0.0, 1.0, {"a reason": value})
+        for i, value in enumerate(odd)
+    }
+    strange = replace(first, errors=errors)
+    kept = replace(study, convergence=(replace(found, measurements=(strange,)),))
+    back = store.load(tmp_path / "new", _save(kept, tmp_path / "new"))
+    assert back is not None
+    assert repr(back.convergence) == repr(kept.convergence)
+
+
+def test_every_scene_and_method_comes_back(study: Study, tmp_path: Path) -> None:
+    whole = replace(study, scenes=scenes(), methods=methods(), leads={})
+    back = store.load(tmp_path / "new", _save(whole, tmp_path / "new"))
+    assert back is not None
+    assert back.methods == whole.methods
+    assert back.scenes == whole.scenes
 
 
 def test_compare_tells_what_moved(

@@ -14,7 +14,8 @@ from plumbob.engines.method import Method
 from plumbob.engines.registry import method, methods
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
 from plumbob.engines.study.measurement import floor, measure
-from plumbob.engines.study.study import Study, run_study
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scene, scenes, system_of
 from plumbob.models.scene import Scene
 
@@ -50,14 +51,16 @@ def test_every_scene_and_method_can_be_sent_to_a_worker(item: Scene | Method) ->
 
 def test_costs_are_medians_and_ratios_of_one_run() -> None:
     study = run_study(scenes("cone-pendulum/deep-well"), methods("ode/euler,ode/rk4"))
-    cheap, dear = (study.costs["cone-pendulum/deep-well", f"ode/{m}"] for m in ("euler", "rk4"))
-    for cost in (cheap, dear):
+    cheap, expensive = (
+        study.costs["cone-pendulum/deep-well", f"ode/{m}"] for m in ("euler", "rk4")
+    )
+    for cost in (cheap, expensive):
         assert 0 < cost.low <= cost.ns_per_step <= cost.high
         assert cost.ratio == pytest.approx(cost.ns_per_step / study.reference_step)
         assert cost.repeats >= 5
 
 
-def test_the_ladder_stops_where_the_error_has_reached_its_floor() -> None:
+def test_step_sizes_stop_where_the_error_has_reached_its_floor() -> None:
     chosen = scene("cone-pendulum/resting-base")
     found = convergence_study(chosen, method("ode/rk4"), most_steps=10**6)
     last = found.measurements[-1]
@@ -92,7 +95,7 @@ def test_nothing_is_left_in_the_working_folder(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_ladder_of_nonsense_is_refused() -> None:
+def test_step_sizes_of_nonsense_are_refused() -> None:
     with pytest.raises(ParameterError, match="step"):
         measure(
             system_of(scene("cone-pendulum")).case(scene("cone-pendulum")), method("ode/rk4"), -1.0

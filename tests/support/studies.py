@@ -1,4 +1,4 @@
-"""Studies for the tests of what is told of one: a small measured one, and made-up ones."""
+"""Studies for the tests of what is said of one: a small measured one, and made-up ones."""
 
 from __future__ import annotations
 
@@ -10,11 +10,14 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
-from plumbob.engines.study.study import Study, run_study
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
+from plumbob.reports.findings import requests
 
 SCENE = "cone-pendulum/rotating-base"
+COMMAND = "plumbob validate --scenes 'cone-*' --profile quick"
 NS = 1000.0  # [ns] of a step, and of an evaluation
 Error = Callable[[float], float]
 
@@ -23,14 +26,16 @@ Error = Callable[[float], float]
 def quick() -> Study:
     """The quick scenes of the cone pendulum, with a method of each kind."""
     methods = find_methods("mujoco/euler,ode/leapfrog,ode/rk4,ode/dop853")
-    return run_study(find_scenes("cone-pendulum", "quick"), methods, "quick")
+    return run_study(
+        find_scenes("cone-pendulum", "quick"), methods, requests=requests, command=COMMAND
+    )
 
 
 def made_up(
     errors: Sequence[tuple[Method, Sequence[float], Error]], ns: Sequence[float] = ()
 ) -> Study:
-    """A study of one scene: for each method its step_sizes, and the error at a step; an infinite error
-    is a run that diverged. `ns` are the costs of a step, 1000 ns without."""
+    """A study of one scene: for each method its step sizes, and the error at a step; an infinite
+    error is a run that diverged. `ns` are the costs of a step, 1000 ns without."""
     scene = find_scene(SCENE)
     convergence = tuple(
         ConvergenceStudy(
@@ -52,9 +57,12 @@ def _run(method: Method, step: float, error: float) -> Measurement:
         return Measurement(SCENE, method.name, step, "diverged")
     duration = find_scene(SCENE).duration
     steps = round(duration / step) if method.control == "step" else round(100 / step**0.2)
-    told = Prediction(error, error, {1: error}, 0.0)  # a series in the step, as a smooth motion has
+    predicted = Prediction(
+        error, error, {1: error}, 0.0
+    )  # a series in the step, as a smooth motion has
     found = {
-        n: ObservedError(error, error, 1e-16, 1.0, predicted=told) for n in ("theta", "theta_dot")
+        n: ObservedError(error, error, 1e-16, 1.0, predicted=predicted)
+        for n in ("theta", "theta_dot")
     }
     return Measurement(
         SCENE, method.name, step, "done", errors=found, duration=duration, steps=steps

@@ -1,4 +1,4 @@
-"""What is recommended for a scene keeps its promise in a fresh run, asked for 1e-2, 1e-4 and 1e-6
+"""What is recommended for a scene is confirmed by a fresh run, asked for 1e-2, 1e-4 and 1e-6
 in the unit of the leading observable. The quick profile takes a few scenes and a method of each
 kind; every scene with every method: pytest tests/validation/test_recommended.py --profile full."""
 
@@ -13,7 +13,8 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.measurement import measure
-from plumbob.engines.study.study import Study, run_study
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes, system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.recommend import Choice, cheapest
@@ -46,7 +47,7 @@ def _option(config: pytest.Config, name: str, few: str) -> str:
 def _stored(scene: Scene, pattern: str, folder: Path) -> Study:
     """A quick study of a scene, as it comes back from its file."""
     file = folder / store.FILE
-    store.save(run_study([scene], find_methods(pattern)), file, "today", "plumbob validate", {})
+    store.save(run_study([scene], find_methods(pattern)), file)
     study = store.load(file, scene=scene.name)
     assert study is not None
     return study
@@ -67,7 +68,7 @@ def test_a_fresh_run_reaches_it(scene: Scene, tmp_path: Path, pytestconfig: pyte
         for choice in _offered(study, scene.name, wanted):
             run, _ = measure(system_of(scene).case(scene), find_method(choice.method), choice.step)
             error = run.errors[leading].largest
-            print(f"{wanted:g}: {choice.method} at {choice.step:g} errs by {error:.3g}")
+            print(f"{wanted:g}: {choice.method} at {choice.step:g} error {error:.3g}")
             assert error <= wanted
             # What was promised; the last digits of a run differ between machines.
             assert error <= choice.error * (1 + 1e-6)

@@ -1,5 +1,5 @@
-"""Every scene with every method, down its step_sizes of steps, is as expected: `plumbob validate` as a
-test, with the same words: pytest tests/validation --profile full --scenes GLOB --methods GLOB."""
+"""Every scene with every method, at all its step sizes, is as expected: `plumbob validate` as a
+test, with the same options: pytest tests/validation --profile full --scenes GLOB --methods GLOB."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from plumbob.engines.method import Method
 from plumbob.engines.registry import methods
 from plumbob.engines.study.convergence import convergence_study
-from plumbob.engines.study.study import most_steps, pairs
+from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.models.registry import scenes, system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import as_expected, expected

@@ -1,28 +1,24 @@
-"""The page's section on the capsule's turn: the formula, the engines, the modes of the motion."""
+"""The page's section on the capsule's turn: formula, exact motion, engines, modes of motion."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from plumbob.engines.study.study import Study
-from plumbob.reports.findings.capsule_turn import angle, formulas, hard, leak, sag, touching
-from plumbob.reports.view.content import Figure, Finding, Section
+from plumbob.engines.study.results import Study
+from plumbob.reports.findings.capsule_turn import body_angle, exact_motion, modes, turns
+from plumbob.reports.view.content import Finding, Section
 
 
 def findings(study: Study) -> Sequence[Finding]:
-    """What the formulas, the exact motion and the engines show against each other."""
+    """What comparing the formulas, the exact motion and the engines showed."""
     found = (
-        formulas.finding(),
-        angle.finding(study),
-        leak.finding(study),
-        sag.finding(study),
-        touching.finding(),
+        exact_motion.second_order(),
+        body_angle.angle(study),
+        body_angle.leak(study),
+        body_angle.deflection(study),
+        exact_motion.touching(),
     )
     return tuple(one for one in found if one is not None)
 
 
-def _figures(study: Study) -> Sequence[tuple[str, Sequence[Figure]]]:
-    return ()
-
-
-SECTION = Section(findings, _figures, hard.hard)
+SECTION = Section(findings, hard=modes.hard, requests=turns.requests)

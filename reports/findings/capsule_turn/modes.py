@@ -1,4 +1,4 @@
-"""Plots of an exact motion's modes: which support slides, holds a pivot or rests, and when."""
+"""Modes of an exact turn: which support slides, is a pivot or rests, and what makes a case hard."""
 
 from __future__ import annotations
 
@@ -8,14 +8,20 @@ from itertools import pairwise
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import lowest_normal_forces
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
-from plumbob.reports.view.content import Figure
+from plumbob.engines.study.results import Study
+from plumbob.models.scene import Scene
+from plumbob.reports.findings.measurements import problem
+from plumbob.reports.view.content import Cell, Figure, Table, method_cell, row, value
+from plumbob.reports.view.notation import number, short
+from plumbob.reports.view.palette import BLUE, GREEN, GREY, ORANGE, RED
 from plumbob.reports.view.traces import Trace, curve, figure, linear, logarithmic
 
-MODES = (("rest", "#808080"), ("pivot", "#d55e00"), ("slide", "#0072b2"))  # bottom to top
-SUPPORTS = ("#0072b2", "#e69f00", "#009e73")
+MODES = (("rest", GREY), ("pivot", RED), ("slide", BLUE))  # bottom to top
+SUPPORTS = (BLUE, ORANGE, GREEN)
 FINE = 1200  # times of a curve of speeds, and more beside every event
-NEAR = 1e-12  # of the largest slip speed, where a support at rest is drawn
+NEAR = 1e-12  # of the largest slip speed: where a support at rest is drawn
 LATE = 1.08  # of the time to rest
 
 
@@ -49,14 +55,14 @@ def strip(motion: ThreePointMotion, unit: float) -> Figure:
              if before.mode == now.mode == "slide"]  # fmt: skip
     if stops:
         traces.append({
-            **curve(stops, [2.0] * len(stops), colour="#e69f00", marks=True, lines=False,
-                    hint="a support stops and leaves at once<br>t = %{x:.4g} τ"),
-            "marker": {"color": "#e69f00", "size": 12, "symbol": "diamond"},
+            **curve(stops, [2.0] * len(stops), colour=ORANGE, marks=True, lines=False,
+                    hint="a support stops and slides on at once<br>t = %{x:.4g} τ"),
+            "marker": {"color": ORANGE, "size": 12, "symbol": "diamond"},
         })  # fmt: skip
     labels = {"tickvals": list(range(len(MODES))), "ticktext": [name for name, _ in MODES],
               "range": [-0.6, len(MODES) - 0.4]}  # fmt: skip
     return figure(
-        "Modes over time",
+        "Modes over time: slide, pivot about a support, rest",
         f"{' → '.join(_words(motion))}.",
         traces, linear("time [τ]"), linear("", **labels), height=220,
     )  # fmt: skip
@@ -70,7 +76,7 @@ def _words(motion: ThreePointMotion) -> list[str]:
         name = f"A{event.support + 1}"
         again = before is not None and before.mode == event.mode == "slide"
         if again:
-            found.append(f"{name} stops and leaves at once")
+            found.append(f"{name} stops and slides on at once")
         else:
             found.append(f"pivot about {name}" if event.mode == "pivot" else event.mode)
     return found
@@ -94,15 +100,82 @@ def slips(motion: ThreePointMotion, unit: float) -> Figure:
     speeds = slip_speeds(motion, times)
     top = float(speeds.max()) or 1.0
     traces: list[Trace] = []
-    for number, (line, colour) in enumerate(zip(speeds, SUPPORTS, strict=True)):
+    for place, (line, colour) in enumerate(zip(speeds, SUPPORTS, strict=True)):
         for part in np.array_split(np.arange(times.size), -(-times.size // 290)):
             reach = np.append(part, part[-1] + 1)[: times.size - part[0]]
             drawn = np.maximum(line[reach] / top, NEAR)
-            one = curve(times[reach] / unit, drawn, colour=colour, name=f"A{number + 1}")
+            one = curve(times[reach] / unit, drawn, colour=colour, name=f"A{place + 1}")
             first = bool(part[0] == 0)
-            traces.append({**one, "legendgroup": f"A{number + 1}", "showlegend": first})
+            traces.append({**one, "legendgroup": f"A{place + 1}", "showlegend": first})
     return figure(
         "Slip speed of each support",
         f"Over the largest, {top:.3g} m/s. A support at rest lies at the bottom.",
         traces, linear("time [τ]"), logarithmic("|vᵢ| / largest"), legend=True, height=320,
     )  # fmt: skip
+
+
+def hard(study: Study, scene: Scene) -> tuple[Figure | Table, ...]:
+    """The exact motion's modes and slips, what makes the case hard in numbers, and each method's
+    error at the end."""
+    turned = problem(scene.name).motion
+    one = turned.manoeuvre
+    lowest, _ = lowest_normal_forces(one.capsule, one.track)
+    about = (
+        ("ε", one.epsilon),
+        ("Zτ² [rad]", one.slider_angle),
+        ("turns", float(turned.count)),
+        ("smallest Nᵢ over (M+m) g", float(min(lowest)) / one.capsule.weight),
+        ("largest a Ω² [m/s²]", one.radius * (one.angular_acceleration * one.half_time) ** 2),
+        ("at rest from [τ]", turned.single.rest_time / one.half_time),
+        ("body angle at the end [rad]", float(turned.at(scene.duration).heading[0])),
+    )
+    numbers = Table(
+        "What makes it hard", tuple(name for name, _ in about),
+        (row(*(value(size, 6) for _, size in about)),),
+        "" if turned.count == 1 else "The modes are those of the first turn; all are the same.",
+    )  # fmt: skip
+    return (*figures(turned.single, one.half_time), numbers, *_events(scene), *_ends(study, scene))
+
+
+def _events(scene: Scene) -> tuple[Table, ...]:
+    turned = problem(scene.name).motion
+    tau = turned.manoeuvre.half_time
+    last = turned.single.rest_time
+    following = [*(event.time for event in turned.single.events[1:]), math.inf]
+    rows = [
+        row(value(event.time / tau, 6), event.mode,
+            f"A{event.support + 1}" if event.support >= 0 else "",
+            value((end - event.time) / tau if event.time < last else None, 4))
+        for event, end in zip(turned.single.events, following, strict=True)
+    ]  # fmt: skip
+    heads = ("from [τ]", "mode", "support at rest, or starting to slip", "lasts [τ]")
+    return (Table("Events of the exact motion", heads, tuple(rows), folded=True),)
+
+
+def _ends(study: Study, scene: Scene) -> tuple[Table, ...]:
+    rows = []
+    for convergence in study.convergence:
+        if convergence.scene != scene.name:
+            continue
+        done = [m for m in convergence.measurements if m.status == "done"]
+        if not done:
+            why = convergence.measurements[-1] if convergence.measurements else None
+            if why is not None and why.status == "diverged":
+                rows.append(row(method_cell(convergence.method), value(why.step),
+                                Cell(why.reason, span=4)))  # fmt: skip
+            continue
+        coarse, fine = done[0], done[-1]
+        error = fine.errors["body_angle"]
+        predicted = error.predicted.end if error.predicted else None
+        order = None if convergence.order is None else convergence.order.slope
+        rows.append(
+            row(method_cell(convergence.method), Cell(short(fine.step), "number"),
+                value(coarse.errors["body_angle"].end), value(error.end), value(predicted),
+                value(order))
+        )  # fmt: skip
+    if not rows:
+        return ()
+    heads = ("method", "finest step [s]", "error at the coarsest step [rad]", "at the finest [rad]",
+             "predicted [rad]", "order")  # fmt: skip
+    note = f"Over {number(scene.duration)} s. The order is that of the largest error of all times."
+    return (Table("Body angle at the end", heads, tuple(rows), note),)

@@ -4,33 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings.cone_pendulum import (
-    claims,
     energy,
-    euler_order,
     hamiltonian,
-    inertia,
-    saddle,
+    source_claims,
     source_figures,
 )
-from plumbob.reports.view.content import Figure, Finding, Section
+from plumbob.reports.view.content import Finding, Section
 
 
-def findings(study: Study) -> Sequence[Finding]:
-    """Everything that holding the source and the engines against each other showed."""
+def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """The runs that the findings, the figures and the hard cases look up."""
     return (
-        hamiltonian.finding(),
-        inertia.finding(),
-        claims.finding(),
-        euler_order.finding(study),
-        energy.finding(),
+        *source_figures.requests(plan),
+        *hamiltonian.requests(plan),
+        *source_claims.requests(plan),
+        *energy.requests(plan),
     )
 
 
-def figures(study: Study) -> Sequence[tuple[str, Sequence[Figure]]]:
-    """The source's Figs. 2 and 3, each beside the corrected one."""
-    return source_figures.galleries()
+def findings(study: Study) -> Sequence[Finding]:
+    """What comparing the source and the engines showed."""
+    return (
+        hamiltonian.finding(study),
+        source_claims.inertia(study),
+        source_claims.claims(),
+        source_claims.euler_order(study),
+        energy.finding(study),
+    )
 
 
-SECTION = Section(findings, figures, saddle.hard)
+SECTION = Section(findings, source_figures.galleries, energy.hard, requests)

@@ -1,49 +1,70 @@
-"""Energy over many steps of the source's Fig. 3."""
+"""Energy over many steps of the source's Fig. 3; the hard cases: a million steps, and saddles."""
 
 from __future__ import annotations
 
-from plumbob.models.registry import scene as find_scene
-from plumbob.reports.findings.cone_pendulum.problems import ROTATING, case
-from plumbob.reports.findings.energy_drift import measured
+from collections.abc import Sequence
+
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.results import Study
+from plumbob.models.scene import Scene
+from plumbob.reports.findings.cone_pendulum.hamiltonian import ROTATING, forms
+from plumbob.reports.findings.energy_drift import EnergyRuns, drift_table
+from plumbob.reports.findings.measurements import case
+from plumbob.reports.findings.saddle_growth import Saddle, saddle_growth
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure, Finding, Table
 
 METHODS = ("mujoco/euler", "ode/leapfrog", "mujoco/rk4")
-STEP, DURATION = 1e-3, 10.0  # [s]: 10^4 steps, 62 turns
+RUNS = EnergyRuns(ROTATING, METHODS, 1e-3, 10.0)  # 10^4 steps, 62 turns
+MILLION = "cone-pendulum/million-steps"
 
 
-def finding() -> Finding:
+def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """Runs over many steps, over a million where the study has that scene."""
+    return (*RUNS.requests, *(_million().requests if plan.has(MILLION) else ()))
+
+
+def finding(study: Study) -> Finding:
     """Which methods keep the energy, over ten thousand steps of the source's Fig. 3."""
-    table, plot, drifts = measured(ROTATING, case(ROTATING).correct, METHODS, STEP, DURATION)
+    table, plot, drifts = drift_table(study, RUNS, forms(ROTATING).correct)
     bounded = [m for m, d in drifts.items() if not d.secular]
-    loose = {m: d for m, d in drifts.items() if d.secular}
-    told = "; ".join(
-        f"{m} drifts by {notation.number(d.rate)} J/s"
-        + (f" where averaging predicts {notation.number(d.predicted)}" if d.predicted else "")
-        for m, d in loose.items()
+    drifting = "; ".join(
+        f"with {m} it drifts by {notation.number(d.rate)} J/s"
+        + (f", and averaging predicts {notation.number(d.predicted)}" if d.predicted else "")
+        for m, d in drifts.items()
+        if d.secular
     )
     return Finding(
         "energy",
         "Symplectic methods keep the energy within bounds; RK4 lets it drift at a predicted rate",
         "confirmed",
-        f"Over {DURATION / STEP:.0f} steps the energy error of {' and '.join(bounded)} stays "
-        f"bounded; {told}.",
+        f"Over {RUNS.steps:.0f} steps the energy error of {' and '.join(bounded)} stays "
+        f"bounded; {drifting}.",
         (
-            "RK4 is so exact here that its drift is far below the symplectic methods' ripple; but "
-            "it grows with every turn, and the ripple does not.",
+            "RK4 is so accurate here that its drift is far below the oscillation of the "
+            "symplectic methods; but the drift grows with every turn, and the oscillation does "
+            "not.",
         ),
         (table,),
         (plot,),
-        (
-            "plumbob validate --profile full --scenes cone-pendulum/million-steps "
-            f"--methods {','.join(METHODS)}",
-        ),
+        (f"plumbob validate --profile full --scenes {MILLION} --methods {','.join(METHODS)}",),
     )
 
 
-def hard(name: str) -> tuple[Figure | Table, ...]:
-    """The same on the scene that is there for it, at its finest step."""
-    scene = find_scene(name)
-    motion = case(name).correct
-    table, plot, _ = measured(name, motion, METHODS, scene.steps[-1], scene.duration)
-    return plot, table
+def hard(study: Study, scene: Scene) -> Sequence[Figure | Table]:
+    """Growth of the errors next to a separatrix; energy over a million steps."""
+    if scene.name == MILLION:
+        table, plot, _ = drift_table(study, _million(), forms(MILLION).correct)
+        return plot, table
+    problem = case(scene.name).problem
+    saddles = [e for e in problem.equilibria if e.kind == "saddle"]
+    if not saddles:
+        return ()
+    highest = max(saddles, key=lambda e: e.potential)
+    return saddle_growth(study, scene, problem.motion, Saddle(highest.theta, highest.rate))
+
+
+def _million() -> EnergyRuns:
+    """The scene that is there for it, at its finest step."""
+    scene = case(MILLION).scene
+    return EnergyRuns(MILLION, METHODS, scene.steps[-1], scene.duration)

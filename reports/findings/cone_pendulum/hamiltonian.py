@@ -2,65 +2,92 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from types import MappingProxyType
 
 import numpy as np
 
+from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.findings.cone_pendulum.problems import (
-    BLACK,
-    BLUE,
-    LAGRANGE,
-    LAGRANGE_RTOL,
-    MUJOCO,
-    MUJOCO_STEP,
-    PINK,
-    RED,
-    ROTATING,
-    Case,
-    case,
-)
 from plumbob.reports.findings.energy_drift import energy
-from plumbob.reports.findings.fresh_runs import run
-from plumbob.reports.view.content import Cell, Figure, Finding, Table, row
+from plumbob.reports.findings.measurements import case
+from plumbob.reports.view.content import Cell, Figure, Finding, Table, row, value
 from plumbob.reports.view.notation import number
-from plumbob.reports.view.traces import Trace, curve, figure, linear, logarithmic, positive
+from plumbob.reports.view.palette import BLUE, GREY, PINK, RED
+from plumbob.reports.view.traces import (
+    Trace,
+    curve,
+    linear,
+    logarithmic,
+    marks,
+    over_time,
+    positive,
+)
 
+RESTING, ROTATING = "cone-pendulum/resting-base", "cone-pendulum/rotating-base"
+MUJOCO, MUJOCO_STEP = "mujoco/rk4", 1e-4  # its full model: platform, hinge and cone
+LAGRANGE, LAGRANGE_RTOL = "ode/dop853", 1e-13  # eq. 7's equation of motion, integrated
 END = 0.5  # [s]
-Held = Mapping[str, Trajectory]
+INDEPENDENT = MappingProxyType({
+    "MuJoCo's full model": ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END),
+    "the equation of (7), integrated": ExtraRun(ROTATING, LAGRANGE, LAGRANGE_RTOL, END),
+})  # fmt: skip
+Runs = Mapping[str, Trajectory]
 
 
-def finding() -> Finding:
-    """Three curves, three witnesses, and what each Hamiltonian does along their runs."""
-    both = case(ROTATING)
-    witnesses = {
-        "MuJoCo's full model": run(ROTATING, MUJOCO, MUJOCO_STEP, END),
-        "the equation of (7), integrated": run(ROTATING, LAGRANGE, LAGRANGE_RTOL, END),
-    }
-    held = {name: found for name, found in witnesses.items() if found is not None}
+@dataclass(frozen=True)
+class Forms:
+    """A scene's problem with the corrected and the printed closed form of its motion."""
+
+    problem: ConePendulum
+    correct: PendulumMotion
+    printed: PendulumMotion  # of eqs. 9, 15 and 16
+
+
+@cache
+def forms(name: str) -> Forms:
+    """Both closed forms of a scene, whose tables take a tenth of a second each."""
+    problem: ConePendulum = case(name).problem
+    return Forms(problem, problem.motion, problem.printed_motion())
+
+
+def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """The runs of two independent methods."""
+    return tuple(INDEPENDENT.values())
+
+
+def finding(study: Study) -> Finding:
+    """Three curves, three independent methods, and what each Hamiltonian does along their runs."""
+    both = forms(ROTATING)
+    recorded = {name: study.recording(request) for name, request in INDEPENDENT.items()}
+    runs = {name: found for name, found in recorded.items() if found is not None}
     gap = abs(_end(both.printed) - _end(both.correct))
-    worst = max((_distance(both.correct, found) for found in held.values()), default=0.0)
+    worst = max((_distance(both.correct, found) for found in runs.values()), default=0.0)
     paragraphs = (
         "With the platform's rate prescribed, the conserved quantity is the Legendre transform of "
         "the Lagrangian, p dθ/dt – L = p²/2I + V with V = –a sin²θ – b sin θ – c cos θ (the Jacobi "
         "integral). The source prints a sin²θ + b sin θ – c cos θ: the centrifugal terms with the "
-        "opposite sign. Eqs. 15 and 16 and the whole of Fig. 3 inherit it. On a platform at rest "
-        "a = b = 0 and the two agree, so Fig. 2 stands.",
-        "Three witnesses that share no code: MuJoCo steps a multibody model of platform, hinge and "
-        "cone, and knows no Hamiltonian; DOP853 integrates Lagrange's equation of (7); the closed "
-        "form inverts the elliptic integral of the corrected one.",
+        "opposite sign. Eqs. 15 and 16 and the whole of Fig. 3 inherit the error. On a platform at "
+        "rest a = b = 0 and the two agree, so Fig. 2 is right.",
+        "Three independent methods without common code: MuJoCo steps a multibody model of the "
+        "platform, hinge and cone, and uses no Hamiltonian; DOP853 integrates Lagrange's equation "
+        "from (7); the closed form inverts the elliptic integral of the corrected Hamiltonian.",
     )
     return Finding(
         "printed-hamiltonian",
         "The printed Hamiltonian (9) contradicts the source's own Lagrangian (7)",
         "contradicted",
-        f"Eq. 9 is T + U, which a prescribed rotation does not conserve. After {END} s the motion "
-        f"it describes is {number(gap)} rad away from the motion of eq. 7, which MuJoCo and an "
+        f"Eq. 9 is T + U, which is not conserved when the platform's rotation is prescribed. After "
+        f"{END} s its motion is {number(gap)} rad away from that of eq. 7, which MuJoCo and an "
         f"integrated Lagrange equation follow to {number(worst)} rad.",
         paragraphs,
-        (_witnesses(both, held), _mutual(both, held), _conserved(both, held)),
-        (*_courses(both, held), _distances(both, held)),
+        (_agreement(both, runs), _mutual(both, runs), _conserved(both, runs)),
+        (*_courses(both, runs), _distances(both, runs)),
         (
             f"plumbob run {ROTATING} {MUJOCO} --step 1e-4",
             f"plumbob run {ROTATING} {LAGRANGE} --step 1e-13",
@@ -82,50 +109,54 @@ def _distance(motion: PendulumMotion, found: Trajectory) -> float:
     return float(np.abs(found.observables["theta"] - motion.state(found.times)[0]).max())
 
 
-def _witnesses(both: Case, held: Held) -> Table:
+def _agreement(both: Forms, runs: Runs) -> Table:
     """theta at the end, and how far each stays from either closed form."""
     times = np.linspace(0.0, END, 501)
     off = both.correct.state(times)[0] - both.printed.state(times)[0]
     gap = float(np.abs(off).max())
     rows = [
-        row("closed form, correct V", _digits(_end(both.correct)), _cell(0.0), _cell(gap)),
-        row("closed form, printed V (9)", _digits(_end(both.printed)), _cell(gap), _cell(0.0)),
+        row("closed form, correct V", _digits(_end(both.correct)), value(0.0), value(gap)),
+        row("closed form, printed V (9)", _digits(_end(both.printed)), value(gap), value(0.0)),
     ]
-    for name, found in held.items():
+    for name, found in runs.items():
         from_either = [_distance(motion, found) for motion in (both.correct, both.printed)]
-        rows.append(row(name, _digits(_last(found)), *map(_cell, from_either)))
-    heads = ("witness", f"θ({END} s) [rad]", "largest distance from the correct form [rad]",
+        rows.append(row(name, _digits(_last(found)), *map(value, from_either)))
+    heads = ("method", f"θ({END} s) [rad]", "largest distance from the correct form [rad]",
              "from the printed form [rad]")  # fmt: skip
-    return Table("Who follows which", heads, tuple(rows))
+    return Table("Which closed form each method follows", heads, tuple(rows))
 
 
-def _mutual(both: Case, held: Held) -> Table:
-    """Differences of the witnesses at the end, pair by pair."""
-    finals = {"closed form": _end(both.correct)} | {n: _last(r) for n, r in held.items()}
+def _mutual(both: Forms, runs: Runs) -> Table:
+    """Differences of the independent methods at the end, pair by pair."""
+    finals = {"closed form": _end(both.correct)} | {n: _last(r) for n, r in runs.items()}
     names = list(finals)
     rows = tuple(
-        row(f"{one} – {other}", _cell(finals[one] - finals[other]))
+        row(f"{one} – {other}", value(finals[one] - finals[other]))
         for i, one in enumerate(names)
         for other in names[i + 1 :]
     )
-    return Table("The witnesses among themselves", ("pair", f"θ({END} s) differs by [rad]"), rows)
+    return Table(
+        "The independent methods compared with each other",
+        ("pair", f"difference of θ({END} s) [rad]"),
+        rows,
+    )
 
 
-def _conserved(both: Case, held: Held) -> Table:
+def _conserved(both: Forms, runs: Runs) -> Table:
     """What each Hamiltonian does along the runs."""
     rows = []
-    for name, found in held.items():
+    for name, found in runs.items():
         spreads = [
             float(np.ptp(energy(motion.potential, motion.inertia, found)))
             for motion in (both.correct, both.printed)
         ]
-        rows.append(row(name, *map(_cell, spreads)))
+        rows.append(row(name, *map(value, spreads)))
     heads = ("along the run of", "correct H varies by [J]", "printed H (9) varies by [J]")
     return Table("What is conserved", heads, tuple(rows))
 
 
-def _courses(both: Case, held: Held) -> list[Figure]:
-    """theta and theta_dot over time: either closed form, and the first witness as dots."""
+def _courses(both: Forms, runs: Runs) -> list[Figure]:
+    """theta and theta_dot over time: either closed form, and the first independent method."""
     times = np.linspace(0.0, END, 251)
     right, printed = both.correct.state(times), both.printed.state(times)
     figures = []
@@ -136,41 +167,34 @@ def _courses(both: Case, held: Held) -> list[Figure]:
             curve(times, right[index], colour=BLUE, name="closed form, correct"),
             curve(times, printed[index], colour=RED, dash="dash", name="closed form, printed (9)"),
         ]
-        for who, found in list(held.items())[:1]:
+        for who, found in list(runs.items())[:1]:
             dots = found.times[::12], found.observables[key][::12]
-            traces.append(curve(*dots, colour=BLACK, marks=True, lines=False, name=who))
+            traces.append(marks(*dots, GREY, who))
         start = f"θ = {number(both.problem.theta)}, {number(both.problem.theta_dot)} rad/s"
         caption = f"From {start}, on a platform at {number(both.problem.platform_rate)} rad/s."
-        axes = linear("time [s]"), linear(f"{name} [{unit}]")
-        figures.append(figure(f"{name} over time", caption, traces, *axes, legend=True))
+        figures.append(over_time(f"{name} over time", caption, traces, linear(f"{name} [{unit}]")))
     return figures
 
 
-def _distances(both: Case, held: Held) -> Figure:
-    """How far the printed form and the witnesses are from the correct form, over time."""
+def _distances(both: Forms, runs: Runs) -> Figure:
+    """Distance of the printed form and of the methods from the correct form, over time."""
     times = np.linspace(0.0, END, 251)[1:]
     off = both.printed.state(times)[0] - both.correct.state(times)[0]
     traces: list[Trace] = [
         curve(times, positive(off), colour=RED, dash="dash", name="closed form, printed (9)")
     ]
-    for (name, found), colour in zip(held.items(), (BLACK, PINK), strict=False):
-        own = found.observables["theta"] - both.correct.state(found.times)[0]
-        traces.append(curve(found.times[1:], positive(own[1:]), colour=colour, name=name))
-    return figure(
+    for (name, found), colour in zip(runs.items(), (GREY, PINK), strict=False):
+        error = found.observables["theta"] - both.correct.state(found.times)[0]
+        traces.append(curve(found.times[1:], positive(error[1:]), colour=colour, name=name))
+    return over_time(
         "Distance from the correct closed form",
-        "What remains of the witnesses is their own discretisation.",
+        "The independent methods differ by their own discretisation error.",
         traces,
-        linear("time [s]"),
         logarithmic("|difference of θ| [rad]"),
-        legend=True,
         wide=True,
         height=300,
     )
 
 
-def _digits(value: float) -> Cell:
-    return Cell(f"{value:.12f}", "number")
-
-
-def _cell(value: float) -> Cell:
-    return Cell(number(value), "number")
+def _digits(angle: float) -> Cell:
+    return Cell(f"{angle:.12f}", "number")

@@ -9,22 +9,21 @@ import numpy as np
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.findings.cone_pendulum.problems import (
-    BLACK,
-    BLUE,
+from plumbob.reports.findings.cone_pendulum.hamiltonian import (
     MUJOCO,
     MUJOCO_STEP,
-    RED,
     RESTING,
     ROTATING,
-    case,
+    forms,
 )
 from plumbob.reports.findings.energy_drift import in_double
-from plumbob.reports.findings.fresh_runs import run
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.notation import number
-from plumbob.reports.view.traces import Trace, curve, figure, linear
+from plumbob.reports.view.palette import BLUE, GREY, RED
+from plumbob.reports.view.traces import Trace, curve, figure, linear, marks
 
 TURN = 2 * np.pi
 DOTS = 40  # of the engine's run, over one period
@@ -33,19 +32,34 @@ Curve = tuple[Array, Array]
 ANGLE, TIME = "angle θ / 2π", "time t / T"
 
 
-def galleries() -> Sequence[tuple[str, Sequence[Figure]]]:
+def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """A period of MuJoCo's full model on either base."""
+    return tuple(_period(scene) for scene in (RESTING, ROTATING))
+
+
+def _period(scene: str) -> ExtraRun:
+    return ExtraRun(scene, MUJOCO, MUJOCO_STEP, forms(scene).correct.period)
+
+
+def galleries(study: Study) -> Sequence[tuple[str, Sequence[Figure]]]:
     """Fig. 2, on a resting base, and Fig. 3, on a turning one."""
     return (
-        ("Fig. 2 of the source: a platform at rest, printed and corrected agree", panels(RESTING)),
-        ("Fig. 3 of the source: a platform at 26 rad/s, printed and corrected", panels(ROTATING)),
+        (
+            "Fig. 2 of the source: a platform at rest, printed and corrected agree",
+            panels(study, RESTING),
+        ),
+        (
+            "Fig. 3 of the source: a platform at 26 rad/s, printed and corrected",
+            panels(study, ROTATING),
+        ),
     )
 
 
-def panels(scene: str) -> tuple[Figure, ...]:
+def panels(study: Study, scene: str) -> tuple[Figure, ...]:
     """Panels a to e with the source's axes: angle over 2 pi, time over each motion's own period."""
-    found = case(scene)
+    found = forms(scene)
     problem, right, printed = found.problem, found.correct, found.printed
-    engine = run(scene, MUJOCO, MUJOCO_STEP, right.period)
+    engine = study.recording(_period(scene))
     inertia, both = problem.body.inertia_x, (right, printed)
     momentum, speed = "momentum p [kg m² rad/s]", "dθ/dt [rad/s]"
     seen = None if engine is None else _seen(engine, right.period)
@@ -86,7 +100,7 @@ def _panel(
 ) -> Figure:
     traces = _pair(*pair)
     if dots is not None:
-        traces.append(curve(*dots, colour=BLACK, marks=True, lines=False, name="MuJoCo"))
+        traces.append(marks(*dots, GREY, "MuJoCo"))
     x, y = map(linear, axes)
     return figure(title, caption, traces, x, y, legend=True, height=300)
 

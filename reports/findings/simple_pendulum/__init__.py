@@ -1,40 +1,38 @@
-"""The page's section on the simple pendulum: the notebook's cases, and what its method errs by."""
+"""The page's section on the simple pendulum: the notebook's cases, orders, energy, references."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from plumbob.engines.study.study import Study
+from plumbob.engines.study.extra_runs import Request, StudyPlan
+from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
-from plumbob.reports.findings.simple_pendulum import (
-    energy,
-    forcing,
-    near_top,
-    notebook,
-    orders,
-    references,
-    tension,
-)
+from plumbob.reports.findings.simple_pendulum import energy, exactness, notebook, orders, tension
 from plumbob.reports.view.content import Figure, Finding, Section, Table
 
 
+def requests(plan: StudyPlan) -> Sequence[Request]:
+    """The runs that the findings and figures look up."""
+    return (
+        *notebook.requests(plan),
+        *orders.requests(plan),
+        *energy.requests(plan),
+        *tension.requests(plan),
+    )
+
+
 def findings(study: Study) -> Sequence[Finding]:
-    """Everything that holding the notebook and the engines against each other showed."""
+    """What comparing the notebook and the engines showed."""
     found = (
         notebook.finding(study),
-        orders.finding(study),
-        forcing.finding(study),
+        orders.orders(study),
+        orders.held_control(study),
         energy.finding(study),
-        tension.finding(),
-        references.finding(study),
-        near_top.finding(),
+        tension.finding(study),
+        exactness.references(study),
+        exactness.near_top(),
     )
     return [one for one in found if one is not None]
-
-
-def figures(study: Study) -> Sequence[tuple[str, Sequence[Figure]]]:
-    """The notebook's plots, linear and non-linear, each beside the exact answer."""
-    return notebook.galleries()
 
 
 def hard(study: Study, scene: Scene) -> Sequence[Figure | Table]:
@@ -42,8 +40,8 @@ def hard(study: Study, scene: Scene) -> Sequence[Figure | Table]:
     if scene.name == energy.MILLION:
         return energy.hard(study)
     if "near-top" in scene.name:
-        return near_top.hard(study, scene)
+        return exactness.hard(study, scene)
     return ()
 
 
-SECTION = Section(findings, figures, hard)
+SECTION = Section(findings, notebook.galleries, hard, requests)

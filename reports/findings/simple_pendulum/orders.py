@@ -1,64 +1,95 @@
-"""Observed orders against what theory says of each observable on each motion."""
+"""Findings on orders: what theory predicts of each observable, and what a held control costs."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
+from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.extra_runs import ExtraConvergence, StudyPlan
 from plumbob.engines.study.measurement import floor
 from plumbob.engines.study.order import Order, fit_order
-from plumbob.engines.study.study import Study
-from plumbob.reports.findings.simple_pendulum.problems import (
-    CASES,
-    FORCED,
-    SIMPLE,
-    convergence,
-    order_text,
-)
-from plumbob.reports.view.content import Cell, Finding, Table, row
+from plumbob.engines.study.results import Study
+from plumbob.reports.findings.measurements import convergence_of, order_text, plan_of
+from plumbob.reports.findings.simple_pendulum.notebook import CASES, FORCED, SIMPLE
+from plumbob.reports.view import notation
+from plumbob.reports.view.content import Cell, Figure, Finding, Table, method_cell, row, value
+from plumbob.reports.view.palette import styles
+from plumbob.reports.view.traces import curve, figure, logarithmic, positive
 
 METHODS = ("ode/rk4", "ode/leapfrog", "mujoco/euler", "pymunk/default", "pymunk/tight")
 REACH = 0.5  # nonlinearity above which an error is no longer a series in the step
 Pair = tuple[Order, Order]
+FORCED_LARGE = f"{SIMPLE}forced-large"
+STEPS, DURATION = (2e-2, 1e-2, 5e-3, 2.5e-3), 10.0  # of an extra convergence study
+READ: Mapping[str, str] = MappingProxyType(
+    {
+        "ode/rk4": "at its own stages: start, middle, end",
+        "mujoco/rk4": "at the step's start, and held",
+        "mujoco/rk4+midpoint": "at the step's middle, and held",
+        "mujoco/euler": "at the step's start, and held",
+        "mujoco/euler+midpoint": "at the step's middle, and held",
+    }
+)
 
 
-def finding(study: Study) -> Finding | None:
+def requests(plan: StudyPlan) -> Sequence[ExtraConvergence]:
+    """A convergence study of the forced pendulum with each method that the study does not
+    run on it itself."""
+    return [_extra(method) for method in READ if not plan.has(FORCED_LARGE, method)]
+
+
+def _extra(method: str) -> ExtraConvergence:
+    return ExtraConvergence(FORCED_LARGE, method, STEPS, DURATION)
+
+
+def _convergence(study: Study, method: str) -> ConvergenceStudy | None:
+    """The study's own convergence study of the forced pendulum, or else the extra one; None where
+    the engine is missing."""
+    if plan_of(study).has(FORCED_LARGE, method):
+        return convergence_of(study, FORCED_LARGE, method)
+    return study.extra_convergence(_extra(method))
+
+
+def orders(study: Study) -> Finding | None:
     """Orders of five methods on the study's scenes; None where it fitted none."""
-    known = convergence(study)
     names = [name for _, name, _ in CASES] + list(FORCED)
     found = {
-        n: {m: _fitted(c) for m in METHODS if (c := known.get((SIMPLE + n, m)))} for n in names
+        n: {m: _fitted(c) for m in METHODS if (c := convergence_of(study, SIMPLE + n, m))}
+        for n in names
     }
     shown = {n: own for n, own in found.items() if any(own.values())}
     if not shown:
         return None
     methods = [m for m in METHODS if any(m in own for own in shown.values())]
     table = Table(
-        "Observed order of the error of θ [95 % interval], and below it what is predicted",
+        "Observed order of the error of θ [95 % interval], and below it the predicted one",
         ("scene", *methods),
         tuple(row(name, *_cells(own, methods)) for name, own in shown.items()),
-        "Prediction: the same fit to C₁h + C₂h² + … at the same steps. A dash: fewer than four steps "
-        "above round-off and within reach of the series; the full profile takes finer ones.",
+        "Predicted: the same fit to C₁h + C₂h² + … at the same steps h. A dash: fewer than four "
+        "steps above round-off and in the range of the series; the full profile takes finer ones.",
     )
     return Finding(
         "orders",
-        "The order belongs to the motion: RK4 is of order 4 or 5, pymunk of order 1 for a reason",
+        "The order depends on the motion: RK4 has order 4 or 5, and pymunk order 1 for a reason",
         "confirmed",
         f"Fitted over four steps or more, the orders are those that theory predicts of this error "
         f"on this motion{_worst(shown)}.",
         (
-            "RK4 errs by C₄h⁴ + C₅h⁵ + …. The first term makes the energy come and go; by time "
-            "symmetry it has no part in its drift. The h⁵ term drifts: the speed is off by more "
-            "and more, and the angle by the square of the time. It rules cases 2 to 4 at the steps "
-            "that a user takes. Where the swing is small C₅ is small, and where something damps "
-            "nothing piles up: order 4. Leapfrog, symmetric, has even powers only.",
-            "pymunk moves its bodies first and solves the joint's velocities after. As it comes, a "
-            "joint closes at 6.3/s (error_bias 0.9⁶⁰): while the bob turns it stays open by about "
-            "h (dθ/dt)² L/13, the rod is longer by that, and the pull of the closing joint takes "
-            "energy; both are of first order in h, and so is the error. With error_bias 0 "
-            "(pymunk/tight) it closes in one step: what is left is the error of Euler's step, and "
-            "an opening of second order. The number of iterations changes nothing: one joint is "
-            "solved exactly at once.",
+            "The error of RK4 is C₄h⁴ + C₅h⁵ + …. The first term makes the energy oscillate; by "
+            "time symmetry it does not contribute to its drift. The h⁵ term makes it drift: the "
+            "error of the speed grows with time, and that of the angle with its square. That term "
+            "dominates in cases 2 to 4 at the steps that a user takes. Where the swing is small C₅ "
+            "is small, and with damping nothing accumulates: order 4. Leapfrog is symmetric and "
+            "has even powers only.",
+            "pymunk moves its bodies first and solves the joint's velocities afterwards. With "
+            "default settings a joint closes at 6.3/s (error_bias 0.9⁶⁰): while the bob turns the "
+            "joint stays open by about h (dθ/dt)² L/13, the rod is longer by that, and closing the "
+            "joint takes energy; both are of first order in h, and so is the error. With "
+            "error_bias 0 (pymunk/tight) the joint closes in one step: the error of the Euler step "
+            "is left, and an opening of second order. The number of iterations changes nothing, "
+            "because a single joint is solved exactly at once.",
         ),
         (table,),
         (),
@@ -70,8 +101,8 @@ def finding(study: Study) -> Finding | None:
 
 
 def _fitted(found: ConvergenceStudy) -> Pair | None:
-    """Observed and predicted order of the error of theta, over the steps that the series reaches;
-    None with fewer than four of them above round-off."""
+    """Observed and predicted order of the error of theta, over the steps in the range of the
+    series; None with fewer than four of them above round-off."""
     reached = [
         (m.step, m.errors["theta"], floor(m.errors["theta"], m.steps))
         for m in found.measurements
@@ -79,8 +110,8 @@ def _fitted(found: ConvergenceStudy) -> Pair | None:
     ]
     if not reached:
         return None
-    steps, errors, floors = zip(*reached, strict=True)
-    observed = fit_order(steps, [e.largest for e in errors], floors)
+    steps, errors, levels = zip(*reached, strict=True)
+    observed = fit_order(steps, [e.largest for e in errors], levels)
     if observed is None:
         return None
     same = [
@@ -88,15 +119,15 @@ def _fitted(found: ConvergenceStudy) -> Pair | None:
         for h, e in zip(steps, errors, strict=True)
         if h in observed.steps and e.predicted
     ]
-    told = fit_order([h for h in steps if h in observed.steps], same, [0.0] * len(same))
-    return (observed, told) if told else None
+    predicted = fit_order([h for h in steps if h in observed.steps], same, [0.0] * len(same))
+    return (observed, predicted) if predicted else None
 
 
 def _cells(own: Mapping[str, Pair | None], methods: Sequence[str]) -> list[Cell]:
     cells = []
     for method in methods:
         if (pair := own.get(method)) is None:
-            cells.append(Cell("–", "number", "too few steps that the series reaches"))
+            cells.append(Cell("–", "number", "too few steps in the range of the series"))
             continue
         text = f"{order_text(pair[0])}\n{pair[1].slope:.3f}"
         cells.append(Cell(text, "number", "observed, then predicted"))
@@ -105,5 +136,82 @@ def _cells(own: Mapping[str, Pair | None], methods: Sequence[str]) -> list[Cell]
 
 def _worst(shown: Mapping[str, Mapping[str, Pair | None]]) -> str:
     pairs = [pair for own in shown.values() for pair in own.values() if pair]
-    gap = max(abs(observed.slope - told.slope) for observed, told in pairs)
-    return f", to {gap:.3f} at worst"
+    gap = max(abs(observed.slope - predicted.slope) for observed, predicted in pairs)
+    return f", with a largest difference of {gap:.3f}"
+
+
+def held_control(study: Study) -> Finding:
+    """Orders of the forced case by how the control is read, with what theory says of each."""
+    found_by = {m: c for m in READ if (c := _convergence(study, m)) is not None}
+    rows = []
+    for method, found in found_by.items():
+        done = {m.step: m.errors["theta"].largest for m in found.measurements if m.status == "done"}
+        at = min(done, key=lambda h: abs(h - 5e-3)) if done else None
+        predicted = found.predicted_order
+        rows.append(
+            row(
+                method_cell(method),
+                READ[method],
+                Cell(order_text(found.order), "number"),
+                Cell(f"{predicted.slope:.3f}" if predicted else "–", "number"),
+                value(done[at] if at else None),
+                Cell(f"{notation.short(at)} s" if at else "–", "number"),
+            )
+        )
+    slopes = {m: c.order.slope for m, c in found_by.items() if c.order}
+    said = ", ".join(
+        f"{slopes[m]:.2f} {where}"
+        for m, where in (
+            ("mujoco/rk4", "with the control read at the step's start"),
+            ("mujoco/rk4+midpoint", "with the control read at its middle"),
+            ("ode/rk4", "where the force is evaluated at every stage"),
+        )
+        if m in slopes
+    )
+    return Finding(
+        "held-control",
+        "A control read at a step's start reduces the order of RK4 by three; at its middle, by two",
+        "engine limit",
+        f"A pendulum pushed by A sin(Ωt): RK4's observed order is {said}.",
+        (
+            "MuJoCo reads ctrl once a step and holds it, through all four stages of RK4. Held from "
+            "the start, the push is late by half a step: an error of first order, whatever the "
+            "integrator. Held at its value in the middle, the push is right on average over the "
+            "step: second order. The methods with +midpoint set ctrl to the value at t + h/2, at "
+            "no extra cost. Euler stays of first order either way.",
+            "A force that a user applies from a Python loop once a step (xfrc_applied, "
+            "qfrc_applied, a controller's torque) is held in the same way.",
+        ),
+        (
+            Table(
+                f"Observed order in {FORCED_LARGE}, by where the push is read",
+                ("method", "push is read", "observed [95 % interval]", "predicted here",
+                 "error [rad]", "at step"),
+                tuple(rows),
+            ),
+        ),
+        (_plot(found_by),),
+        tuple(f"plumbob run {FORCED_LARGE} {m} --step 5e-3" for m in
+              ("mujoco/rk4", "mujoco/rk4+midpoint", "ode/rk4")),
+    )  # fmt: skip
+
+
+def _plot(found_by: Mapping[str, ConvergenceStudy]) -> Figure:
+    style = styles([find_method(m) for m in READ])
+    traces = []
+    for method, found in found_by.items():
+        done = [m for m in found.measurements if m.status == "done"]
+        traces.append(
+            curve([m.step for m in done], positive([m.errors["theta"].largest for m in done]),
+                  style[method], method=method, marks=True)
+        )  # fmt: skip
+    return figure(
+        "One integrator, three ways to read a control",
+        f"Largest error of θ in {FORCED_LARGE}.",
+        traces,
+        logarithmic("step [s]"),
+        logarithmic("largest |error of θ| [rad]"),
+        legend=True,
+        wide=True,
+        height=340,
+    )

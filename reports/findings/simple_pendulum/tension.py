@@ -1,19 +1,22 @@
-"""What the engines can tell of the force in the rod, and what it is off by."""
+"""The force in the rod as the engines report it, and its error."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
 
 from plumbob.analytic.systems.pendulums.rod_tension import tension
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.findings.fresh_runs import run
-from plumbob.reports.findings.simple_pendulum.problems import SIMPLE, case, number
+from plumbob.reports.findings.measurements import case, runs
+from plumbob.reports.findings.simple_pendulum.notebook import SIMPLE
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Cell, Figure, Finding, Table, row
-from plumbob.reports.view.traces import Trace, curve, figure, linear
+from plumbob.reports.view.content import Figure, Finding, Table, method_cell, row, value
+from plumbob.reports.view.palette import GREY, PERIWINKLE, RED
+from plumbob.reports.view.traces import Trace, curve, linear, marks, over_time
 
 SCENES = (f"{SIMPLE}free-large", f"{SIMPLE}rotating-fast", f"{SIMPLE}forced-large")
 METHODS: Mapping[str, str] = MappingProxyType(
@@ -25,95 +28,99 @@ METHODS: Mapping[str, str] = MappingProxyType(
     }
 )
 STEPS, DURATION = (2e-3, 1e-3), 3.0  # [s]
+DRAWN, DRAWN_STEP = (("mujoco/rk4", RED, 9), ("pymunk/tight", PERIWINKLE, 4)), 1e-2
 
 
-def finding() -> Finding:
+def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """Each scene with each method at two steps, and the runs drawn."""
+    drawn = runs(SCENES[:1], (method for method, _, _ in DRAWN), (DRAWN_STEP,), DURATION)
+    return (*runs(SCENES, METHODS, STEPS, DURATION), *drawn)
+
+
+def finding(study: Study) -> Finding:
     """Tension by MuJoCo's sensor and pymunk's impulse, against T of the exact motion and T of the
     engine's own state."""
     rows = []
     sensor = late = 0.0
     for scene in SCENES:
         for method, source in METHODS.items():
-            runs = [run(scene, method, step, DURATION) for step in STEPS]
-            if any(found is None for found in runs):
+            found = [
+                study.recording(request) for request in runs((scene,), (method,), STEPS, DURATION)
+            ]
+            errors = [_errors(scene, one) for one in found if one is not None]
+            if len(errors) < len(STEPS):
                 continue
-            off = [_off(scene, found) for found in runs if found is not None]
-            if method.startswith("mujoco"):
-                sensor = max(sensor, off[-1][1])
-            else:
-                late = max(late, off[-1][1])
-            left = off[-1][2] if method.startswith("pymunk") else None
-            values = (*(errors for errors, _, _ in off), off[-1][1], left)
+            _, own, left = errors[-1]
+            of_mujoco = method.startswith("mujoco")
+            sensor, late = (max(sensor, own), late) if of_mujoco else (sensor, max(late, own))
+            numbers = (*(error for error, _, _ in errors), own, None if of_mujoco else left)
             rows.append(
-                row(scene.partition("/")[2], Cell(method, "method"), source, *map(number, values))
+                row(scene.partition("/")[2], method_cell(method), source, *map(value, numbers))
             )
     coarse, fine = (f"{notation.short(step)} s" for step in STEPS)
     return Finding(
         "rod-tension",
-        "Rod tension: MuJoCo tells it exactly of its own state; pymunk late, and without its sign",
+        "Rod tension: MuJoCo's sensor is exact for its own state; pymunk's is late and has no sign",
         "measured",
-        f"MuJoCo's force sensor is T of its own θ and dθ/dt to {notation.number(sensor)} N; "
-        f"pymunk's joint impulse over the step differs from that by up to "
-        f"{notation.number(late)} N at {fine}.",
+        f"MuJoCo's force sensor gives the tension T of its own θ and dθ/dt to "
+        f"{notation.number(sensor)} N; pymunk's joint impulse over the step differs from that by "
+        f"up to {notation.number(late)} N at {fine}.",
         (
-            "T = mL(dθ/dt)² + mg cos θ. In MuJoCo the sensor stands in a frame that turns with the "
-            "rod, so its component along the rod is T, signs and all, at the state that it is read "
-            "at: its error is that of the state and no more.",
-            "pymunk tells the magnitude of the impulse that a joint applied over the last step. "
-            "With the joint closed in a step (pymunk/tight) the impulse over h is "
-            "T(θ, dθ/dt) + mgh dθ/dt sin θ, to first order: T where the step began, nearly. "
-            "Whether the rod pulls or pushes it does not say: the sign here is that of this sum at "
-            "pymunk's own state. As it comes (pymunk/default) the impulse also closes the joint; "
-            "that share is of first order too.",
+            "T = mL(dθ/dt)² + mg cos θ. In MuJoCo the sensor is in a frame that turns with the "
+            "rod, so its component along the rod is T with its sign, at the state when it is read: "
+            "its error is that of the state and no more.",
+            "pymunk reports the magnitude of the impulse that a joint applied over the last step. "
+            "With a joint that closes in one step (pymunk/tight) the impulse over h is "
+            "T(θ, dθ/dt) + mgh dθ/dt sin θ, to first order: nearly T at the start of the step. "
+            "It does not say whether the rod pulls or pushes: the sign here is that of this sum at "
+            "pymunk's own state. With default settings (pymunk/default) the impulse also closes "
+            "the joint, which adds a term of first order too.",
         ),
         (
             Table(
                 f"Largest error of the tension over {DURATION:g} s [N]",
-                ("scene", "method", "told by", f"error at {coarse}", f"error at {fine}",
-                 f"from T of its own state at {fine}",
-                 f"beside mgh dθ/dt sin θ at {fine}"),
+                ("scene", "method", "reported by", f"error at {coarse}", f"error at {fine}",
+                 f"difference from T of its own state at {fine}",
+                 f"with mgh dθ/dt sin θ subtracted at {fine}"),
                 tuple(rows),
-                "Last column: what is left of the one before it when mgh dθ/dt sin θ is taken off.",
+                "Last column: the one before it after mgh dθ/dt sin θ is subtracted.",
             ),
         ),
-        (_plot(),),
+        (_plot(study),),
         tuple(f"plumbob run {SCENES[0]} {method} --step 1e-3"
               for method in ("mujoco/rk4", "pymunk/tight")),
     )  # fmt: skip
 
 
-def _off(scene: str, found: Trajectory) -> tuple[float, float, float]:
+def _errors(scene: str, found: Trajectory) -> tuple[float, float, float]:
     """Largest error of the tension [N], its distance from T of the engine's own state, and what of
-    that is not the lag of an impulse; the first sample, before any step, left out."""
-    problem, exact = case(scene).problem, case(scene).exact
+    that is not the delay of an impulse; the first sample, before any step, left out."""
+    problem, exact = case(scene).problem, case(scene).reference
     seen = {name: values[1:] for name, values in found.observables.items()}
     truth = exact.observe(found.times[1:])["tension"]
     theta, rate = seen["theta"], seen["theta_dot"]
     beside = seen["tension"] - tension(problem.length, problem.gravity, theta, rate)
     step = float(found.times[-1]) / found.steps
-    lag = problem.gravity * step * rate * np.sin(theta)
-    sizes = (np.abs(v).max() for v in (seen["tension"] - truth, beside, beside - lag))
+    delay = problem.gravity * step * rate * np.sin(theta)
+    sizes = (np.abs(v).max() for v in (seen["tension"] - truth, beside, beside - delay))
     error, own, left = (float(v) for v in sizes)
     return error, own, left
 
 
-def _plot() -> Figure:
-    scene, until, step = SCENES[0], 3.0, 1e-2
-    times = np.linspace(0.0, until, 240)
-    exact = case(scene).exact.observe(times)["tension"]
-    traces: list[Trace] = [curve(times, exact, colour="#808080", name="exact", width=3.0)]
-    for method, colour, size in (("mujoco/rk4", "#d55e00", 9), ("pymunk/tight", "#5a78d2", 4)):
-        if (found := run(scene, method, step, until)) is not None:
-            dots = found.times[1::6], found.observables["tension"][1::6]
-            trace = curve(*dots, colour=colour, marks=True, lines=False, name=method)
-            traces.append({**trace, "marker": {**trace["marker"], "size": size}})
-    return figure(
+def _plot(study: Study) -> Figure:
+    scene = SCENES[0]
+    times = np.linspace(0.0, DURATION, 240)
+    exact = case(scene).reference.observe(times)["tension"]
+    traces: list[Trace] = [curve(times, exact, colour=GREY, name="exact", width=3.0)]
+    for method, colour, size in DRAWN:
+        if (found := study.recording(ExtraRun(scene, method, DRAWN_STEP, DURATION))) is not None:
+            seen = found.times[1::6], found.observables["tension"][1::6]
+            traces.append(marks(*seen, colour, method, size))
+    return over_time(
         "Tension of the rod in the large swing",
-        f"Below zero the rod is pushed. Dots: steps of {notation.short(step)} s.",
+        f"Below zero the rod pushes. Marks: steps of {notation.short(DRAWN_STEP)} s.",
         traces,
-        linear("time [s]"),
         linear("T [N]"),
-        legend=True,
         wide=True,
         height=300,
     )

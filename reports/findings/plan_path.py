@@ -1,4 +1,4 @@
-"""The figure of one plan: the way of the body seen from above, and its heading over time."""
+"""The figures of one plan: the path of the body from above, its heading over time, the slider."""
 
 from __future__ import annotations
 
@@ -11,20 +11,19 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.planner import Plan
-from plumbob.reports.findings.capsule_plan.plans import plan_of
 from plumbob.reports.view.content import Figure
-from plumbob.reports.view.traces import Trace, curve, figure, linear
+from plumbob.reports.view.palette import BLUE, GREEN, GREY, RED
+from plumbob.reports.view.traces import Trace, curve, figure, linear, over_time
 
 KINDS: Mapping[str, tuple[str, str]] = MappingProxyType({
-    "turn": ("#d55e00", "turns"), "line": ("#0072b2", "lines"),
-    "slow": ("#009e73", "slow motions"), "wait": ("#808080", "residual motions"),
+    "turn": (RED, "turns"), "line": (BLUE, "lines"),
+    "slow": (GREEN, "slow motions"), "wait": (GREY, "residual motions"),
 })  # fmt: skip
 POINTS = 40  # of each manoeuvre
 
 
-def gallery(name: str) -> tuple[str, tuple[Figure, ...]]:
-    """The plan of a scene from above, its heading over time, and the slider in the body."""
-    plan = plan_of(name)
+def gallery(plan: Plan) -> tuple[str, tuple[Figure, ...]]:
+    """A plan from above, the heading over time, and the slider in the body."""
     goal = plan.goal
     heading = (
         f"A plan to {goal.x:g}, {goal.y:g} m and {goal.heading:.4g} rad "
@@ -51,7 +50,7 @@ def _by_kind(plan: Plan, x: Any, y: Any, width: float = 2.4) -> list[Trace]:
 
 
 def _from_above(plan: Plan) -> Figure:
-    """Way of C on the ground, with the triangle of the supports at rest poses between turns."""
+    """Path of C on the ground, with the triangle of the supports at rest poses between turns."""
     motion = plan.motion
 
     def position(times: Array) -> Array:
@@ -70,7 +69,7 @@ def _from_above(plan: Plan) -> Figure:
         loop = np.append(placed, placed[0])
         reached += loop.tolist()
         traces.append({
-            **curve(loop.real, loop.imag, colour="#808080", width=2.0 if first or last else 0.7,
+            **curve(loop.real, loop.imag, colour=GREY, width=2.0 if first or last else 0.7,
                     dash="dot" if first else "solid",
                     name="start" if first else "goal" if last else "on the way"),
             "opacity": 1.0 if first or last else 0.5,
@@ -78,21 +77,21 @@ def _from_above(plan: Plan) -> Figure:
         })  # fmt: skip
         tip = placed[0]
         traces.append({
-            **curve([tip.real], [tip.imag], colour="#808080", marks=True, lines=False,
+            **curve([tip.real], [tip.imag], colour=GREY, marks=True, lines=False,
                     hint=f"A1 at {time:.3g} s"),
             "showlegend": False,
         })  # fmt: skip
     return figure(
         "From above",
-        "Way of the body's centre of mass, and the triangle of its supports where it rests; a "
-        "dot at A₁.",
-        traces, linear("x [m]", constrain="domain", range=_span([z.real for z in reached])),
+        "Path of the body's centre of mass C, and the triangle of its supports A₁A₂A₃ where it is "
+        "at rest; a dot at A₁.",
+        traces, linear("x [m]", constrain="domain", range=_axis_range([z.real for z in reached])),
         linear("y [m]", scaleanchor="x", constrain="domain",
-               range=_span([z.imag for z in reached])), legend=True, height=430,
+               range=_axis_range([z.imag for z in reached])), legend=True, height=430,
     )  # fmt: skip
 
 
-def _span(values: list[float]) -> list[float]:
+def _axis_range(values: list[float]) -> list[float]:
     """Ends of an axis that shows all of them."""
     low, high = min(values), max(values)
     return [low - 0.06 * (high - low), high + 0.06 * (high - low)]
@@ -100,15 +99,15 @@ def _span(values: list[float]) -> list[float]:
 
 def _heading(plan: Plan) -> Figure:
     traces = _by_kind(plan, lambda t: t, lambda t: plan.motion.at(t).heading)
-    return figure(
+    return over_time(
         "Heading over time",
-        "Turns turn it; lines and slow motions leave it; residual motions end a turn.",
-        traces, linear("time [s]"), linear("ψ [rad]"), legend=True, height=430,
+        "Turns change it; lines and slow motions do not; a residual motion ends a turn.",
+        traces, linear("ψ [rad]"), height=430,
     )  # fmt: skip
 
 
 def _slider(plan: Plan) -> Figure:
-    """The slider's way in the body."""
+    """The slider's path in the body."""
 
     def place(times: Array) -> Array:
         return plan.slider(times)
@@ -117,7 +116,7 @@ def _slider(plan: Plan) -> Figure:
     round_about = np.linspace(0.0, 2.0 * math.pi, 90)
     radius = plan.limits.radius
     traces.append(curve(radius * np.cos(round_about), radius * np.sin(round_about),
-                        colour="#808080", dash="dot", width=0.8, name="circle"))  # fmt: skip
+                        colour=GREY, dash="dot", width=0.8, name="circle"))  # fmt: skip
     return figure(
         "The slider in the body",
         "In body axes, from C; turns run on the circle.",

@@ -1,0 +1,136 @@
+"""What findings need beside the study's own runs, as data, and how each is made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from plumbob.analytic.parameters import known
+from plumbob.engines.method import Method, Unsupported, meant
+from plumbob.engines.registry import engine_of, installed
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
+from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.trimming import Trimming
+from plumbob.models.registry import case_of, system_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Scene
+
+MOST_STEPS = 25_000  # of a run in an extra convergence study: the quick profile's limit
+Changes = tuple[tuple[str, Any], ...]
+
+
+@dataclass(frozen=True)
+class ExtraRun:
+    """One run whose recording a finding shows."""
+
+    scene: str
+    method: str
+    step: float  # [s], or the relative tolerance of an adaptive method
+    duration: float | None = None  # [s]; None: the scene's own
+    changes: Changes = ()  # parameters changed, as `--set` has them; hashable values
+    settings: Changes = ()  # settings of the method changed; hashable values
+
+
+@dataclass(frozen=True)
+class ExtraConvergence:
+    """A convergence study over step sizes [s] of a finding's own choice."""
+
+    scene: str
+    method: str
+    steps: tuple[float, ...]
+    duration: float | None = None  # [s]; None: the scene's own
+
+
+@dataclass(frozen=True)
+class TrimmingRun:
+    """A timing of a model with its idle stages and parts and without them: `steps` steps of `step`
+    [s], the median of `repeats`."""
+
+    scene: str
+    method: str
+    step: float
+    steps: int
+    repeats: int
+
+
+Request = ExtraRun | ExtraConvergence | TrimmingRun
+Result = Trajectory | ConvergenceStudy | Trimming | None
+
+
+class UndeclaredRun(LookupError):
+    """A run that is asked of a study and was not declared to it."""
+
+
+@dataclass(frozen=True)
+class StudyPlan:
+    """What a study is going to run: from it a finding knows what else it needs."""
+
+    profile: str  # "quick" or "full"
+    scenes: tuple[Scene, ...]
+    methods: tuple[Method, ...]
+
+    def method(self, name: str) -> Method:
+        """The method of that name: the plan's, as a user's own settings are, or a registered one;
+        raises ParameterError."""
+        return next((m for m in self.methods if m.name == name), None) or find_method(name)
+
+    def has(self, scene: str, method: str | None = None) -> bool:
+        """Whether a scene is in the plan, and that method with it."""
+        by_name = {s.name: s for s in self.scenes}
+        if scene not in by_name or method is None:
+            return scene in by_name
+        return any(m.name == method and meant(m, by_name[scene]) for m in self.methods)
+
+
+Requests = Callable[[StudyPlan], Sequence[Request]]
+
+
+def nothing_more(plan: StudyPlan) -> Sequence[Request]:
+    """What a finding declares that shows the study's own runs alone."""
+    return ()
+
+
+def make(request: Request, method: Method) -> Result:
+    """The result of a request, whose method is `method`; None where the engine is missing, the
+    method is not meant for the scene or does not support it, or the run diverged. Raises
+    ParameterError."""
+    scene = _scene(request)
+    if not installed(engine_of(method)) or not meant(method, scene):
+        return None
+    try:
+        if isinstance(request, ExtraConvergence):
+            return convergence_study(scene, method, MOST_STEPS, request.steps)
+        if isinstance(request, TrimmingRun):
+            trimming = engine_of(method).trimming
+            if trimming is None:
+                return None
+            return trimming(case_of(scene), method, request.step, request.steps, request.repeats)
+        changed = replace(method, settings={**method.settings, **dict(request.settings)})
+        run = engine_of(method).prepare(case_of(scene), changed, request.step).run()
+    except Unsupported:
+        return None
+    return run if run.diverged_at is None else None
+
+
+def _scene(request: Request) -> Scene:
+    """The scene of a request, with its parameters and its duration; raises ParameterError."""
+    scene = find_scene(request.scene)
+    if isinstance(request, ExtraRun) and request.changes:
+        system, changes = system_of(scene), dict(request.changes)
+        known(changes, system.parameters)
+        scene = replace(scene, parameters=system.change(scene.parameters, changes))
+    if not isinstance(request, TrimmingRun) and request.duration is not None:
+        scene = replace(scene, duration=request.duration)
+    return scene
+
+
+def looked_up(extras: Mapping[Request, Result], request: Request) -> Result:
+    """What a study has for a request; raises UndeclaredRun where it was not declared."""
+    try:
+        return extras[request]
+    except KeyError:
+        raise UndeclaredRun(
+            f"no finding declared {request}: add it to the `requests` of the section that shows it"
+        ) from None

@@ -1,0 +1,66 @@
+"""What a study found: convergence of each method on each scene, costs, and the extra runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from plumbob.engines.method import Method
+from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.cost import Cost, Key
+from plumbob.engines.study.extra_runs import (
+    ExtraConvergence,
+    ExtraRun,
+    Request,
+    Result,
+    TrimmingRun,
+    looked_up,
+)
+from plumbob.engines.study.provenance import Provenance
+from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.trimming import Trimming
+from plumbob.models.registry import system_of
+from plumbob.models.scene import Observable, Scene
+
+
+@dataclass(frozen=True)
+class Study:
+    """Everything that was measured: errors of each method on each scene, costs, extra runs."""
+
+    profile: str  # "quick" or "full"
+    scenes: tuple[Scene, ...]
+    methods: tuple[Method, ...]
+    convergence: tuple[ConvergenceStudy, ...]
+    costs: Mapping[Key, Cost]
+    reference_step: float  # [ns] of a bare step of an empty model, in this study
+    seconds: Mapping[str, float]  # wall time of the two halves, "errors" and "costs"
+    leads: Mapping[str, Observable] = field(default_factory=dict)
+    """The leading observable of each scene, so that a reader need not load every system."""
+    extras: Mapping[Request, Result] = field(default_factory=dict)  # what findings declared
+    provenance: Provenance = field(default_factory=Provenance)
+
+    def leading(self, scene: str) -> Observable:
+        """The observable that orders and verdicts of a scene lead with."""
+        if scene in self.leads:
+            return self.leads[scene]
+        return system_of(next(s for s in self.scenes if s.name == scene)).observables[0]
+
+    def recording(self, request: ExtraRun) -> Trajectory | None:
+        """The recording of a declared run; None where the engine is missing, the method is not
+        meant for the scene or does not support it, or the run diverged. Raises UndeclaredRun."""
+        found = looked_up(self.extras, request)
+        assert found is None or isinstance(found, Trajectory)
+        return found
+
+    def extra_convergence(self, request: ExtraConvergence) -> ConvergenceStudy | None:
+        """A declared convergence study; None as for `recording`. Raises UndeclaredRun."""
+        found = looked_up(self.extras, request)
+        assert found is None or isinstance(found, ConvergenceStudy)
+        return found
+
+    def trimming_of(self, request: TrimmingRun) -> Trimming | None:
+        """A declared timing of a trimmed model; None as for `recording`, and where the engine
+        leaves nothing out. Raises UndeclaredRun."""
+        found = looked_up(self.extras, request)
+        assert found is None or isinstance(found, Trimming)
+        return found

@@ -1,1 +1,0 @@
-"""What the sections on the capsule's systems share."""

@@ -1,0 +1,227 @@
+"""Findings on contacts: chatter of the default ones, dependence on heading, normal forces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.results import Study
+from plumbob.reports.findings.contact_terms import LOADS
+from plumbob.reports.findings.measurements import (
+    LINE,
+    case,
+    displacement_error,
+    problem,
+    runs,
+    scheme,
+)
+from plumbob.reports.view.content import Cell, Finding, Table, plain_method_cell, row, value
+from plumbob.reports.view.notation import number, short
+from plumbob.reports.view.palette import OF_METHODS
+from plumbob.reports.view.traces import (
+    Trace,
+    curve,
+    figure,
+    linear,
+    logarithmic,
+    over_time,
+    positive,
+)
+
+DEFAULT, CONVERGENT = "mujoco/euler", "mujoco/euler+coulomb"
+STEPS = (1e-3, 1e-4)  # [s]; the figures are at the finer one
+FLOOR = 1e-14  # [m] where a vertical displacement of zero is drawn
+TURNED = ("mujoco/euler", "mujoco/euler+elliptic", "mujoco/euler+coulomb", "pymunk/feet")
+HEADINGS, ALL_HEADINGS = (0, 30, 105, 225), tuple(range(0, 360, 15))  # [degrees]; quick, full
+STATICS, STATICS_STEP = "capsule-line/at-123", 1e-4
+STATICS_METHODS = ("mujoco/euler+coulomb", "pymunk/side")
+SETTLED = 60  # steps: contacts of damping 0.3 have come to rest
+
+
+def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """Default and convergent contacts, the headings of the profile, and normal forces."""
+    headings, steps = _turned(plan.profile)
+    return (
+        *runs((LINE,), (DEFAULT, CONVERGENT), STEPS),
+        *runs(map(_at_heading, headings), TURNED, steps),
+        *runs((STATICS,), STATICS_METHODS, (STATICS_STEP,)),
+    )
+
+
+def chatter(study: Study) -> Finding | None:
+    """Vertical displacement, contacts and normal force over time, default against convergent; None
+    where either did not run."""
+    motion = problem(LINE).motion
+    weight, rows = motion.capsule.weight, []
+    heights, contacts, forces = list[Trace](), list[Trace](), list[Trace]()
+    for name in (DEFAULT, CONVERGENT):
+        for step, found in [(h, study.recording(ExtraRun(LINE, name, h))) for h in STEPS]:
+            if found is None:
+                return None
+            height, count = found.channels["heave"], found.channels["contacts"]
+            load = np.sum([found.observables[n] for n in LOADS], axis=0) / weight
+            missing = float(np.mean(count[found.times < motion.t_star] < 3))
+            cells = (displacement_error(study, LINE, name, step), float(np.ptp(height)), missing,
+                     float(count.min()), float(load.min()), float(load.max()))  # fmt: skip
+            rows.append(row(plain_method_cell(name), Cell(short(step), "number"),
+                            *map(value, cells)))  # fmt: skip
+            if step == STEPS[-1]:
+                for traces, drawn in ((heights, np.maximum(np.abs(height), FLOOR)),
+                                      (contacts, count), (forces, load)):  # fmt: skip
+                    traces.append(curve(found.times, drawn, colour=OF_METHODS[name], name=name))
+    heads = ("method", "step [s]", "relative error of Δx", "vertical displacement, range [m]",
+             "fraction of samples with a contact missing while it slides", "fewest contacts",
+             "smallest ΣNᵢ over the weight", "largest")  # fmt: skip
+    jump, missing = (float(rows[1][i].text) for i in (3, 4))
+    at = f"At a step of {short(STEPS[-1])} s."
+    return Finding(
+        "capsule-contact-chatter",
+        "MuJoCo's default contacts chatter under a sliding body, and no step size fixes it",
+        "known limit",
+        f"While the body slides, a contact is missing in {number(100 * missing, 2)} % of the "
+        f"samples at {short(STEPS[-1])} s, the body moves vertically by {number(1e6 * jump, 2)} "
+        "µm, and the force on the plane varies between zero and nearly twice the weight. The same "
+        "happens at smaller steps.",
+        (
+            "The convex friction cone couples slip speed to normal force: sliding contacts push "
+            "the body off the plane, it falls back and meets more friction than its weight "
+            "allows. Friction is right on average, but a manoeuvre is too short to average over. "
+            "Contacts that are soft in the normal direction and stiff in the tangential one keep "
+            "the weight on the plane: that is the profile coulomb.",
+            "Every method with default contacts is declared not-converging, strictly: if a "
+            "release of MuJoCo fixes it, the run fails and reports so.",
+        ),
+        (Table("Default contacts beside those that converge, ca1", heads, tuple(rows)),),
+        (
+            over_time("Vertical displacement of the body", f"{at} From where it rests.", heights,
+                      logarithmic("|vertical displacement| [m]")),
+            over_time("Supports in contact", f"{at} Of three.", contacts,
+                      linear("contacts [1]", dtick=1)),
+            over_time("Force on the plane", f"{at} Exact: 1.", forces,
+                      linear("ΣNᵢ / (M+m)g"), wide=True, height=280),
+        ),
+        (f"plumbob validate --scenes {LINE} --methods {DEFAULT},{CONVERGENT}",),
+    )  # fmt: skip
+
+
+def _turned(profile: str) -> tuple[tuple[int, ...], tuple[float, ...]]:
+    """Headings [degrees] and steps [s] of a profile."""
+    return (ALL_HEADINGS, (1e-3, 1e-4)) if profile == "full" else (HEADINGS, (1e-3,))
+
+
+def _at_heading(angle: int) -> str:
+    return f"capsule-line/heading-{angle:03d}"
+
+
+def isotropy(study: Study) -> Finding | None:
+    """Relative error of the displacement at each heading, and its spread."""
+    headings, steps = _turned(study.profile)
+    rows: list[tuple[Cell, ...]] = []
+    traces: list[Trace] = []
+    spreads = {}
+    for name in TURNED:
+        for step in steps:
+            every = [displacement_error(study, _at_heading(a), name, step) for a in headings]
+            known = np.array([error for error in every if error is not None])
+            if len(known) < len(headings):
+                continue
+            lowest, highest = float(known.min()), float(known.max())
+            spreads[name] = highest - lowest
+            cells = (len(known), lowest, highest, highest - lowest)
+            rows.append(row(plain_method_cell(name), Cell(short(step), "number"),
+                            *map(value, cells)))  # fmt: skip
+            if step == steps[0]:
+                traces.append(curve(np.array(headings), positive(known), colour=OF_METHODS[name],
+                                    marks=True, name=name))  # fmt: skip
+    if not rows:
+        return None
+    default, convergent = spreads.get(DEFAULT), spreads.get(CONVERGENT)
+    seen = ""
+    if default is not None and convergent is not None:
+        seen = (
+            f" Over the headings the displacement varies by {number(100 * default, 2)} % with "
+            f"MuJoCo's default contacts and by {number(100 * convergent, 2)} % with convergent "
+            "ones."
+        )
+    heads = ("method", "step [s]", "headings", "lowest error", "highest error", "spread")
+    return Finding(
+        "capsule-isotropy",
+        "Pyramidal friction depends on the heading; heading 0 hides it",
+        "measured",
+        f"The whole scene is turned by a heading; the exact displacement stays the same.{seen}",
+        (
+            "A friction pyramid of four edges reaches the coefficient f only at its edges, which "
+            "lie along the contact's own axes: between them it has 0.71 f. An elliptic cone is "
+            "round, but its contacts chatter too. A joint in pymunk limits the magnitude of its "
+            "force, which is the same in all directions.",
+        ),
+        (Table("Relative error of Δx over headings", heads, tuple(rows)),),
+        (figure("Error of Δx against heading", f"At a step of {short(steps[0])} s.", traces,
+                linear("heading [°]", dtick=45), logarithmic("|error of Δx| / |Δx|"), legend=True,
+                wide=True),),
+        ("plumbob validate --profile full --scenes 'capsule-line/heading-*' --methods "
+         f"{','.join(TURNED)}",),
+    )  # fmt: skip
+
+
+def normal_forces(study: Study) -> Finding | None:
+    """Normal forces at rest, while the slider moves, and with half a step of its motion allowed."""
+    motion = problem(STATICS).motion
+    rows, traces, resting = [], list[Trace](), []
+    for name in STATICS_METHODS:
+        if (parts := _from_statics(study, name)) is None:
+            continue
+        times, distance, left = parts
+        rest = float(distance[times > motion.t2 + SETTLED * STATICS_STEP].max())
+        resting.append(rest)
+        rows.append(row(plain_method_cell(name), value(rest), value(float(distance.max())),
+                        value(float(left[:-1].max()))))  # fmt: skip
+        colour = OF_METHODS[name]
+        traces += [
+            curve(times, positive(distance), colour=colour, name=f"{name}: from statics"),
+            curve(times, positive(left), colour=colour, dash="dot",
+                  name=f"{name}: from statics and half a step"),
+        ]  # fmt: skip
+    if not rows:
+        return None
+    heads = ("method", "at rest at the end", "largest of all times", "with half a step allowed")
+    return Finding(
+        "capsule-loads",
+        "Normal forces are those of statics",
+        "confirmed",
+        "At rest the normal forces Nᵢ of MuJoCo, and of pymunk in its side view, agree with "
+        f"statics to {number(max(resting), 2)}, relative.",
+        (
+            "With heights of zero the slider's acceleration does not change the loads; only its "
+            "place does. While it moves, at a grid time the engines have it half a step ahead "
+            "(MuJoCo) or behind (pymunk), which is predicted; what is left in MuJoCo is the "
+            "inertia of body and slider as the deflections of its contacts change, and goes with "
+            "the square of the step.",
+            "Seen from above, pymunk has no normal forces: in every step the feet are given the Nᵢ "
+            "of statics for the slider's next place. There they are an input, not a result.",
+        ),
+        (Table(f"Largest relative distance of an Nᵢ, {STATICS.partition('/')[2]} at "
+               f"{short(STATICS_STEP)} s", heads, tuple(rows)),),
+        (over_time("Nᵢ against statics", "Largest of the three, relative.", traces,
+                   logarithmic("|Nᵢ – statics| / Nᵢ"), wide=True),),
+        tuple(f"plumbob run {STATICS} {name} --step 1e-4" for name in STATICS_METHODS),
+    )  # fmt: skip
+
+
+def _from_statics(study: Study, method: str) -> tuple[Array, Array, Array] | None:
+    """Times [s], and largest relative distances of the normal forces from statics, and from statics
+    with the predicted error of the step."""
+    if (found := study.recording(ExtraRun(STATICS, method, STATICS_STEP))) is None:
+        return None
+    exact = case(STATICS).reference.observe(found.times)
+    predicted = case(STATICS).errors.at_step(scheme(method), STATICS_STEP, found.times)
+    seen, truth, lead = (
+        np.stack([source[load] for load in LOADS])
+        for source in (found.observables, exact, predicted)
+    )
+    distance = np.abs(seen / truth - 1.0).max(axis=0)
+    left = np.abs((seen - lead) / truth - 1.0).max(axis=0)
+    return found.times, distance, left

@@ -1,0 +1,205 @@
+"""Findings on what models leave out: heights, the reaction on the slider, and the reduced model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.extra_runs import ExtraRun, Request, StudyPlan, TrimmingRun
+from plumbob.engines.study.results import Study
+from plumbob.engines.trajectory import Trajectory
+from plumbob.reports.findings.measurements import (
+    LINE,
+    covers,
+    displacement_error,
+    plan_of,
+    problem,
+    runs,
+)
+from plumbob.reports.view.content import (
+    Cell,
+    Finding,
+    Table,
+    method_cell,
+    plain_method_cell,
+    row,
+    value,
+)
+from plumbob.reports.view.notation import number, short
+from plumbob.reports.view.palette import GREY, OF_METHODS
+from plumbob.reports.view.traces import Trace, curve, linear, over_time
+
+TILTED, TILTED_STEPS = "capsule-line/at-123", (1e-3, 1e-4)  # [s]
+LOW, TALL = "mujoco/euler+coulomb", "mujoco/euler+tall"
+LOAD = "normal_force_2"
+FREE, FREE_STEP = "capsule-line/frictionless", 1e-3
+FREE_METHODS = ("mujoco/euler+coulomb", "mujoco/euler", "mujoco/euler+reduced", "pymunk/feet",
+                "pymunk/side")  # fmt: skip
+FULL, REDUCED = "mujoco/euler+coulomb", "mujoco/euler+reduced"
+PAIRS = ((FULL, REDUCED), ("mujoco/rk4+coulomb", "mujoco/rk4+reduced"))
+SAVING_STEP = 1e-4  # [s]
+TIMED_STEPS, REPEATS = 300, 7  # the push, so often
+
+
+def requests(plan: StudyPlan) -> Sequence[Request]:
+    """Runs with and without height, without friction, and of both models; both timed where the
+    study does not time them."""
+    pairs = _pairs(plan.profile)
+    return (
+        *runs((TILTED,), (LOW, TALL), TILTED_STEPS),
+        *runs((FREE,), FREE_METHODS, (FREE_STEP,)),
+        *runs((LINE,), [name for pair in pairs for name in pair], (SAVING_STEP,)),
+        *(_timing(name) for pair in pairs if not _timed_by(plan, pair) for name in pair),
+    )
+
+
+def heights(study: Study) -> Finding | None:
+    """Loads and displacement of a capsule whose C and Q are above the plane."""
+    found = {
+        (name, step): one
+        for name in (LOW, TALL)
+        for step in TILTED_STEPS
+        if (one := study.recording(ExtraRun(TILTED, name, step))) is not None
+    }
+    if len(found) < 2 * len(TILTED_STEPS):
+        return None
+    posed, (coarse, fine) = problem(TILTED), TILTED_STEPS
+    height = float(find_method(TALL).settings["height"])
+    moment = posed.setup.capsule.friction * posed.setup.capsule.weight * height
+    low, tall = found[LOW, coarse], found[TALL, coarse]
+    times = np.linspace(0.0, float(low.times[-1]), 200)
+    statics = posed.reference.observe(times)[LOAD]
+    traces: list[Trace] = [
+        curve(times, statics, colour=GREY, width=2.2, name="statics, no height"),
+        *(curve(one.times, one.observables[LOAD], colour=OF_METHODS[name], name=name)
+          for name, one in ((LOW, low), (TALL, tall))),
+    ]  # fmt: skip
+    shift = float(np.abs(tall.observables[LOAD] - low.observables[LOAD]).max())
+    rows, change = [], {}
+    for step in TILTED_STEPS:
+        ends = {name: displacement_error(study, TILTED, name, step) or 0.0 for name in (LOW, TALL)}
+        change[step] = abs(ends[TALL] - ends[LOW])
+        for name, end in ends.items():
+            seen = found[name, step].observables
+            load, turn = seen[LOAD], np.abs(seen["heading"])
+            cells = (end, float(turn.max()), float(load.min()), float(load.max()))
+            rows.append(row(plain_method_cell(name), Cell(short(step), "number"),
+                            *map(value, cells)))  # fmt: skip
+    heads = ("method", "step [s]", "relative error of Δx", "largest |heading| [rad]",
+             "smallest N₂ [N]", "largest N₂ [N]")  # fmt: skip
+    return Finding(
+        "capsule-heights",
+        "Heights shift the loads and leave the motion unchanged",
+        "measured",
+        f"With C and the slider {number(100 * height)} cm above the plane N₂ changes by up to "
+        f"{number(shift, 2)} N, and Δx by {number(100 * change[coarse], 2)} % at a step of "
+        f"{short(coarse)} s, {number(100 * change[fine], 2)} % at {short(fine)} s.",
+        (
+            f"Friction acts a height h below the combined centre of mass. While the body slides, "
+            f"its moment is f (M+m) g h = {number(moment)} N m; while friction holds the body, it "
+            "is m w₂ h in the opposite direction. That moves load along the line and not across "
+            "it, so friction still has no moment about C, and its sum is f times the weight "
+            "however the load is distributed. The remaining change of Δx comes from the contacts' "
+            "oscillation as the moment appears and disappears, and goes with the step. The limit "
+            "is reached when a support lifts off.",
+        ),
+        (Table(TILTED.partition("/")[2], heads, tuple(rows)),),
+        (over_time("Normal force at A₂", f"At a step of {number(coarse)} s.", traces,
+                   linear("N₂ [N]"), wide=True),),
+        (f"plumbob run {TILTED} {TALL} --step 1e-3",),
+    )  # fmt: skip
+
+
+def momentum(study: Study) -> Finding | None:
+    """How far the common centre of mass goes in each engine without friction."""
+    found = {name: study.recording(ExtraRun(FREE, name, FREE_STEP)) for name in FREE_METHODS}
+    shifts = {name: _shift(one) for name, one in found.items() if one is not None}
+    if not shifts:
+        return None
+    travelled = abs(problem(FREE).motion.displacement)
+    rows = tuple(row(method_cell(name), value(shift)) for name, shift in shifts.items())
+    return Finding(
+        "capsule-momentum",
+        "The slider's reaction on the body is complete: momentum is conserved",
+        "confirmed",
+        f"Without friction the body goes back by {number(travelled)} m and the common centre of "
+        f"mass by no more than {number(max(shifts.values()), 2)} m.",
+        (
+            "MuJoCo's slider is driven by a joint of large armature, pymunk's by a pivot joint "
+            "attached to the body where the slider will be at the end of the step: in both, the "
+            "reaction on the body is equal and opposite, along one line.",
+        ),
+        (Table(f"f = 0, step {number(FREE_STEP)} s",
+               ("method", "common centre of mass moves by [m]"), rows),),
+        (),
+        (f"plumbob validate --scenes {FREE}",),
+    )  # fmt: skip
+
+
+def _shift(found: Trajectory) -> float:
+    """Largest displacement of the common centre of mass along the line [m]: the engine's own, where
+    it gives that."""
+    if "centre_of_mass" in found.channels:
+        return float(np.ptp(found.channels["centre_of_mass"]))
+    fraction = problem(FREE).setup.capsule.mass_ratio
+    seen = found.observables
+    return float(np.abs(seen["displacement"] + fraction * seen["stroke"]).max())
+
+
+def saving(study: Study) -> Finding | None:
+    """What a step of the full and of the reduced model costs, and that the motion is the same."""
+    costs = {pair: _costs(study, pair) for pair in _pairs(study.profile)}
+    found = {pair: cost for pair, cost in costs.items() if cost is not None}
+    if not found:
+        return None
+    rows = [
+        row(method_cell(name), value(ns), value(ns / cost[0] if name == pair[1] else 1.0),
+            value(displacement_error(study, LINE, name, SAVING_STEP)))
+        for pair, cost in found.items()
+        for name, ns in zip(pair, cost, strict=True)
+    ]  # fmt: skip
+    full, reduced = next(iter(found.values()))
+    percentage = 100 * reduced / full
+    heads = ("method", "ns per step", "relative to the full model", "relative error of Δx")
+    return Finding(
+        "capsule-saving",
+        "On a line the reduced model gives the same motion at a lower cost",
+        "measured",
+        f"A step of the reduced model costs {number(percentage, 2)} % of a step of the full one: "
+        f"it saves {number(100 - percentage, 2)} %.",
+        (
+            "Along one line the body has one degree of freedom, and Σ f Nᵢ is f (M+m) g: a sliding "
+            "joint with friction loss replaces a free joint and three contacts. The reduced model "
+            "has no heading, no normal forces and no vertical displacement, so it cannot show "
+            "that any of them is wrong.",
+        ),
+        (Table(f"Cost of ca1, and its error at {short(SAVING_STEP)} s", heads, tuple(rows)),),
+        (),
+        (f"plumbob validate --scenes {LINE} --methods {FULL},{REDUCED}",),
+    )  # fmt: skip
+
+
+def _pairs(profile: str) -> tuple[tuple[str, str], ...]:
+    return PAIRS if profile == "full" else PAIRS[:1]
+
+
+def _timing(method: str) -> TrimmingRun:
+    return TrimmingRun(LINE, method, SAVING_STEP, TIMED_STEPS, REPEATS)
+
+
+def _timed_by(plan: StudyPlan, pair: tuple[str, str]) -> bool:
+    """Whether a study times both models itself."""
+    return covers(plan, LINE) and set(pair) <= {method.name for method in plan.methods}
+
+
+def _costs(study: Study, pair: tuple[str, str]) -> tuple[float, float] | None:
+    """Cost of a step of the full and of the reduced model [ns]; None where one was not timed."""
+    if _timed_by(plan_of(study), pair):
+        timed = [study.costs.get((LINE, name)) for name in pair]
+        found = [cost.ns_per_step for cost in timed if cost]
+    else:
+        trimmed = [study.trimming_of(_timing(name)) for name in pair]
+        found = [one.ns_trimmed for one in trimmed if one]
+    return (found[0], found[1]) if len(found) == len(pair) else None

@@ -1,0 +1,97 @@
+"""What findings look up: a scene's exact answer, and what a study measured and recorded of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import cache
+from itertools import product
+
+import numpy as np
+
+from plumbob.analytic.errors.schemes import Scheme
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.measurement import Measurement
+from plumbob.engines.study.order import Order
+from plumbob.engines.study.results import Study
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Case
+
+LINE = "capsule-line/ca1"  # the check manoeuvre of the source
+
+
+@cache
+def case(name: str) -> Case:
+    """The problem of a scene and its exact motion, worked out once for all findings."""
+    return case_of(find_scene(name))
+
+
+def problem(name: str) -> CapsuleProblem:
+    """The problem of a capsule's scene."""
+    found = case(name).problem
+    assert isinstance(found, CapsuleProblem)
+    return found
+
+
+def scheme(method: str) -> Scheme:
+    """The scheme of a method, as the theory of errors knows it."""
+    return find_method(method).scheme
+
+
+def runs(
+    scenes: Iterable[str],
+    methods: Iterable[str],
+    steps: Iterable[float],
+    duration: float | None = None,
+) -> tuple[ExtraRun, ...]:
+    """Each scene with each method at each step [s], for `duration` [s] where that is given."""
+    return tuple(ExtraRun(*one, duration) for one in product(scenes, methods, steps))
+
+
+def plan_of(study: Study) -> StudyPlan:
+    """What a study had planned to run."""
+    return StudyPlan(study.profile, study.scenes, study.methods)
+
+
+def convergence_of(study: Study, scene: str, method: str) -> ConvergenceStudy | None:
+    """The convergence study of a scene with a method, or None."""
+    return next((c for c in study.convergence if (c.scene, c.method) == (scene, method)), None)
+
+
+def measured(study: Study, scene: str, method: str, step: float) -> Measurement | None:
+    """What a study measured of a scene with a method at a step [s], or None."""
+    found = convergence_of(study, scene, method)
+    for one in found.measurements if found else ():
+        if one.status == "done" and np.isclose(one.step, step, rtol=1e-9):
+            return one
+    return None
+
+
+def displacement(study: Study, scene: str, method: str, step: float) -> float | None:
+    """Displacement at the end of a recorded run [m], or None where there is no such run."""
+    found = study.recording(ExtraRun(scene, method, step))
+    return None if found is None else float(found.observables["displacement"][-1])
+
+
+def displacement_error(study: Study, scene: str, method: str, step: float) -> float | None:
+    """Relative error of the displacement at the end of a recorded run, or None."""
+    found = displacement(study, scene, method, step)
+    return None if found is None else found / float(problem(scene).motion.displacement) - 1.0
+
+
+def names(study: Study, engines: Iterable[str] = ("mujoco", "pymunk")) -> tuple[str, ...]:
+    """Methods of a study by name, of these engines."""
+    return tuple(method.name for method in study.methods if method.engine in engines)
+
+
+def covers(plan: Study | StudyPlan, *scenes: str) -> bool:
+    """Whether a study, or its plan, has all of these scenes."""
+    return set(scenes) <= {scene.name for scene in plan.scenes}
+
+
+def order_text(order: Order | None) -> str:
+    """An order with its confidence interval; a dash where there is none."""
+    return f"{order.slope:.3f} [{order.low:.3f}, {order.high:.3f}]" if order else "–"

@@ -1,0 +1,62 @@
+"""`plumbob report`: a stored study's page, the same to the byte, without any engine."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from plumbob.engines.study import store
+from plumbob.reports.cli import main
+
+SCENES, METHODS = "cone-pendulum/deep-well,capsule-line/ca1", "mujoco/euler,pymunk,ode/rk4"
+WITHOUT_ENGINES = """
+import sys
+sys.modules["mujoco"] = sys.modules["pymunk"] = None  # as if they were not installed
+from plumbob.reports.cli import main
+sys.exit(main(["report", *sys.argv[1:]]))
+"""
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("study") / "out"
+    words = ["--scenes", SCENES, "--methods", METHODS, "--out", str(folder), "--jobs", "2"]
+    assert main(["validate", *words]) == 0
+    return folder
+
+
+def test_the_page_is_the_same_to_the_byte_without_engines(out: Path) -> None:
+    page = out / "index.html"
+    written = page.read_bytes()
+    page.unlink()
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_ENGINES, str(out)],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (0, f"{page}\n"), done.stderr
+    assert page.read_bytes() == written
+
+
+def test_any_study_by_its_number(
+    out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = store.load(out / store.FILE, 1)
+    assert study is not None
+    assert [store.save(study, tmp_path / store.FILE) for _ in range(2)] == [1, 2]
+    assert main(["report", str(tmp_path), "--study", "1"]) == 0
+    assert (tmp_path / "index.html").read_bytes() == (out / "index.html").read_bytes()
+    capsys.readouterr()
+    for number in ("3", "0", "one"):
+        assert main(["report", str(tmp_path), "--study", number]) == 2
+        assert capsys.readouterr().err.startswith("plumbob: study = ")
+
+
+def test_without_a_store_nothing_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["report", str(tmp_path)]) == 2
+    assert "must be where `plumbob validate` has stored a study" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,190 @@
+"""Extra runs: declared as data, made once with the rest of a study, kept to the last bit."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plumbob.engines.registry import method, methods
+from plumbob.engines.study import store
+from plumbob.engines.study.extra_runs import (
+    ExtraConvergence,
+    ExtraRun,
+    Request,
+    StudyPlan,
+    TrimmingRun,
+    UndeclaredRun,
+)
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import run_study
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import case_of, scene, scenes, systems
+from plumbob.models.scene import System
+from plumbob.reports.judge import verdict
+from plumbob.reports.judge.verdict import judge_study
+
+SCENE = "cone-pendulum/deep-well"
+PLAIN = ExtraRun(SCENE, "ode/rk4", 1e-3)
+CHANGED = ExtraRun(SCENE, "mujoco/rk4", 1e-3, 0.05, (("platform_rate", 12.0),))
+SETTING = ExtraRun(
+    "simple-pendulum/free-large", "pymunk/default", 4e-3, 0.4, settings=(("iterations", 1),)
+)
+NOT_MEANT = ExtraRun(SCENE, "pymunk/feet", 1e-3)
+DIVERGES = ExtraRun(SCENE, "mujoco/euler", 0.05, None, (("platform_rate", 900.0),))
+CONVERGENCE = ExtraConvergence(SCENE, "ode/rk4", (5e-3, 2e-3, 1e-3), 0.1)
+TRIMMING = TrimmingRun(SCENE, "mujoco/euler", 1e-3, 20, 3)
+NO_TRIMMING = TrimmingRun(SCENE, "ode/rk4", 1e-3, 20, 3)
+ALL: tuple[Request, ...] = (
+    PLAIN, CHANGED, SETTING, NOT_MEANT, DIVERGES, CONVERGENCE, TRIMMING, NO_TRIMMING,
+)  # fmt: skip
+
+
+def wanted(plan: StudyPlan) -> Sequence[Request]:
+    """Each request twice: as two findings would that need the same run."""
+    return (*ALL, *ALL)
+
+
+@pytest.fixture(scope="module")
+def study() -> Study:
+    chosen = [replace(s, steps=(5e-3, 2e-3)) for s in scenes(SCENE)]
+    return run_study(chosen, methods("ode/rk4"), timed=False, requests=wanted, command="plumbob")
+
+
+def run_directly(request: ExtraRun) -> Trajectory:
+    from plumbob.engines.registry import engine_of
+
+    chosen = scene(request.scene, dict(request.changes))
+    how = method(request.method)
+    how = replace(how, settings={**how.settings, **dict(request.settings)})
+    case = case_of(chosen)
+    if request.duration is not None:
+        case = case.lasting(request.duration)
+    return engine_of(how).prepare(case, how, request.step).run()
+
+
+@pytest.mark.parametrize("request_", [PLAIN, CHANGED, SETTING])
+def test_a_recording_is_that_of_the_run(study: Study, request_: ExtraRun) -> None:
+    found, right = study.recording(request_), run_directly(request_)
+    assert found is not None
+    assert np.array_equal(found.times, right.times)
+    assert {n: v.tobytes() for n, v in found.observables.items()} == {
+        n: v.tobytes() for n, v in right.observables.items()
+    }
+
+
+def test_where_there_is_nothing_to_show(study: Study) -> None:
+    assert set(study.extras) == set(ALL)
+    assert study.recording(NOT_MEANT) is None
+    assert study.recording(DIVERGES) is None
+    assert study.trimming_of(NO_TRIMMING) is None
+
+
+def test_convergence_and_trimming(study: Study) -> None:
+    convergence, trimming = study.extra_convergence(CONVERGENCE), study.trimming_of(TRIMMING)
+    assert convergence is not None
+    assert [m.step for m in convergence.measurements] == [5e-3, 2e-3, 1e-3]
+    assert trimming is not None
+    assert trimming.identical
+    assert trimming.ns_trimmed > 0.0
+
+
+def test_what_was_not_declared_is_refused(study: Study) -> None:
+    with pytest.raises(UndeclaredRun, match=r"ExtraRun\(.*step=0.002"):
+        study.recording(replace(PLAIN, step=2e-3))
+    with pytest.raises(UndeclaredRun):
+        study.trimming_of(replace(TRIMMING, steps=21))
+
+
+def test_a_stored_study_is_the_study(study: Study, tmp_path: Path) -> None:
+    back = store.load(tmp_path / "new", store.save(study, tmp_path / "new"))
+    assert back is not None
+    for request, result in study.extras.items():
+        again = back.extras[request]
+        if not isinstance(result, Trajectory):
+            assert again == result
+            continue
+        assert isinstance(again, Trajectory)
+        assert again.times.tobytes() == result.times.tobytes()
+        for part in ("observables", "channels"):
+            kept, made = getattr(again, part), getattr(result, part)
+            assert [*kept] == [*made]
+            assert all(kept[n].dtype == made[n].dtype for n in made)
+            assert all(kept[n].tobytes() == made[n].tobytes() for n in made)
+        assert (again.steps, again.seconds) == (result.steps, result.seconds)
+        assert (again.diverged_at, again.warnings) == (result.diverged_at, result.warnings)
+    same = replace(back, extras=study.extras, reference_step=study.reference_step)
+    assert same == study
+    assert back.provenance == study.provenance
+    assert math.isnan(back.reference_step)  # nothing was timed
+
+
+def test_two_processes_make_the_same(study: Study) -> None:
+    both = run_study(study.scenes, study.methods, jobs=2, timed=False, requests=wanted)
+    for request in (PLAIN, CHANGED, SETTING):
+        one, other = study.recording(request), both.recording(request)
+        assert one is not None
+        assert other is not None
+        assert all(np.array_equal(v, other.observables[n]) for n, v in one.observables.items())
+
+
+def test_a_problem_is_made_once_and_a_run_judged_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever makes use of the verdicts: each is worked out once."""
+    calls: Counter[str] = Counter()
+    system = systems()["cone-pendulum"]
+
+    def counted(name: str, inner: Any) -> Any:
+        def call(*arguments: Any) -> Any:
+            calls[name] += 1
+            return inner(*arguments)
+
+        return call
+
+    watched = replace(system, problem=counted("problem", system.problem))
+    monkeypatch.setattr(
+        "plumbob.models.registry.systems", lambda: {**systems(), system.name: watched}
+    )
+    chosen = [
+        # Parameters that no other test has, whose problem is not known yet.
+        replace(s, steps=(5e-3, 2e-3), parameters={**s.parameters, "height": h})
+        for s, h in zip(scenes("cone-pendulum")[:2], (0.30125, 0.29875), strict=True)
+    ]
+    assert isinstance(watched, System)
+    extra = tuple(
+        ExtraRun(SCENE, name, 1e-3, 0.05, (("platform_rate", 12.0625),))
+        for name in ("mujoco/rk4", "ode/rk4")
+    )
+    study = run_study(
+        chosen, methods("mujoco/euler,mujoco/rk4,ode/rk4"), requests=lambda plan: extra
+    )
+    assert calls["problem"] == len(chosen) + 1  # scenes, and the one changed for the extra runs
+    monkeypatch.setattr(verdict, "judge", counted("judge", verdict.judge))
+    judge_study(study)
+    assert calls["judge"] == sum(len(c.measurements) for c in study.convergence)
+
+
+def test_validate_judges_each_run_once(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from plumbob.reports.cli import main
+
+    judged: list[int] = []
+    inner = verdict.judge
+
+    def counted(*arguments: Any) -> verdict.Judgement:
+        judged.append(1)
+        return inner(*arguments)
+
+    monkeypatch.setattr(verdict, "judge", counted)
+    words = ["--scenes", SCENE, "--methods", "ode/rk4", "--out", str(tmp_path), "--jobs", "1"]
+    junit = str(tmp_path / "junit.xml")
+    assert main(["validate", *words, "--json", "--junitxml", junit]) == 0
+    study = store.load(tmp_path / store.FILE)
+    assert study is not None
+    assert len(judged) == sum(len(c.measurements) for c in study.convergence)
