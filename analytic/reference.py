@@ -1,4 +1,4 @@
-"""What an exact answer says of itself."""
+"""What an exact answer offers: observables, their uncertainty, and how nonlinear it is."""
 
 from __future__ import annotations
 

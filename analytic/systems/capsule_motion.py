@@ -1,4 +1,4 @@
-"""What every motion of the capsule says of itself, so that nobody has to ask which one it is."""
+"""What every motion of the capsule offers, so that nobody has to ask for its class."""
 
 from __future__ import annotations
 
