@@ -171,7 +171,7 @@ _SCENES = (
            theta=_LARGE, duration=500.0, steps=(8e-3, 4e-3, 2e-3, 1e-3, 5e-4),
            hard="10^6 steps of 5e-4 s: energy bounded, or drifting at a rate"),
     *(_near_top(k) for k in range(1, 13)),
-    *_both("overdamped", "damped at 10/s, more than 2 sqrt(g/L): creeps down without a swing",
+    *_both("overdamped", "damped at 10/s, more than 2 sqrt(g/L): returns without a swing",
            "damped at 10/s, more than critically, linear", duration=10.0,
            steps=step_sizes(5e-2, 1e-4), theta=_LARGE, damping_rate=10.0, linear_profile="quick",
            hard="rates of 1.1/s and 8.9/s side by side"),

@@ -22,15 +22,14 @@ from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
-from plumbob.models.scene import Observable, Parameters, Scene, System
+from plumbob.models.scene import Observable, Parameters, Scene
 from plumbob.models.step_sizes import step_sizes
-from plumbob.models.tripod_capsule.line import MJCF
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,
-    CONTACTS,
     SOURCE,
     capsule,
+    capsule_system,
     check_names,
     heading,
     place,
@@ -139,9 +138,9 @@ SCENES = (
            velocity_x=0.4, velocity_y=0.2, heading_rate=6.0),
 )  # fmt: skip
 
-SYSTEM = System(
-    name="capsule-coast",
-    title="Capsule coasting to rest",
+SYSTEM = capsule_system(
+    "capsule-coast",
+    "Capsule coasting to rest",
     observables=(
         Observable("x", "m"),
         Observable("y", "m"),
@@ -154,11 +153,7 @@ SYSTEM = System(
     scenes=SCENES,
     default="translation",
     problem=problem,
-    reference=lambda problem: problem.reference,
     errors=errors,
     invariants=invariants,
     facts=facts,
-    mjcf=MJCF,
-    family="capsule",
-    weight=CONTACTS,
 )

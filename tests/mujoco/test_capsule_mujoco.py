@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import mujoco
 import numpy as np
 import pytest
 
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
+from plumbob.engines.adapters.mujoco import contact_model
+from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.study.convergence import convergence_study
-from plumbob.models.registry import scene, system_of
+from plumbob.models.registry import case_of, scene, system_of
 from plumbob.reports.judge.verdict import judge_convergence
 from plumbob.tests.support.mujoco_capsule import (
     DEFAULT_SETTINGS,
@@ -59,8 +62,8 @@ def test_what_the_full_model_adds_is_its_vertical_displacement(step: float) -> N
     # f times the vertical displacement of the common centre of mass until t*, contacts being
     # springs; 10 % of it for their lag at the coarsest step, and the drift of stiction
     error, predicted = displaced("capsule-line/ca1", "euler+coulomb", float(step))
-    sunk = sunk_way(problem("capsule-line/ca1"), step)
-    assert error - predicted == pytest.approx(-sunk, rel=0.1, abs=1e-6 * step)
+    added = deflection_error(problem("capsule-line/ca1"), step)
+    assert error - predicted == pytest.approx(-added, rel=0.1, abs=1e-6 * step)
 
 
 @pytest.mark.parametrize("method", ["euler+reduced", "euler+coulomb"])
@@ -77,14 +80,14 @@ def test_error_at_random_steps_is_the_parabola(method: str) -> None:
         parabola = -0.5 * part * (1 - part) * line.closed.braking * step**2
         error, _ = displaced("capsule-line/ca1", method, step, w2=9.7)
         if method == "euler+coulomb":
-            error += sunk_way(posed, step)
+            error += deflection_error(posed, step)
         if part * (1 - part) > 0.05:
             seen += 1
             assert error == pytest.approx(parabola, rel={"euler+reduced": 1e-3}.get(method, 0.05))
     assert seen > 4
 
 
-def sunk_way(posed: CapsuleProblem, step: float) -> float:
+def deflection_error(posed: CapsuleProblem, step: float) -> float:
     """f times the vertical displacement of the common centre of mass until t_star [m]."""
     seen = posed.reference.observe(np.array([0.0, posed.motion.t_star]))
     squares = np.sum([seen[load] ** 2 for load in LOADS], axis=0)
@@ -92,6 +95,33 @@ def sunk_way(posed: CapsuleProblem, step: float) -> float:
     mass = capsule.body_mass + capsule.slider_mass
     compliance = (step / 0.4) ** 2 / mass  # [m/N] of one contact
     return capsule.friction * compliance * float(squares[1] - squares[0]) / capsule.weight
+
+
+@pytest.mark.parametrize(
+    ("name", "within"),
+    [
+        ("capsule-line/at-123", 1e-9),
+        # MuJoCo's inverse weight of the body is that of a push at C, which also turns a body whose
+        # slider is elsewhere
+        ("capsule-turn/0.3", 0.03),
+    ],
+)
+@pytest.mark.parametrize("method", ["euler+coulomb", "rk4+coulomb"])
+def test_the_record_for_theory_says_how_far_contacts_deflect(
+    name: str, within: float, method: str
+) -> None:
+    case, step = case_of(scene(name)), 1e-3
+    contact = contact_model(case, METHODS[method], step)
+    assert contact is not None
+    assert contact.normal is not None
+    simulation = compiled(case, METHODS[method], step)
+    model, data, force = simulation.model, mujoco.MjData(simulation.model), np.zeros(6)
+    data.qpos[:] = simulation.translation.qpos
+    mujoco.mj_forward(model, data)
+    for i in range(3):
+        mujoco.mj_contactForce(model, data, i, force)
+        wanted = -contact.normal.compliance * force[0]
+        assert data.contact[i].dist == pytest.approx(wanted, rel=within)
 
 
 def test_isotropy() -> None:

@@ -98,7 +98,7 @@ def test_overridden_contacts_are_taken(tmp_path: Path) -> None:
     [("Euler", 'contact="disable"'), ("Euler", 'eulerdamp="disable"'),
      ("implicitfast", 'eulerdamp="disable"'), ("RK4", 'warmstart="disable"')],
 )  # fmt: skip
-def test_mine_is_measured_as_any_method(
+def test_a_user_method_is_measured_as_any_other(
     name: str, integrator: str, flags: str, tmp_path: Path
 ) -> None:
     scene = replace(find_scene(name), duration=0.5)

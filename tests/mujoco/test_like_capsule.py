@@ -39,12 +39,12 @@ def test_a_file_that_says_what_a_method_says_is_that_method(
 ) -> None:
     scene = replace(find_scene(LINE), duration=0.06)
     system = system_of(scene)
-    mine_, _ = measure(system.case(scene), own(tmp_path, options), 1e-3)
+    user, _ = measure(system.case(scene), own(tmp_path, options), 1e-3)
     same, _ = measure(system.case(scene), find_method(like), 1e-3)
     other, _ = measure(system.case(scene), find_method("mujoco/euler+pyramidal"), 1e-3)
     for name, error in same.errors.items():
-        assert mine_.errors[name].largest == error.largest  # the same numbers, to the last bit
-    assert mine_.errors["displacement"].largest != other.errors["displacement"].largest
+        assert user.errors[name].largest == error.largest  # the same numbers, to the last bit
+    assert user.errors["displacement"].largest != other.errors["displacement"].largest
 
 
 FIELDS = (

@@ -110,7 +110,7 @@ def test_general_body_takes_inertia_y_where_the_source_prints_inertia_x() -> Non
 
 @pytest.mark.parametrize("name", [name for name in METHODS if name != "mujoco/rk4"])
 def test_euler_types_are_of_first_order(name: str) -> None:
-    # C2/C1 = -9.5/s: at 1e-3 s the slope is off by 0.5 %, and by less below
+    # C2/C1 = -9.5/s: at 1e-3 s the slope has an error of 0.5 %, and by less below
     steps = np.array([0.5 / 2**n for n in range(9, 14)])
     errors = np.array([error(METHODS[name], float(step)) for step in steps])
     assert METHODS[name].order == 1
@@ -119,7 +119,7 @@ def test_euler_types_are_of_first_order(name: str) -> None:
     np.testing.assert_allclose(errors, wanted, rtol=1e-3)  # the third term, at the coarsest step
 
 
-def test_rk4_errs_as_its_two_leading_terms_say() -> None:
+def test_rk4_has_the_error_of_its_two_leading_terms() -> None:
     # C5/C4 = 8900/s, so both show between 1e-3 and 1e-4 s; C6 takes 2 % at the coarsest step
     steps = 0.5 / np.array([200, 400, 800, 1600, 3200])
     errors = np.array([error(RK4, float(step)) for step in steps])
