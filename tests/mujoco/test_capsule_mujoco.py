@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import mujoco
 import numpy as np
 import pytest
 
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
+from plumbob.engines.adapters.mujoco import contact_model
+from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.study.convergence import convergence_study
-from plumbob.models.registry import scene, system_of
+from plumbob.models.registry import case_of, scene, system_of
 from plumbob.reports.judge.verdict import judge_convergence
 from plumbob.tests.support.mujoco_capsule import (
     DEFAULT_SETTINGS,
@@ -92,6 +95,33 @@ def deflection_error(posed: CapsuleProblem, step: float) -> float:
     mass = capsule.body_mass + capsule.slider_mass
     compliance = (step / 0.4) ** 2 / mass  # [m/N] of one contact
     return capsule.friction * compliance * float(squares[1] - squares[0]) / capsule.weight
+
+
+@pytest.mark.parametrize(
+    ("name", "within"),
+    [
+        ("capsule-line/at-123", 1e-9),
+        # MuJoCo's inverse weight of the body is that of a push at C, which also turns a body whose
+        # slider is elsewhere
+        ("capsule-turn/0.3", 0.03),
+    ],
+)
+@pytest.mark.parametrize("method", ["euler+coulomb", "rk4+coulomb"])
+def test_the_record_for_theory_says_how_far_contacts_deflect(
+    name: str, within: float, method: str
+) -> None:
+    case, step = case_of(scene(name)), 1e-3
+    contact = contact_model(case, METHODS[method], step)
+    assert contact is not None
+    assert contact.normal is not None
+    simulation = compiled(case, METHODS[method], step)
+    model, data, force = simulation.model, mujoco.MjData(simulation.model), np.zeros(6)
+    data.qpos[:] = simulation.translation.qpos
+    mujoco.mj_forward(model, data)
+    for i in range(3):
+        mujoco.mj_contactForce(model, data, i, force)
+        wanted = -contact.normal.compliance * force[0]
+        assert data.contact[i].dist == pytest.approx(wanted, rel=within)
 
 
 def test_isotropy() -> None:

@@ -171,11 +171,17 @@ def test_controls_are_held_over_each_step(
     assert trajectory.observables["q"][-1] == data.qpos[0]
 
 
-def test_adapters_are_imported_without_their_engines() -> None:
-    code = (
-        "import sys, plumbob.engines.adapters.mujoco, plumbob.engines.adapters.ode;"
-        "print({'mujoco', 'scipy.integrate'} & set(sys.modules))"
-    )
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import plumbob.engines.adapters.mujoco, plumbob.engines.adapters.ode",
+        "from plumbob.engines.registry import engine_of, method; from plumbob.models.registry "
+        "import case_of, scene; how = method('mujoco/euler+coulomb'); assert engine_of(how)."
+        "contact_model(case_of(scene('capsule-line/ca1')), how, 1e-3) is not None",
+    ],
+)
+def test_adapters_are_imported_without_their_engines(code: str) -> None:
+    code += "; import sys; print({'mujoco', 'pymunk', 'scipy.integrate'} & set(sys.modules))"
     root = Path(__file__).parents[2]
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, cwd=root, check=True, capture_output=True, text=True)

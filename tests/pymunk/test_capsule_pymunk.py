@@ -156,9 +156,9 @@ def test_normal_forces_from_the_side() -> None:
 @pytest.mark.parametrize("model", ["feet", "side"])
 def test_many_manoeuvres(model: str) -> None:
     # 1e-3 of the whole is asked for; the error of one, 50 times
-    train = RepeatedLine(LINE, 50, 0.9, 0.32 - RepeatedLine(LINE, 1, 0.9).period)
-    setup = replace(problem_of(LINE).setup, relative_velocity=train.relative_velocity)
-    seen = ended(CapsuleProblem(train, train, setup), model, 2e-3, 8000)
+    repeated = RepeatedLine(LINE, 50, 0.9, 0.32 - RepeatedLine(LINE, 1, 0.9).period)
+    setup = replace(problem_of(LINE).setup, relative_velocity=repeated.relative_velocity)
+    seen = ended(CapsuleProblem(repeated, repeated, setup), model, 2e-3, 8000)
     one = float(step_error(LINE, 2e-3, "mean"))
-    assert seen["displacement"] - train.displacement == pytest.approx(50 * one, rel=1e-4)
-    assert seen["displacement"] == pytest.approx(train.displacement, rel=1e-3)
+    assert seen["displacement"] - repeated.displacement == pytest.approx(50 * one, rel=1e-4)
+    assert seen["displacement"] == pytest.approx(repeated.displacement, rel=1e-3)

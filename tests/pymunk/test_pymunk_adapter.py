@@ -120,7 +120,7 @@ def test_joint_stays_open_while_the_bob_turns(step: float) -> None:
     assert np.median(trajectory.channels["opening"][late] / steady) == pytest.approx(1.0, abs=0.15)
     _, tight = run("rotating-fast", TIGHT, step, duration=3.0)
     opened = (step * tight.observables["theta_dot"]) ** 2 / 2
-    # of the step before, whose speed was another by up to 50 h of itself
+    # of the step before, whose speed differed by up to 50 h, relative
     np.testing.assert_allclose(tight.channels["opening"][1:], opened[1:], rtol=50 * step)
 
 

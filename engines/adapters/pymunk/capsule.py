@@ -132,7 +132,7 @@ def _beside(problem: CapsuleProblem, method: Method, step: float) -> Translation
         readings = capsule_side.in_the_plane(setup, stand), None
     else:
         readings = capsule_side.on_the_line(setup, stand)
-    channels = frozenset({"heave", "tilt", "momentum_residual"})
+    channels = frozenset({"vertical_displacement", "tilt", "momentum_residual"})
     return _translated(stand.assembly, act, readings, channels)
 
 

@@ -95,7 +95,7 @@ def on_the_line(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read]:
             "stroke": slider.position.x - gone - start,
             "stroke_rate": slider.velocity.x - pace,
             **_normal_forces(setup, stand),
-            "heave": height + DEPTH,
+            "vertical_displacement": height + DEPTH,
             "tilt": body.angle,
         }
 
@@ -119,7 +119,7 @@ def in_the_plane(setup: CapsuleSetup, stand: Stand) -> Read:
             "y": gone * math.sin(line),
             "velocity_x": pace * math.cos(line),
             "velocity_y": pace * math.sin(line),
-            "heave": height + DEPTH,
+            "vertical_displacement": height + DEPTH,
             "tilt": body.angle,
         }
 
