@@ -137,7 +137,7 @@ def test_the_first_order_integrators_take_the_same_steps() -> None:
         if name != "mujoco/rk4"
     }
     for name in ("mujoco/implicitfast", "mujoco/discrete"):
-        np.testing.assert_array_equal(ends[name], ends["mujoco/euler"], err_msg=name)
+        np.testing.assert_array_equal(ends[name], ends["mujoco/euler"])
     np.testing.assert_allclose(ends["mujoco/implicit"], ends["mujoco/euler"], rtol=0, atol=1e-12)
 
 

@@ -131,7 +131,7 @@ def whole(
 
 def set_contacts(spec: mujoco.MjSpec, chosen: ContactProfile, friction: float, step: float) -> None:
     """Set every contact pair, and the options that go with it, to a profile at `step` [s]; what
-    the profile leaves open is as MuJoCo ships it, whatever the file says."""
+    the profile leaves open takes MuJoCo's default, whatever the file says."""
     defaults = mujoco.MjSpec()
     pair = defaults.add_pair()
     fields = {name: np.array(getattr(pair, name)) for name in PAIR} | dict(chosen.pair(step))
