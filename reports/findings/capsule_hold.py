@@ -52,7 +52,7 @@ def _finding(table: Table, tilted: Sequence[Scene], last: dict[str, float | None
     if sliding:
         said += f"; with {', '.join(sliding)} the body slides away"
     return Finding(
-        "capsule-creep",
+        "capsule-stiction-drift",
         "Stiction drifts, and the contact model decides how fast",
         "measured",
         f"{said}.",

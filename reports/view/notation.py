@@ -19,8 +19,7 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def short(value: float) -> str:
-    """A number that is round in decimals, a step or a tolerance: 1e-4, 2.5e-6, 0.02;
-    four digits of one that is not."""
+    """A step or a tolerance, with as few digits as it needs, at most four: 1e-4, 2.5e-6, 0.02."""
     text = f"{value:.4g}"
     if "e" not in text and len(text) <= 5:
         return text
@@ -34,16 +33,21 @@ def step(value: float, control: str) -> str:
 
 
 def seconds(value: float) -> str:
-    """A time in the unit that suits it."""
+    """A time in s, ms, µs or ns, whichever suits it."""
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
         if abs(value) >= size:
             return f"{number(value / size)} {unit}"
     return f"{number(value / 1e-9)} ns"
 
 
+def real_time_factor(ns_per_second: float) -> str:
+    """Simulated time over wall time, of a cost [ns per simulated second]."""
+    return number(1e9 / ns_per_second) if ns_per_second > 0 else "–"
+
+
 def times_real(ns_per_second: float) -> str:
-    """How many times faster than real time a cost [ns per simulated second] is."""
-    return f"{number(1e9 / ns_per_second)}×" if ns_per_second > 0 else "–"
+    """The same where nothing beside it says what it is: 12.3×."""
+    return f"{real_time_factor(ns_per_second)}×" if ns_per_second > 0 else "–"
 
 
 def plural(count: int, word: str) -> str:

@@ -1,4 +1,4 @@
-"""The plots that every scene has: the motion, and error over time, against step and cost."""
+"""The plots that every scene has: the motion, and the error over time, step and cost."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def exact_motion(system: System, scene: Scene) -> Figure:
         traces.append({**other, "yaxis": "y2"})
     found = figure(
         "The exact motion",
-        "What every method is held against"
+        "What every method is compared with"
         + ("." if shown == scene.duration else f": the first {PERIODS} periods."),
         traces,
         linear("time [s]"),
@@ -116,7 +116,7 @@ def exact_motion(system: System, scene: Scene) -> Figure:
 def error_against_step(
     system: System, convergence: Sequence[ConvergenceStudy], styles: Mapping[str, Style]
 ) -> Figure:
-    """Largest error against the step, and what theory predicts, dashed."""
+    """Largest error against the step, and the predicted one, dashed."""
     leading = system.observables[0]
     traces: list[Trace] = []
     for c in convergence:
@@ -124,30 +124,30 @@ def error_against_step(
         if not done:
             continue
         errors = [m.errors[leading.name] for m in done]
-        told = {
+        predicted = {
             m.step: e.predicted.largest
             for m, e in zip(done, errors, strict=True)
             if e.predicted and e.predicted.nonlinearity < 1.0
         }
-        if told:
+        if predicted:
             traces.append(
-                curve(list(told), positive(list(told.values())),
+                curve(list(predicted), positive(list(predicted.values())),
                       styles[c.method], method=c.method, dash="dash", width=1.0)
             )  # fmt: skip
-        predicted = [
-            f"predicted {notation.number(told[h])}" if h in told else ""
+        hints = [
+            f"predicted {notation.number(predicted[h])}" if h in predicted else ""
             for h in (m.step for m in done)
         ]
         hint = f"{c.method}, step %{{x:.3g}} s<br>error %{{y:.3g}} {leading.unit}<br>%{{text}}"
         traces.append(
             curve([m.step for m in done], positive([e.largest for e in errors]), styles[c.method],
-                  method=c.method, marks=True, hints=predicted, hint=hint)
+                  method=c.method, marks=True, hints=hints, hint=hint)
         )  # fmt: skip
     return figure(
         f"Largest error of {symbol(leading.name)} against step",
-        "Marked: measured. Dashed: predicted, the sum of C\u209ah\u1d56 with coefficients from "
-        "theory. "
-        "Adaptive solvers have no step: they stand on the plot of error against cost.",
+        "Marks: measured. Dashed: predicted, the sum of C\u209ah\u1d56 over powers p of the step "
+        "h, with coefficients C\u209a from theory. Adaptive solvers have no step: they are in the "
+        "plot of error against cost.",
         traces,
         logarithmic("step [s]"),
         logarithmic(f"largest |error of {symbol(leading.name)}| [{leading.unit}]"),
@@ -166,14 +166,14 @@ def drifts(
             done = [m for m in _done(c) if name in m.invariants]
             if not done:
                 continue
-            hint = f"{c.method}, step %{{x:.3g}} s<br>{shown} off by %{{y:.3g}} of its scale"
+            hint = f"{c.method}, step %{{x:.3g}} s<br>relative drift of the {shown} %{{y:.3g}}"
             traces.append(
                 curve([m.step for m in done], positive([m.invariants[name] for m in done]),
                       styles[c.method], method=c.method, marks=True, hint=hint)
             )  # fmt: skip
         yield figure(
             f"Drift of the {shown} against step",
-            "Largest over the run, relative; exact motion keeps it.",
+            "Largest over the run, relative; the exact motion conserves it.",
             traces,
             logarithmic("step [s]"),
             logarithmic("largest relative drift [1]"),
@@ -186,7 +186,7 @@ def error_against_cost(
     methods: Mapping[str, Method],
     styles: Mapping[str, Style],
 ) -> Figure:
-    """Work against precision, with the Pareto front."""
+    """Error against cost, with the Pareto front."""
     leading = system.observables[0]
     usable = [p for p in found if np.isfinite(p.error)]
     best = front([p for p in usable if methods[p.method].scheme != EXACT])
@@ -199,7 +199,7 @@ def error_against_cost(
         line = [p for p in usable if p.method == name]
         hints = [
             f"{notation.step(p.step, methods[name].control)}, "
-            f"{notation.times_real(p.ns_per_second)} real time"
+            f"real-time factor {notation.real_time_factor(p.ns_per_second)}"
             + (", on the Pareto front" if p in best else "")
             for p in line
         ]
@@ -211,7 +211,8 @@ def error_against_cost(
     return figure(
         "Error against cost",
         "Left and low is better. The grey band is the Pareto front: no other run is both cheaper "
-        "and more exact (a closed form aside, which simulates nothing). Cost was measured alone.",
+        "and more accurate (except a closed form, which simulates nothing). Costs are measured "
+        "with nothing else running.",
         traces,
         logarithmic("cost [ns of wall time per simulated second]"),
         logarithmic(f"largest |error of {symbol(leading.name)}| [{leading.unit}]"),

@@ -20,7 +20,7 @@ BAD = ("fail", "not-converging", "diverged")
 
 
 def verdict_cell(scene: str, method: str, judged: Judgement, link: str = "") -> Cell:
-    """A verdict, coloured, marked when it is a known limit or not what was expected."""
+    """A verdict, coloured, and marked as known limit or as unexpected."""
     wanted = expected(scene, method)
     text, hint = judged.verdict.replace("-", " "), judged.reason or "within tolerance"
     if wanted.verdict != "pass":
@@ -86,15 +86,15 @@ def orders(convergence: Sequence[ConvergenceStudy], methods: Mapping[str, Method
                 Cell(str(method.order), "number"),
                 _order(c.order, interval=True),
                 _order(c.predicted_order if _within_reach(c, done) else None, interval=False),
-                between or "fewer than four steps above the round-off floor",
+                between or "fewer than four steps above the round-off level",
             )
         )
     if not rows:
         return None
     note = (
-        "The order belongs to the observable on this motion, not to the method alone: predicted is "
-        "the slope of what theory says of this very error at these very steps, where it reaches "
-        "them."
+        "The order depends on the observable and the motion, not only on the method: predicted is "
+        "the slope of the predicted error of this observable at the same steps, where the steps "
+        "are in the range of the theory."
     )
     heads = ("method", "nominal", "observed [95 % interval]", "predicted here", "fitted to")
     return Table("Order of convergence", heads, tuple(rows), note)
@@ -103,7 +103,7 @@ def orders(convergence: Sequence[ConvergenceStudy], methods: Mapping[str, Method
 def cost(
     convergence: Sequence[ConvergenceStudy], costs: Costs, methods: Mapping[str, Method]
 ) -> Table | None:
-    """What a step costs, alone and in reference_steps; None where nothing was timed."""
+    """Cost of a step, in ns and in reference step times; None where nothing was timed."""
     rows = []
     for c in convergence:
         if (found := costs.get(c.method)) is None:
@@ -112,8 +112,8 @@ def cost(
         speed = ""
         if done:
             m = done[len(done) // 2]
-            faster = notation.times_real(m.steps * found.ns_per_step / m.duration)
-            speed = f"{faster} at {notation.step(m.step, methods[c.method].control)}"
+            factor = notation.real_time_factor(m.steps * found.ns_per_step / m.duration)
+            speed = f"{factor} at {notation.step(m.step, methods[c.method].control)}"
         scatter = f"{notation.number(found.low)} – {notation.number(found.high)}"
         rows.append(
             row(
@@ -131,13 +131,14 @@ def cost(
         "method",
         "ns per step",
         "quartiles",
-        "reference_steps",
+        "reference step times",
         "compile time",
-        "times real time",
+        "real-time factor",
     )
     note = (
-        "Medians of interleaved repeats, alone on the machine. A step of an adaptive solver is one "
-        "evaluation of the equation. A reference_step is a bare MuJoCo step of an empty model."
+        "Medians of interleaved repeats, with nothing else running. A step of an adaptive solver "
+        "is one evaluation of the equation. The reference step is a bare MuJoCo step of an empty "
+        "model. Real-time factor: simulated time over wall time."
     )
     return Table("Cost", heads, tuple(rows), note)
 
@@ -229,8 +230,8 @@ def _run(found: Measurement, judged: Judgement, method: Method, leading: str) ->
 def _within_reach(convergence_study: ConvergenceStudy, done: Sequence[Measurement]) -> bool:
     """Whether the errors that the order was fitted to are small enough for a series."""
     steps = convergence_study.order.steps if convergence_study.order else ()
-    told = [e.predicted for m in done if m.step in steps for e in m.errors.values()]
-    return all(f is not None and f.nonlinearity < 1.0 for f in told)
+    predicted = [e.predicted for m in done if m.step in steps for e in m.errors.values()]
+    return all(f is not None and f.nonlinearity < 1.0 for f in predicted)
 
 
 def _order(order: Order | None, interval: bool) -> Cell:

@@ -38,7 +38,7 @@ def test_validate_says_how_wrong_and_what_is_better(
     assert main([*VALIDATE, "--like", like, "--out", out, "--jobs", "2"]) == 0
     told = capsys.readouterr().out
     page = (tmp_path / "out" / "index.html").read_text("utf-8")
-    assert "How wrong is yours?" in page
+    assert "How large are the errors of your settings?" in page
     assert "at no greater cost, most accurate in MuJoCo" in page
     cone, line = _section(told, PENDULUM), _section(told, LINE)
     assert f"error              {notation.number(_error(PENDULUM, like))} rad" in cone

@@ -141,8 +141,8 @@ def test_hard_case() -> None:
     assert isinstance(numbers, Table)
     assert isinstance(ends, Table)
     assert float(numbers.rows[0][-1].text) == pytest.approx(1e-4 / 0.3, rel=1e-3)
-    error, told = column(ends, "error of"), column(ends, "predicted")
-    assert error["mujoco/euler+reduced"] == pytest.approx(told["mujoco/euler+reduced"], rel=0.02)
+    error, predicted = column(ends, "error of"), column(ends, "predicted")
+    assert error["mujoco/euler+reduced"] == pytest.approx(predicted["mujoco/euler+reduced"], rel=0.02)
 
 
 def findings_of(system: str, given: Study) -> Sequence[Finding]:
@@ -155,16 +155,16 @@ def test_drift_of_stiction() -> None:
     (found,) = findings_of("capsule-hold", study("capsule-hold/0.999", 1e-3))
     text = {line[0].text: [cell.text for cell in line[1:]] for line in found.tables[0].rows}
     assert text["mujoco/euler"] == ["slides", ""]
-    way, speed = map(float, text["mujoco/euler+coulomb"])
-    assert way == pytest.approx(1.05e-7, rel=0.05)
-    assert speed == pytest.approx(way / 10, rel=0.05)
+    drift, speed = map(float, text["mujoco/euler+coulomb"])
+    assert drift == pytest.approx(1.05e-7, rel=0.05)
+    assert speed == pytest.approx(drift / 10, rel=0.05)
     assert findings_of("capsule-hold", nothing()) == ()
 
 
 def test_train() -> None:
     (found,) = findings_of("capsule-train", study("capsule-train/ten", 1e-3))
-    error, told = column(found.tables[0], "relative"), column(found.tables[0], "predicted")
-    assert error["mujoco/euler+reduced"] == pytest.approx(told["mujoco/euler+reduced"], rel=0.01)
+    error, predicted = column(found.tables[0], "relative"), column(found.tables[0], "predicted")
+    assert error["mujoco/euler+reduced"] == pytest.approx(predicted["mujoco/euler+reduced"], rel=0.01)
     assert error["mujoco/euler+coulomb"] < 1.2e-4
     assert error["mujoco/euler"] > 0.02
     assert findings_of("capsule-train", nothing()) == ()

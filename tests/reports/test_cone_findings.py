@@ -63,5 +63,5 @@ def test_errors_grow_at_the_saddle_s_rate() -> None:
     rate = max(e.rate for e in system_of(scene).problem(scene.parameters).equilibria[:1])
     fitted = [float(line[1].text) for line in table.rows if line[1].text[0].isdigit()]
     assert len(fitted) >= 3
-    # The neighbourhood of 0.25 rad is linear to 3 %, and so are the rates on its way.
+    # The neighbourhood of 0.25 rad is linear to 3 %, and so are the rates in it.
     assert fitted == pytest.approx([rate] * len(fitted), rel=0.03)

@@ -57,7 +57,7 @@ def test_errors_of_the_notebook_are_those_that_physics_says() -> None:
     assert [row[4] for row in rows][:2] == wanted[:2]  # predicted, where the study has it
     for row in rows:
         own, linear, apart = (float(row[i]) for i in (3, 5, 6))
-        assert apart > max(own, linear)  # as the summary says: the linear equation errs more
+        assert apart > max(own, linear)  # as the summary says: the error of the linear equation is larger
 
 
 def test_every_case_has_its_plots() -> None:
@@ -84,11 +84,11 @@ def test_orders_are_those_predicted() -> None:
         for cell in row[1:]:
             if cell == "–":
                 continue
-            observed, told = cell.split("\n")
+            observed, predicted = cell.split("\n")
             slope, low, high = (float(v.strip("[],")) for v in observed.split())
             assert low <= slope <= high
             # what the four terms leave out, and what is nonlinear at the coarsest steps
-            assert slope == pytest.approx(float(told), abs=0.05)
+            assert slope == pytest.approx(float(predicted), abs=0.05)
     slopes = {row[0]: float(row[1].split()[0]) for row in texts(found)}  # of RK4
     assert slopes == pytest.approx({"free-small": 4.0, "free-large": 5.0}, abs=0.4)  # to 0.1 s
     assert orders.orders(replace(study(), convergence=())) is None

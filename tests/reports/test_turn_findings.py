@@ -113,9 +113,9 @@ def test_modes_of_a_motion_that_pivots() -> None:
     assert sum(isinstance(one, Figure) for one in shown) == 2
     ends = shown[-1]
     assert isinstance(ends, Table)
-    told, end = column(ends, "predicted [rad]"), column(ends, "at the finest [rad]")
+    predicted, end = column(ends, "predicted [rad]"), column(ends, "at the finest [rad]")
     for method in (EULER, FEET):
-        assert float(end[method]) == pytest.approx(float(told[method]), rel=0.02)
+        assert float(end[method]) == pytest.approx(float(predicted[method]), rel=0.02)
 
 
 def test_spin() -> None:

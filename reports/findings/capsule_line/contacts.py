@@ -71,7 +71,7 @@ def chatter(study: Study) -> Finding | None:
     jump, missing = (float(rows[1][i].text) for i in (3, 4))
     at = f"At a step of {short(STEPS[-1])} s."
     return Finding(
-        "capsule-hops",
+        "capsule-contact-chatter",
         "MuJoCo's default contacts chatter under a sliding body, and no step size fixes it",
         "known limit",
         f"While the body slides, a contact is missing in {number(100 * missing, 2)} % of the "

@@ -252,7 +252,7 @@ def deflection(study: Study) -> Finding | None:
              "error at rest beyond the step's [rad]",
              "its bound from contact deflection [rad]")  # fmt: skip
     return Finding(
-        "capsule-turn-sag",
+        "capsule-turn-deflection",
         "Contact deflection does no harm at small ε where stiffness goes with the step",
         "measured",
         "The slider's horizontal force acts above the deflected contacts and tips the body. "

@@ -52,7 +52,7 @@ def references(study: Study) -> Finding:
     exponent = _exponent(study.profile)
     at, gaps = motion.disagreement
     beyond = np.flatnonzero(gaps["theta"] > AGREED)
-    parted = float(at[beyond[0]]) if beyond.size else np.inf
+    separated = float(at[beyond[0]]) if beyond.size else np.inf
     horizons = {tolerance: motion.horizon(tolerance) for tolerance in HORIZONS}
     said = ", ".join(f"{notation.short(x)} rad for {t:.0f} s" for x, t in horizons.items())
     return Finding(
@@ -60,7 +60,7 @@ def references(study: Study) -> Finding:
         "Damped and forced pendulums: no formula, two methods that agree, and a limit set by chaos",
         "measured",
         f"Taylor series and Gauss collocation agree on θ to {AGREED:g} rad for 50 s in every "
-        f"scene, and in the chaotic one for {parted:.0f} s. A start and parameters in double "
+        f"scene, and in the chaotic one for {separated:.0f} s. A start and parameters in double "
         f"precision determine its θ to {said}; no method in double precision does better.",
         (
             "A non-linear pendulum with damping or forcing has no closed form. The reference is a "

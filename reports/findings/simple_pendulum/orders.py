@@ -110,8 +110,8 @@ def _fitted(found: ConvergenceStudy) -> Pair | None:
     ]
     if not reached:
         return None
-    steps, errors, floors = zip(*reached, strict=True)
-    observed = fit_order(steps, [e.largest for e in errors], floors)
+    steps, errors, levels = zip(*reached, strict=True)
+    observed = fit_order(steps, [e.largest for e in errors], levels)
     if observed is None:
         return None
     same = [
@@ -175,7 +175,7 @@ def held_control(study: Study) -> Finding:
         f"A pendulum pushed by A sin(Ωt): RK4's observed order is {said}.",
         (
             "MuJoCo reads ctrl once a step and holds it, through all four stages of RK4. Held from "
-            "the start, the push lags by half a step: an error of first order, whatever the "
+            "the start, the push is late by half a step: an error of first order, whatever the "
             "integrator. Held at its value in the middle, the push is right on average over the "
             "step: second order. The methods with +midpoint set ctrl to the value at t + h/2, at "
             "no extra cost. Euler stays of first order either way.",
