@@ -1,19 +1,19 @@
-# plumbob: each target does its own set-up in .venv on a machine with python3 (3.11 or newer) and make.
+# Each target sets itself up in .venv on a machine with python3 (3.11 or newer, with venv) and make.
 
 PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
-ROOMS := analytic engines models reports
+LAYERS := analytic engines models reports
 ARGS ?=
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help validate test check benchmark peers clean
+.PHONY: help validate test test-long check benchmark peers clean
 
 help:  ## list the targets
 	@echo "make TARGET [ARGS='...'] [PYTHON=python3.12]"
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 validate: .venv/.run  ## run the validation and write its page (ARGS go to `plumbob validate`)
 	$(BIN)/plumbob validate $(ARGS)
@@ -21,7 +21,11 @@ validate: .venv/.run  ## run the validation and write its page (ARGS go to `plum
 test: .venv/.develop  ## run the tests (ARGS go to pytest)
 	$(BIN)/python -m pytest --numprocesses auto $(ARGS)
 
-check: .venv/.develop  ## lint, check the types, hold the tree to its contracts
+test-long: .venv/.develop  ## the full profile, and a longer search by hypothesis: an hour or more
+	$(BIN)/python -m pytest --numprocesses auto tests/validation --profile full $(ARGS)
+	HYPOTHESIS_PROFILE=search $(BIN)/python -m pytest --numprocesses auto $(ARGS)
+
+check: .venv/.develop  ## ruff, mypy --strict, and the contracts on layers, files and words
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	@mkdir -p .venv/src && ln -sfn ../.. .venv/src/plumbob
@@ -36,13 +40,13 @@ peers: .venv/.peers  ## add the optional peer integrators to .venv
 clean:  ## remove .venv and everything that a build or a run leaves
 	rm -rf .venv build dist *.egg-info plumbob-out MUJOCO_LOG.TXT
 	rm -rf .benchmarks .hypothesis .mypy_cache .pytest_cache .ruff_cache
-	find $(ROOMS) tests -type d -name __pycache__ -prune -exec rm -rf {} +
+	find $(LAYERS) tests -type d -name __pycache__ -prune -exec rm -rf {} +
 
 .venv/.python: pyproject.toml constraints.txt
 	@$(PYTHON) -c '' 2>/dev/null || { echo >&2 \
 	  "plumbob: $(PYTHON) is missing: install Python 3.11 or newer (Debian, Ubuntu: apt-get install python3 python3-venv)"; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo >&2 \
-	  "plumbob: $$($(PYTHON) --version) is too old: install Python 3.11 or newer and say make PYTHON=python3.11"; exit 1; }
+	  "plumbob: $$($(PYTHON) --version) is too old: install Python 3.11 or newer and run make PYTHON=python3.11"; exit 1; }
 	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || { echo >&2 \
 	  "plumbob: $(PYTHON) has no venv module: install it (Debian, Ubuntu: apt-get install python3-venv)"; exit 1; }
 	@if ! $(BIN)/python -m pip --version >/dev/null 2>&1; then \
@@ -55,7 +59,7 @@ clean:  ## remove .venv and everything that a build or a run leaves
 	@touch $@
 
 .venv/.develop: .venv/.python
-	@echo "plumbob: installing plumbob, its tests' and its checks' tools into .venv (once; a minute or two)"
+	@echo "plumbob: installing plumbob and the tools of its tests and checks into .venv (once; a minute or two)"
 	@$(PIP) --editable '.[test,check]'
 	@touch $@ .venv/.run
 

@@ -8,6 +8,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, Literal, Protocol
 
+from plumbob.analytic.errors.schemes import Scheme
 from plumbob.engines.trajectory import Trajectory
 from plumbob.engines.trimming import Trimming
 from plumbob.models.scene import Case, Scene
@@ -24,12 +25,13 @@ class Method:
     """An engine with its integrator and, where it matters, model variant and contact profile."""
 
     name: str  # "mujoco/rk4", "mujoco/euler+coulomb"
-    scheme: str  # the key of `Reference.leading_error`: "semi-implicit-euler", "rk4", ...
+    scheme: Scheme  # what it does in a step, for the theory of errors
     order: int | None  # of the global error in the step; None for adaptive methods
     control: Literal["step", "tolerance"] = "step"  # what its `step` argument means: [s], or rtol
     settings: Mapping[str, Any] = field(default_factory=dict)  # the engine's own option names
     step_sizes: tuple[float, ...] = ()  # of tolerances, loose to tight; steps are the scene's own
-    systems: tuple[str, ...] = ()  # patterns of systems, or scenes, it is meant for; empty: all
+    systems: tuple[str, ...] = ()
+    """Patterns of systems, or scenes, it is meant for, or after "!" is not; empty: all."""
 
     def __getstate__(self) -> dict[str, Any]:
         """What a worker is sent: a read-only view of a dict cannot be."""
@@ -44,7 +46,10 @@ class Method:
 def meant(method: Method, scene: Scene) -> bool:
     """Whether `method` is meant for `scene`, by its name or its system's."""
     names = (scene.system, scene.name)
-    return not method.systems or any(fnmatchcase(n, p) for p in method.systems for n in names)
+    wanted = [p for p in method.systems if not p.startswith("!")] or ["*"]
+    unwanted = [p[1:] for p in method.systems if p.startswith("!")]
+    matches = [any(fnmatchcase(n, p) for p in group for n in names) for group in (wanted, unwanted)]
+    return matches[0] and not matches[1]
 
 
 class Simulation(Protocol):

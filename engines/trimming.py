@@ -11,7 +11,7 @@ class Trimming:
     that have nothing to do in it, and as it is run, without the parts that have no effect too."""
 
     ns_default: float  # the complete model [ns of processor time per step]
-    ns_flags: float  # idle stages disabled [ns]
+    ns_flags: float  # needless stages disabled [ns]
     ns_trimmed: float  # as run [ns]
     identical: bool  # whether the three states at the end agree to the last bit
     stages_off: tuple[str, ...] = ()  # names of the disabled pipeline stages

@@ -1,4 +1,4 @@
-"""Which systems there are: every folder of models that has SYSTEMS is one or more."""
+"""Which systems there are: every folder of `models` lists its own in SYSTEMS."""
 
 from __future__ import annotations
 
@@ -19,7 +19,11 @@ from plumbob.models.scene import Case, Scene, System
 
 @cache
 def systems() -> Mapping[str, System]:
-    """All systems by name, in the order of their names."""
+    """All systems by name, in the order of their names.
+
+    >>> "cone-pendulum" in systems()
+    True
+    """
     folders = pkgutil.iter_modules([str(Path(__file__).parent)])
     modules = [import_module(f"plumbob.models.{f.name}") for f in folders if f.ispkg]
     found = [system for module in modules for system in getattr(module, "SYSTEMS", ())]
@@ -44,8 +48,19 @@ def scenes(pattern: str = "*", profile: str = "full") -> tuple[Scene, ...]:
 
 
 def scene(name: str, changes: Mapping[str, Any] | None = None) -> Scene:
-    """The scene `system/case`, or a system's default case, with some parameters changed; raises
-    ParameterError for an unknown name or a parameter that the equations do not allow."""
+    """The scene `system/case`, or a system's default case, with some parameters changed (SI units
+    and radians; the names of `--set`).
+
+    Raises ParameterError for an unknown name or a parameter that the equations do not allow.
+
+    >>> scene("simple-pendulum/free-large").duration
+    50.0
+    >>> scene("cone-pendulum", {"gravity": 1.62}).name
+    'cone-pendulum/rotating-base'
+    >>> scene("cone-pendulum", {"gravity": -1.0})
+    Traceback (most recent call last):
+    plumbob.analytic.parameters.ParameterError: gravity = -1.0: must be 0 or greater
+    """
     system = systems().get(name.partition("/")[0])
     if system is None:
         raise ParameterError("scene", name, unknown(name, list(systems())))

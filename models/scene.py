@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
+from plumbob.analytic.errors.theory import ErrorTheory, no_theory
 from plumbob.analytic.reference import Array, Reference
 
 Parameters = Mapping[str, Any]
@@ -28,13 +29,13 @@ class Scene:
     summary: str
     parameters: Parameters  # SI units, radians; the start included; the names of `--set`
     duration: float  # [s]
-    steps: tuple[float, ...]  # step_sizes of fixed steps [s], coarse to fine
+    steps: tuple[float, ...]  # step sizes [s] of fixed-step methods, from large to small
     source: str
     profile: Literal["quick", "full"] = "full"  # the smallest profile that runs it
     hard: str = ""  # what makes it hard, where it is there for that
 
     def __getstate__(self) -> dict[str, Any]:
-        """What a worker is sent: a read-only view of a dict cannot be."""
+        """State without the read-only view of a dict, which cannot be pickled."""
         return {**self.__dict__, "parameters": dict(self.parameters)}
 
     @property
@@ -54,33 +55,43 @@ class System:
 
     name: str
     title: str
-    observables: tuple[Observable, ...]  # the first is the one that orders and verdicts lead with
+    observables: tuple[Observable, ...]  # orders and verdicts lead with the first
     parameters: tuple[str, ...]  # every name that `--set` takes
     scenes: tuple[Scene, ...]
     default: str  # the case meant by the system's name alone
     problem: Callable[[Parameters], Any]  # parameters -> analytic object; ParameterError
     reference: Callable[[Any], Reference]  # problem -> its exact motion
     invariants: Callable[[Any, Mapping[str, Array]], Mapping[str, Array]]  # relative drifts
-    facts: Callable[[Any], Mapping[str, Any]]  # what `solve` says beside the observables
+    facts: Callable[[Any], Mapping[str, Any]]  # what `solve` reports beside the observables
     mjcf: Path  # the model on its own
     family: str  # by which an engine's adapter finds its builder: adapters/<engine>/<family>.py
     change: Callable[[Parameters, Parameters], Parameters] = replaced
+    errors: Callable[[Any], ErrorTheory] = no_theory  # what fixed steps do to the exact motion
     weight: float = 1.0  # what a step of it costs, roughly, in steps of a pendulum
 
     def case(self, scene: Scene) -> Case:
         """The problem and the exact motion of `scene`, worked out; raises ParameterError."""
         problem = self.problem(scene.parameters)
-        return Case(self, scene, problem, self.reference(problem))
+        return Case(self, scene, problem, self.reference(problem), self.errors(problem))
 
 
 @dataclass(frozen=True)
 class Case:
-    """A scene with what follows from its parameters, worked out once for all its runs."""
+    """A scene with what follows from its parameters, worked out once for all its runs.
+
+    >>> import numpy as np
+    >>> from plumbob.models.registry import case_of, scene
+    >>> case = case_of(scene("cone-pendulum/rotating-base"))
+    >>> exact = case.reference.observe(np.array([0.1, 0.5]))
+    >>> [round(float(theta), 6) for theta in exact["theta"]]
+    [4.073905, 19.655093]
+    """
 
     system: System
     scene: Scene
     problem: Any  # the system's analytic object
     reference: Reference  # its exact motion
+    errors: ErrorTheory  # what fixed steps do to that
 
     def lasting(self, duration: float) -> Case:
         """The same case for another `duration` [s]."""

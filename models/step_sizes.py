@@ -1,4 +1,4 @@
-"""Ladders of steps, coarse to fine, in the round numbers that people use."""
+"""Step sizes from large to small, in the round numbers that people use."""
 
 from __future__ import annotations
 

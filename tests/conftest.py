@@ -3,14 +3,42 @@
 from __future__ import annotations
 
 import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from plumbob.tests.contracts.second_copies import second_copies
 
 # Machines differ in speed, so no deadline; the same examples every time, so that red stays red.
 settings.register_profile("repeatable", deadline=None, derandomize=True, print_blob=True)
 settings.register_profile("search", deadline=None, max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
+
+
+class _RootIsAFolder:
+    """pytest would import the `__init__.py` beside `tests` under the name of the checkout."""
+
+    def pytest_collect_directory(
+        self, path: Path, parent: pytest.Collector
+    ) -> pytest.Collector | None:
+        """The root of the checkout as a plain folder."""
+        root = path == parent.config.rootpath
+        return pytest.Dir.from_parent(parent, path=path) if root else None
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Collect the root of the checkout, which is the package itself, as a plain folder."""
+    config.pluginmanager.register(_RootIsAFolder())
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _one_name_a_module() -> Iterator[None]:
+    """Fail at the end of a run in which a module of ours was imported under a second name."""
+    yield
+    assert second_copies(sys.modules, Path(__file__).parents[1]) == []
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

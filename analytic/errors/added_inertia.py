@@ -29,6 +29,7 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.model_error import NORMAL_FORCES
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.numerics.rotor.variational import TangentFlow
 from plumbob.analytic.reference import Array
@@ -92,7 +93,7 @@ def slider_on_a_line(
     line: LineManoeuvre | None,
     count: int,
 ) -> Mapping[str, float]:
-    """Bounds where the slider's way in the body is off by m/A of its way in space, at `times` [s],
+    """Bounds where the slider's way in the body lacks m/A of its way in space, at `times` [s],
     shape (n,), for an `armature` [kg]; of `count` manoeuvres `line` where the motion is these."""
     setup, duration = problem.setup, float(times[-1])
     part = setup.capsule.slider_mass / armature
@@ -111,7 +112,7 @@ def slider_on_a_line(
         "stroke_rate": (part + DRIVE_ROUNDINGS * ROUNDOFF) * rate,
         "displacement": part * moved,
         "velocity": part * rate,
-        **{f"normal_force_{i}": slid * slope for i in (1, 2, 3)},
+        **dict.fromkeys(NORMAL_FORCES, slid * slope),
     }
 
 

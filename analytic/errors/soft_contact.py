@@ -8,7 +8,6 @@ plane that have none. Derivations: theory_soft_contacts.md.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,9 +19,6 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 # Calibrated; tests/sensitivity/test_contact_calibration.py holds both from both sides.
 QUASI_STATIC_FACTOR = 3.0  # on a quasi-static error, for contacts that lag behind and overshoot
 OVERSHOOT_FACTOR = 6.0  # on the loads that inertia takes: overshoot of weakly damped tilt
-
-Bounds = Mapping[str, float]  # {observable: absolute bound}
-ModelError = Mapping[str, Mapping[str, float]]  # {observable: {reason: absolute bound}}
 
 
 @dataclass(frozen=True)
@@ -69,12 +65,3 @@ def load_fraction_slopes(problem: CapsuleProblem) -> Array:
 def shortest_arm(problem: CapsuleProblem) -> float:
     """Distance from C to the nearest support [m]."""
     return min(math.hypot(*support) for support in problem.setup.capsule.supports)
-
-
-def by_observable(parts: Mapping[str, Bounds]) -> ModelError:
-    """{reason: {observable: bound}} as {observable: {reason: bound}}."""
-    names = dict.fromkeys(name for bounds in parts.values() for name in bounds)
-    return {
-        name: {why: bounds[name] for why, bounds in parts.items() if name in bounds}
-        for name in names
-    }

@@ -1,10 +1,10 @@
 """What soft contacts add to a motion with a closed form: bounds, mechanism by mechanism.
 
 A contact that deflects by c N lets the common centre of mass stand at z = -c sum N_i^2 / W, so the
-weight on the plane is off by (M + m) z'', the velocity of a sliding body by f z' and its place by
-f (z - z0). What it takes to move body and slider as the deflections change is missing from the N_i,
-and friction acts at the depth of the deflection. While the body tilts by a, the moment of friction
-about C is off by f I_a a'', so it turns by f I_a a/J. Derivations: theory_soft_contacts.md.
+error of the weight on the plane is (M + m) z'', of the velocity of a sliding body f z' and of its
+place f (z - z0). What it takes to move body and slider as the deflections change is missing from
+the N_i, and friction acts at the depth of the deflection. While the body tilts by a, friction has
+the moment f I_a a'' about C, so the body turns by f I_a a/J. Derivations: theory_soft_contacts.md.
 """
 
 from __future__ import annotations
@@ -18,12 +18,10 @@ import numpy as np
 
 from plumbob.analytic.errors import soft_contact
 from plumbob.analytic.errors.added_inertia import slider_on_a_line
+from plumbob.analytic.errors.model_error import NORMAL_FORCES, Bounds, ModelError, by_observable
 from plumbob.analytic.errors.soft_contact import (
-    Bounds,
-    ModelError,
     NormalContact,
     SoftContact,
-    by_observable,
     load_fraction_slopes,
     shortest_arm,
 )
@@ -36,7 +34,6 @@ DEPTH_ROUNDINGS = 16  # of the place of a support, turned and moved
 POINTS = 4001  # of the motion that is looked at; its forces are piecewise smooth
 PLACES = ("displacement", "x", "y")
 VELOCITIES = ("velocity", "velocity_x", "velocity_y")
-LOADS = ("normal_force_1", "normal_force_2", "normal_force_3")
 
 
 @dataclass(frozen=True)
@@ -83,14 +80,14 @@ class LineMotion:
             still = normal_forces(problem.setup.capsule, np.array([problem.setup.slider]))
             return times, np.repeat(still.T, POINTS, axis=1), np.zeros(POINTS)
         seen = problem.reference.observe(times)
-        return times, np.stack([seen[name] for name in LOADS]), seen["stroke"]
+        return times, np.stack([seen[name] for name in NORMAL_FORCES]), seen["stroke"]
 
 
 @dataclass(frozen=True)
 class Deflection:
-    """How far quasi-static contacts let the body sink and tilt during a motion, at most."""
+    """Largest vertical displacement and tilt of a body on quasi-static contacts during a motion."""
 
-    sunk: float  # vertical displacement of the centre of mass from its start [m]
+    lowered: float  # vertical displacement of the centre of mass from its start [m]
     speed: float  # and its rate [m/s]
     acceleration: float  # [m/s^2]
     tilt: float  # gradient of the body's plane against its start
@@ -158,7 +155,7 @@ def contact_deflection(motion: LineMotion, contact: SoftContact) -> Bounds:
     turn = _turn(motion, contact, contact.normal, bent.tilt_across)
     factor = soft_contact.QUASI_STATIC_FACTOR * capsule.friction
     velocity = factor * bent.speed + height * bent.tilt * contact.contact_rate
-    way = factor * bent.sunk + height * bent.tilt
+    way = factor * bent.lowered + height * bent.tilt
     push, lasting = _spin_push(motion, contact.normal, bent.start_lean)
     velocity, way = velocity + push * lasting, way + 0.5 * push * lasting**2
     # The slider's own weight pulls it down its tilted track.
@@ -174,7 +171,7 @@ def contact_deflection(motion: LineMotion, contact: SoftContact) -> Bounds:
         **dict.fromkeys(VELOCITIES, velocity),
         **dict.fromkeys(PLACES, way * motion.count),
         "friction_force": swinging + motion.mass * velocity / contact.step,
-        **dict(zip(LOADS, loads.tolist(), strict=True)),
+        **dict(zip(NORMAL_FORCES, loads.tolist(), strict=True)),
         "heading": turn * motion.count,
         "heading_rate": turn * contact.contact_rate + velocity / shortest_arm(motion.problem),
         "sideways": (way + turn * bent.stroke) * motion.count,
@@ -189,23 +186,17 @@ def tangential_normal_coupling(motion: LineMotion, contact: SoftContact) -> Boun
         return {}
     problem, capsule, normal = motion.problem, motion.problem.setup.capsule, contact.normal
     reach = float(np.hypot(*np.asarray(capsule.supports).T).max())
-    acceleration, slip = capsule.gravity * capsule.friction, 0.0
-    if motion.line is not None:
-        closed = motion.line.closed
-        acceleration, slip = max(closed.backward, closed.braking), closed.backward * motion.line.t1
-    started = math.hypot(*problem.setup.velocity) + abs(problem.setup.heading_rate) * reach
-    altered = normal.coupling * capsule.friction
-    steady, sudden = altered * acceleration, altered * started / contact.step
+    steady, sudden, growing = _coupled_loads(motion, contact, normal, reach)
     off = soft_contact.OVERSHOOT_FACTOR * steady
     off += DEPTH_ROUNDINGS * ROUNDOFF * reach / normal.compliance
-    sunk, rate = normal.compliance * (sudden + steady), contact.contact_rate
+    lowered, rate = normal.compliance * (sudden + steady), contact.contact_rate
     factor = soft_contact.QUASI_STATIC_FACTOR * capsule.friction
-    velocity = factor * (sunk * rate + normal.compliance * steady / contact.step)
-    way = factor * (sunk + normal.compliance * altered * slip / contact.step)
+    velocity = factor * (lowered * rate + normal.compliance * steady / contact.step)
+    way = factor * (lowered + normal.compliance * growing)
     lever = normal.tilt_inertia * float(np.abs(load_fraction_slopes(problem)).sum())
-    turn = factor * sunk * (lever + motion.mass * reach) / capsule.inertia
+    turn = factor * lowered * (lever + motion.mass * reach) / capsule.inertia
     return {
-        **dict.fromkeys(LOADS, off + sudden),
+        **dict.fromkeys(NORMAL_FORCES, off + sudden),
         "friction_force": 3 * capsule.friction * off + motion.mass * velocity / contact.step,
         **dict.fromkeys((*PLACES, "sideways"), way),
         **dict.fromkeys(VELOCITIES, velocity),
@@ -222,7 +213,7 @@ def centre_height(motion: LineMotion, contact: SoftContact) -> Bounds:
     capsule = motion.problem.setup.capsule
     moment = contact.normal.height * capsule.friction * capsule.weight
     shift = moment * np.abs(load_fraction_slopes(motion.problem) @ motion.along)
-    return dict(zip(LOADS, shift.tolist(), strict=True))
+    return dict(zip(NORMAL_FORCES, shift.tolist(), strict=True))
 
 
 MECHANISMS: Mapping[str, Callable[[LineMotion, SoftContact], Bounds]] = MappingProxyType(
@@ -237,37 +228,64 @@ MECHANISMS: Mapping[str, Callable[[LineMotion, SoftContact], Bounds]] = MappingP
 )
 
 
+def _coupled_loads(
+    motion: LineMotion, contact: SoftContact, normal: NormalContact, reach: float
+) -> tuple[float, float, float]:
+    """Changes of a normal force [N] by the coupling: while the slip accelerates, where a body whose
+    supports are at most `reach` [m] from C starts to slide at once, and what has grown with the
+    slip of a manoeuvre by its end."""
+    setup, friction = motion.problem.setup, motion.problem.setup.capsule.friction
+    acceleration, slip = setup.capsule.gravity * friction, 0.0
+    if motion.line is not None:
+        closed = motion.line.closed
+        acceleration, slip = max(closed.backward, closed.braking), closed.backward * motion.line.t1
+    started = math.hypot(*setup.velocity) + abs(setup.heading_rate) * reach
+    altered = normal.coupling * friction
+    return altered * acceleration, altered * started / contact.step, altered * slip / contact.step
+
+
 def _deflection(motion: LineMotion, contact: SoftContact, normal: NormalContact) -> Deflection:
     """The quasi-static deflections of `motion`.
 
     Friction that sets in, or lets go, below C tips the body, and within some steps all is at rest
     again: nothing is left of it but the tilt, and a turn by f I/J of its part across the motion.
     """
-    problem, capsule, compliance = motion.problem, motion.problem.setup.capsule, normal.compliance
+    capsule, compliance = motion.problem.setup.capsule, normal.compliance
     times, loads, slid = motion.loads()
-    along, slopes = motion.along, load_fraction_slopes(problem)
+    depth = compliance * float(loads.max()) + normal.height
+    tilt, tilt_across, moment_loads = _tilt(motion, loads, compliance, depth)
     height = -compliance * np.sum(loads**2, axis=0) / capsule.weight
     rise = np.gradient(height, times)
-    moment = capsule.friction * capsule.weight
-    moment *= compliance * float(loads.max()) + normal.height
-    moment_loads = moment * np.abs(slopes @ along)
     tipped_height = 2 * compliance * float(moment_loads.max())
-    tilts = compliance * slopes.T @ (loads - loads[:, :1])
-    tipped = compliance * moment * slopes.T @ slopes @ along
-    across = np.array([-along[1], along[0]])
-    leans = np.hypot(*(compliance * slopes.T @ loads))
+    leans = np.hypot(*(compliance * load_fraction_slopes(motion.problem).T @ loads))
     return Deflection(
-        sunk=float(np.abs(height - height[0]).max()) + tipped_height,
+        lowered=float(np.abs(height - height[0]).max()) + tipped_height,
         speed=float(np.abs(rise).max()) + tipped_height * contact.contact_rate,
         acceleration=float(np.abs(np.gradient(rise, times)).max()),
-        tilt=float(np.hypot(*tilts).max() + np.hypot(*tipped)),
-        tilt_across=float(np.abs(across @ tilts).max() + abs(across @ tipped)),
+        tilt=tilt,
+        tilt_across=tilt_across,
         lean=float(leans.max()),
         start_lean=float(leans[0]),
         moment_loads=moment_loads,
         inertial_loads=_inertial_loads(motion, normal, times, loads, slid),
         stroke=float(np.abs(slid).max()),
     )
+
+
+def _tilt(
+    motion: LineMotion, loads: Array, compliance: float, depth: float
+) -> tuple[float, float, Array]:
+    """Largest change of the body's tilt since the start under `loads` [N], shape (3, n), and its
+    part across the line, friction being `depth` [m] below C; and the loads that the moment of
+    friction shifts [N], shape (3,)."""
+    capsule, along = motion.problem.setup.capsule, motion.along
+    slopes, across = load_fraction_slopes(motion.problem), np.array([-along[1], along[0]])
+    moment = capsule.friction * capsule.weight * depth
+    tilts = compliance * slopes.T @ (loads - loads[:, :1])
+    tipped = compliance * moment * slopes.T @ slopes @ along
+    tilt = float(np.hypot(*tilts).max() + np.hypot(*tipped))
+    tilt_across = float(np.abs(across @ tilts).max() + abs(across @ tipped))
+    return tilt, tilt_across, moment * np.abs(slopes @ along)
 
 
 def _turn(

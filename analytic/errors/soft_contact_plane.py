@@ -12,15 +12,16 @@ loads of statics lack
 where w is the body's rate and I_a its inertia across: vertical inertia, gyroscopic moments, and
 moments of horizontal forces at their heights. A contact acts halfway down its depth.
 
-Contraction. Where the N_i are not those of statics by dN_i, friction is off by f dN_i at each
+Contraction. Where the N_i differ from those of statics by dN_i, friction differs by f dN_i at each
 support. What that does is bounded by a property of dry friction: at given normal forces two motions
 of a body never part in velocity, measured by the kinetic energy of their difference, for friction
 never works with that. So with e the root of twice that energy, and directions d_i of slip,
 
     e' <= ((sum f dN_i d_i)^2/(M + m) + (sum f dN_i rho_i x d_i)^2/I)^(1/2),    rho_i = CA_i - mu r,
 
-rates are off by e/I^(1/2) and e/(M + m)^(1/2), angle and place by their integrals. A support that
-sticks may be off in any direction. The error resets at rest. Derivations: theory_soft_contacts.md.
+the errors of the rates are e/I^(1/2) and e/(M + m)^(1/2), of angle and place their integrals. The
+friction of a support that sticks may differ in any direction. The error resets at rest.
+Derivations: theory_soft_contacts.md.
 """
 
 from __future__ import annotations
@@ -36,12 +37,10 @@ import numpy as np
 
 from plumbob.analytic.errors import soft_contact
 from plumbob.analytic.errors.added_inertia import slider_in_the_plane
+from plumbob.analytic.errors.model_error import Bounds, ModelError, by_observable
 from plumbob.analytic.errors.soft_contact import (
-    Bounds,
-    ModelError,
     NormalContact,
     SoftContact,
-    by_observable,
     load_fraction_slopes,
     shortest_arm,
 )
@@ -252,7 +251,7 @@ def _growth(capsule: Capsule, motion: PlaneMotion, lost: Array) -> Array:
 
 
 def _growth_at_most(capsule: Capsule, motion: PlaneMotion, lost: Array) -> Array:
-    """The same of normal forces that are off by `lost` [N] or less, shape (3, n), in any way."""
+    """The same of normal forces that lack `lost` [N] or less, shape (3, n), in any way."""
     reach = np.sqrt(1.0 / motion.mass + np.abs(motion.arms) ** 2 / motion.inertia)
     size = capsule.friction * (lost * reach).sum(axis=0)
     return np.asarray(np.where(motion.resting, 0.0, size))
@@ -304,7 +303,7 @@ def _stiction_drift(
 def _slider_armature(
     problem: CapsuleProblem, motion: PlaneMotion, contact: SoftContact, count: int
 ) -> Bounds:
-    """The slider's way in the body is off by m/A of its way in space, and by the rounding of what
+    """The slider's way in the body lacks m/A of its way in space, and the rounding of what
     drives it; the body's by no more than that."""
     speeds = np.abs(motion.speed) + motion.ground + np.abs(motion.rate * motion.place)
     mass, arm = problem.setup.capsule.slider_mass, shortest_arm(problem)

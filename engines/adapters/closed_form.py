@@ -8,14 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plumbob.analytic.errors.schemes import CLOSED_FORM, Scheme
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.adapters.sampling import SAMPLES
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
-ULP = 2.0**-52  # all that it can be asked for
-METHODS = (Method("exact/closed-form", "closed-form", None, "tolerance", {}, (ULP,)),)
+# ULP is the finest representable tolerance.
+METHODS = (Method("exact/closed-form", Scheme(CLOSED_FORM), None, "tolerance", {}, (ULP,)),)
 
 
 @dataclass
@@ -35,8 +37,8 @@ class Evaluation:
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
-    """Work out the constants of the closed form; `step` has no part in it. Raises Unsupported where
-    there is none, and the reference is a series or a quadrature."""
+    """Compute the constants of the closed form; `step` has no part in it. Raises Unsupported where
+    the reference is a series or a quadrature."""
     begin = time.perf_counter()
     reference = case.system.reference(case.problem)
     if getattr(reference, "closed_form", reference) is None:

@@ -1,7 +1,8 @@
 """heyoka as an engine: Taylor series of an order that the tolerance chooses, compiled for a scene.
 
-An optional peer: it solves the same equation of motion as the reference's own Taylor series, by
-other code, and shows what a smooth scene can cost.
+An optional, independent method: it solves the same equation of motion as the reference's own Taylor
+series, by other code, and shows what a smooth scene can cost. It translates the pendulums' equation
+in one angle and no other.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.schemes import ADAPTIVE, Scheme
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.adapters.sampling import SAMPLES
@@ -23,7 +25,7 @@ from plumbob.models.scene import Case
 SMALLEST = 2.0**-52
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 17, 2))
 SMOOTH = ("*-pendulum",)
-METHODS = (Method("heyoka/taylor", "adaptive", None, "tolerance", {}, TOLERANCES, SMOOTH),)
+METHODS = (Method("heyoka/taylor", Scheme(ADAPTIVE), None, "tolerance", {}, TOLERANCES, SMOOTH),)
 
 
 @dataclass
@@ -62,7 +64,9 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     problem = getattr(problem, "started", problem)
     rotor = getattr(getattr(problem, "motion", None), "rotor", None)
     if rotor is None:
-        raise Unsupported(f"{case.system.name} is no equation of motion in one angle")
+        raise Unsupported(
+            f"heyoka has no builder for {case.system.name}: no driven rotor in one angle"
+        )
     import heyoka
 
     begin = time.perf_counter()

@@ -9,7 +9,7 @@ from plumbob.analytic.parameters import ParameterError, positive
 
 Indices = npt.NDArray[np.int64]
 SAMPLES = 500  # enough for a smooth curve; the errors are judged at the samples
-MOST_STEPS = 1_000_000_000  # half an hour at the cheapest step any engine has
+MOST_STEPS = 1_000_000_000  # half an hour at the cheapest step of any engine
 
 
 def step_count(duration: float, step: float) -> int:

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
 
+from plumbob.analytic.errors.pendulum_errors import simple_pendulum_errors
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known
 from plumbob.analytic.reference import Array, Reference
@@ -170,7 +171,7 @@ _SCENES = (
            theta=_LARGE, duration=500.0, steps=(8e-3, 4e-3, 2e-3, 1e-3, 5e-4),
            hard="10^6 steps of 5e-4 s: energy bounded, or drifting at a rate"),
     *(_near_top(k) for k in range(1, 13)),
-    *_both("overdamped", "damped at 10/s, more than 2 sqrt(g/L): creeps down without a swing",
+    *_both("overdamped", "damped at 10/s, more than 2 sqrt(g/L): returns without a swing",
            "damped at 10/s, more than critically, linear", duration=10.0,
            steps=step_sizes(5e-2, 1e-4), theta=_LARGE, damping_rate=10.0, linear_profile="quick",
            hard="rates of 1.1/s and 8.9/s side by side"),
@@ -190,6 +191,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         default="free-large",
         problem=partial(problem, linear=linear),
         reference=reference,
+        errors=simple_pendulum_errors,
         invariants=invariants,
         facts=facts,
         mjcf=Path(__file__).parent / "simple_pendulum.xml",

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from plumbob.models.tripod_capsule import coast, hold, line, plan, train, turn
+from plumbob.models.tripod_capsule import coast, hold, line, plan, repeated, turn
 
 SYSTEMS = (
     line.SYSTEM,
     turn.SYSTEM,
     hold.SYSTEM,
     coast.SYSTEM,
-    train.SYSTEM,
+    repeated.SYSTEM,
     plan.SYSTEM,
 )

@@ -1,29 +1,29 @@
-"""A body for friction to hold, gravity tilted or the slider moving: capsule-hold."""
+"""A body held by friction, under tilted gravity or with a slowly moving slider: capsule-hold."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
+from plumbob.analytic.errors.sliding_errors import hold_errors, stroke_errors
+from plumbob.analytic.errors.theory import ErrorTheory, StepErrors
 from plumbob.analytic.parameters import finite
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle
-from plumbob.models.scene import Parameters, Scene, System
+from plumbob.models.scene import Parameters, Scene
 from plumbob.models.step_sizes import step_sizes
-from plumbob.models.tripod_capsule.line import MJCF
 from plumbob.models.tripod_capsule.parameters import (
-    ALONG,
     BODY,
     CHECK,
-    CONTACTS,
     SOURCE,
     along,
     capsule,
-    change,
+    capsule_system,
+    change_line,
     check_names,
     heading,
     place,
@@ -70,20 +70,21 @@ def _stroke(parameters: Parameters) -> CapsuleProblem:
     )
 
 
-def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
-    """None: nothing is to move, which the observables say."""
-    return {}
+def errors(problem: CapsuleProblem) -> ErrorTheory:
+    """What fixed steps do to a slow motion, or to a body at rest."""
+    theory = stroke_errors if problem.motion.kind == "stroke" else hold_errors
+    return StepErrors(partial(theory, problem.motion))
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """What friction is to hold, and what it could."""
+    """The load on friction, and the most that it can hold."""
     body, hold = problem.setup.capsule, problem.motion
     about: dict[str, Any] = {
         "displacement": 0.0,
         "fraction": hold.fraction,
         "holding_acceleration": body.holding_acceleration,
     }
-    if isinstance(hold, SlowStroke):
+    if hold.kind == "stroke":
         return {**about, "stroke": hold.length, "t_rest": hold.duration}
     return {
         **about,
@@ -97,8 +98,8 @@ def _scene(case: str, summary: str, duration: float, **values: Any) -> Scene:
     profile, hard = values.pop("profile", "full"), values.pop("hard", "")
     steps = values.pop("steps", step_sizes(5e-3, 1e-4))
     return Scene(
-        f"capsule-hold/{case}", summary, change(_TILTED, values), duration, steps, SOURCE, profile,
-        hard,
+        f"capsule-hold/{case}", summary, change_line(_TILTED, values), duration, steps, SOURCE,
+        profile, hard,
     )  # fmt: skip
 
 
@@ -112,19 +113,14 @@ SCENES = (
           step_sizes(1e-3, 1e-5), SOURCE),
 )  # fmt: skip
 
-SYSTEM = System(
-    name="capsule-hold",
-    title="Capsule held by friction",
-    observables=ALONG,
+SYSTEM = capsule_system(
+    "capsule-hold",
+    "Capsule held by friction",
     parameters=NAMES,
     scenes=SCENES,
     default="0.999",
     problem=problem,
-    reference=lambda problem: problem.reference,
-    invariants=invariants,
+    errors=errors,
     facts=facts,
-    mjcf=MJCF,
-    family="capsule",
-    change=change,
-    weight=CONTACTS,
+    change=change_line,
 )

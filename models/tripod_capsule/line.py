@@ -5,34 +5,34 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
-from pathlib import Path
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.sliding_errors import line_errors
+from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces, source_assumption
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import printed_body_velocity
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference, condition_number
-from plumbob.models.scene import Parameters, Scene, System
+from plumbob.models.scene import Parameters, Scene
 from plumbob.models.step_sizes import step_sizes
 from plumbob.models.tripod_capsule.parameters import (
-    ALONG,
     BODY,
     CHECK,
-    CONTACTS,
     LINE,
     SOURCE,
-    change,
+    capsule_system,
+    change_line,
     check_names,
     heading,
     manoeuvre,
     threshold,
 )
 
-MJCF = Path(__file__).parent / "tripod_capsule.xml"
 NAMES = (*BODY, *LINE, "heading")
 _HOLDING = threshold({})
 _LINE: Parameters = MappingProxyType({
@@ -60,8 +60,8 @@ def problem(parameters: Parameters) -> CapsuleProblem:
 
 
 def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
-    """What holds whatever the motion: friction is f (M + m) g at most (by how much of that it is
-    beyond), and without any the common centre of mass stays where it is (over the body's way)."""
+    """Friction is f (M + m) g at most: its relative excess. Without friction the common centre of
+    mass stays at rest: its displacement relative to the body's."""
     body = problem.setup.capsule
     if body.friction == 0.0:
         shift = observed["displacement"] + body.mass_ratio * observed["stroke"]
@@ -103,8 +103,8 @@ def _scene(case: str, summary: str, hard: str = "", **values: Any) -> Scene:
     profile, duration = values.pop("profile", "full"), values.pop("duration", 0.15)
     steps = values.pop("steps", step_sizes(1e-3, 1e-5))
     return Scene(
-        f"capsule-line/{case}", summary, change(_LINE, values), duration, steps, SOURCE, profile,
-        hard,
+        f"capsule-line/{case}", summary, change_line(_LINE, values), duration, steps, SOURCE,
+        profile, hard,
     )  # fmt: skip
 
 
@@ -155,19 +155,15 @@ SCENES = (
            hard="the control switches inside a step"),
 )  # fmt: skip
 
-SYSTEM = System(
-    name="capsule-line",
-    title="Capsule on a line",
-    observables=ALONG,
+SYSTEM = capsule_system(
+    "capsule-line",
+    "Capsule on a line",
     parameters=NAMES,
     scenes=SCENES,
     default="ca1",
     problem=problem,
-    reference=lambda problem: problem.reference,
+    errors=lambda problem: StepErrors(partial(line_errors, problem.motion)),
     invariants=invariants,
     facts=facts,
-    mjcf=MJCF,
-    family="capsule",
-    change=change,
-    weight=CONTACTS,
+    change=change_line,
 )

@@ -1,20 +1,26 @@
-"""Parameters of the capsule and of its manoeuvres, as scenes and `--set` have them."""
+"""What the capsule's systems have in common: model, parameters as in `--set`, observables."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from plumbob.analytic.errors.theory import ErrorTheory
 from plumbob.analytic.parameters import ParameterError, finite, known
+from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, direction_to
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
-from plumbob.models.scene import Observable, Parameters, replaced
+from plumbob.models.scene import Observable, Parameters, Scene, System, replaced
 
 SOURCE = (
     "F. L. Chernousko, Plane motions of a body controlled by a movable mass, "
     "Doklady RAN. Physics, Technical Sciences, 2020, vol. 494, no. 1, pp. 69-74"
 )
-CONTACTS = 4.0  # times a pendulum's step: three contacts to solve for, and as many forces to read
+MJCF = Path(__file__).parent / "tripod_capsule.xml"
+CONTACTS = 4.0  # cost of a step in steps of a pendulum: three contacts, three forces to read
 BODY = ("body_mass", "slider_mass", "inertia", "supports", "friction", "gravity")
 LINE = ("w1", "w2", "t1", "support", "direction", "start")
 CHECK: Parameters = MappingProxyType({
@@ -33,6 +39,47 @@ ALONG = (
     Observable("normal_force_3", "N"),
     Observable("friction_force", "N"),
 )
+
+
+def no_invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+    """None: friction and the actuator do work."""
+    return {}
+
+
+def capsule_system(
+    name: str,
+    title: str,
+    *,
+    parameters: tuple[str, ...],
+    scenes: tuple[Scene, ...],
+    default: str,
+    problem: Callable[[Parameters], CapsuleProblem],
+    errors: Callable[[Any], ErrorTheory],
+    facts: Callable[[CapsuleProblem], Mapping[str, Any]],
+    observables: tuple[Observable, ...] = ALONG,
+    invariants: Callable[
+        [CapsuleProblem, Mapping[str, Array]], Mapping[str, Array]
+    ] = no_invariants,
+    change: Callable[[Parameters, Parameters], Parameters] = replaced,
+) -> System:
+    """A system that has the capsule's model and family; the arguments as in `System`."""
+    return System(
+        name=name,
+        title=title,
+        observables=observables,
+        parameters=parameters,
+        scenes=scenes,
+        default=default,
+        problem=problem,
+        reference=lambda found: found.reference,
+        errors=errors,
+        invariants=invariants,
+        facts=facts,
+        mjcf=MJCF,
+        family="capsule",
+        change=change,
+        weight=CONTACTS,
+    )
 
 
 def capsule(parameters: Parameters) -> Capsule:
@@ -70,8 +117,8 @@ def heading(parameters: Parameters) -> float:
     return finite("heading", parameters.get("heading", 0.0))
 
 
-def change(parameters: Parameters, changes: Parameters) -> Parameters:
-    """Parameters with some values changed; of `support` and `direction` the one given counts."""
+def change_line(parameters: Parameters, changes: Parameters) -> Parameters:
+    """Parameters with some values changed; `support` replaces `direction`, and the reverse."""
     if "support" in changes and "direction" in changes:
         raise ParameterError("direction", changes["direction"], "left out where support is given")
     for given, other in (("support", "direction"), ("direction", "support")):
@@ -81,7 +128,7 @@ def change(parameters: Parameters, changes: Parameters) -> Parameters:
 
 
 def place(parameters: Parameters) -> tuple[float, float]:
-    """Place of the fixed slider relative to C [m]; raises ParameterError."""
+    """Position of the fixed slider relative to C [m]; raises ParameterError."""
     given: Any = parameters.get("slider", (0.0, 0.0))
     try:
         x, y = given

@@ -5,28 +5,28 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import fields
-from functools import cache
+from functools import cache, partial
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.plane_errors import plane_errors
+from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.planner import POSES, Limits, Plan, RestPose
 from plumbob.analytic.systems.planner import plan as find_plan
 from plumbob.analytic.systems.planner.result import TrackName
 from plumbob.analytic.systems.three_points.reference import PlaneReference
-from plumbob.models.scene import Observable, Parameters, Scene, System
-from plumbob.models.tripod_capsule.line import MJCF
+from plumbob.models.scene import Observable, Parameters, Scene
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,
-    CONTACTS,
     SOURCE,
     capsule,
+    capsule_system,
     check_names,
 )
 from plumbob.models.tripod_capsule.turn import OBSERVED
@@ -89,11 +89,6 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     return CapsuleProblem(found, PlaneReference(found.motion), setup)
 
 
-def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
-    """None: friction and the actuator do work."""
-    return {}
-
-
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """Its manoeuvres, how long it takes, and how far from the goal the exact motion ends."""
     found = problem.motion
@@ -128,19 +123,15 @@ def _scene(case: str, goal: RestPose, track: TrackName) -> Scene:
 _TRACKS: tuple[TrackName, ...] = ("free", "curve")
 SCENES = tuple(_scene(case, goal, track) for case, goal in POSES for track in _TRACKS)
 
-SYSTEM = System(
-    name="capsule-plan",
-    title="Capsule brought to a pose",
+SYSTEM = capsule_system(
+    "capsule-plan",
+    "Capsule brought to a pose",
     # A place first: a plan of lines alone keeps its heading.
     observables=(*OBSERVED[:2], Observable("heading", "rad"), *OBSERVED[2:]),
     parameters=NAMES,
     scenes=SCENES,
     default="near-free",
     problem=problem,
-    reference=lambda problem: problem.reference,
-    invariants=invariants,
+    errors=lambda problem: StepErrors(partial(plane_errors, problem.reference)),
     facts=facts,
-    mjcf=MJCF,
-    family="capsule",
-    weight=CONTACTS,
 )

@@ -4,26 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.plane_errors import plane_errors
+from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
 from plumbob.analytic.systems.three_points.reference import PlaneReference
-from plumbob.models.scene import Observable, Parameters, Scene, System
-from plumbob.models.tripod_capsule.line import MJCF
+from plumbob.models.scene import Observable, Parameters, Scene
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,
-    CONTACTS,
     SOURCE,
     capsule,
+    capsule_system,
     check_names,
     heading,
 )
@@ -43,7 +44,7 @@ OBSERVED = (
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
-    """The turn manoeuvre, or train of them, that parameters describe; raises ParameterError."""
+    """The turn manoeuvre, or a repeated one, that parameters describe; raises ParameterError."""
     check_names(parameters, NAMES)
     one = TurnManoeuvre(
         capsule(parameters),
@@ -52,22 +53,22 @@ def problem(parameters: Parameters) -> CapsuleProblem:
         parameters["half_time"],
         parameters.get("start", 0.0),
     )
-    train = _train(one, parameters.get("count", 1), parameters.get("pause", 0.0))
-    x, y = train.slider(np.zeros(1))[0]
+    turns = _repeated(one, parameters.get("count", 1), parameters.get("pause", 0.0))
+    x, y = turns.slider(np.zeros(1))[0]
     setup = CapsuleSetup(
         one.capsule,
         (float(x), float(y)),
         heading=heading(parameters),
         press=one.capsule.gravity,
         in_plane=True,
-        plane_velocity=train.relative_velocity,
-        plane_place=train.slider,
+        plane_velocity=turns.relative_velocity,
+        plane_place=turns.slider,
     )
-    return CapsuleProblem(train, PlaneReference(train), setup)
+    return CapsuleProblem(turns, PlaneReference(turns), setup)
 
 
 @lru_cache(maxsize=8)  # every method and step of a scene asks for the same
-def _train(one: TurnManoeuvre, count: int, pause: float) -> RepeatedTurn:
+def _repeated(one: TurnManoeuvre, count: int, pause: float) -> RepeatedTurn:
     return RepeatedTurn(one, count, pause)
 
 
@@ -84,24 +85,24 @@ def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mappin
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """Angle at 2 tau and at rest, exact and by the formulas; sizes; loads."""
-    train = problem.motion
-    one, stop = train.manoeuvre, np.array([2.0 * train.manoeuvre.half_time])
-    events = [(e.time, e.mode, e.support + 1) for e in train.single.events]
+    turns = problem.motion
+    one, stop = turns.manoeuvre, np.array([2.0 * turns.manoeuvre.half_time])
+    events = [(e.time, e.mode, e.support + 1) for e in turns.single.events]
     lowest, _ = lowest_normal_forces(one.capsule, one.track)
     return {
-        "body_angle": float(train.single.at(stop).heading[0]),
-        "body_angle_at_rest": float(train.single.at(np.array([train.single.rest_time])).heading[0]),
+        "body_angle": float(turns.single.at(stop).heading[0]),
+        "body_angle_at_rest": float(turns.single.at(np.array([turns.single.rest_time])).heading[0]),
         "body_angle_formula": one.body_angle,
         "body_angle_corrected": one.corrected_pose.heading,
         "body_angle_corrected_at_rest": one.corrected_pose_at_rest.heading,
         "stop_time": float(stop[0]),
-        "rest_time": train.duration,
+        "rest_time": turns.duration,
         "epsilon": one.epsilon,
         "slider_angle": one.slider_angle,
         "inertia_ratio": one.inertia_ratio,
         "friction_bound": one.friction_bound,
         "drive_ratio": one.drive_ratio,
-        "count": train.count,
+        "count": turns.count,
         "lowest_normal_forces": [float(force) for force in lowest],
         "events": [{"t": t, "mode": mode, "support": support} for t, mode, support in events],
     }
@@ -159,18 +160,15 @@ SCENES = (
            "one normal force goes to zero"),
 )  # fmt: skip
 
-SYSTEM = System(
-    name="capsule-turn",
-    title="Capsule on a turn manoeuvre",
+SYSTEM = capsule_system(
+    "capsule-turn",
+    "Capsule on a turn manoeuvre",
     observables=(Observable("body_angle", "rad"), *OBSERVED),
     parameters=NAMES,
     scenes=SCENES,
     default="0.1",
     problem=problem,
-    reference=lambda problem: problem.reference,
+    errors=lambda problem: StepErrors(partial(plane_errors, problem.reference)),
     invariants=invariants,
     facts=facts,
-    mjcf=MJCF,
-    family="capsule",
-    weight=CONTACTS,
 )

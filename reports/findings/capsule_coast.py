@@ -7,10 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from plumbob.analytic.reference import StepReference
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
-from plumbob.reports.findings.measurements import covers, measured, problem, runs, scheme
+from plumbob.reports.findings.measurements import case, covers, measured, problem, runs, scheme
 from plumbob.reports.view.content import (
     Cell,
     Finding,
@@ -94,9 +93,7 @@ def _stopping(study: Study) -> Sequence[Finding]:
 
 def _predicted_end(method: str, step: float, times: np.ndarray) -> float:
     """What theory predicts of the stopping distance's error [m]: positive where it is too far."""
-    reference = problem(SCENE).reference
-    assert isinstance(reference, StepReference)
-    predicted = reference.predicted(scheme(method), step, times)
+    predicted = case(SCENE).errors.at_step(scheme(method), step, times)
     x, y = predicted["x"][-1], predicted["y"][-1]
     return math.copysign(math.hypot(x, y), x)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.errors.line_step_error import step_error
+from plumbob.analytic.errors.sliding_errors import step_error
 from plumbob.analytic.errors.soft_contact import SoftContact
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method

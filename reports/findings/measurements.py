@@ -8,6 +8,7 @@ from itertools import product
 
 import numpy as np
 
+from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
@@ -35,7 +36,7 @@ def problem(name: str) -> CapsuleProblem:
     return found
 
 
-def scheme(method: str) -> str:
+def scheme(method: str) -> Scheme:
     """The scheme of a method, as the theory of errors knows it."""
     return find_method(method).scheme
 

@@ -18,7 +18,11 @@ def check(
 ) -> Judgement:
     """Run `scene` with `method` at `step` [s] (or relative tolerance) and return its judgement;
     raises AssertionError with the table when the verdict is not as expected, and ParameterError
-    for a name or number that does not fit."""
+    for a name or number that does not fit.
+
+    >>> check("cone-pendulum/rotating-base", "ode/rk4", step=1e-3).verdict
+    'pass'
+    """
     chosen, how = find_scene(scene, changes), find_method(method)
     case = case_of(chosen)
     found, _ = measure(case, how, step)

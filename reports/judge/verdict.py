@@ -154,7 +154,7 @@ def _no_theory(run: _Run) -> Judgement | None:
         return None
     theory = any(e.predicted or e.controlled for e in run.found.errors.values())
     why = "the step is too large for the" if theory else "there is no"
-    return Judgement("coarse", {}, f"{why} theory of its error")
+    return Judgement("coarse", {}, run.found.note or f"{why} theory of its error")
 
 
 def _within(run: _Run) -> Judgement:

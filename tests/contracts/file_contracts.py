@@ -1,17 +1,21 @@
-"""Folder contracts on files: their size, first line and name, state, systems, machine traces."""
+"""Contracts on files: size, first line, name, state, complete systems, machine traces."""
 
 from __future__ import annotations
 
 import ast
 import re
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from plumbob.tests.contracts.tree import ROOMS, files, python
+from plumbob.tests.contracts.tree import LAYERS, files, python
 
 MOST_LINES = 401  # one whole idea: 100 to 400
+FEW_LINES = 50
+MOST_SHORT_FILES = 15
+MOST_FILES = 15  # in a folder: it reads as a table of contents
 TOP_LEVEL = {
-    *ROOMS,
+    *LAYERS,
     "tests",
     *("CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "README.md"),
     *("__init__.py", "__main__.py", "py.typed"),
@@ -39,6 +43,23 @@ def long_files(root: Path) -> list[str]:
     return [f"{path}: {lines} lines" for path, lines in counts.items() if lines >= MOST_LINES]
 
 
+def short_files(root: Path) -> list[str]:
+    """Python files of the package under 50 lines, `__init__`s aside, where there are more than 15
+    of them: one idea is not split over several files."""
+    short = []
+    for path, _ in python(root):
+        if path.parts[0] in LAYERS and path.name != "__init__.py":
+            lines = len((root / path).read_text("utf-8").splitlines())
+            short += [f"{path}: {lines} lines"] if lines < FEW_LINES else []
+    return short if len(short) > MOST_SHORT_FILES else []
+
+
+def crowded_folders(root: Path) -> list[str]:
+    """Folders of more than 15 Python files, `__init__` aside."""
+    counts = Counter(path.parent for path, _ in python(root) if path.name != "__init__.py")
+    return [f"{path}: {count} files" for path, count in counts.items() if count > MOST_FILES]
+
+
 def silent_files(root: Path) -> list[str]:
     """Python files with content whose first line does not say what they do."""
     silent = []
@@ -60,10 +81,10 @@ def vague_names(root: Path) -> list[str]:
 
 
 def module_state(root: Path) -> list[str]:
-    """Lists, dicts and sets bound outside functions, and `global` statements, in the rooms."""
+    """Lists, dicts and sets bound outside functions, and `global` statements, in the package."""
     state = []
     for path, module in python(root):
-        if path.parts[0] not in ROOMS:
+        if path.parts[0] not in LAYERS:
             continue
         for statement in _outside_functions(module.body):
             if not isinstance(statement, (ast.Assign, ast.AnnAssign, ast.AugAssign)):
@@ -110,8 +131,10 @@ def incomplete_systems(root: Path) -> list[str]:
         if not any(folder.glob("*.png")):
             lacking.append(f"models/{name}: no picture (*.png)")
         readme = folder / "README.md"
-        told = readme.is_file() and re.search(r"(?im)^#+ .*provenance", readme.read_text("utf-8"))
-        if not told and not (folder / "CHANGELOG.md").is_file():
+        described = readme.is_file() and re.search(
+            r"(?im)^#+ .*provenance", readme.read_text("utf-8")
+        )
+        if not described and not (folder / "CHANGELOG.md").is_file():
             lacking.append(f"models/{name}: neither a section on provenance nor a CHANGELOG.md")
     return lacking
 

@@ -1,30 +1,35 @@
-"""Folder contracts on imports: the way through the rooms, no circles, heavy packages late."""
+"""Contracts on imports: layers one way, no circles, engines behind their adapters."""
 
 from __future__ import annotations
 
+import ast
 import graphlib
 import subprocess
 import sys
 from pathlib import Path
 
-from plumbob.tests.contracts.tree import PACKAGE, ROOMS, imports, module_name, python
+from plumbob.tests.contracts.tree import LAYERS, PACKAGE, imports, module_name, python
 
+THEORY = ("numerics", "systems", "errors")  # parts of `analytic`: each may import those before it
+ADAPTERS = ("engines", "adapters")
+PAGE = (("reports", "view"), ("reports", "findings"))
+RUNS = ("prepare", "prepared", "measure", "convergence_study", "run_study")  # what runs an engine
 LIBRARIES = ("numpy", "numpy_quaddtype", "scipy")  # all that `analytic` needs beside the language
 HEAVY = ("dask", "distributed", "heyoka", "jinja2", "mujoco", "plotly", "pymunk", "pytest")
 
 
 def wrong_way(root: Path) -> list[str]:
-    """Imports of a room that comes later, or of the tests."""
+    """Imports of a later layer, or of the tests."""
     wrong = []
     for path, module in python(root):
-        if (room := path.parts[0]) not in ROOMS:
+        if (layer := path.parts[0]) not in LAYERS:
             continue
-        allowed = ROOMS[: ROOMS.index(room) + 1]
+        allowed = LAYERS[: LAYERS.index(layer) + 1]
         for found in imports(path, module):
             top, _, inner = found.name.partition(".")
             target = inner.split(".")[0] if top == PACKAGE else top
-            if target in (*ROOMS, "tests") and target not in allowed:
-                wrong.append(f"{path}:{found.line}: {room} imports {found.name}")
+            if target in (*LAYERS, "tests") and target not in allowed:
+                wrong.append(f"{path}:{found.line}: {layer} imports {found.name}")
     return wrong
 
 
@@ -55,6 +60,72 @@ def circles(root: Path) -> list[str]:
     except graphlib.CycleError as error:
         return [" <- ".join(error.args[1])]
     return []
+
+
+def folder_circles(root: Path) -> list[str]:
+    """The first circle of imports between the package's folders. The root folder is left out: its
+    `check` is looked up when it is asked for."""
+    tree = [(path, module) for path, module in python(root) if path.parts[0] in LAYERS]
+    folders = {module_name(path): path.parent.as_posix() for path, _ in tree}
+    graph: dict[str, set[str]] = {folder: set() for folder in folders.values()}
+    for path, module in tree:
+        for found in imports(path, module):
+            name = found.name if found.name in folders else found.name.rpartition(".")[0]
+            if name in folders and folders[name] != path.parent.as_posix():
+                graph[path.parent.as_posix()].add(folders[name])
+    try:
+        graphlib.TopologicalSorter(graph).prepare()
+    except graphlib.CycleError as error:
+        return [" <- ".join(error.args[1])]
+    return []
+
+
+def theory_upside_down(root: Path) -> list[str]:
+    """Imports in `analytic` of a part that builds on the importing one: numerics <- systems <-
+    errors."""
+    wrong = []
+    for path, module in python(root):
+        if path.parts[0] != "analytic" or path.parts[1] not in THEORY:
+            continue
+        allowed = THEORY[: THEORY.index(path.parts[1]) + 1]
+        for found in imports(path, module):
+            part = found.name.removeprefix(f"{PACKAGE}.analytic.").split(".")[0]
+            if part in THEORY and part not in allowed:
+                wrong.append(f"{path}:{found.line}: {path.parts[1]} imports {found.name}")
+    return wrong
+
+
+def adapter_internals(root: Path) -> list[str]:
+    """Imports of an adapter from outside `engines/adapters`, or of one adapter's folder from
+    another's: `engines.registry` loads them by name."""
+    wrong = []
+    for path, module in python(root):
+        if path.parts[0] not in LAYERS:
+            continue
+        inside = path.parts[:2] == ADAPTERS
+        own = path.with_suffix("").parts[2] if inside else ""
+        for found in imports(path, module):
+            stem, _, inner = found.name.partition(f"{PACKAGE}.{'.'.join(ADAPTERS)}.")
+            if stem or not inner:
+                continue
+            name = inner.split(".")[0]
+            if not inside or ((root / Path(*ADAPTERS) / name).is_dir() and name != own):
+                wrong.append(f"{path}:{found.line}: imports {found.name}")
+    return wrong
+
+
+def engines_on_the_page(root: Path) -> list[str]:
+    """Places where a page, or a finding on it, runs an engine in place of reading the study."""
+    wrong = []
+    for path, module in python(root):
+        if path.parts[:2] not in PAGE:
+            continue
+        for node in ast.walk(module):
+            if isinstance(node, ast.Call):
+                name = ast.unparse(node.func).rpartition(".")[2]
+                if name in RUNS:
+                    wrong.append(f"{path}:{node.lineno}: calls {name}")
+    return wrong
 
 
 def at_home(path: Path, package: str) -> bool:
@@ -98,7 +169,7 @@ def heavy_when_imported(root: Path) -> list[str]:
     names = [
         module_name(path)
         for path, _ in python(root)
-        if path.parts[0] in ROOMS and not any(at_home(path, package) for package in HEAVY)
+        if path.parts[0] in LAYERS and not any(at_home(path, package) for package in HEAVY)
     ]
     command = [sys.executable, "-c", _PROBE, ",".join(HEAVY), *names]
     done = subprocess.run(command, cwd=root, check=False, capture_output=True, text=True)

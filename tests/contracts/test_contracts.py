@@ -1,4 +1,4 @@
-"""The folder contracts hold for this tree, and each goes red on a tree that breaks it."""
+"""The contracts hold for this tree, and each is red on a tree that breaks it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from plumbob.tests.contracts import file_contracts, import_contracts
+from plumbob.tests.contracts import file_contracts, import_contracts, wording
 
 ROOT = Path(__file__).parents[2]
 Contract = Callable[[Path], list[str]]
@@ -31,7 +31,7 @@ GOOD = {
 STATE = '"""Keeps a register."""\n'
 
 # contract, and the smallest changes to a good tree that break it
-TEETH: tuple[tuple[Contract, Mapping[str, str]], ...] = (
+BROKEN: tuple[tuple[Contract, Mapping[str, str]], ...] = (
     (import_contracts.wrong_way, {"analytic/cone.py": "import plumbob.models.cone\n"}),
     (
         import_contracts.wrong_way,
@@ -52,6 +52,40 @@ TEETH: tuple[tuple[Contract, Mapping[str, str]], ...] = (
             "models/b.py": "def f():\n    from . import a\n",
         },
     ),
+    (
+        import_contracts.folder_circles,
+        {
+            "reports/view/traces.py": "from plumbob.reports.judge import verdict\n",
+            "reports/judge/verdict.py": "def f():\n    from plumbob.reports.view import page\n",
+        },
+    ),
+    (
+        import_contracts.theory_upside_down,
+        {"analytic/systems/cone.py": "from plumbob.analytic.errors.schemes import Scheme\n"},
+    ),
+    (
+        import_contracts.theory_upside_down,
+        {"analytic/numerics/roots.py": "def f():\n    from plumbob.analytic.systems import cone\n"},
+    ),
+    (
+        import_contracts.adapter_internals,
+        {"reports/cli.py": "from plumbob.engines.adapters.mujoco import ENGINE\n"},
+    ),
+    (
+        import_contracts.adapter_internals,
+        {
+            "engines/adapters/ode/__init__.py": "",
+            "engines/adapters/heyoka.py": "from .ode.equation import Equation\n",
+        },
+    ),
+    (
+        import_contracts.engines_on_the_page,
+        {"reports/view/page.py": "engine_of(method).prepare(case, method, 1e-3).run()\n"},
+    ),
+    (
+        import_contracts.engines_on_the_page,
+        {"reports/findings/cone.py": "from x import measure\nmeasure()\n"},
+    ),
     (import_contracts.heavy_imports, {"engines/method.py": "import mujoco\n"}),
     (import_contracts.heavy_imports, {"engines/adapters/mujoco.py": "from pymunk import Body\n"}),
     (
@@ -67,6 +101,14 @@ TEETH: tuple[tuple[Contract, Mapping[str, str]], ...] = (
     (file_contracts.strangers, {"scripts/run.sh": "true\n"}),
     (file_contracts.strangers, {"setup.py": "0\n"}),
     (file_contracts.long_files, {"analytic/cone.py": '"""What a cone weighs."""\n' + 400 * "0\n"}),
+    (
+        file_contracts.short_files,
+        {f"engines/part_{number}.py": '"""A part of it."""\n' for number in range(16)},
+    ),
+    (
+        file_contracts.crowded_folders,
+        {f"tests/test_{number}.py": '"""A part of it."""\n' for number in range(16)},
+    ),
     (file_contracts.silent_files, {"analytic/cone.py": "NAMES = ()\n"}),
     (file_contracts.silent_files, {"analytic/cone.py": '"""Cone."""\nNAMES = ()\n'}),
     (file_contracts.silent_files, {"analytic/cone.py": '# why\n"""What a cone weighs."""\n'}),
@@ -91,8 +133,12 @@ TEETH: tuple[tuple[Contract, Mapping[str, str]], ...] = (
     (file_contracts.machine_traces, {"README.md": "see /" + "home/me/plumbob\n"}),
     (file_contracts.machine_traces, {"Makefile": "DIR=/" + "tmp/x\n"}),
     (file_contracts.machine_traces, {"Makefile": "pip install --index" + "-url x\n"}),
+    (wording.forbidden_words, {"README.md": "The error was foret" + "old.\n"}),
+    (wording.forbidden_words, {"engines/method.py": "FINE_RUN" + "GS = ()\n"}),
+    (wording.forbidden_words, {"engines/method.py": "class Yard" + "stick: ...\n"}),
+    (wording.forbidden_words, {"engines/method.py": "# joints as they\n# " + "come lose energy\n"}),
 )
-CONTRACTS = tuple(dict.fromkeys(contract for contract, _ in TEETH))
+CONTRACTS = tuple(dict.fromkeys(contract for contract, _ in BROKEN))
 
 
 def write(root: Path, contents: Mapping[str, str]) -> Path:
@@ -115,10 +161,10 @@ def test_good_tree_is_left_alone(contract: Contract, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("contract", "change"),
-    TEETH,
-    ids=[f"{contract.__name__}-{number}" for number, (contract, _) in enumerate(TEETH)],
+    BROKEN,
+    ids=[f"{contract.__name__}-{number}" for number, (contract, _) in enumerate(BROKEN)],
 )
-def test_broken_tree_goes_red(
+def test_contract_is_red_on_a_broken_tree(
     contract: Contract, change: Mapping[str, str], tmp_path: Path
 ) -> None:
     assert contract(write(tmp_path, {**GOOD, **change}))

@@ -1,4 +1,4 @@
-"""The wheel holds all that the rooms need and nothing else; every dependency has a lower bound."""
+"""The wheel holds what the package needs and no more; every dependency has a lower bound."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.version import Version
 
-from plumbob.tests.contracts.tree import PACKAGE, ROOMS, files
+from plumbob.tests.contracts.tree import LAYERS, PACKAGE, files
 
 ROOT = Path(__file__).parents[2]
-PLANTED = {  # kinds of file that a room may come to hold
+PLANTED = {  # kinds of file that a layer may come to hold
     "models": ("*.xml", "*.md", "*.png"),
     "reports": ("*.html", "*.css", "*.jinja", "*.js"),
 }
@@ -39,15 +39,15 @@ def requirements() -> list[Requirement]:
 
 @pytest.fixture(scope="module")
 def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of the tree, with a file of every kind planted deep in its room."""
+    """A copy of the tree, with a file of every kind planted deep in its layer."""
     copy = tmp_path_factory.mktemp("source")
     for path in files(ROOT):
         (copy / path).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / path, copy / path)
-    for room, patterns in PLANTED.items():
-        (copy / room / "deep" / "er").mkdir(parents=True)
+    for layer, patterns in PLANTED.items():
+        (copy / layer / "deep" / "er").mkdir(parents=True)
         for pattern in patterns:
-            (copy / room / "deep" / "er" / pattern.replace("*", "planted")).write_text("planted")
+            (copy / layer / "deep" / "er" / pattern.replace("*", "planted")).write_text("planted")
     return copy
 
 
@@ -63,10 +63,10 @@ def wheel(source: Path) -> zipfile.ZipFile:
     return zipfile.ZipFile(built)
 
 
-def test_wheel_holds_the_rooms_and_nothing_else(source: Path, wheel: zipfile.ZipFile) -> None:
+def test_wheel_holds_the_package_and_nothing_else(source: Path, wheel: zipfile.ZipFile) -> None:
     inside = {name for name in wheel.namelist() if ".dist-info/" not in name}
     root = {"__init__.py", "__main__.py", "py.typed"}
-    ours = {p.as_posix() for p in files(source) if p.parts[0] in ROOMS or p.as_posix() in root}
+    ours = {p.as_posix() for p in files(source) if p.parts[0] in LAYERS or p.as_posix() in root}
     assert inside == {f"{PACKAGE}/{path}" for path in ours}
     assert f"{PACKAGE}/reports/deep/er/planted.jinja" in inside
 

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 PACKAGE = "plumbob"  # the root of the tree, as an import package
-ROOMS = ("analytic", "models", "engines", "reports")  # each may import those before it
+LAYERS = ("analytic", "models", "engines", "reports")  # each may import those before it
 Tree = tuple[tuple[Path, ast.Module], ...]
 
 
@@ -37,7 +37,7 @@ def files(root: Path) -> tuple[Path, ...]:
 
 @cache
 def python(root: Path) -> Tree:
-    """Every Python file of the rooms and the tests with its syntax tree, read once."""
+    """Every Python file of the package and its tests with its syntax tree, read once."""
     chosen = [p for p in files(root) if p.suffix == ".py" and p.parts[0] != "build"]
     return tuple((path, ast.parse((root / path).read_text("utf-8"), str(path))) for path in chosen)
 

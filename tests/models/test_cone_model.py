@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.cone_pendulum import ARMATURE_RATIO, load_inertia, whole
-from plumbob.engines.adapters.mujoco.options import idle_stages
+from plumbob.engines.adapters.mujoco.options import needless_stages
 from plumbob.tests.support.cone_scene import DEFAULT, MJCF, THETA
 
 FOLDER = MJCF.parent
@@ -118,7 +118,7 @@ def test_cone_is_drawn_where_it_is() -> None:
 def test_nothing_is_left_out_that_would_act() -> None:
     # every flag set in the file is one of an idle stage, and every idle stage has its flag
     model = mujoco.MjModel.from_xml_path(str(MJCF))
-    assert model.opt.disableflags == idle_stages(model)
+    assert model.opt.disableflags == needless_stages(model)
     assert not model.geom_contype.any()
     assert not model.geom_conaffinity.any()
 

@@ -9,9 +9,11 @@ import mujoco
 import numpy as np
 import pytest
 
+from plumbob.analytic.errors.pendulum_errors import simple_pendulum_errors
+from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
-from plumbob.engines.adapters.mujoco.options import idle_stages
+from plumbob.engines.adapters.mujoco.options import needless_stages
 from plumbob.engines.adapters.mujoco.simple_pendulum import POINT, whole
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of, systems
@@ -44,7 +46,7 @@ def test_nothing_is_left_out_that_would_act() -> None:
     # every flag of the file is one of an idle stage; springs, damping and forcing may be filled in
     model = mujoco.MjModel.from_xml_path(str(MJCF))
     assert model.opt.disableflags
-    assert model.opt.disableflags & idle_stages(model) == model.opt.disableflags
+    assert model.opt.disableflags & needless_stages(model) == model.opt.disableflags
     assert not model.geom_contype.any()
     assert not model.geom_conaffinity.any()
 
@@ -90,7 +92,7 @@ def test_loaded_on_its_own_it_swings_as_it_should(file: str) -> None:
     given = problem()
     times = np.array([5000 * model.opt.timestep])
     exact = given.motion.observe(times)
-    told = given.motion.leading_error("rk4", times)
+    told = simple_pendulum_errors(given).series(Scheme(RK4), times)
     wanted = exact["theta"][0] + sum(e["theta"][0] * 1e-3**p for p, e in told.items())
     assert data.qpos[0] == pytest.approx(wanted, abs=1e-12)
     mujoco.mj_forward(model, data)

@@ -1,4 +1,4 @@
-"""MuJoCo's capsule in the plane: turns, spin and a plan against the exact motion, with teeth."""
+"""MuJoCo's capsule in the plane: turns, spin and a plan against the exact motion."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from plumbob.analytic.errors.plane_errors import euler_lead
 from plumbob.analytic.errors.soft_contact_plane import missing_loads, plane_motion
-from plumbob.analytic.errors.turn_step_error import euler_lead
 from plumbob.engines.adapters.mujoco.contacts import PLANE_SOFTENING, contacts
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.study.measurement import measure
@@ -19,7 +19,7 @@ from plumbob.tests.support.mujoco_capsule import METHODS, problem, run, verdict
 
 TURN = systems()["capsule-turn"]
 EULER, RK4 = "euler+coulomb", "rk4+coulomb"
-FINEST = 800  # steps in a half time here; the step_sizes goes on to 3200
+FINEST = 800  # steps in a half time here; the scene's step sizes go on to 3200
 
 
 def step_of(name: str, parts: int) -> float:
@@ -61,7 +61,7 @@ def test_euler_leaks_what_theory_says(epsilon: float) -> None:
         ("0.3", 50, "implicitfast+coulomb"),
     ],
 )
-def test_turns_are_as_foretold(name: str, parts: int, method: str) -> None:
+def test_turns_are_as_predicted(name: str, parts: int, method: str) -> None:
     found, _ = run(f"capsule-turn/{name}", method, step_of(f"capsule-turn/{name}", parts))
     assert verdict(found, method) == "pass"
 
@@ -133,7 +133,7 @@ def test_bounds_are_not_loose(name: str) -> None:
     assert 1.0 <= sum(error.model.values()) / error.predicted.missed < 6.0
 
 
-def test_loads_lack_nothing_where_nothing_yields() -> None:
+def test_loads_lack_nothing_where_nothing_deflects() -> None:
     posed = problem("capsule-turn/0.3")
     motion, across = plane_motion(posed, 0.1), 0.046
     np.testing.assert_array_equal(missing_loads(posed, motion, 0.0, across), 0.0)
@@ -149,7 +149,7 @@ def test_loads_lack_nothing_where_nothing_yields() -> None:
         {"slider_mass": 0.3 * (1 + 1e-5)},
     ],
 )
-def test_teeth(wrong: dict[str, Any]) -> None:
+def test_a_wrong_parameter_is_seen(wrong: dict[str, Any]) -> None:
     # a parameter that friction goes with off by 1e-4, or one that drives the turn by 1e-5, is seen
     name = "capsule-turn/0.3"
     step = step_of(name, 800)
@@ -157,7 +157,7 @@ def test_teeth(wrong: dict[str, Any]) -> None:
     assert verdict(found, RK4) == "fail"
 
 
-def test_contacts_as_soft_as_a_line_s_let_a_fast_turn_hop() -> None:
+def test_with_the_softening_of_a_line_a_fast_turn_chatters() -> None:
     # what PLANE_SOFTENING is for: at 1e2 slip over step alters the loads by more than they are
     case, method = scene("capsule-turn/0.01-stop"), METHODS[EULER]
     posed = problem(case.name)

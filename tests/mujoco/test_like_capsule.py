@@ -39,12 +39,12 @@ def test_a_file_that_says_what_a_method_says_is_that_method(
 ) -> None:
     scene = replace(find_scene(LINE), duration=0.06)
     system = system_of(scene)
-    mine_, _ = measure(system.case(scene), own(tmp_path, options), 1e-3)
+    user, _ = measure(system.case(scene), own(tmp_path, options), 1e-3)
     same, _ = measure(system.case(scene), find_method(like), 1e-3)
     other, _ = measure(system.case(scene), find_method("mujoco/euler+pyramidal"), 1e-3)
     for name, error in same.errors.items():
-        assert mine_.errors[name].largest == error.largest  # the same numbers, to the last bit
-    assert mine_.errors["displacement"].largest != other.errors["displacement"].largest
+        assert user.errors[name].largest == error.largest  # the same numbers, to the last bit
+    assert user.errors["displacement"].largest != other.errors["displacement"].largest
 
 
 FIELDS = (
@@ -79,8 +79,8 @@ def test_the_solver_ends_where_the_users_does(tmp_path: Path) -> None:
         ).model.opt.tolerance
         for tolerance in (1e-8, 1e-11)
     }
-    shipped = compiled(system_of(scene).case(scene), find_method("mujoco/euler"), 1e-3).model
-    assert found[1e-8] == shipped.opt.tolerance < 1e-15
+    default = compiled(system_of(scene).case(scene), find_method("mujoco/euler"), 1e-3).model
+    assert found[1e-8] == default.opt.tolerance < 1e-15
     assert found[1e-11] == pytest.approx(1e-3 * found[1e-8])
 
 

@@ -1,4 +1,4 @@
-"""MuJoCo's cone pendulum against the exact motion and another solver: error, order, shares."""
+"""MuJoCo's cone pendulum against the exact motion and another solver: error, order, armature."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from plumbob.analytic.errors.added_inertia import platform_error
+from plumbob.analytic.errors.pendulum_errors import PendulumErrors
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import cone
 from plumbob.engines.adapters.mujoco import ENGINE, model_error, prepare
@@ -45,7 +46,7 @@ def error(method: Method, step: float, **given: Any) -> float:
 
 def predicted(method: Method, step: float) -> float:
     """What the first two terms of the scheme's error say (plumbob.analytic.errors.global_error)."""
-    terms = DEFAULT.motion.leading_error(method.scheme, END)
+    terms = PendulumErrors(DEFAULT.motion).series(method.scheme, END)
     return sum(float(values["theta"][0]) * step**power for power, values in terms.items())
 
 
@@ -109,7 +110,7 @@ def test_general_body_takes_inertia_y_where_the_source_prints_inertia_x() -> Non
 
 @pytest.mark.parametrize("name", [name for name in METHODS if name != "mujoco/rk4"])
 def test_euler_types_are_of_first_order(name: str) -> None:
-    # C2/C1 = -9.5/s: at 1e-3 s the slope is off by 0.5 %, and by less below
+    # C2/C1 = -9.5/s: at 1e-3 s the slope has an error of 0.5 %, and by less below
     steps = np.array([0.5 / 2**n for n in range(9, 14)])
     errors = np.array([error(METHODS[name], float(step)) for step in steps])
     assert METHODS[name].order == 1
@@ -118,7 +119,7 @@ def test_euler_types_are_of_first_order(name: str) -> None:
     np.testing.assert_allclose(errors, wanted, rtol=1e-3)  # the third term, at the coarsest step
 
 
-def test_rk4_errs_as_its_two_leading_terms_say() -> None:
+def test_rk4_has_the_error_of_its_two_leading_terms() -> None:
     # C5/C4 = 8900/s, so both show between 1e-3 and 1e-4 s; C6 takes 2 % at the coarsest step
     steps = 0.5 / np.array([200, 400, 800, 1600, 3200])
     errors = np.array([error(RK4, float(step)) for step in steps])
@@ -129,7 +130,7 @@ def test_rk4_errs_as_its_two_leading_terms_say() -> None:
 
 
 def test_the_first_order_integrators_take_the_same_steps() -> None:
-    # what sets `implicit` apart acts between platform and cone, and the platform does not yield
+    # what sets `implicit` apart acts between platform and cone, and the platform keeps its rate
     ends = {
         name: run(method, 1e-3).observables["theta"]
         for name, method in METHODS.items()
@@ -142,8 +143,8 @@ def test_the_first_order_integrators_take_the_same_steps() -> None:
 
 @pytest.mark.parametrize("pivot_x", [0.0, 0.2])
 @pytest.mark.parametrize("armature", [1e6, 1e8, 1e10])
-def test_armature_has_the_share_that_theory_gives_it(armature: float, pivot_x: float) -> None:
-    # second order in 1/A, and 5e-13 of round-off and step error beside a share of 1.6/A
+def test_armature_has_the_error_that_theory_gives_it(armature: float, pivot_x: float) -> None:
+    # second order in 1/A, and 5e-13 of round-off and step error beside an error of 1.6/A
     problem = replace(DEFAULT, pivot_x=pivot_x)
     simulation = compiled(SYSTEM.case(scene(pivot_x=pivot_x)), RK4, 5e-5)
     firm = simulation.run().observables["theta"]
@@ -154,14 +155,14 @@ def test_armature_has_the_share_that_theory_gives_it(armature: float, pivot_x: f
     assert moved == pytest.approx(platform_error(problem, 0.5, armature)[0], rel=1e-3, abs=5e-13)
 
 
-def test_armature_of_the_model_has_no_share_to_speak_of() -> None:
+def test_armature_of_the_model_adds_less_than_round_off() -> None:
     # below one unit in the last place of theta (3.6e-15 at 20 rad), whatever the body's size
     for body in (DEFAULT.body, cone(8000.0, 5.0, 0.5), cone(100.0, 0.01, 0.5)):
         bounds = model_error(SYSTEM.case(scene(body=body)), RK4, 1e-4)
         assert bounds["theta"]["armature"] < 3.6e-15
 
 
-TEETH: tuple[dict[str, Any], ...] = (
+WRONG: tuple[dict[str, Any], ...] = (
     {"gravity": 9.8 * (1 + 1e-6)},
     {"platform_rate": 26.0 * (1 + 1e-6)},
     {"theta_dot": 37.0 * (1 + 1e-9)},
@@ -169,7 +170,7 @@ TEETH: tuple[dict[str, Any], ...] = (
 )
 
 
-@pytest.mark.parametrize("changed", TEETH, ids=lambda changed: next(iter(changed)))
+@pytest.mark.parametrize("changed", WRONG, ids=lambda changed: next(iter(changed)))
 def test_a_small_change_is_seen(changed: dict[str, Any]) -> None:
     # by the tolerance of test_rk4_reaches_the_exact_motion, and by that of the prediction
     wrong = error(RK4, 1e-4, **changed)

@@ -1,4 +1,4 @@
-"""What the MuJoCo adapter refuses, in one clear line, and which idle stages it leaves out."""
+"""What the MuJoCo adapter refuses, in one clear line, and which needless stages it leaves out."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.cone_pendulum import cone
 from plumbob.engines.adapters.mujoco import ENGINE, prepare
-from plumbob.engines.adapters.mujoco.options import BIT, idle_stages
+from plumbob.engines.adapters.mujoco.options import BIT, needless_stages
 from plumbob.engines.method import Unsupported
 from plumbob.tests.support.cone_scene import SYSTEM, scene
 from plumbob.tests.support.one_hinge import HINGE
@@ -33,8 +33,9 @@ def test_nan_is_refused_by_name(name: str) -> None:
 
 
 def test_a_system_without_builder_is_unsupported() -> None:
+    system = replace(SYSTEM, name="spring-mattress", family="spring_mattress")
     with pytest.raises(Unsupported, match="no builder for spring-mattress"):
-        prepare(replace(SYSTEM, name="spring-mattress", family="spring_mattress").case(scene()), EULER, 1e-3)
+        prepare(system.case(scene()), EULER, 1e-3)
 
 
 def test_a_body_that_the_engine_refuses_is_unsupported() -> None:
@@ -79,9 +80,10 @@ def test_settings_that_mujoco_does_not_have_are_refused(
         ),
     ],
 )
-def test_only_idle_stages_are_left_out(given: dict[str, Any], needed: set[str]) -> None:
+def test_only_needless_stages_are_left_out(given: dict[str, Any], needed: set[str]) -> None:
     xml = HINGE.format(**{"joint": "", "contype": 0, "more": "", **given})
     stages = {"CONSTRAINT", "CONTACT", "ACTUATION", "SPRING", "DAMPER", "SENSOR"}
     model = mujoco.MjModel.from_xml_string(xml)
-    idle = {stage for stage in stages if idle_stages(model) & int(getattr(BIT, f"mjDSBL_{stage}"))}
-    assert idle == stages - needed
+    flags = needless_stages(model)
+    disabled = {stage for stage in stages if flags & int(getattr(BIT, f"mjDSBL_{stage}"))}
+    assert disabled == stages - needed

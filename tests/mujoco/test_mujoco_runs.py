@@ -15,7 +15,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters import sampling
 from plumbob.engines.adapters.mujoco import ENGINE, prepare
 from plumbob.engines.adapters.mujoco import simulation as simulations
-from plumbob.engines.adapters.mujoco.options import BIT, collected, idle_stages
+from plumbob.engines.adapters.mujoco.options import BIT, collected, needless_stages
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
 from plumbob.engines.adapters.mujoco.translation import Translation
 from plumbob.engines.method import Method
@@ -115,18 +115,18 @@ def test_the_engines_own_alarm_ends_the_run(
 def test_without_capture_the_engine_would_write_a_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # teeth: the alarm above does reach the disk when nobody takes it
+    # sensitivity: the warning above does reach the disk when nobody collects it
     monkeypatch.chdir(tmp_path)
     model = mujoco.MjModel.from_xml_string(HINGE.format(joint="", contype=0, more=""))
     data = mujoco.MjData(model)
     data.qpos[0] = np.nan
     mujoco.mj_step(model, data)
     assert [path.name for path in tmp_path.iterdir()] == ["MUJOCO_LOG.TXT"]
-    with collected() as told:
+    with collected() as logged:
         mujoco.mj_resetData(model, data)
         data.qpos[0] = np.nan
         mujoco.mj_step(model, data)
-    assert len(told) == 1
+    assert len(logged) == 1
 
 
 @pytest.mark.parametrize("start", [np.nan, np.inf, 1e11])
@@ -139,7 +139,7 @@ def test_a_start_that_is_no_state_gives_no_samples(start: float) -> None:
 
 def test_the_engine_is_kept_from_starting_afresh_by_itself() -> None:
     model = compiled(SYSTEM.case(scene()), EULER, 1e-3).model
-    assert model.opt.disableflags == idle_stages(model) | int(BIT.mjDSBL_AUTORESET)
+    assert model.opt.disableflags == needless_stages(model) | int(BIT.mjDSBL_AUTORESET)
 
 
 def test_limits_cut_a_run_that_the_engine_itself_is_content_with() -> None:
@@ -171,11 +171,17 @@ def test_controls_are_held_over_each_step(
     assert trajectory.observables["q"][-1] == data.qpos[0]
 
 
-def test_adapters_are_imported_without_their_engines() -> None:
-    code = (
-        "import sys, plumbob.engines.adapters.mujoco, plumbob.engines.adapters.ode;"
-        "print({'mujoco', 'scipy.integrate'} & set(sys.modules))"
-    )
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import plumbob.engines.adapters.mujoco, plumbob.engines.adapters.ode",
+        "from plumbob.engines.registry import engine_of, method; from plumbob.models.registry "
+        "import case_of, scene; how = method('mujoco/euler+coulomb'); assert engine_of(how)."
+        "contact_model(case_of(scene('capsule-line/ca1')), how, 1e-3) is not None",
+    ],
+)
+def test_adapters_are_imported_without_their_engines(code: str) -> None:
+    code += "; import sys; print({'mujoco', 'pymunk', 'scipy.integrate'} & set(sys.modules))"
     root = Path(__file__).parents[2]
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, cwd=root, check=True, capture_output=True, text=True)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.line_step_error import step_error
+from plumbob.analytic.errors.sliding_errors import step_error
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.engines.adapters.pymunk import capsule
@@ -46,9 +46,9 @@ HARD = ("w1-threshold", "w2-threshold", "near-edge", "near-vertex")
         ("capsule-train/ten", 2e-3),
     ],
 )
-def test_every_observable_does_what_is_foretold(name: str, model: str, step: float) -> None:
+def test_every_observable_is_as_predicted(name: str, model: str, step: float) -> None:
     # The verdict holds each sample to what theory says of this very step, up to rounding and the
-    # model's own shares; the two tests below say that these are small where it matters.
+    # model-error bounds; the two tests below say that these are small where it matters.
     if (name, model) == ("capsule-coast/rotation", "side"):
         return
     found, _ = run(name, model, step)
@@ -76,9 +76,9 @@ def test_final_displacement(case: str, model: str) -> None:
 @pytest.mark.parametrize("model", GOOD)
 def test_error_at_random_steps(model: str) -> None:
     # With t1 on the grid -p (1 - p) (mu w2 + f g) dt^2/2, t1/dt a whole number drawn at random; off
-    # it with the bend at t1. 5 % is asked for; 50 sweeps leave 3e-4 of the largest such error, and
-    # 30 over two contacts nothing. At this w2 t_star/t1 is no simple ratio; with LINE's p would be
-    # a ninth part, whatever the step.
+    # it with the discontinuity at t1. 5 % is asked for; 50 iterations leave 3e-4 of the largest
+    # such error, and 30 over two contacts nothing. At this w2 t_star/t1 is no simple ratio; LINE's
+    # would make p a ninth part, whatever the step.
     rng, line = np.random.default_rng(4), replace(LINE, direction=0.87, w2=9.7)
     near = {"feet": 1e-3, "side": 1e-6}[model]
     envelope = line.closed.braking / 8
@@ -89,18 +89,18 @@ def test_error_at_random_steps(model: str) -> None:
         assert error == pytest.approx(saw, rel=0.05, abs=near * envelope * step**2)
     for step in np.exp(rng.uniform(math.log(1.5e-4), math.log(2e-3), 8)):
         error = moved(line, model, step)["displacement"] - line.displacement
-        told = float(step_error(line, step, "mean"))
-        assert error == pytest.approx(told, rel=1e-12, abs=near * envelope * step**2)
+        predicted = float(step_error(line, step, "mean"))
+        assert error == pytest.approx(predicted, rel=1e-12, abs=near * envelope * step**2)
 
 
 @pytest.mark.parametrize("model", GOOD)
-def test_the_models_own_shares_are_small(model: str) -> None:
+def test_model_error_bounds_are_small(model: str) -> None:
     # less than the sawtooth's largest value, so that a fault of the size of the step's error shows:
-    # 50 sweeps with one foot gripping leave 2 % of what the stop asks of them, contacts nothing
+    # 50 iterations with one sticking foot leave 2 % of what the stop asks of them, contacts nothing
     part = {"feet": 0.6, "side": 1e-3}[model]
     for step in (1e-3, 1e-4):
-        shares = capsule.model_error(problem_of(LINE), 0.15, METHODS[model], step)
-        assert sum(shares["displacement"].values()) < part * LINE.closed.braking * step**2 / 8
+        bounds = capsule.model_error(problem_of(LINE), 0.15, METHODS[model], step)
+        assert sum(bounds["displacement"].values()) < part * LINE.closed.braking * step**2 / 8
 
 
 def test_every_heading_alike() -> None:
@@ -111,11 +111,11 @@ def test_every_heading_alike() -> None:
 
 
 def test_bare_pivots_do_not_converge() -> None:
-    # 7.2 % off along this line, whatever the step and however many sweeps
+    # 7.2 % off along this line, whatever the step and however many iterations
     line, method = replace(LINE, direction=math.radians(50)), METHODS["pivots"]
     for step in (1e-3, 2e-4):
-        for sweeps in (10, 300):
-            tried = replace(method, settings={**method.settings, "iterations": sweeps})
+        for iterations in (10, 300):
+            tried = replace(method, settings={**method.settings, "iterations": iterations})
             built = capsule.build(problem_of(line), tried, step)
             assert built.act is not None
             for n in range(math.ceil(line.t2 / step) + 2):
@@ -126,7 +126,7 @@ def test_bare_pivots_do_not_converge() -> None:
             )
 
 
-def test_creep_for_ten_seconds() -> None:
+def test_drift_in_ten_seconds() -> None:
     # 1e-6 m is asked for at 0.999 of the threshold; pivots slide away
     for model, most in (("feet", 1e-15), ("side", 1e-15)):
         assert abs(last("capsule-hold/0.999", model, 1e-3)) < most

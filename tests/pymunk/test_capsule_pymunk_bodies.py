@@ -10,11 +10,12 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from plumbob.analytic.errors.line_step_error import step_error
+from plumbob.analytic.errors.sequential_impulse import slipping_feet_factor
+from plumbob.analytic.errors.sliding_errors import step_error
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.engines.adapters.pymunk import ENGINE, capsule
-from plumbob.engines.adapters.pymunk.capsule_feet import few_feet_left_by_sweep
+from plumbob.engines.adapters.pymunk.capsule_above import foot_mass
 from plumbob.engines.method import Unsupported
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
@@ -62,19 +63,19 @@ def uneven(friction: float) -> LineManoeuvre:
 @example(line=uneven(0.2), part=0.03, model="feet")
 def test_any_line_manoeuvre(line: LineManoeuvre, part: float, model: str) -> None:
     step, problem = part * line.t2, problem_of(line)
-    shares = capsule.model_error(problem, line.t2, METHODS[model], step)
-    allowed = sum(shares["displacement"].values())
+    bounds = capsule.model_error(problem, line.t2, METHODS[model], step)
+    allowed = sum(bounds["displacement"].values())
     times = np.array([line.t2])
     rounded = (1 + 2 * part**-0.5) * float(problem.reference.uncertainty(times)["displacement"][0])
-    seen, told = moved(line, model, step), float(step_error(line, step, "mean"))
-    assert abs(seen["displacement"] - line.displacement - told) <= allowed + rounded
+    seen, predicted = moved(line, model, step), float(step_error(line, step, "mean"))
+    assert abs(seen["displacement"] - line.displacement - predicted) <= allowed + rounded
     assert allowed < 0.25 * line.closed.braking * step**2 + 1e-12  # and that says something
     if model == "feet":
-        assert abs(seen["heading"]) <= sum(shares["heading"].values())
+        assert abs(seen["heading"]) <= sum(bounds["heading"].values())
 
 
 def test_friction_sets_the_unit_of_time_alone() -> None:
-    # Everything that the sweeps leave is the same part of the way for every f: no friction is hard.
+    # What the iterations leave is the same part of the way for every f: no friction is hard.
     ends = []
     for friction in (0.1, 1.0):
         line = uneven(friction)
@@ -83,14 +84,15 @@ def test_friction_sets_the_unit_of_time_alone() -> None:
 
 
 def test_light_feet_leave_the_last_one_to_stop_the_body() -> None:
-    # The share is that of one foot gripping; with two of them the same body would be out of it.
+    # The bound is that of one sticking foot; with two of them the same body would exceed it.
     line, method = uneven(1.0), METHODS["feet"]
     step, problem = 0.03 * line.t2, problem_of(line)
-    count = capsule.iterations(problem, method)
+    count = capsule.described(problem, method, step).iterations
     off = moved(line, "feet", step)["displacement"] - line.displacement
     off -= float(step_error(line, step, "mean"))
     asked = line.closed.braking * step**2
-    one, two = (few_feet_left_by_sweep(line.capsule, grips) ** count for grips in (1, 2))
+    mass = foot_mass(line.capsule)
+    one, two = (slipping_feet_factor(line.capsule, mass, n) ** count for n in (1, 2))
     assert 10 * two * asked < off < one * asked
     loads = line.normal_forces(np.array([line.t_star]))[0] / line.capsule.weight
     assert sorted(loads)[1] < 0.3 < 0.5 < loads.max()
@@ -107,11 +109,11 @@ def test_without_friction_the_common_centre_stays(model: str, slider_mass: float
     assert abs(seen["displacement"]) > 1e-4
 
 
-TEETH = [("friction", 1.0 + 1e-4), ("slider_mass", 1.0 + 1e-4), ("w1", 1.0 + 1e-4)]
+CHANGES = [("friction", 1.0 + 1e-4), ("slider_mass", 1.0 + 1e-4), ("w1", 1.0 + 1e-4)]
 
 
 @pytest.mark.parametrize("model", GOOD)
-@pytest.mark.parametrize(("name", "factor"), TEETH)
+@pytest.mark.parametrize(("name", "factor"), CHANGES)
 def test_a_parameter_off_by_a_ten_thousandth(name: str, factor: float, model: str) -> None:
     right = find_scene("capsule-line/at-50")
     changed: Scene = find_scene(right.name, {name: right.parameters[name] * factor})

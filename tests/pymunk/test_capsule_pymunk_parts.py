@@ -1,4 +1,4 @@
-"""The parts that pymunk's capsule is built of: feet and their pins, sweeps, a driven slider."""
+"""The parts of pymunk's capsule: feet and their pins, solver iterations, a driven slider."""
 
 from __future__ import annotations
 
@@ -9,36 +9,45 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plumbob.analytic.errors.sequential_impulse import (
+    MOST_ITERATIONS,
+    TARGET,
+    feet_factor,
+    iterations_needed,
+)
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.analytic.systems.slider_path import arc_stroke, fixed
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
-from plumbob.engines.adapters.pymunk.capsule_drive import aims, driven, driven_along
-from plumbob.engines.adapters.pymunk.capsule_feet import feet, feet_left_by_sweep, foot_mass
-from plumbob.engines.adapters.pymunk.capsule_reading import centre_of, in_the_plane, momentum
-from plumbob.engines.adapters.pymunk.capsule_space import Assembly, settle, told
-from plumbob.engines.adapters.pymunk.capsule_sweeps import LEFT, MOST, sweeps
+from plumbob.engines.adapters.pymunk.assembly import Assembly, settle
+from plumbob.engines.adapters.pymunk.capsule_above import (
+    foot_mass,
+    friction_limits,
+    in_the_plane,
+    on_feet,
+)
+from plumbob.engines.adapters.pymunk.slider_drive import driven, driven_along, velocity_targets
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.tests.support.random_capsules import CHECK
 
-SWEEPS = 50
+ITERATIONS = 50
 CIRCLE = 0.12  # [m]
 
 
 def step_on(assembly: Assembly, step: float, count: int) -> Assembly:
     """The capsule after so many steps of `step` [s] with nothing driven."""
-    assembly.space.iterations = SWEEPS
+    assembly.space.iterations = ITERATIONS
     for _ in range(count):
         assembly.space.step(step)
     return assembly
 
 
-@pytest.mark.parametrize("share", [1.0, 0.05, 0.001])
-def test_feet_and_body_weigh_and_turn_as_the_capsule(share: float) -> None:
+@pytest.mark.parametrize("fraction", [1.0, 0.05, 0.001])
+def test_feet_and_body_weigh_and_turn_as_the_capsule(fraction: float) -> None:
     corners = ((0.2, 0.0), (-0.05, 0.15), (-0.12, -0.1))  # their centroid is not C
-    body = replace(CHECK, supports=corners, inertia=CHECK.inertia * share)
-    found = feet(CapsuleSetup(body), 1e-3, turning=True)
+    body = replace(CHECK, supports=corners, inertia=CHECK.inertia * fraction)
+    found = on_feet(CapsuleSetup(body), 1e-3, turning=True)
     mass = sum(part.mass for part in found.parts)
     assert mass == pytest.approx(body.body_mass + body.slider_mass, rel=1e-14)
     parts = [part for part in found.parts if part is not found.slider]
@@ -51,45 +60,47 @@ def test_feet_and_body_weigh_and_turn_as_the_capsule(share: float) -> None:
 
 
 def test_pins_that_close_strain_the_feet_they_pin() -> None:
-    # What closing does to feet that friction holds: a start left unsettled leaves gaps of 1e-8 m,
-    # the pins pull at them in every step, and 0.1 mm of creep comes of it where friction is nearly
-    # used up. Pins left alone keep what the start did, and no more.
+    # Closing pins strain sticking feet: an unsettled start leaves gaps of 1e-8 m, the pins pull at
+    # them in every step, and the body drifts by 0.1 mm where friction is nearly used up. Pins that
+    # do not close keep the gaps of the start, and no more.
     scene = find_scene("capsule-hold/0.999")
     setup = system_of(scene).problem(scene.parameters).setup
-    crept = {}
+    drifted = {}
     for turning in (True, False):
-        assembly = feet(setup, 1e-3, turning)
-        told(setup, assembly.grips)
+        assembly = on_feet(setup, 1e-3, turning)
+        friction_limits(setup, assembly.friction_joints)
         assembly.space.iterations = 50
         for _ in range(10_000):
             assembly.space.step(1e-3)
-        crept[turning] = abs(centre_of(assembly)[0])
-    assert crept[True] > 5e-5
-    assert crept[False] < 1e-6
+        drifted[turning] = abs(assembly.motion_of_centre[0])
+    assert drifted[True] > 5e-5
+    assert drifted[False] < 1e-6
 
 
-def test_normal_forces_told_to_the_wrong_feet() -> None:
+def test_normal_forces_at_the_wrong_feet() -> None:
     # translation needs the moments of friction to balance; with the loads at the wrong supports
     # they do not, and the body turns
     setup = CapsuleSetup(CHECK, (0.08, 0.05), velocity=(0.3, 0.1), press=CHECK.gravity)
     turned = []
     for order in ((0, 1, 2), (1, 2, 0)):
-        assembly = feet(setup, 1e-3, turning=False)
-        a, b, c = (assembly.grips[i] for i in order)
-        told(setup, (a, b, c))
+        assembly = on_feet(setup, 1e-3, turning=False)
+        a, b, c = (assembly.friction_joints[i] for i in order)
+        friction_limits(setup, (a, b, c))
         turned.append(abs(step_on(assembly, 1e-3, 150).body.angle))
     assert turned[0] < 1e-6 < 1e-3 < turned[1]
 
 
-def test_sweeps() -> None:
-    left = [feet_left_by_sweep(replace(CHECK, slider_mass=m), np.zeros(2)) for m in (1.0, 1e2, 1e4)]
-    # a sweep leaves more of a velocity, the heavier the slider: in the end all but feet/slider
+def test_solver_iterations() -> None:
+    bodies = [replace(CHECK, slider_mass=m) for m in (1.0, 1e2, 1e4)]
+    left = [feet_factor(body, foot_mass(body), np.zeros(2)) for body in bodies]
+    # the heavier the slider, the more an iteration leaves: in the end all but feet/slider
     assert left == sorted(left)
     assert 1 - left[-1] == pytest.approx((1 - left[-2]) / 100, rel=0.05)
-    assert left[0] ** sweeps(left[0], 1) <= LEFT < left[0] ** (sweeps(left[0], 1) - 1)
-    assert sweeps(left[0], 500) == 500
-    assert sweeps(left[-1], 1) == sweeps(1.0, 1) == MOST
-    assert sweeps(0.0, 1) == 1
+    count = iterations_needed(left[0], 1)
+    assert left[0] ** count <= TARGET < left[0] ** (count - 1)
+    assert iterations_needed(left[0], 500) == 500
+    assert iterations_needed(left[-1], 1) == iterations_needed(1.0, 1) == MOST_ITERATIONS
+    assert iterations_needed(0.0, 1) == 1
 
 
 def turn(
@@ -102,14 +113,14 @@ def turn(
     half = epsilon * math.sqrt(turning / ((0.2 + mu * CIRCLE) * CHECK.friction * weight))
     path = arc_stroke(CIRCLE, 0.0, turning / (mu * CHECK.body_mass * (CIRCLE * half) ** 2), half)
     setup, step = CapsuleSetup(body, (CIRCLE, 0.0), press=body.gravity), half / steps
-    assembly = feet(setup, step, turning=True)
-    tell = told(setup, assembly.grips)
-    aimed = aims(lambda times: path.kinematics(times)[1], (CIRCLE, 0.0), step)
+    assembly = on_feet(setup, step, turning=True)
+    set_limits = friction_limits(setup, assembly.friction_joints)
+    targets = velocity_targets(lambda times: path.kinematics(times)[1], (CIRCLE, 0.0), step)
     if shortcut:
-        act = driven_along(assembly, aimed, 0.0, tell)
+        act = driven_along(assembly, targets, 0.0, set_limits)
     else:
-        act = driven(assembly, aimed, step, tell)
-    assembly.space.iterations = SWEEPS
+        act = driven(assembly, targets, step, set_limits)
+    assembly.space.iterations = ITERATIONS
     for n in range(2 * steps):
         act(n * step)
         assembly.space.step(step)
@@ -120,8 +131,8 @@ def turn(
 
 
 def test_turn_manoeuvre() -> None:
-    # small epsilon: friction has little time, and the step errs at second order; 1e-4 rad is asked
-    # for at tau/800, of which 1.6e-4 at tau/200 leaves a sixteenth
+    # small epsilon: friction has little time, and the error of the step is of second order; 1e-4
+    # rad is asked for at tau/800, of which 1.6e-4 at tau/200 leaves a sixteenth
     errors = []
     for steps in (50, 100, 200):
         assembly, exact, _ = turn(CHECK, 0.03, steps)
@@ -146,7 +157,7 @@ def test_a_turn_without_friction_makes_no_momentum() -> None:
     both = sum(part.mass for part in assembly.parts)
     centre = sum((part.mass * complex(*part.position) for part in assembly.parts), 0j) / both
     assert abs(centre - CHECK.mass_ratio * CIRCLE) < 1e-14
-    assert abs(momentum(assembly)) < 1e-12 * scale
+    assert abs(assembly.momentum) < 1e-12 * scale
 
 
 def test_spin_and_translation() -> None:
@@ -159,8 +170,8 @@ def test_spin_and_translation() -> None:
         setup = CapsuleSetup(
             CHECK, (CIRCLE, 0.0), velocity=(0.4, 0.2), heading_rate=6.0, press=CHECK.gravity
         )
-        assembly = feet(setup, step, turning=True)
-        told(setup, assembly.grips)
+        assembly = on_feet(setup, step, turning=True)
+        friction_limits(setup, assembly.friction_joints)
         settle(assembly, step)
         seen = in_the_plane(setup, step_on(assembly, step, round(0.2 / step)))()
         errors.append((seen["heading"] - exact.heading[0]) / step)
@@ -171,15 +182,15 @@ def test_spin_and_translation() -> None:
 def test_a_start_in_the_middle_of_a_turn_has_no_jerk() -> None:
     scene = find_scene("capsule-coast/rotation")
     setup = system_of(scene).problem(scene.parameters).setup
-    assembly = feet(setup, 1e-3, turning=True)
-    told(setup, assembly.grips)
+    assembly = on_feet(setup, 1e-3, turning=True)
+    friction_limits(setup, assembly.friction_joints)
     settle(assembly, 1e-3)
     rates, speeds = [], []
     for _ in range(5):
         step_on(assembly, 1e-3, 1)
         rates.append(assembly.body.angular_velocity)
-        speeds.append(abs(centre_of(assembly)[1]))
+        speeds.append(abs(assembly.motion_of_centre[1]))
     # a foot started where it is pinned would put 1e-4 rad/s and 1e-4 m/s into the first steps
     assert np.ptp(np.diff(rates)) < 5e-7
     assert max(speeds) < 5e-6
-    assert cmath.isfinite(momentum(assembly))
+    assert cmath.isfinite(assembly.momentum)

@@ -1,5 +1,5 @@
-"""Turns, spins and plans in pymunk: on feet within what is predicted, and what is wrong by a little
-goes red; on bare pivots off at any step."""
+"""Turns, spins and plans in pymunk: feet as predicted, small mistakes fail, bare pivots do not
+converge."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors import position_first as plane_chords
+from plumbob.analytic.errors import position_first
 from plumbob.analytic.errors.implicit_friction import Slip
-from plumbob.engines.adapters.pymunk import capsule, capsule_drive
-from plumbob.engines.adapters.pymunk.capsule_space import Assembly, Tell, told
+from plumbob.engines.adapters.pymunk import capsule, slider_drive
+from plumbob.engines.adapters.pymunk.assembly import Assembly
+from plumbob.engines.adapters.pymunk.capsule_above import SetLimits, friction_limits
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import scene, system_of
@@ -40,16 +41,16 @@ def step_of(name: str, parts: float) -> float:
     return scene(name).parameters["half_time"] / parts if parts > 1 else parts
 
 
-@pytest.mark.parametrize(("name", "parts", "share"), CASES)
-def test_feet_err_as_foretold(name: str, parts: float, share: float) -> None:
-    """Within what the step does to the motion and what the model adds, which is far less (but where
-    a growing load overcomes friction, and sweeps stall)."""
+@pytest.mark.parametrize(("name", "parts", "part"), CASES)
+def test_the_error_of_feet_is_as_predicted(name: str, parts: float, part: float) -> None:
+    """Within what the step does to the motion and what the model adds, which is far less (except
+    where a growing load overcomes friction, and iterations stall)."""
     found, _ = run(name, "feet", step_of(name, parts))
     assert verdict(found, "feet") == "pass"
     leading = next(iter(found.errors.values()))
     assert leading.predicted is not None
-    assert sum(leading.model.values()) <= share * leading.predicted.largest
-    assert leading.largest == pytest.approx(leading.predicted.largest, rel=share)
+    assert sum(leading.model.values()) <= part * leading.predicted.largest
+    assert leading.largest == pytest.approx(leading.predicted.largest, rel=part)
 
 
 @pytest.mark.parametrize("epsilon", [0.3, 0.1, 0.03])
@@ -65,7 +66,7 @@ def test_a_turn_ends_within_1e_4_rad_at_800_steps_in_a_half_time(epsilon: float)
     assert abs(found.errors["body_angle"].end) <= 1e-4
 
 
-def test_a_spin_s_error_is_of_first_order_with_the_coefficient_foretold() -> None:
+def test_a_spin_s_error_is_of_first_order_with_the_coefficient_predicted() -> None:
     """3.184 rad/s times the step, over a decade of steps; the rest is of second order, as is what
     feet add: 10 rad/s^2 times its square."""
     for step in (1e-3, 5e-4, 2e-4, 1e-4):
@@ -74,7 +75,7 @@ def test_a_spin_s_error_is_of_first_order_with_the_coefficient_foretold() -> Non
 
 
 @pytest.mark.parametrize("name", ["capsule-turn/0.3", "capsule-coast/spin"])
-def test_bare_pivots_are_off_at_any_step(name: str) -> None:
+def test_bare_pivots_do_not_converge_in_the_plane(name: str) -> None:
     coarse, fine = (
         run(name, "pivots", scene(name).steps[k])[0].errors["x"].largest for k in (1, 3)
     )
@@ -97,46 +98,50 @@ def red(name: str, step: float, **changes: Any) -> bool:
 @pytest.mark.parametrize(
     ("name", "parts"), [("capsule-turn/0.3", 400), ("capsule-coast/spin", 5e-4)]
 )
-def test_teeth_of_friction_and_of_the_supports(
+def test_sensitivity_to_friction_and_of_the_supports(
     name: str, parts: float, wrong: dict[str, Any]
 ) -> None:
     """1e-4 of the friction, or of a support's arm."""
     assert red(name, step_of(name, parts), **wrong)
 
 
-def test_teeth_of_the_moment_about_the_combined_centre(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sensitivity_to_the_moment_about_the_combined_centre(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """With CA_i for CA_i - mu r in eq. 25 the engine is not what is predicted."""
-    solved: Callable[..., tuple[Slip, complex]] = plane_chords._solved
+    solved: Callable[..., tuple[Slip, complex]] = position_first._solved
 
     def about_com(
-        body: Any, motion: plane_chords.Motion, supports: list[complex], *rest: Any
+        body: Any, motion: position_first.Motion, supports: list[complex], *rest: Any
     ) -> tuple[Slip, complex]:
         centre = body.mass_ratio * motion[3]
         return solved(body, motion, [place + centre for place in supports], *rest)
 
-    monkeypatch.setattr(plane_chords, "_solved", about_com)
-    plane_chords.chord_course.cache_clear()
+    monkeypatch.setattr(position_first, "_solved", about_com)
+    position_first.position_first_course.cache_clear()
     assert red("capsule-turn/0.3", step_of("capsule-turn/0.3", 200))
-    plane_chords.chord_course.cache_clear()
+    position_first.position_first_course.cache_clear()
 
 
-def still(tell: Tell) -> Tell:
+def still(set_limits: SetLimits) -> SetLimits:
     """Loads as if the slider stayed where it begins."""
-    return lambda x, y: tell(0.12, 0.0)
+    return lambda x, y: set_limits(0.12, 0.0)
 
 
-def test_teeth_of_loads_that_follow_the_slider(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(capsule, "told", lambda *given: still(told(*given)))
+def test_sensitivity_to_loads_that_follow_the_slider(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(capsule, "friction_limits", lambda *given: still(friction_limits(*given)))
     assert red("capsule-turn/0.3", step_of("capsule-turn/0.3", 200))
 
 
-def test_teeth_of_where_the_slider_is_held(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sensitivity_to_where_the_slider_is_held(monkeypatch: pytest.MonkeyPatch) -> None:
     """Held where it was to go, and not where it is, it makes a torque while the body turns."""
 
-    def straight(assembly: Assembly, aimed: Any, step: float, tell: Tell) -> capsule_drive.Act:
-        return capsule_drive.driven_along(assembly, aimed, 0.0, tell)
+    def straight(
+        assembly: Assembly, targets: Any, step: float, set_limits: SetLimits
+    ) -> slider_drive.Act:
+        return slider_drive.driven_along(assembly, targets, 0.0, set_limits)
 
-    monkeypatch.setattr(capsule_drive, "driven", straight)
+    monkeypatch.setattr(slider_drive, "driven", straight)
     assert red("capsule-turn/0.3", step_of("capsule-turn/0.3", 200))
 
 
@@ -150,8 +155,8 @@ def test_a_turn_of_the_whole_scene_turns_the_same_way() -> None:
 
 @pytest.mark.parametrize(("late", "least", "most"), [(0.5, 0.0, 1e-11), (0.9988, 1e-7, 1.0)])
 def test_a_switch_at_the_very_end_of_a_step(late: float, least: float, most: float) -> None:
-    """A push that begins in the last thousandth of a step sets the body off by what sweeps leave,
-    which it keeps while it slides: the share has room for that, and less than twice as much."""
+    """A push that begins in the last thousandth of a step sets the body off by the solver's
+    residual, which persists while it slides: the bound covers that, and less than twice as much."""
     short = scene("capsule-plan/ahead-curve", {"to": (0.02, 0.0, 0.0)})
     system, how = system_of(short), find_method("pymunk/feet")
     problem = system.problem(short.parameters)

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from plumbob.analytic.errors.schemes import EULER, Scheme
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco import ENGINE, model_error, prepare
 from plumbob.engines.adapters.mujoco.contacts import PROFILES, profile
@@ -79,7 +80,7 @@ def tight(found: Measurement, name: str) -> float:
 
 @pytest.mark.parametrize("step", [1e-3, 1e-4])
 def test_bounds_are_not_loose(step: float) -> None:
-    # within what they leave for phases and for an underdamped contact's swings
+    # within what they leave for phases and for an underdamped contact's oscillations
     found, _ = run("capsule-line/at-123", "euler+coulomb", step)
     for name in ("displacement", "velocity", "heading", "friction_force", *LOADS):
         assert 1.0 <= tight(found, name) < 15.0, name
@@ -88,9 +89,10 @@ def test_bounds_are_not_loose(step: float) -> None:
 
 def test_the_slider_follows_its_control_but_for_its_armature() -> None:
     _, moved = run("capsule-line/ca1", "euler+coulomb", 1e-3)
-    exact: Any = LINE.problem(scene("capsule-line/ca1").parameters).reference
-    told = exact.predicted("semi-implicit-euler", 1e-3, moved.times)["stroke"]
-    off = moved.observables["stroke"] - exact.observe(moved.times)["stroke"] - told
+    case = LINE.case(scene("capsule-line/ca1"))
+    exact = case.reference
+    predicted = case.errors.at_step(Scheme(EULER), 1e-3, moved.times)["stroke"]
+    off = moved.observables["stroke"] - exact.observe(moved.times)["stroke"] - predicted
     # m/A = 3e-11 of the slider's way in space, 0.076 m
     assert off[-1] == pytest.approx(-3e-11 * (0.0817786 - 0.0055917), rel=1e-3)
 
@@ -103,10 +105,10 @@ def test_heights_shift_loads_along_the_line_and_leave_the_motion() -> None:
     assert abs(high.errors["displacement"].end - low.errors["displacement"].end) < 2e-8
 
 
-def test_the_planar_model_shares_the_weight_equally() -> None:
+def test_the_planar_model_splits_the_weight_equally() -> None:
     found, moved = run("capsule-line/off-centroid", "euler+planar", 1e-4)
-    shares = np.stack([moved.observables[load] for load in LOADS])
-    assert np.ptp(shares, axis=0).max() < 1e-4  # of 4.25 N, while slip grows
+    forces = np.stack([moved.observables[load] for load in LOADS])
+    assert np.ptp(forces, axis=0).max() < 1e-4  # of 4.25 N, while slip grows
     assert found.errors["normal_force_3"].largest > 0.9
     assert found.errors["heading"].largest > 5e-4
     assert verdict(found, "euler+planar") == "fail"
@@ -118,7 +120,8 @@ def test_the_planar_model_shares_the_weight_equally() -> None:
 @pytest.mark.parametrize("name", ["capsule-line/ca1", "capsule-hold/0.9"])
 def test_trimming_changes_no_bit(name: str, model: str) -> None:
     case = scene(name)
-    assert trimming(system_of(case).case(case), METHODS[model], 1e-4, steps=300, repeats=3).identical
+    found = trimming(system_of(case).case(case), METHODS[model], 1e-4, steps=300, repeats=3)
+    assert found.identical
 
 
 def test_what_is_not_meant_for_a_scene_says_so() -> None:
@@ -177,7 +180,7 @@ def bodies(draw: st.DrawFn) -> dict[str, Any]:
 
 @settings(max_examples=40)
 @given(bodies(), st.sampled_from(FINE), st.floats(20, 60))
-def test_any_body_goes_as_foretold(given: dict[str, Any], method: str, fine: float) -> None:
+def test_any_body_moves_as_predicted(given: dict[str, Any], method: str, fine: float) -> None:
     end = 1.02 * (given["w1"] + given["w2"]) * given["t1"] / given["w2"]
     try:
         LINE.problem(given)

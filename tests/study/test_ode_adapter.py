@@ -1,4 +1,4 @@
-"""The ODE solvers on the cone pendulum and on equations of one's own: error, order, divergence."""
+"""The ODE solvers on the cone pendulum and on user equations: error, order, divergence."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.global_error import leading_error
+from plumbob.analytic.errors.pendulum_errors import PendulumErrors
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.parameters import ParameterError
@@ -19,10 +20,13 @@ from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.adapters.divergence import possible_speed
 from plumbob.engines.adapters.mujoco import ENGINE as MUJOCO
 from plumbob.engines.adapters.ode import ENGINE, model_error, prepare
-from plumbob.engines.adapters.ode.adaptive_run import AdaptiveSimulation, solver_called
 from plumbob.engines.adapters.ode.equation import Equation
-from plumbob.engines.adapters.ode.fixed_run import FixedStepSimulation
-from plumbob.engines.adapters.ode.fixed_step import advance
+from plumbob.engines.adapters.ode.integrators import Advance, integrator
+from plumbob.engines.adapters.ode.simulation import (
+    AdaptiveSimulation,
+    FixedStepSimulation,
+    solver_called,
+)
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.tests.support.cone_scene import DEFAULT, SYSTEM, THETA, THETA_DOT, scene
@@ -31,6 +35,11 @@ METHODS = {method.name: method for method in ENGINE.methods}
 FIXED = [method for method in ENGINE.methods if method.control == "step"]
 ADAPTIVE = [method for method in ENGINE.methods if method.control == "tolerance"]
 END = np.array([0.5])
+
+
+def advance(method: Method) -> Advance:
+    """The integrator of a method with a fixed step."""
+    return integrator(method.scheme.integrator)
 
 
 def run(method: Method, step: float, duration: float = 0.5, **given: Any) -> Trajectory:
@@ -50,7 +59,7 @@ def error(method: Method, step: float, **given: Any) -> float:
     [
         ("ode/rk4", 2.5e-5, 5e-13),  # round-off of 20 000 steps at theta = 20
         ("ode/dop853", 1e-13, 1e-11),  # its tolerance a step, grown over a hundred and fifty
-        ("ode/radau", 1e-11, 2e-12),  # of fifth order, it needs small steps and errs by less
+        ("ode/radau", 1e-11, 2e-12),  # of fifth order, it needs small steps, and its error is less
         ("ode/lsoda", 1e-13, 1e-10),  # erratic: 2e-11 here, ten times that at 3e-13
     ],
 )
@@ -73,7 +82,7 @@ def test_order_and_leading_coefficients(name: str, first: int, power: int) -> No
     method = METHODS[name]
     steps = np.array([0.5 / (first * 2**n) for n in range(5)])
     errors = np.array([error(method, float(step)) for step in steps])
-    terms = DEFAULT.motion.leading_error(method.scheme, END)
+    terms = PendulumErrors(DEFAULT.motion).series(method.scheme, END)
     wanted = sum(float(values["theta"][0]) * steps**p for p, values in terms.items())
     np.testing.assert_allclose(errors, wanted, rtol=0.01)
     slope = float(np.polyfit(np.log(steps), np.log(np.abs(errors)), 1)[0])
@@ -85,7 +94,7 @@ def test_order_and_leading_coefficients(name: str, first: int, power: int) -> No
 
 
 @pytest.mark.parametrize("method", ADAPTIVE, ids=lambda method: method.name)
-def test_a_tighter_tolerance_errs_less(method: Method) -> None:
+def test_a_tighter_tolerance_has_a_smaller_error(method: Method) -> None:
     # error per unit tolerance varies by two decades; over four decades of tolerance it must fall
     errors = [abs(error(method, rtol)) for rtol in (1e-4, 1e-8)]
     assert errors[1] < 1e-2 * errors[0]
@@ -146,7 +155,7 @@ def driven(rotor: DrivenRotor, theta: float, theta_dot: float) -> Equation:
 
 
 @pytest.mark.parametrize("method", FIXED, ids=lambda method: method.name)
-def test_damping_and_forcing_enter_as_theory_has_them(method: Method) -> None:
+def test_damping_and_forcing_are_as_predicted(method: Method) -> None:
     # first two terms of the error, as above; the clock and the damping both count here
     rotor = DrivenRotor(
         sin=9.8, damping_rate=0.5, forcing_amplitude=1.5, forcing_frequency=2.8, forcing_phase=0.3
@@ -156,7 +165,7 @@ def test_damping_and_forcing_enter_as_theory_has_them(method: Method) -> None:
     terms = leading_error(rotor, 0.7, 1.0, end, method.scheme)
     for steps in (800, 1600):
         equation, step = driven(rotor, 0.7, 1.0), 4.0 / steps
-        simulation = FixedStepSimulation(equation, advance(method.scheme), steps, step, 0.0)
+        simulation = FixedStepSimulation(equation, advance(method), steps, step, 0.0)
         found = simulation.run().observables["theta"][-1] - exact
         wanted = sum(float(values["theta"][0]) * step**p for p, values in terms.items())
         assert found == pytest.approx(wanted, rel=0.01, abs=1e-13)
@@ -179,7 +188,7 @@ def test_divergence_is_a_result(
 ) -> None:
     equation = Equation(law, 1.0, 2.0, 10.0)
     simulation = (
-        FixedStepSimulation(equation, advance(method.scheme), 30_000, 1e-3, 0.0)
+        FixedStepSimulation(equation, advance(method), 30_000, 1e-3, 0.0)
         if method in FIXED
         else AdaptiveSimulation(equation, solver_called(method.settings["method"]), 1e-6, 30.0, 0.0)
     )
@@ -223,12 +232,9 @@ def test_nan_is_refused_by_name() -> None:
 
 
 def test_a_system_without_equation_is_unsupported() -> None:
+    other = replace(SYSTEM, name="spring-mattress", family="spring_mattress")
     with pytest.raises(Unsupported, match="no builder for spring-mattress"):
-        prepare(
-            replace(SYSTEM, name="spring-mattress", family="spring_mattress").case(scene()),
-            FIXED[0],
-            1e-3,
-        )
+        prepare(other.case(scene()), FIXED[0], 1e-3)
 
 
 def test_an_equation_of_motion_adds_nothing_of_its_own() -> None:

@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.elliptic.jacobi_functions import jacobi, time_of_point
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import PI, Quad, choose, double, quad, split
@@ -141,7 +142,7 @@ class EllipticMotion:
                 if self.two_pairs:
                     square = (square - (1 - self.modulus)) / self.modulus
                     slack = slack / self.modulus
-                inside = abs(square - quad(0.5)) <= 0.5 + 1e-15 + slack * 2.0**-52
+                inside = abs(square - quad(0.5)) <= 0.5 + 1e-15 + slack * ULP
                 inside &= (halves == 0.0) & ((z > 0) | (not self.two_pairs))
                 square = np.minimum(np.maximum(square, quad(0.0)), quad(1.0))
                 tau = time_of_point(np.sqrt(1 - square), np.sqrt(square), self.a, self.b)

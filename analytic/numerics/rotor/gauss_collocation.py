@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import two_product, two_sum
 from plumbob.analytic.numerics.collocation import gauss_collocation
-from plumbob.analytic.numerics.compensated import two_product, two_sum
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array

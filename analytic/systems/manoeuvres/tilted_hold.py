@@ -9,11 +9,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from plumbob.analytic.errors.discontinuities import scheme_lead
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import (
-    ROUNDOFF,
     Capsule,
     Point,
     Segment,
@@ -98,16 +97,6 @@ class TiltedHold:
             for name, value in self.observe(times).items()
         }
 
-    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Empty: a body at rest has no error of the step."""
-        return {}
-
-    def predicted(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
-        """Error of semi-implicit Euler and of RK4 at `times` [s], shape (n,): none."""
-        if scheme_lead(scheme) is None:
-            return {}
-        return {name: np.zeros_like(value) for name, value in self.observe(times).items()}
-
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """None: what a step errs by does not depend on how far off the motion is."""
+        """0: the error of a step does not depend on how far off the motion is."""
         return 0.0

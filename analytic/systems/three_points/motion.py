@@ -10,6 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import MotionKind
@@ -17,7 +18,7 @@ from plumbob.analytic.systems.slider_path import Piece, SliderPath, StraightPiec
 from plumbob.analytic.systems.three_points.equations import Mechanics, configuration
 from plumbob.analytic.systems.three_points.smooth_segment import Mode, SmoothSegment, com_of
 
-ROUNDINGS = 32 * 2.0**-53  # of a sum of some tens of segments
+ROUNDINGS = 32 * ROUNDOFF  # of a sum of some tens of segments
 
 
 @dataclass(frozen=True)

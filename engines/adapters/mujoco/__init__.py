@@ -48,7 +48,7 @@ def user_method(path: Path) -> Method:
 
 
 def measure_trimming(case: Case, method: Method, step: float, steps: int, repeats: int) -> Trimming:
-    """What leaving out idle stages and visual parts saves; raises Unsupported."""
+    """What leaving out needless stages and visual parts saves; raises Unsupported."""
     from plumbob.engines.adapters.mujoco.trimming import trimming
 
     return trimming(case, method, step, steps, repeats)

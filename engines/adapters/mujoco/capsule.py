@@ -132,11 +132,11 @@ def whole(
 def set_contacts(spec: mujoco.MjSpec, chosen: ContactProfile, friction: float, step: float) -> None:
     """Set every contact pair, and the options that go with it, to a profile at `step` [s]; what
     the profile leaves open is as MuJoCo ships it, whatever the file says."""
-    shipped = mujoco.MjSpec()
-    pair = shipped.add_pair()
+    defaults = mujoco.MjSpec()
+    pair = defaults.add_pair()
     fields = {name: np.array(getattr(pair, name)) for name in PAIR} | dict(chosen.pair(step))
     for name in OPTIONS:
-        setattr(spec.option, name, getattr(shipped.option, name))
+        setattr(spec.option, name, getattr(defaults.option, name))
     options.apply(spec, chosen.options, step)
     for contact in spec.pairs:
         contact.friction[:2] = friction

@@ -42,7 +42,7 @@ def apply(spec: mujoco.MjSpec, settings: Mapping[str, Any], step: float) -> None
         setattr(spec.option, option, int(chosen))
 
 
-def idle_stages(model: mujoco.MjModel) -> int:
+def needless_stages(model: mujoco.MjModel) -> int:
     """Disable flags of the pipeline stages that do nothing in `model`, whatever its state."""
     collides = _any(model, "geom_contype", "geom_conaffinity") or model.npair or model.nflex
     limited = _any(model, "jnt_limited", "tendon_limited")
@@ -58,7 +58,7 @@ def idle_stages(model: mujoco.MjModel) -> int:
         BIT.mjDSBL_DAMPER: not (passive or _present(model, "damping")),
         BIT.mjDSBL_SENSOR: not model.nsensor,
     }
-    return sum(int(bit) for bit, idle in without.items() if idle)
+    return sum(int(bit) for bit, unused in without.items() if unused)
 
 
 def _any(model: mujoco.MjModel, *fields: str) -> bool:

@@ -15,8 +15,8 @@ import numpy as np
 from plumbob.analytic.errors.added_inertia import bob_error
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
+from plumbob.engines.adapters.divergence import limits
 from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
-from plumbob.engines.adapters.swing_limit import limits
 from plumbob.engines.method import Method
 
 POINT = 1e-15  # [kg m^2] of the bob: the least moment of inertia that MuJoCo takes

@@ -111,7 +111,7 @@ def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:
         except ValueError as error:
             reason = " ".join(str(error).split())
             raise Unsupported(f"MuJoCo refuses the model of {case.scene.name}: {reason}") from None
-        model.opt.disableflags |= options.idle_stages(model) | int(options.BIT.mjDSBL_AUTORESET)
+        model.opt.disableflags |= options.needless_stages(model) | int(options.BIT.mjDSBL_AUTORESET)
         translation.tune(model)
         data = mujoco.MjData(model)
     seconds = time.perf_counter() - begin
@@ -126,7 +126,7 @@ class Course:
     states: Array  # shape (n, nstate)
     taken: int  # steps taken in all
     seconds: float  # wall time of the stepping alone
-    diverged: int | None  # the first step after which the state is not to be believed
+    diverged: int | None  # the first step after which the state is not reliable
 
 
 def take_steps(
@@ -142,7 +142,7 @@ def take_steps(
     kept = sampling.sampled(steps, samples)
     states = np.empty((len(kept), len(start)))
     states[0] = start
-    diverged = None if believable(start) else 0
+    diverged = None if reliable(start) else 0
     taken, seconds = 0, 0.0
     every = sampling.stride(steps, samples)
     block = every * max(1, BLOCK // every)
@@ -152,14 +152,12 @@ def take_steps(
         while taken < steps and diverged is None:
             n = min(block, steps - taken)
             out = rows if n == rows.shape[1] else np.empty((1, n, len(start)))
-            ctrl = (
-                None
-                if control is None
-                else control(np.arange(taken, taken + n, dtype=np.int64))[None]
-            )
             first = start if taken == 0 else rows[0, -1]
-            # each call starts the solver cold, unless told where the last one ended
+            # each call starts the solver cold, unless given where the last one ended
             warm = data.qacc_warmstart[None].copy() if taken else None
+            ctrl = None
+            if control is not None:
+                ctrl = control(np.arange(taken, taken + n, dtype=np.int64))[None]
             begin = time.perf_counter()
             engine.rollout(
                 [model], [data], first[None].copy(), ctrl, control_spec=CTRL, skip_checks=True,
@@ -207,7 +205,7 @@ def _columns(rows: list[Values]) -> Named:
     return {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else {})}
 
 
-def believable(states: Array) -> bool:
+def reliable(states: Array) -> bool:
     """Whether every number is finite and below what the engine calls huge."""
     return bool(np.all(np.abs(states) < LARGEST))  # NaN compares false
 
@@ -215,12 +213,12 @@ def believable(states: Array) -> bool:
 def _first_bad(data: mujoco.MjData, rows: Array, before: Array) -> int | None:
     """Index of the first row that the engine itself rejects: after a warning it repeats a row."""
     if not any(warning.number for warning in data.warning):
-        return None if believable(rows[-1]) else _first_unbelievable(rows)
+        return None if reliable(rows[-1]) else _first_unreliable(rows)
     stalled = np.flatnonzero(np.diff(rows[:, 0], prepend=before[0]) <= 0.0)
-    found = [len(rows) - 1, _first_unbelievable(rows)]
+    found = [len(rows) - 1, _first_unreliable(rows)]
     return int(min([*found, *stalled[:1]]))
 
 
-def _first_unbelievable(rows: Array) -> int:
+def _first_unreliable(rows: Array) -> int:
     good = np.all(np.abs(rows) < LARGEST, axis=1)
     return int(np.argmin(good)) if not good.all() else len(rows) - 1

@@ -1,4 +1,4 @@
-"""What leaving out a model's idle stages and visual parts saves, the motion being the same."""
+"""What leaving out a model's needless stages and visual parts saves, the motion being the same."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _versions(
     method: Method,
     step: float,
 ) -> tuple[mujoco.MjModel, mujoco.MjModel, mujoco.MjModel]:
-    """The model with every stage, with the idle ones left out, and as run: without visual parts."""
+    """The model with every stage, with needless ones disabled, and as run: without visual parts."""
     options.apply(whole, method.settings, step)
     default, shown = whole.compile(), whole.compile()
     for model in (default, shown):

@@ -12,9 +12,9 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import USER_METHOD, Method
 
-HALVINGS = 6  # of the user's own step, so that it is seen whether a smaller one helps
-# What a scene is (gravity, wind, density) stays the scene's; so do the step and what a file needs
-# for its own geoms. The rest says how MuJoCo computes.
+HALVINGS = 6  # of the user's own step, to show whether a smaller one helps
+# Physical options (gravity, wind, density) stay the scene's; so do the step and what a file needs
+# for its own geoms. The rest is about how MuJoCo computes.
 NUMBERS = (
     "impratio", "ls_tolerance", "ccd_tolerance", "iterations", "ls_iterations",
     "noslip_iterations", "ccd_iterations",
@@ -23,7 +23,7 @@ DISABLED = ("EULERDAMP", "REFSAFE", "WARMSTART", "ISLAND", "MIDPHASE", "NATIVECC
 ENABLED = ("DIAGEXACT", "IPC")
 CONTACT = ("solref", "solimp", "condim", "margin", "gap")  # friction is the scene's
 OVERRIDDEN = ("solref", "solimp", "margin")  # by an option that overrides every contact's
-# Where the solver ends goes with the contacts: a scene's model scales it as its masses ask for.
+# Termination tolerances go with the contacts: a scene's model scales them with its masses.
 ENDS = ("tolerance", "noslip_tolerance")
 
 
@@ -56,7 +56,7 @@ def user_method(path: str | Path) -> Method:
     scheme = like.scheme
     if settings["integrator"] == "euler" and settings["disableflags"]:
         without = int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP) & settings["disableflags"]
-        scheme = scheme.replace("+implicit-damping", "") if without else scheme
+        scheme = replace(scheme, implicit_damping=False) if without else scheme
     step_sizes = tuple(step / 2**n for n in range(HALVINGS + 1))
     return replace(
         like, name=USER_METHOD, scheme=scheme, settings=settings, step_sizes=step_sizes, systems=()

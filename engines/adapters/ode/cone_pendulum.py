@@ -33,5 +33,6 @@ def build(problem: Any, method: Method) -> Equation:
         finite("theta", problem.theta),
         finite("theta_dot", problem.theta_dot),
         speed,
+        damping_rate=0.0,
         limits={"theta_dot": BEYOND * speed},
     )

@@ -1,27 +1,58 @@
-"""A scene as an equation of motion in one angle, and how the builder of a system is found."""
+"""A scene as an equation of motion in one coordinate or several, and how its builder is found."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, cast
 
+import numpy as np
+
+from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.builders import find_builder
 from plumbob.engines.method import Method
 from plumbob.models.scene import System
 
+State = tuple[Any, Any]
+"""Coordinates and rates: floats where there is one coordinate, arrays of shape (n,) for several."""
+
 
 @dataclass(frozen=True)
 class Equation:
-    """theta'' = acceleration(t, theta, theta_dot), its start, and the scale of its motion."""
+    """x'' = acceleration(t, x, x') with its start and the scales of its motion.
 
-    acceleration: Callable[[float, float, float], float]  # [s], [rad], [rad/s] -> [rad/s^2]
-    theta: float  # [rad] at time 0
-    theta_dot: float  # [rad/s] at time 0
-    speed: float  # [rad/s] that no motion of this energy exceeds; also the scale of tolerances
-    damping_rate: float = 0.0  # [1/s], already in the acceleration: -damping_rate theta_dot
+    With one coordinate x, x' and x'' are plain floats, with n coordinates arrays of shape (n,).
+    Angles and lengths may be mixed if one `size` and one `speed` suit them all.
+    """
+
+    acceleration: Callable[[float, Any, Any], Any]  # of time [s], x and x'
+    position: Any  # x at time 0: a float, or shape (n,)
+    rate: Any  # x' at time 0: a float, or shape (n,)
+    speed: float  # x' that no motion of this energy exceeds; also the scale of tolerances
+    damping_rate: float | None = None
+    """[1/s]: the acceleration depends on x' by -damping_rate x' alone (0: not at all); None if by
+    more than that, or if it is not known."""
     limits: Mapping[str, float] = field(default_factory=dict)
     """Magnitudes of observables that only a diverged run exceeds."""
+    names: tuple[str, ...] = ("theta",)  # observables that are the coordinates
+    rate_names: tuple[str, ...] = ("theta_dot",)  # observables that are their rates
+    size: float = 1.0  # scale of x for tolerances: 1 rad for an angle
+
+    @property
+    def start(self) -> State:
+        """Coordinates and rates at time 0; arrays are copies."""
+        if len(self.names) == 1:
+            return self.position, self.rate
+        return np.array(self.position, dtype=np.float64), np.array(self.rate, dtype=np.float64)
+
+    def observed(self, states: Sequence[State]) -> Mapping[str, Array]:
+        """The observables of `states`, each of shape (len(states),)."""
+        positions, rates = (
+            np.array(part, dtype=np.float64).reshape(len(states), -1).T
+            for part in zip(*states, strict=True)
+        )
+        found = dict(zip(self.names, positions, strict=True))
+        return found | dict(zip(self.rate_names, rates, strict=True))
 
 
 class Builder(Protocol):

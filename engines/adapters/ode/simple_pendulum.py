@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from plumbob.engines.adapters.divergence import fastest, limits
 from plumbob.engines.adapters.ode.equation import Equation
-from plumbob.engines.adapters.swing_limit import fastest, limits
 from plumbob.engines.method import Method
 
 

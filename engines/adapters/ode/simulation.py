@@ -1,21 +1,29 @@
-"""A scene set up for one ODE method and its step or tolerance."""
+"""A scene set up for one ODE method and its step or tolerance, and its runs."""
 
 from __future__ import annotations
 
 import time
+import warnings
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
+from scipy.integrate import DOP853, LSODA, Radau
 
 from plumbob.analytic.parameters import ParameterError, positive
+from plumbob.analytic.reference import Array
 from plumbob.engines.adapters import sampling
-from plumbob.engines.adapters.ode.adaptive_run import AdaptiveSimulation, solver_called
-from plumbob.engines.adapters.ode.equation import builder
-from plumbob.engines.adapters.ode.fixed_run import FixedStepSimulation
-from plumbob.engines.adapters.ode.fixed_step import advance
+from plumbob.engines.adapters.divergence import within
+from plumbob.engines.adapters.ode.equation import Equation, State, builder
+from plumbob.engines.adapters.ode.integrators import Advance, integrator
 from plumbob.engines.method import Method
+from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
-SMALLEST = 100 * float(np.finfo(float).eps)  # the relative tolerance below which scipy won't go
+SMALLEST = 100 * float(np.finfo(float).eps)  # relative tolerance below which scipy refuses
+SOLVERS: tuple[type[Any], ...] = (DOP853, Radau, LSODA)
+HUGE = 1e10  # a coordinate or rate (SI) beyond which nothing is worth following
 
 
 def prepared(case: Case, method: Method, step: float) -> FixedStepSimulation | AdaptiveSimulation:
@@ -25,12 +33,123 @@ def prepared(case: Case, method: Method, step: float) -> FixedStepSimulation | A
     if method.control == "step":
         steps = sampling.step_count(case.scene.duration, step)
         equation = builder(case.system).build(case.problem, method)
-        integrator = advance(method.scheme)
+        advance = integrator(method.scheme.integrator)
         elapsed = time.perf_counter() - begin
-        return FixedStepSimulation(equation, integrator, steps, step, elapsed)
+        return FixedStepSimulation(equation, advance, steps, step, elapsed)
     if not SMALLEST <= positive("step", step) < 1.0:
         raise ParameterError("step", step, f"a relative tolerance from {SMALLEST:.1e} to below 1")
     equation = builder(case.system).build(case.problem, method)
     solver = solver_called(method.settings["method"])
     elapsed = time.perf_counter() - begin
     return AdaptiveSimulation(equation, solver, step, case.scene.duration, elapsed)
+
+
+def solver_called(name: str) -> type[Any]:
+    """The solver of SOLVERS called `name`; raises ParameterError."""
+    for solver in SOLVERS:
+        if solver.__name__ == name:
+            return solver
+    names = ", ".join(solver.__name__ for solver in SOLVERS)
+    raise ParameterError("method", name, f"one of {names}")
+
+
+@dataclass
+class FixedStepSimulation:
+    """An equation with an integrator and a step [s]; every `run` begins anew."""
+
+    equation: Equation
+    advance: Advance
+    steps: int
+    step: float
+    compile_seconds: float
+
+    def run(self) -> Trajectory:
+        """Run from the start to the end, or until the run diverges."""
+        marks = [int(mark) for mark in sampling.sampled(self.steps)]
+        states = [self.equation.start]
+        diverged, begin = None, time.perf_counter()
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):  # of arrays: cut off below
+                for first, last in pairwise(marks):
+                    states.append(self.advance(self.equation, states[-1], first, last, self.step))
+        except (ValueError, OverflowError):  # math.sin of infinity
+            diverged = marks[len(states)] * self.step
+        seconds = time.perf_counter() - begin
+        trajectory = Trajectory(
+            times=np.array(marks[: len(states)]) * self.step,
+            observables=self.equation.observed(states),
+            steps=marks[len(states) - 1],
+            seconds=seconds,
+            diverged_at=diverged,
+        )
+        return within(trajectory, self.equation.limits)
+
+
+@dataclass
+class AdaptiveSimulation:
+    """An equation with one of scipy's solvers and a relative tolerance; every `run` begins anew."""
+
+    equation: Equation
+    solver: type[Any]
+    rtol: float
+    duration: float  # [s]
+    compile_seconds: float
+
+    def run(self) -> Trajectory:
+        """Run from the start to the end, or until the run diverges or the solver gives up."""
+        equation, slope = self.equation, _Slope(self.equation)
+        count = len(equation.names)
+        first = np.ravel(equation.start).tolist()
+        times, states = [0.0], [first]
+        # absolute tolerance where a component passes zero: of the coordinates' size and the speed
+        scales = [equation.size] * count + [equation.speed or 1.0] * count
+        atol = self.rtol * np.array(scales)
+        failure: str | None = None
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            begin = time.perf_counter()
+            try:
+                solver = self.solver(slope, 0.0, first, self.duration, rtol=self.rtol, atol=atol)
+                while solver.status == "running" and sum(map(abs, states[-1])) < HUGE:
+                    failure = solver.step()
+                    if solver.status != "failed":
+                        times.append(float(solver.t))
+                        states.append(solver.y.tolist())
+            except (ValueError, OverflowError) as error:  # math and numpy, of infinity
+                failure = " ".join(str(error).split())
+            seconds = time.perf_counter() - begin
+        reached = times[-1]
+        kept = sampling.sampled(len(times) - 1)  # its own steps: interpolants are less accurate
+        said = [*(str(warning.message) for warning in caught), *([failure] if failure else [])]
+        trajectory = Trajectory(
+            times=np.array(times)[kept],
+            observables=equation.observed([_halves(states[k]) for k in kept]),
+            steps=slope.evaluated,
+            seconds=seconds,
+            diverged_at=None if reached == self.duration else reached,
+            warnings=tuple(dict.fromkeys(said)),
+        )
+        far = dict.fromkeys((*equation.names, *equation.rate_names), HUGE)
+        return within(trajectory, {**far, **equation.limits})
+
+
+@dataclass
+class _Slope:
+    """An equation as scipy takes it, y' = slope(t, y) with y = (x, x'), and how often it was
+    asked."""
+
+    equation: Equation
+    evaluated: int = 0
+
+    def __call__(self, t: float, y: Array) -> Any:
+        self.evaluated += 1
+        if len(y) == 2:
+            x, v = y.tolist()
+            return v, self.equation.acceleration(t, x, v)
+        x, v = _halves(y)
+        return np.concatenate([v, self.equation.acceleration(t, x, v)])
+
+
+def _halves(y: Any) -> State:
+    half = len(y) // 2
+    return y[:half], y[half:]

@@ -18,8 +18,8 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 
 
 def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
-    """What the model itself adds to each observable, by reason; raises Unsupported."""
-    from plumbob.engines.adapters.pymunk.translation import builder
+    """Bounds on what the model adds to each observable, by reason; raises Unsupported."""
+    from plumbob.engines.adapters.pymunk.simulation import builder
 
     return builder(case.system).model_error(case.problem, case.scene.duration, method, step)
 

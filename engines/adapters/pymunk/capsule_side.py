@@ -1,28 +1,29 @@
-"""The capsule seen from the side: a body on the ground under gravity, for motions on one line.
+"""The capsule seen from the side in pymunk, for motions on one line, and what is read off it.
 
-It stands on two feet, where the hindmost and the foremost support are on the line. Their normal
-forces and friction are the engine's own, from its contacts: together the weight, and their centre
-the centre of pressure. How three supports share that, the side view has no room for; statics across
-the line says it.
+It is a body on the ground under gravity that stands on two feet, where the hindmost and the
+foremost support are on the line. Their normal forces and friction are the engine's own, from its
+contacts: together the weight, and their centre the centre of pressure. The side view cannot tell
+how three supports carry that; statics across the line does.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import pymunk
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import load_shares
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
-from plumbob.engines.adapters.pymunk.capsule_space import NO_TURNING, Assembly, pinned
-from plumbob.engines.adapters.pymunk.capsule_sweeps import left_by_sweep, pin
+from plumbob.engines.adapters.pymunk.assembly import NO_TURNING, Assembly, pin_joint
 
 FOOT = 1.0  # [m] radius of a foot: the larger, the less a rounded contact tilts its normal
-DEPTH = 1e-9  # [m] to which the feet stand in the ground: only what overlaps is in contact
+DEPTH = 1e-9  # [m] overlap of feet and ground: only what overlaps is in contact
 SLOP = 1e-6  # [m] of overlap that pymunk leaves alone
 GROUND = 1e3  # [m] to each side
+Read = Callable[[], Mapping[str, float]]
 
 
 @dataclass(frozen=True)
@@ -51,13 +52,13 @@ def standing(setup: CapsuleSetup) -> Stand:
     reach = foot_reach(setup)
     hind, fore = (pymunk.Circle(body, FOOT, (x, FOOT)) for x in reach)
     hind.friction = fore.friction = capsule.friction
-    joint = pinned(body, slider, complex(start))
+    joint = pin_joint(body, slider, complex(start))
     space.add(body, slider, ground, hind, fore, joint)
     return Stand(Assembly(space, body, 0j, slider, joint), reach, (hind, fore))
 
 
 def along(setup: CapsuleSetup, vector: tuple[float, float]) -> float:
-    """What a vector in body axes has along the line."""
+    """Component along the line of a vector in body axes."""
     x, y = vector
     return math.cos(setup.direction) * x + math.sin(setup.direction) * y
 
@@ -69,20 +70,86 @@ def foot_reach(setup: CapsuleSetup) -> tuple[float, float]:
 
 
 def side_moment(setup: CapsuleSetup) -> float:
-    """Moment of inertia about the axis across the line [kg m^2], which has no part in a motion
-    without heights: that of half the body's mass at each foot, or so."""
+    """Moment of inertia about the axis across the line [kg m^2], that of half the body's mass at
+    each foot; it has no part in a motion without heights."""
     hind, fore = foot_reach(setup)
     return setup.capsule.body_mass * ((fore - hind) / 2) ** 2
 
 
-def side_left_by_sweep(setup: CapsuleSetup, place: float) -> float:
-    """Largest share of a velocity that one sweep of the solver leaves while both contacts hold,
-    the slider at `place` along the line from C [m]."""
-    mass, slider = setup.capsule.body_mass, setup.capsule.slider_mass
-    rows: list[Array] = []
-    for reach in foot_reach(setup):
-        contact = pin(5, np.array([reach, 0.0]), 3)
-        contact[:, 3:] = 0.0
-        rows += [contact[1:], contact[:1]]
-    masses = [mass, mass, side_moment(setup), slider, slider]
-    return left_by_sweep(masses, [*rows, pin(5, np.array([place, 0.0]), 3)])
+def on_the_line(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read]:
+    """Readings signed along the line, with the N_i of the last step, vertical displacement and tilt
+    (both ought to be zero); and, once the step that follows is done, the friction in it and the
+    residual of the momentum balance [N]: contacts and gravity alone may change the momentum."""
+    assembly = stand.assembly
+    body, slider = assembly.body, assembly.slider
+    start, before = along(setup, setup.slider), 0.0
+    pulled = (body.mass + slider.mass) * setup.pull
+
+    def read() -> Mapping[str, float]:
+        nonlocal before
+        before, pace = assembly.momentum.real, body.velocity.x
+        gone, height = body.position
+        return {
+            "displacement": gone,
+            "velocity": pace,
+            "stroke": slider.position.x - gone - start,
+            "stroke_rate": slider.velocity.x - pace,
+            **_normal_forces(setup, stand),
+            "heave": height + DEPTH,
+            "tilt": body.angle,
+        }
+
+    def following() -> Mapping[str, float]:
+        friction = sum(force for force, _ in _contact_forces(stand))
+        gained = assembly.momentum.real - before
+        left = gained / assembly.space.current_time_step - pulled - friction
+        return {"friction_force": friction, "momentum_residual": left}
+
+    return read, following
+
+
+def in_the_plane(setup: CapsuleSetup, stand: Stand) -> Read:
+    """Position of C in the axes of the start, vertical displacement and tilt."""
+    body, line = stand.assembly.body, setup.direction
+
+    def read() -> Mapping[str, float]:
+        (gone, height), pace = body.position, body.velocity.x
+        return {
+            "x": gone * math.cos(line),
+            "y": gone * math.sin(line),
+            "velocity_x": pace * math.cos(line),
+            "velocity_y": pace * math.sin(line),
+            "heave": height + DEPTH,
+            "tilt": body.angle,
+        }
+
+    return read
+
+
+def _normal_forces(setup: CapsuleSetup, stand: Stand) -> Mapping[str, float]:
+    """N_i in the last step [N]: the loads of both feet and their centre of pressure, carried by
+    three supports as statics across the line has it."""
+    (_, hind), (_, fore) = _contact_forces(stand)
+    both, capsule = hind + fore, setup.capsule
+    reach = np.dot((hind, fore), stand.reach) / both if both else math.nan
+    x, y = setup.slider
+    unit = np.array([math.cos(setup.direction), math.sin(setup.direction)])
+    across = capsule.mass_ratio * (unit[0] * y - unit[1] * x)
+    centre = reach * unit + across * np.array([-unit[1], unit[0]])
+    forces = both * load_shares(capsule, centre)
+    return {f"normal_force_{i + 1}": float(forces[i]) for i in range(3)}
+
+
+def _contact_forces(stand: Stand) -> list[tuple[float, float]]:
+    """Force of the ground on each foot [N], along and up, in the last step."""
+    step = stand.assembly.space.current_time_step
+    found: dict[pymunk.Shape, tuple[float, float]] = {}
+
+    def note(arbiter: pymunk.Arbiter) -> None:
+        x, y = arbiter.total_impulse
+        upwards = math.copysign(1.0 / step, y)
+        for shape in arbiter.shapes:
+            found[shape] = (upwards * x, upwards * y)
+
+    stand.assembly.body.each_arbiter(note)
+    return [found.get(foot, (0.0, 0.0)) for foot in stand.feet]

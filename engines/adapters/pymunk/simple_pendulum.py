@@ -1,4 +1,5 @@
-"""The simple pendulum in pymunk's terms: a bob on a weightless rod that ends in a pivot joint."""
+"""The simple pendulum in pymunk: a bob on a weightless rod that ends in a pivot joint, or, made
+linear, a body on a rotary spring without gravity."""
 
 from __future__ import annotations
 
@@ -9,22 +10,39 @@ from typing import Any
 
 import pymunk
 
-from plumbob.analytic.errors.joint_step import DRIFT
+from plumbob.analytic.errors.sequential_impulse import opening_error
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
-from plumbob.engines.adapters.pymunk.translation import Translation
-from plumbob.engines.adapters.swing_limit import fastest, limits
+from plumbob.engines.adapters.divergence import fastest, limits
+from plumbob.engines.adapters.pymunk.methods import CLOSING_RATE
+from plumbob.engines.adapters.pymunk.simulation import Translation
 from plumbob.engines.method import Method
 
 # Of m L^2: pymunk wants a moment of inertia, a point has none. Taken off the rod's length it does
 # not show in the swing, but the joint's equations lose as many digits as it is small: at 1e-12, and
 # one iteration of the solver, the bob flies off.
 MOMENT = 1e-7
-_ULP = 2.0**-52
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:
     """Translate an plumbob.analytic.systems.simple_pendulum.SimplePendulum; raises Unsupported."""
-    problem = problem.started
+    return _on_a_spring(problem) if problem.linear else _on_a_rod(problem.started, method, step)
+
+
+def model_error(
+    problem: Any, duration: float, method: Method, step: float
+) -> Mapping[str, Mapping[str, float]]:
+    """Tension: what the bob's moment of inertia adds, whose centre is nearer to the pivot and pulls
+    less, and what the rounding of the joint's opening makes. On the spring nothing: the body's
+    moment of inertia is that of the bob about the axis."""
+    if problem.linear:
+        return {}
+    moment = MOMENT * MASS * problem.length * fastest(problem, duration) ** 2
+    closing = 1 / step if method.settings.get("error_bias") == 0.0 else CLOSING_RATE
+    rounding = opening_error(MASS, problem.length, closing, step)
+    return {"tension": {"moment of the bob": moment, "rounded opening": rounding}}
+
+
+def _on_a_rod(problem: Any, method: Method, step: float) -> Translation:
     length, gravity = problem.length, problem.gravity
     space = pymunk.Space()
     space.gravity = (0.0, -gravity)
@@ -70,7 +88,7 @@ def _start(
     bob: pymunk.Body, joint: pymunk.PivotJoint, problem: Any, arm: float, step: float
 ) -> None:
     """Put the bob where it starts. A joint that closes in one step is open by what the step before
-    opened: started closed, it would open with a jerk, and its first impulse would tell of that."""
+    opened: if it started closed, it would open with a jerk, which its first impulse would show."""
     theta, rate = problem.theta, problem.theta_dot
     turn = 1j * step * (rate - step * float(problem.rotor.acceleration(0.0, theta, rate)))
     opening = cmath.exp(-turn) * (1 + turn) - 1 if joint.error_bias == 0.0 else 0j
@@ -81,13 +99,22 @@ def _start(
     bob.velocity = (arm * outwards * speed).real, (arm * outwards * speed).imag
 
 
-def model_error(
-    problem: Any, duration: float, method: Method, step: float
-) -> Mapping[str, Mapping[str, float]]:
-    """What the bob's moment of inertia adds, whose centre is nearer to the pivot and pulls less;
-    and the rounding of the joint's opening, some units in the last place of the rod's length, which
-    a joint that closes in a step undoes by a velocity, and so an impulse, of that step."""
-    share = MOMENT * MASS * problem.length * fastest(problem, duration) ** 2
-    closing = 1 / step if method.settings.get("error_bias") == 0.0 else DRIFT
-    rounding = 4 * _ULP * MASS * problem.length * closing / step
-    return {"tension": {"moment of the bob": share, "rounded opening": rounding}}
+def _on_a_spring(problem: Any) -> Translation:
+    """Nothing pulls on the body's centre, which so needs no joint to stay where the axis is."""
+    moment = MASS * problem.length**2
+    space = pymunk.Space()
+    wheel = pymunk.Body(MASS, moment)
+    wheel.angle, wheel.angular_velocity = problem.theta, problem.theta_dot
+    stiffness = MASS * problem.gravity * problem.length
+    space.add(wheel, pymunk.DampedRotarySpring(wheel, space.static_body, 0.0, stiffness, 0.0))
+
+    def read() -> Mapping[str, float]:
+        return {"theta": wheel.angle, "theta_dot": wheel.angular_velocity}
+
+    def act(time: float) -> None:
+        push = amplitude * math.sin(frequency * time) - damping * wheel.angular_velocity
+        wheel.torque = moment * push
+
+    amplitude, frequency = problem.forcing_amplitude, problem.forcing_frequency
+    damping = problem.damping_rate
+    return Translation(space, read, act if amplitude or damping else None, limits=limits(problem))

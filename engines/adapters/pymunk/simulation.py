@@ -3,23 +3,59 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Any, Protocol, cast
 
 import numpy as np
+import pymunk
 
 from plumbob.engines.adapters import sampling
+from plumbob.engines.adapters.builders import find_builder
 from plumbob.engines.adapters.divergence import within
-from plumbob.engines.adapters.pymunk.translation import Translation, builder
 from plumbob.engines.method import Method
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Case
+from plumbob.models.scene import Case, System
+
+
+@dataclass(frozen=True)
+class Translation:
+    """A scene as a space at its start, what to do before each step, and what to read off it."""
+
+    space: pymunk.Space
+    read: Callable[[], Mapping[str, float]]  # the observables, and any channels, of this moment
+    act: Callable[[float], None] | None = None
+    """Called with the time [s] before each step: forces last for one step."""
+    channels: frozenset[str] = frozenset()  # names that `read` gives beside the observables
+    limits: Mapping[str, float] = field(default_factory=dict)
+    """Magnitudes of observables that only a diverged run exceeds."""
+    following: Callable[[], Mapping[str, float]] | None = None
+    """Observables of the step that begins at a sample: read when it is done."""
+
+
+class Builder(Protocol):
+    """What the module of a family of systems, `adapters/pymunk/<family>.py`, offers."""
+
+    def build(self, problem: Any, method: Method, step: float) -> Translation:
+        """Translate `problem` for `method` at `step` [s]; raises Unsupported."""
+        ...
+
+    def model_error(
+        self, problem: Any, duration: float, method: Method, step: float
+    ) -> Mapping[str, Mapping[str, float]]:
+        """Bounds on what the model adds to each observable over `duration` [s], by reason."""
+        ...
+
+
+def builder(system: System) -> Builder:
+    """The builder of `system`; raises Unsupported when there is none."""
+    return cast(Builder, find_builder("pymunk", system))
 
 
 @dataclass
 class PymunkSimulation:
-    """A scene that can be built anew for every run: a space keeps no start to go back to."""
+    """A scene that is built anew for every run: a space keeps no start to go back to."""
 
     build: Callable[[], Translation]
     steps: int
@@ -36,7 +72,7 @@ class PymunkSimulation:
             try:
                 seconds += _advance(built, first, last, h, rows[-1])
                 rows.append(dict(built.read()))
-            except (OverflowError, ValueError):  # what Python says to squares and sines of infinity
+            except (OverflowError, ValueError):  # Python's squares and sines of infinity
                 diverged = last * h
                 break
         if built.following is not None:

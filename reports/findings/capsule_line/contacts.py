@@ -6,11 +6,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from plumbob.analytic.reference import Array, StepReference
+from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings.contact_terms import LOADS
-from plumbob.reports.findings.measurements import LINE, displacement_error, problem, runs, scheme
+from plumbob.reports.findings.measurements import (
+    LINE,
+    case,
+    displacement_error,
+    problem,
+    runs,
+    scheme,
+)
 from plumbob.reports.view.content import Cell, Finding, Table, plain_method_cell, row, value
 from plumbob.reports.view.notation import number, short
 from plumbob.reports.view.palette import OF_METHODS
@@ -209,10 +216,9 @@ def _from_statics(study: Study, method: str) -> tuple[Array, Array, Array] | Non
     with the predicted error of the step."""
     if (found := study.recording(ExtraRun(STATICS, method, STATICS_STEP))) is None:
         return None
-    reference = problem(STATICS).reference
-    assert isinstance(reference, StepReference)
-    exact = reference.observe(found.times)
-    predicted = reference.predicted(scheme(method), STATICS_STEP, found.times)
+    statics = case(STATICS)
+    exact = statics.reference.observe(found.times)
+    predicted = statics.errors.at_step(scheme(method), STATICS_STEP, found.times)
     seen, truth, lead = (
         np.stack([source[load] for load in LOADS])
         for source in (found.observables, exact, predicted)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from plumbob.analytic.errors.discontinuities import bend
+from plumbob.analytic.errors.discontinuities import trapezoid_error
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings import measurements
@@ -210,7 +210,7 @@ def _on_parabola(study: Study, method: str) -> list[tuple[float, float, float]]:
         if (end := measurements.displacement(study, LINE, method, step)) is None:
             continue
         unit = -line.closed.braking * step**2
-        at_t1 = float(bend(jump, np.array(line.t1 / step))) * step**2
+        at_t1 = float(trapezoid_error(jump, np.array(line.t1 / step))) * step**2
         deflection = 0.0
         if method == FULL:
             deflection = deflection_term(LINE, contact_of(LINE, FULL, step))

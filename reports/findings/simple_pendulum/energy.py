@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.errors.joint_series import JointedSeries
+from plumbob.analytic.errors.jointed_euler import JointedSeries
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
@@ -106,7 +106,9 @@ def predicted_loss(step: float) -> float:
     motion = _motion()
     times = motion.period * np.array([1.0, 3.0])
     series = JointedSeries(motion.rotor, motion.theta, motion.theta_dot)
-    first = series.at(scheme("pymunk/default"), times)[1]
+    closing_rate = scheme("pymunk/default").joint_closing_rate
+    assert closing_rate is not None
+    first = series.at(closing_rate, times)[1]
     theta, rate = motion.state(times)
     torque = np.asarray(motion.rotor.acceleration(times, theta, rate))
     gained = motion.inertia * (rate * first["theta_dot"] - torque * first["theta"])

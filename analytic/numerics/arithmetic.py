@@ -1,4 +1,4 @@
-"""Error-free sums and products of doubles, for states that must not collect round-off."""
+"""Double precision: its unit of rounding, and error-free sums and products of doubles."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from plumbob.analytic.reference import Array
 
 Number = TypeVar("Number", float, Array)
 
+ULP = 2.0**-52  # spacing of the doubles next to 1: a unit in the last place, relatively
+ROUNDOFF = 2.0**-53  # largest relative error of one rounding
 SPLITTER = 134217729.0  # 2^27 + 1 halves the 53 bits of a double
 
 

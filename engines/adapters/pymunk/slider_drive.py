@@ -1,9 +1,9 @@
 """The slider of the capsule driven along its path, with its whole reaction on the body.
 
-Bodies advance before velocities are solved, so a joint is set for the places at the end of a step.
-It takes hold of the body where the slider then is: their impulses are opposite and on one line, and
-no momentum is made. It takes hold of the slider as far from it as it is from its aim, which closing
-in one step makes its velocity.
+Chipmunk advances positions before it solves velocities, so a joint is set for the places at the end
+of a step. On the body it is anchored where the slider then is: the two impulses are opposite and on
+one line, and no momentum is made. On the slider its anchor offset equals the remaining position
+error, which the joint turns into a velocity that closes it in one step.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ from plumbob.analytic.errors.position_first import switches_on_grid
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.analytic.systems.slider_path import SliderPath
-from plumbob.engines.adapters.pymunk.capsule_space import Assembly, Tell, point
+from plumbob.engines.adapters.pymunk.assembly import Assembly, vector
+from plumbob.engines.adapters.pymunk.capsule_above import SetLimits
 
 Act = Callable[[float], None]
 Velocity = Callable[[Array], Array]
 """Slider's velocity in the body [m/s], body axes, shape (n, 2), at times [s], shape (n,)."""
-BLOCK = 1024  # steps whose aims are worked out at once
+BLOCK = 1024  # steps whose targets are computed at once
 
 
 def on_the_line(setup: CapsuleSetup) -> Velocity | None:
@@ -38,11 +39,11 @@ def on_an_axis(velocity: Callable[[Array], Array]) -> Velocity:
     return lambda times: np.asarray(velocity(times)[:, None] * np.array([1.0, 0.0]))
 
 
-def aims(
+def velocity_targets(
     velocity: Velocity, start: tuple[float, float], step: float
 ) -> Iterator[tuple[float, float]]:
-    """Places in the body [m, from C] at the end of the first step, of the second and so on: left
-    sums of the velocity, which keep half a step behind it and leave it exact at every grid time."""
+    """Targets in the body [m, from C] at the end of the first step, of the second and so on: left
+    Riemann sums of velocity, half a step late, which make it exact at every grid time."""
     here: Array = np.array(start, dtype=np.float64)
     first = 0
     while True:
@@ -52,16 +53,16 @@ def aims(
         here, first = places[-1], first + BLOCK
 
 
-def aims_in_the_plane(
+def plane_targets(
     path: SliderPath, setup: CapsuleSetup, step: float
 ) -> Iterator[tuple[float, float]]:
-    """The same for a `path` in the plane; where its acceleration jumps on the grid alone, places
-    less half a step of the velocity, which do not drift turn after turn."""
+    """Targets for a `path` in the plane: where its acceleration jumps on the grid alone, positions
+    less half a step of the velocity, which do not drift turn after turn; else left sums."""
     place, velocity = setup.plane_place, setup.plane_velocity
     assert place is not None
     assert velocity is not None
     if not switches_on_grid(path, step):
-        yield from aims(velocity, setup.slider, step)
+        yield from velocity_targets(velocity, setup.slider, step)
     first = 1
     while True:
         times = np.arange(first, first + BLOCK, dtype=np.float64) * step
@@ -71,13 +72,13 @@ def aims_in_the_plane(
 
 
 def driven(
-    assembly: Assembly, aimed: Iterator[tuple[float, float]], step: float, tell: Tell
+    assembly: Assembly, targets: Iterator[tuple[float, float]], step: float, set_limits: SetLimits
 ) -> Act:
-    """Function to call before each step of `step` [s], for any path and a body that turns: looks up
-    where body and slider will be. `tell` hears where the slider will be, from C."""
-    next(aimed)
+    """Function to call before each step of `step` [s], for any path and a body that turns: works
+    out where body and slider will be, and gives the slider's place from C to `set_limits`."""
+    next(targets)
     body, slider, joint = assembly.body, assembly.slider, assembly.joint
-    cx, cy = point(assembly.centre)
+    cx, cy = vector(assembly.centre)
     cos, sin = math.cos, math.sin
 
     def act(time: float) -> None:
@@ -91,35 +92,38 @@ def driven(
         bx, by = c * dx + s * dy, c * dy - s * dx
         joint.anchor_a = bx, by
         bx, by = bx - cx, by - cy
-        ax, ay = next(aimed)
+        ax, ay = next(targets)
         dx, dy = bx - ax, by - ay
         joint.anchor_b = c * dx - s * dy, s * dx + c * dy
-        tell(bx, by)
+        set_limits(bx, by)
 
     return act
 
 
 def driven_along(
-    assembly: Assembly, aimed: Iterator[tuple[float, float]], heading: float, tell: Tell
+    assembly: Assembly,
+    targets: Iterator[tuple[float, float]],
+    heading: float,
+    set_limits: SetLimits,
 ) -> Act:
-    """The same for a body that keeps its `heading` [rad]: the slider will be where it was to go,
-    and nothing is looked up. On a turn it would be beside that place, and make a torque."""
+    """The same for a body that keeps its `heading` [rad]: the slider will be at its last target,
+    and no state is read. On a turn it would be beside that place, and make a torque."""
     joint = assembly.joint
-    cx, cy = point(assembly.centre)
+    cx, cy = vector(assembly.centre)
     c, s = math.cos(heading), math.sin(heading)
-    bx, by = next(aimed)
+    bx, by = next(targets)
 
     def act(time: float) -> None:
         nonlocal bx, by
-        ax, ay = next(aimed)
+        ax, ay = next(targets)
         dx, dy = bx - ax, by - ay
         joint.anchor_a = bx + cx, by + cy
         joint.anchor_b = c * dx - s * dy, s * dx + c * dy
-        tell(bx, by)
+        set_limits(bx, by)
         bx, by = ax, ay
 
     return act
 
 
-def untold(x: float, y: float) -> None:
-    """Nothing to tell: contacts find their forces themselves."""
+def no_limits(x: float, y: float) -> None:
+    """Sets nothing: contacts have their own normal forces."""

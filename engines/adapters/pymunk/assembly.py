@@ -1,0 +1,109 @@
+"""Bodies and joints of a capsule in pymunk, for either view: how they start and what they carry."""
+
+from __future__ import annotations
+
+import cmath
+from dataclasses import dataclass
+
+import pymunk
+
+from plumbob.analytic.systems.capsule_setup import CapsuleSetup
+
+SETTLING_ITERATIONS = 1000  # of the solver, which starts without impulses of a step before
+NO_TURNING = float("inf")  # moment of inertia of a body that does not turn
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """Bodies and joints of a capsule; complex numbers are x + iy."""
+
+    space: pymunk.Space
+    body: pymunk.Body  # its origin is its own centre of mass, not C
+    centre: complex  # C in axes of `body` [m]
+    slider: pymunk.Body
+    joint: pymunk.PivotJoint  # of `body` and `slider`
+    friction_joints: tuple[pymunk.PivotJoint, ...] = ()  # to the ground, one per support
+    pins: tuple[pymunk.PivotJoint, ...] = ()  # of `body` and its feet
+
+    @property
+    def parts(self) -> tuple[pymunk.Body, ...]:
+        """Every body that moves."""
+        return (self.body, self.slider, *(pin.b for pin in self.pins))
+
+    @property
+    def momentum(self) -> complex:
+        """Of all that moves [kg m/s]."""
+        return sum((part.mass * complex(*part.velocity) for part in self.parts), 0j)
+
+    @property
+    def half_step_turn(self) -> complex:
+        """Turn of the body in half a step: its velocities belong to half a step after its
+        positions."""
+        return cmath.exp(0.5j * self.body.angular_velocity * self.space.current_time_step)
+
+    @property
+    def motion_of_centre(self) -> tuple[complex, complex]:
+        """Position [m] and velocity [m/s] of C in the world."""
+        body = self.body
+        arm = cmath.exp(1j * body.angle) * self.centre
+        spun = 1j * body.angular_velocity * self.half_step_turn * arm
+        return complex(*body.position) + arm, complex(*body.velocity) + spun
+
+    @property
+    def opening_rate(self) -> float:
+        """Largest velocity of a foot relative to its pin [m/s]: the residual of the solver's
+        iterations."""
+        body = self.body
+        rates = [
+            abs(body.velocity_at_local_point(pin.anchor_a) - pin.b.velocity) for pin in self.pins
+        ]
+        return max(rates, default=0.0)
+
+
+def vector(value: complex) -> tuple[float, float]:
+    """A plane vector as pymunk takes it."""
+    return value.real, value.imag
+
+
+def pin_joint(body: pymunk.Body, part: pymunk.Body, anchor: complex) -> pymunk.PivotJoint:
+    """Joint that keeps `part` at `anchor` [m, axes of `body`], closed in every step."""
+    joint = pymunk.PivotJoint(body, part, vector(anchor), (0.0, 0.0))
+    joint.error_bias = 0.0
+    return joint
+
+
+def friction_joint(space: pymunk.Space, part: pymunk.Body, anchor: complex) -> pymunk.PivotJoint:
+    """Joint that brings the point `anchor` [m, axes of `part`] to rest, wherever it is: friction,
+    once its largest force is set."""
+    joint = pymunk.PivotJoint(part, space.static_body, vector(anchor), (0.0, 0.0))
+    joint.max_bias = 0.0
+    return joint
+
+
+def place_part(
+    setup: CapsuleSetup, part: pymunk.Body, anchor: complex, centre_of_mass: complex, step: float
+) -> None:
+    """Put `part` at its start: pinned at `anchor` to a body with this `centre_of_mass`, both from C
+    [m, body axes].
+
+    A joint that closes in one step is open by what the step before opened; if it started closed,
+    its first impulse would be a jerk.
+    """
+    turned, turn = cmath.exp(1j * setup.heading), 1j * step * setup.heading_rate
+    opening = cmath.exp(-turn) * (1 + turn) - 1
+    part.position = vector(turned * (anchor + opening * (anchor - centre_of_mass)))
+    part.velocity = vector(turned * (complex(*setup.velocity) + (turn - opening) / step * anchor))
+
+
+def settle(assembly: Assembly, step: float) -> None:
+    """Let the solver find the impulses of joints and contacts at the start, in a step that is
+    taken back."""
+    space, parts = assembly.space, assembly.parts
+    iterations, start = space.iterations, [(p.position, p.velocity) for p in parts]
+    angle, rate = assembly.body.angle, assembly.body.angular_velocity
+    space.iterations = max(iterations, SETTLING_ITERATIONS)
+    space.step(step)
+    space.iterations = iterations
+    assembly.body.angle, assembly.body.angular_velocity = angle, rate
+    for part, (position, velocity) in zip(parts, start, strict=True):
+        part.position, part.velocity = position, velocity

@@ -1,0 +1,194 @@
+"""The capsule seen from above in pymunk: on feet or on bare pivots, and what is read off it.
+
+Feet: friction that converges. A joint to the ground with a largest force is Coulomb friction only
+where it is solved alone, that is for the point mass that it holds: clamped on a rigid body off its
+centre, its impulse has the direction of K^-1 v, not of v. So each support is a small body that
+cannot turn, with a friction joint to the ground and a pin to the body, and the solver's iterations
+carry the forces from one to the other. The feet's masses, and what they add to the inertia, are
+taken off the body.
+
+A foot may stand beside its pin: that has no part in friction, which acts on the body at the pin.
+While the body turns, a pin has to close its opening, or the feet lag behind the turn. While the
+body does not turn, a pin must not close: sticking feet cannot follow, closing strains them against
+each other more in every step, and that uses friction up (near the friction limit the body drifts,
+0.1 mm in 10 s at 0.999 of it).
+
+Pivots: friction that does not converge. The naive model, here to be measured: the solver clamps the
+impulse that would bring the support to rest, which on a rigid body off its centre is not along the
+support's velocity. No step and no number of iterations fixes it.
+"""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+import pymunk
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import Capsule, normal_forces
+from plumbob.analytic.systems.capsule_setup import CapsuleSetup
+from plumbob.engines.adapters.pymunk.assembly import (
+    NO_TURNING,
+    Assembly,
+    friction_joint,
+    pin_joint,
+    place_part,
+    vector,
+)
+
+FOOT_FRACTION = 0.1  # of the body's mass in each foot: with lighter feet the solver is slower
+LEAST_INERTIA = 0.25  # fraction of the body's inertia that the feet leave to it
+NO_CLOSING = 1.0  # error_bias of a joint that closes nothing
+SetLimits = Callable[[float, float], None]
+"""Sets the friction limits for a slider at (x, y) from C [m, body axes]."""
+Read = Callable[[], Mapping[str, float]]
+
+
+def foot_mass(capsule: Capsule) -> float:
+    """Mass of a foot [kg]: FOOT_FRACTION of the body's, or less where the body would keep less
+    than LEAST_INERTIA of its inertia.
+
+    With the feet's masses m_f the body keeps J - m_f sum A_i^2 - m_b c^2, c its own centre of mass,
+    and m_b c^2 <= 3 m_f^2 sum A_i^2 / m_b.
+    """
+    spread = float(np.square(capsule.supports).sum())
+    most = (1.0 - LEAST_INERTIA) * capsule.inertia / (capsule.body_mass * spread)
+    return capsule.body_mass * min(FOOT_FRACTION, most / (1.0 + 3.0 * most))
+
+
+def on_feet(setup: CapsuleSetup, step: float, turning: bool) -> Assembly:
+    """The capsule on three feet, in a motion in which it turns or not; `friction_limits` sets
+    their friction."""
+    capsule = setup.capsule
+    anchors = [complex(x, y) for x, y in capsule.supports]
+    mass = foot_mass(capsule)
+    rest = capsule.body_mass - 3 * mass
+    own = -mass * sum(anchors) / rest
+    moment = capsule.inertia - rest * abs(own) ** 2 - mass * sum(abs(a) ** 2 for a in anchors)
+    bare = _body_and_slider(setup, rest, moment, own, step)
+    pins, joints = [], []
+    for anchor in anchors:
+        foot = pymunk.Body(mass, NO_TURNING)
+        place_part(setup, foot, anchor, own, step)
+        pins.append(pin_joint(bare.body, foot, anchor - own))
+        if not turning:
+            pins[-1].error_bias = NO_CLOSING
+        joints.append(friction_joint(bare.space, foot, 0j))
+        bare.space.add(foot)
+    bare.space.add(*pins, *joints)
+    return replace(bare, pins=tuple(pins), friction_joints=tuple(joints))
+
+
+def on_pivots(setup: CapsuleSetup, step: float) -> Assembly:
+    """The capsule on three friction joints to the ground; `friction_limits` sets their friction."""
+    capsule = setup.capsule
+    bare = _body_and_slider(setup, capsule.body_mass, capsule.inertia, 0j, step)
+    joints = [friction_joint(bare.space, bare.body, complex(x, y)) for x, y in capsule.supports]
+    bare.space.add(*joints)
+    return replace(bare, friction_joints=tuple(joints))
+
+
+def _body_and_slider(
+    setup: CapsuleSetup, mass: float, moment: float, centre_of_mass: complex, step: float
+) -> Assembly:
+    """Space with a body of `mass` [kg] and `moment` [kg m^2], its centre of mass at
+    `centre_of_mass` from C [m, body axes], and the slider pinned to it; C starts at the origin."""
+    space, line = pymunk.Space(), setup.heading + setup.direction
+    space.gravity = vector(cmath.rect(setup.pull, line))
+    body = pymunk.Body(mass, moment)
+    slider = pymunk.Body(setup.capsule.slider_mass, NO_TURNING)
+    start = complex(*setup.slider)
+    place_part(setup, body, centre_of_mass, centre_of_mass, step)
+    place_part(setup, slider, start, centre_of_mass, step)
+    body.angle, body.angular_velocity = setup.heading, setup.heading_rate
+    if (velocity := setup.relative_velocity) is not None:
+        along = cmath.rect(float(velocity(np.zeros(1))[0]), line)
+        slider.velocity = vector(complex(*slider.velocity) + along)
+    joint = pin_joint(body, slider, start - centre_of_mass)
+    space.add(body, slider, joint)
+    return Assembly(space, body, -centre_of_mass, slider, joint)
+
+
+def static_normal_forces(setup: CapsuleSetup, places: Array) -> Array:
+    """Normal forces N_i [N], shape (n, 3), with the slider at `places` from C [m], shape (n, 2):
+    this view has no contacts, so they are those of statics."""
+    return normal_forces(setup.capsule, places) * (setup.press / setup.capsule.gravity)
+
+
+def friction_limits(setup: CapsuleSetup, joints: tuple[pymunk.PivotJoint, ...]) -> SetLimits:
+    """Function of the slider's place from C [m, body axes] that sets the largest force of each
+    support's joint, f N_i; called once for the start."""
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    limits = setup.capsule.friction * static_normal_forces(setup, corners)
+    constants, by_x, by_y = limits[0], limits[1] - limits[0], limits[2] - limits[0]
+    (a, ax, ay), (b, bx, by), (c, cx, cy) = np.stack([constants, by_x, by_y], axis=1).tolist()
+    first, second, third = joints
+
+    def set_limits(x: float, y: float) -> None:
+        first.max_force = max(a + ax * x + ay * y, 0.0)
+        second.max_force = max(b + bx * x + by * y, 0.0)
+        third.max_force = max(c + cx * x + cy * y, 0.0)
+
+    set_limits(*setup.slider)
+    return set_limits
+
+
+def on_the_line(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read]:
+    """Readings signed along the line, with the N_i of statics for the slider's place and the
+    opening rate of the pins; and, once the step that follows is done, the friction in it.
+
+    pymunk gives the magnitude of a joint's impulse and not its direction: friction is what the
+    momentum gains beyond gravity.
+    """
+    body, slider, unit = assembly.body, assembly.slider, cmath.rect(1.0, setup.direction)
+    start, back = complex(*setup.slider), cmath.exp(-1j * setup.heading) / unit
+    pulled, before = sum(part.mass for part in assembly.parts) * setup.pull, 0j
+
+    def read() -> Mapping[str, float]:
+        nonlocal before
+        before, (place, velocity) = assembly.momentum, assembly.motion_of_centre
+        turned, later = cmath.exp(1j * body.angle), assembly.half_step_turn
+        arm = complex(*slider.position) - place
+        carried = velocity + 1j * body.angular_velocity * later * arm
+        sliding = (complex(*slider.velocity) - carried) / (turned * later)
+        gone, inside = place * back, arm / turned
+        forces = static_normal_forces(setup, np.array([[inside.real, inside.imag]]))[0]
+        return {
+            "displacement": gone.real,
+            "velocity": (velocity * back).real,
+            "stroke": ((inside - start) / unit).real,
+            "stroke_rate": (sliding / unit).real,
+            "heading": body.angle - setup.heading,
+            "sideways": gone.imag,
+            **{f"normal_force_{i + 1}": float(forces[i]) for i in range(3)},
+            "opening_rate": assembly.opening_rate,
+        }
+
+    def following() -> Mapping[str, float]:
+        gained = (assembly.momentum - before) * back
+        return {"friction_force": gained.real / assembly.space.current_time_step - pulled}
+
+    return read, following
+
+
+def in_the_plane(setup: CapsuleSetup, assembly: Assembly) -> Read:
+    """Position of C and heading in the axes of the start, and the opening rate of the pins."""
+    body, back = assembly.body, cmath.exp(-1j * setup.heading)
+
+    def read() -> Mapping[str, float]:
+        place, velocity = (value * back for value in assembly.motion_of_centre)
+        return {
+            "x": place.real,
+            "y": place.imag,
+            "velocity_x": velocity.real,
+            "velocity_y": velocity.imag,
+            "heading": body.angle - setup.heading,
+            "body_angle": body.angle - setup.heading,
+            "heading_rate": body.angular_velocity,
+            "opening_rate": assembly.opening_rate,
+        }
+
+    return read

@@ -1,0 +1,52 @@
+"""Our modules are imported under one name, and the examples in their docstrings run."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from plumbob.tests.contracts.second_copies import second_copies
+from plumbob.tests.contracts.tree import LAYERS, PACKAGE, module_name, python
+
+ROOT = Path(__file__).parents[2]
+MODULES = (
+    PACKAGE,
+    *(module_name(path) for path, _ in python(ROOT) if path.parts[0] in LAYERS),
+)
+FIRST = (  # what people call first: each has an example that runs
+    "plumbob.analytic.systems.cone_pendulum",
+    "plumbob.analytic.systems.manoeuvres.line_manoeuvre",
+    "plumbob.analytic.systems.simple_pendulum",
+    "plumbob.models.registry",
+    "plumbob.models.scene",
+    "plumbob.reports.judge.check",
+)
+
+
+def test_every_module_of_ours_has_one_name() -> None:
+    assert second_copies(sys.modules, ROOT) == []
+
+
+@pytest.mark.parametrize("name", [*LAYERS, f"{LAYERS[0]}.deep", "checkout", "checkout.models"])
+def test_a_second_copy_is_seen(name: str, tmp_path: Path) -> None:
+    root = tmp_path / "checkout"
+    copy, other = ModuleType(name), ModuleType(name)
+    copy.__file__ = str(root / "models" / "__init__.py")
+    other.__file__ = str(tmp_path / "somebody's" / "models" / "__init__.py")
+    assert second_copies({name: copy, "plumbob.models": copy}, root) == [name]
+    assert second_copies({name: other}, root) == []
+    folder = ModuleType(name)  # a namespace package has no file
+    folder.__path__ = [str(root / "models")]
+    assert second_copies({name: folder}, root) == [name]
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples_in_docstrings_run(name: str) -> None:
+    found = doctest.testmod(importlib.import_module(name))
+    assert found.failed == 0
+    assert found.attempted > 0 or name not in FIRST

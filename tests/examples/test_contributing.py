@@ -1,0 +1,121 @@
+"""The examples in CONTRIBUTING.md run as they are written there: their files in a copy of the tree,
+their commands beside it."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from plumbob.tests.contracts.tree import PACKAGE, files
+
+ROOT = Path(__file__).parents[2]
+HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
+BLOCK = re.compile(
+    r"^(?:In `(?P<tuple>\w+)` of )?`(?P<path>[\w/.]+)`:\n\n```python\n(?P<code>.*?)^```$",
+    re.MULTILINE | re.DOTALL,
+)
+COMMANDS = re.compile(r"^```sh\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Example:
+    """A section of CONTRIBUTING.md: code by file, what it adds to (or None), and commands."""
+
+    blocks: tuple[tuple[Path, str | None, str], ...]
+    commands: tuple[str, ...]
+
+
+def examples() -> Mapping[str, Example]:
+    """The examples by the headings of their sections."""
+    _, *parts = HEADING.split((ROOT / "CONTRIBUTING.md").read_text("utf-8"))
+    found = {}
+    for heading, text in zip(parts[::2], parts[1::2], strict=True):
+        blocks = tuple((Path(m["path"]), m["tuple"], m["code"]) for m in BLOCK.finditer(text))
+        commands = tuple(
+            line for m in COMMANDS.finditer(text) for line in m[1].splitlines() if line.strip()
+        )
+        if blocks:
+            found[heading] = Example(blocks, commands)
+    return found
+
+
+EXAMPLES = examples()
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the tree with the code of all examples in it."""
+    copy = tmp_path_factory.mktemp("examples") / PACKAGE
+    for path in files(ROOT):
+        if path.parts[0] != "tests":
+            (copy / path).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / path, copy / path)
+    for example in EXAMPLES.values():
+        for path, group, code in example.blocks:
+            if group is None:
+                assert not (copy / path).exists()
+                (copy / path).parent.mkdir(parents=True, exist_ok=True)
+                (copy / path).write_text(code, "utf-8")
+            else:
+                text = (copy / path).read_text("utf-8")
+                assert text.count(f"\n{group} = (\n") == 1
+                added = text.replace(f"\n{group} = (\n", f"\n{group} = (\n{code}")
+                (copy / path).write_text(added, "utf-8")
+    return copy
+
+
+def run(tree: Path, where: Path, *command: str) -> str:
+    """Output of a command in the folder `where`, with the copy's plumbob; fails with all that it
+    wrote unless it exits with 0."""
+    environment = {**os.environ, "PYTHONPATH": str(tree.parent)}
+    done = subprocess.run(
+        command, cwd=where, env=environment, check=False, capture_output=True, text=True
+    )
+    assert done.returncode == 0, f"{shlex.join(command)}\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+def test_each_kind_of_addition_has_an_example() -> None:
+    assert list(EXAMPLES) == ["A scene", "A system", "An engine", "A finding"]
+    assert all(example.commands for example in EXAMPLES.values())
+
+
+@pytest.mark.parametrize("heading", EXAMPLES)
+def test_commands_work(heading: str, tree: Path, tmp_path: Path) -> None:
+    for line in EXAMPLES[heading].commands:
+        run(tree, tmp_path, sys.executable, "-m", *shlex.split(line))
+    if heading == "A finding":
+        page = (tmp_path / "plumbob-out" / "index.html").read_text("utf-8")
+        assert "The terminal speed is reached after seven time constants" in page
+        assert "within 0.1 % of the terminal speed after 13.8 s" in page
+
+
+def test_doctests_of_the_examples_run(tree: Path, tmp_path: Path) -> None:
+    code = "import doctest, importlib, sys; m = importlib.import_module(sys.argv[1]); "
+    code += "r = doctest.testmod(m); sys.exit(r.failed or not r.attempted)"
+    name = f"{PACKAGE}.analytic.systems.falling_body"
+    run(tree, tmp_path, sys.executable, "-c", code, name)
+
+
+def test_examples_are_formatted_as_the_rest(tree: Path, tmp_path: Path) -> None:
+    ruff = shutil.which("ruff") or str(Path(sys.executable).with_name("ruff"))
+    if not Path(ruff).exists():
+        pytest.skip("ruff is not installed: the extra 'check'")
+    new = [
+        str(tree / path)
+        for example in EXAMPLES.values()
+        for path, group, _ in example.blocks
+        if group is None
+    ]
+    options = ["--config", str(ROOT / "pyproject.toml"), "--no-cache"]
+    for command in (["check"], ["format", "--check"]):
+        run(tree, tmp_path, ruff, *command, *options, *new)

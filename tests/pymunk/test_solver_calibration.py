@@ -1,0 +1,72 @@
+"""Calibrated constants of sequential impulses, each held from both sides by what pymunk does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from plumbob.analytic.errors.sequential_impulse_line import STALLED, USED_UP, LineRun
+from plumbob.engines.adapters.pymunk.capsule import described
+from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import scene, system_of
+from plumbob.tests.support.pymunk_capsule import METHODS, run
+
+USED_UP_SCENES = (
+    ("capsule-line/w1-threshold", 1e-3),
+    ("capsule-line/w2-threshold", 1e-3),
+    ("capsule-hold/slow-motion", 1e-3),
+)
+
+
+def residual(name: str, step: float, iterations: int, **changes: Any) -> tuple[float, float]:
+    """Fraction of the change of velocity that feet leave in a step, and its bound with one sticking
+    foot."""
+    changed = scene(name, changes)
+    case = system_of(changed).case(changed)
+    feet = METHODS["feet"]
+    feet = replace(feet, settings={**feet.settings, "iterations": iterations})
+    solver = described(case.problem, feet, step)
+    assert solver.iterations == iterations
+    demand = LineRun(case.problem, changed.duration, solver).demand
+    velocity = measure(case, feet, step)[0].errors["velocity"].predicted
+    assert velocity is not None
+    assert velocity.missed is not None
+    return velocity.missed / (demand.jump * step), solver.one_foot_residual
+
+
+def test_residual_where_friction_is_used_up() -> None:
+    """STALLED is at most twice what 50 iterations leave; of 200 it is still three times what they
+    leave, far above one sticking foot's bound."""
+    few = [residual(name, step, 50)[0] for name, step in USED_UP_SCENES]
+    assert 0.5 * STALLED < max(few) < STALLED
+    left, one_foot = residual("capsule-line/w2-threshold", 1e-3, 200)
+    assert left < STALLED
+    assert left > 1e3 * one_foot
+
+
+@pytest.mark.parametrize("iterations", [100, 200])
+def test_friction_to_spare_at_which_iterations_stall(iterations: int) -> None:
+    """With USED_UP of the friction to spare, and with half of it, the bound of one sticking foot
+    holds; with a twentieth it does not."""
+    line = system_of(scene("capsule-line/w2-threshold")).problem(
+        scene("capsule-line/w2-threshold").parameters
+    )
+    holding = line.motion.capsule.holding_acceleration
+    for spare, within in ((USED_UP, True), (USED_UP / 2, True), (USED_UP / 20, False)):
+        left, one_foot = residual(
+            "capsule-line/w2-threshold", 1e-3, iterations, w2=holding * (1.0 - spare)
+        )
+        assert (left < one_foot) == within
+
+
+def test_roundings_from_positions_to_a_velocity() -> None:
+    """ROUNDINGS is at most four times too large: the friction of ten manoeuvres at a long step has
+    a third of its bound, all of it rounding."""
+    force = run("capsule-train/ten", "side", 5e-3)[0].errors["friction_force"]
+    assert force.predicted is not None
+    assert force.predicted.missed is not None
+    bound = sum(force.model.values())
+    assert force.model["rounding of positions"] > 0.99 * bound
+    assert 0.25 * bound < force.predicted.missed < bound
