@@ -12,7 +12,7 @@ from plumbob.engines.method import Method
 
 def build(problem: Any, method: Method) -> Equation:
     """theta'' = A sin(Omega t) - xi theta' - (g/L) sin theta, or theta for sin theta; `problem` is
-    an plumbob.analytic.systems.simple_pendulum.SimplePendulum."""
+    a plumbob.analytic.systems.simple_pendulum.SimplePendulum."""
     problem = problem.started
     pull, damping = float(problem.gravity / problem.length), float(problem.damping_rate)
     amplitude, frequency = float(problem.forcing_amplitude), float(problem.forcing_frequency)

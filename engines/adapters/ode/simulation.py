@@ -98,25 +98,11 @@ class AdaptiveSimulation:
     def run(self) -> Trajectory:
         """Run from the start to the end, or until the run diverges or the solver gives up."""
         equation, slope = self.equation, _Slope(self.equation)
-        count = len(equation.names)
-        first = np.ravel(equation.start).tolist()
-        times, states = [0.0], [first]
-        # absolute tolerance where a component passes zero: of the coordinates' size and the speed
-        scales = [equation.size] * count + [equation.speed or 1.0] * count
-        atol = self.rtol * np.array(scales)
-        failure: str | None = None
+        times, states = [0.0], [np.ravel(equation.start).tolist()]
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             begin = time.perf_counter()
-            try:
-                solver = self.solver(slope, 0.0, first, self.duration, rtol=self.rtol, atol=atol)
-                while solver.status == "running" and sum(map(abs, states[-1])) < HUGE:
-                    failure = solver.step()
-                    if solver.status != "failed":
-                        times.append(float(solver.t))
-                        states.append(solver.y.tolist())
-            except (ValueError, OverflowError) as error:  # math and numpy, of infinity
-                failure = " ".join(str(error).split())
+            failure = self._follow(slope, times, states)
             seconds = time.perf_counter() - begin
         reached = times[-1]
         kept = sampling.sampled(len(times) - 1)  # its own steps: interpolants are less accurate
@@ -131,6 +117,23 @@ class AdaptiveSimulation:
         )
         far = dict.fromkeys((*equation.names, *equation.rate_names), HUGE)
         return within(trajectory, {**far, **equation.limits})
+
+    def _follow(self, slope: _Slope, times: list[float], states: list[Any]) -> str | None:
+        """Add the solver's own steps to `times` and `states`, and return why it gave up, if so."""
+        equation, count = self.equation, len(self.equation.names)
+        # absolute tolerance where a component passes zero: of the coordinates' size and the speed
+        scales = [equation.size] * count + [equation.speed or 1.0] * count
+        atol, failure = self.rtol * np.array(scales), None
+        try:
+            solver = self.solver(slope, 0.0, states[0], self.duration, rtol=self.rtol, atol=atol)
+            while solver.status == "running" and sum(map(abs, states[-1])) < HUGE:
+                failure = solver.step()
+                if solver.status != "failed":
+                    times.append(float(solver.t))
+                    states.append(solver.y.tolist())
+        except (ValueError, OverflowError) as error:  # math and numpy, of infinity
+            return " ".join(str(error).split())
+        return failure
 
 
 @dataclass

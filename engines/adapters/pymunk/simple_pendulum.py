@@ -24,7 +24,7 @@ MOMENT = 1e-7
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:
-    """Translate an plumbob.analytic.systems.simple_pendulum.SimplePendulum; raises Unsupported."""
+    """Translate a plumbob.analytic.systems.simple_pendulum.SimplePendulum; raises Unsupported."""
     return _on_a_spring(problem) if problem.linear else _on_a_rod(problem.started, method, step)
 
 

@@ -216,9 +216,8 @@ def _from_statics(study: Study, method: str) -> tuple[Array, Array, Array] | Non
     with the predicted error of the step."""
     if (found := study.recording(ExtraRun(STATICS, method, STATICS_STEP))) is None:
         return None
-    statics = case(STATICS)
-    exact = statics.reference.observe(found.times)
-    predicted = statics.errors.at_step(scheme(method), STATICS_STEP, found.times)
+    exact = case(STATICS).reference.observe(found.times)
+    predicted = case(STATICS).errors.at_step(scheme(method), STATICS_STEP, found.times)
     seen, truth, lead = (
         np.stack([source[load] for load in LOADS])
         for source in (found.observables, exact, predicted)

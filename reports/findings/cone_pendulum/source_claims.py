@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from plumbob.analytic.errors.pendulum_errors import PendulumErrors
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
@@ -203,7 +202,7 @@ def euler_order(study: Study) -> Finding:
         rotor = problem.motion.rotor
         duration = next((s.duration for s in study.scenes if s.name == name), 0.5)
         times = np.linspace(0.0, duration, 200)
-        terms = PendulumErrors(problem.motion).series(scheme(METHOD), times)
+        terms = case(name).errors.series(scheme(METHOD), times)
         size = {p: float(np.abs(terms[p]["theta"]).max()) for p in (1, 2)}
         first[name] = size[1]
         start = float(rotor.acceleration(0.0, problem.theta, problem.theta_dot))

@@ -105,9 +105,9 @@ def predicted_loss(step: float) -> float:
     first, when the opening of the joint has settled."""
     motion = _motion()
     times = motion.period * np.array([1.0, 3.0])
-    series = JointedSeries(motion.rotor, motion.theta, motion.theta_dot)
     closing_rate = scheme("pymunk/default").joint_closing_rate
     assert closing_rate is not None
+    series = JointedSeries(motion.rotor, motion.theta, motion.theta_dot)
     first = series.at(closing_rate, times)[1]
     theta, rate = motion.state(times)
     torque = np.asarray(motion.rotor.acceleration(times, theta, rate))
