@@ -162,7 +162,7 @@ def test_drift_of_stiction() -> None:
     assert findings_of("capsule-hold", nothing()) == ()
 
 
-def test_train() -> None:
+def test_repeated_manoeuvres() -> None:
     (found,) = findings_of("capsule-train", study("capsule-train/ten", 1e-3))
     error, predicted = column(found.tables[0], "relative"), column(found.tables[0], "predicted")
     reduced = "mujoco/euler+reduced"
