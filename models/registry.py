@@ -73,7 +73,7 @@ def scene(name: str, changes: Mapping[str, Any] | None = None) -> Scene:
         return chosen
     known(changes, system.parameters)
     changed = replace(chosen, parameters=system.change(chosen.parameters, changes))
-    system.problem(changed.parameters)
+    case_of(changed)  # raises where the equations do not allow it; kept for who runs it
     return changed
 
 
@@ -89,7 +89,7 @@ def case_of(scene: Scene) -> Case:
     return replace(found, scene=scene)
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=128)
 def _worked_out(system: str, parameters: bytes) -> Case:
     """The case of a system with these pickled parameters, which no dict could be a key for."""
     of = systems()[system]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,11 +45,15 @@ class ConvergenceStudy:
 
 
 def convergence_study(
-    scene: Scene, method: Method, most_steps: int, step_sizes: tuple[float, ...] = ()
+    scene: Scene,
+    method: Method,
+    most_steps: int,
+    step_sizes: tuple[float, ...] = (),
+    keep: Callable[[float, Trajectory], None] = lambda step, run: None,
 ) -> ConvergenceStudy:
     """Run `scene` with `method` at its step sizes (or those given), coarse to fine, leaving out
-    runs of more than `most_steps`, and stopping two step sizes after the error reaches its
-    floor."""
+    runs of more than `most_steps`, and stopping two step sizes after the error reaches its floor;
+    `keep` is given each run, for what a measurement does not hold."""
     case = case_of(scene)
     leading = case.system.observables[0].name
     chosen = chosen_step_sizes(scene, method, most_steps, step_sizes)
@@ -58,6 +63,8 @@ def convergence_study(
     for step in chosen:
         found, run = measure(case, method, step)
         taken.append(found)
+        if run is not None:
+            keep(step, run)
         if found.status in ("unsupported", "missing"):
             break
         if found.status != "done":

@@ -97,21 +97,62 @@ def make(request: Request, method: Method) -> Result:
     method is not meant for the scene or does not support it, or the run diverged. Raises
     ParameterError."""
     scene = _scene(request)
+    if isinstance(request, ExtraRun):
+        return _recording(request, scene, method)
     if not installed(engine_of(method)) or not meant(method, scene):
         return None
+    if isinstance(request, ExtraConvergence):
+        return convergence_study(scene, method, MOST_STEPS, request.steps)
+    trimming = engine_of(method).trimming
+    if trimming is None:
+        return None
     try:
-        if isinstance(request, ExtraConvergence):
-            return convergence_study(scene, method, MOST_STEPS, request.steps)
-        if isinstance(request, TrimmingRun):
-            trimming = engine_of(method).trimming
-            if trimming is None:
-                return None
-            return trimming(case_of(scene), method, request.step, request.steps, request.repeats)
-        changed = replace(method, settings={**method.settings, **dict(request.settings)})
-        run = engine_of(method).prepare(case_of(scene), changed, request.step).run()
+        return trimming(case_of(scene), method, request.step, request.steps, request.repeats)
     except Unsupported:
         return None
+
+
+def _recording(request: ExtraRun, scene: Scene, method: Method) -> Trajectory | None:
+    if not installed(engine_of(method)) or not meant(method, scene):
+        return None
+    changed = replace(method, settings={**method.settings, **dict(request.settings)})
+    try:
+        return _whole(engine_of(method).prepare(case_of(scene), changed, request.step).run())
+    except Unsupported:
+        return None
+
+
+def _whole(run: Trajectory) -> Trajectory | None:
+    """A run that reached its end."""
     return run if run.diverged_at is None else None
+
+
+def convergence_with(
+    scene: Scene, method: Method, most_steps: int, asked: Sequence[ExtraRun]
+) -> tuple[ConvergenceStudy, dict[ExtraRun, Trajectory | None]]:
+    """The convergence study of a pair, and the recordings of the same pair that are `asked` for:
+    those of its own runs where the steps are the same, others run beside them."""
+    runs: dict[float, Trajectory | None] = {}
+
+    def keep(step: float, run: Trajectory) -> None:
+        if any(request.step == step for request in asked):
+            runs[step] = _whole(run)
+
+    found = convergence_study(scene, method, most_steps, keep=keep)
+    for request in asked:
+        if request.step not in runs:
+            runs[request.step] = _recording(request, scene, method)
+    return found, {request: runs[request.step] for request in asked}
+
+
+def is_of(request: Request, scene: Scene, method: Method) -> bool:
+    """Whether a request is one more run of this very scene with this very method."""
+    if not isinstance(request, ExtraRun) or request.changes or request.settings:
+        return False
+    if request.duration is not None or (request.scene, request.method) != (scene.name, method.name):
+        return False
+    usual = find_scene(scene.name)
+    return (usual.parameters, usual.duration) == (scene.parameters, scene.duration)
 
 
 def _scene(request: Request) -> Scene:

@@ -13,7 +13,6 @@ from plumbob.engines.method import Method, meant
 from plumbob.engines.study.convergence import (
     ConvergenceStudy,
     chosen_step_sizes,
-    convergence_study,
     own_steps,
 )
 from plumbob.engines.study.cost import Cost, Key, costs
@@ -25,6 +24,8 @@ from plumbob.engines.study.extra_runs import (
     Result,
     StudyPlan,
     TrimmingRun,
+    convergence_with,
+    is_of,
     make,
     nothing_more,
 )
@@ -78,19 +79,27 @@ def run_study(
     begin = time.perf_counter()
     plan = StudyPlan(profile, tuple(scenes), tuple(methods))
     asked = tuple(dict.fromkeys(requests(plan)))
+    chosen = pairs(scenes, methods)
     tasks: dict[Hashable, _Task] = {
-        (scene.name, method.name): _convergence_task(scene, method, profile)
-        for scene, method in pairs(scenes, methods)
+        (scene.name, method.name): _convergence_task(scene, method, profile, asked)
+        for scene, method in chosen
     }
-    convergence = tuple(tasks)
-    tasks |= {r: _extra_task(r, plan) for r in asked if not isinstance(r, TrimmingRun)}
+    tasks |= {
+        request: _extra_task(request, plan)
+        for request in asked
+        if not isinstance(request, TrimmingRun) and not any(is_of(request, *p) for p in chosen)
+    }
     results = _worked_out(tasks, jobs, executor, progress)
+    convergence = []
+    for scene, method in chosen:
+        found, recordings = results[scene.name, method.name]
+        convergence.append(found)
+        results |= recordings
     between = time.perf_counter()
     results |= _trimmings(asked, plan, progress)
-    studies = tuple(results[pair] for pair in convergence)
-    measured, unit = _costs(studies, plan, progress) if timed else ({}, float("nan"))
+    measured, unit = _costs(convergence, plan, progress) if timed else ({}, float("nan"))
     return Study(
-        profile, plan.scenes, plan.methods, studies, measured, unit,
+        profile, plan.scenes, plan.methods, tuple(convergence), measured, unit,
         {"errors": between - begin, "costs": time.perf_counter() - between},
         {scene.name: system_of(scene).observables[0] for scene in scenes},
         {request: results[request] for request in asked},
@@ -133,10 +142,14 @@ def most_steps(scene: Scene, profile: Profile) -> int:
     return int(most / system_of(scene).weight) if profile == "quick" else most
 
 
-def _convergence_task(scene: Scene, method: Method, profile: Profile) -> _Task:
+def _convergence_task(
+    scene: Scene, method: Method, profile: Profile, asked: Sequence[Request]
+) -> _Task:
+    """The convergence study of a pair, with the recordings of it that are asked for."""
     most = most_steps(scene, profile)
     work = _work(scene, method, chosen_step_sizes(scene, method, most))
-    return _Task(f"{scene.name} {method.name}", work, convergence_study, (scene, method, most))
+    own = [request for request in asked if is_of(request, scene, method)]
+    return _Task(f"{scene.name} {method.name}", work, convergence_with, (scene, method, most, own))
 
 
 def _extra_task(request: ExtraRun | ExtraConvergence, plan: StudyPlan) -> _Task:

@@ -64,7 +64,7 @@ def command(chosen: argparse.Namespace) -> int:
     answer = described(found)
     measured = _measured(chosen, found, parameters) if chosen.method else None
     if measured is not None:
-        answer["method"] = told(found, measured)
+        answer["method"] = measured_data(found, measured)
     if chosen.json:
         json.dump(values.plain(answer), sys.stdout, indent=1)
         print()
@@ -128,7 +128,7 @@ def run_plan(plan: Plan, scene: Scene, method: Method, step: float) -> PlanRun:
     return PlanRun(found, pose_errors(plan, case.reference, run))
 
 
-def told(plan: Plan, run: PlanRun) -> dict[str, Any]:
+def measured_data(plan: Plan, run: PlanRun) -> dict[str, Any]:
     """What an engine makes of a plan, as plain data."""
     measured = run.found
     return {

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
 from plumbob.reports.commands import values
 
 
@@ -26,15 +26,14 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def command(chosen: argparse.Namespace) -> int:
     """Print the observables at the times wanted, and what else is exact."""
     scene = find_scene(chosen.scene, values.changes(chosen.changes))
-    system = system_of(scene)
     times = values.times(chosen.times) if chosen.times else np.linspace(0, scene.duration, 11)
-    problem = system.problem(scene.parameters)
+    case = case_of(scene)
     answer: dict[str, Any] = {
         "scene": scene.name,
         "parameters": scene.parameters,
         "times": times,
-        "observables": system.reference(problem).observe(times),
-        **system.facts(problem),
+        "observables": case.reference.observe(times),
+        **case.system.facts(case.problem),
     }
     if chosen.json:
         json.dump(values.plain(answer), sys.stdout, indent=1)
@@ -43,7 +42,7 @@ def command(chosen: argparse.Namespace) -> int:
     print(f"{scene.name}: {scene.summary}")
     _print({key: answer[key] for key in answer if key not in ("scene", "times", "observables")})
     names = list(answer["observables"])
-    units = {o.name: o.unit for o in system.observables}
+    units = {o.name: o.unit for o in case.system.observables}
     print(f"\n{'t [s]':>24}" + "".join(_head(n, units) for n in names))
     for i, t in enumerate(times):
         row = (_text(float(answer["observables"][name][i])) for name in names)

@@ -29,7 +29,7 @@ DEFAULT_METHOD, DEFAULT_STEP = DEFAULT
 EXACT = "closed-form"  # the scheme of what is no simulation, and is not recommended as one
 _DIGITS = 2  # of an interpolated step, rounded down
 # Between two step sizes a run ends up to half a step earlier or later than theirs do, and its
-# largest error, often the last one, is a per cent or two off their curve.
+# largest error, often the last one, is a per cent or two off their curve. Calibrated.
 _MARGIN = 1.05
 _STEEP = 50.0  # a slope that allows nothing: from an error that happened to be next to none
 

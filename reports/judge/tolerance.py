@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement, ObservedError
 
-TRUST = 0.1  # the largest part that last terms, or nonlinearity, may be of a series that is used
+# Chosen, not derived: how much of a series its last terms, or its nonlinear part, may be.
+TRUST = 0.1
 AT_STEP = "discretisation"  # the term that is predicted to the last digit, where one is
 
 

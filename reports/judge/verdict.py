@@ -19,6 +19,7 @@ from plumbob.models.scene import System
 from plumbob.reports.judge.tolerance import Tolerance, missed, tolerance
 
 Verdict = Literal["pass", "fail", "not-converging", "diverged", "unsupported", "missing", "coarse"]
+# Rules of judgement, chosen and not derived:
 ELSEWHERE = 0.5  # of the motion itself: a linear bound along the exact motion does not apply
 FLAT = 0.7  # three finer steps that leave this much of an error have not helped
 FLOORS = 100.0  # multiples of the round-off level: an error within them may be resolved no further

@@ -106,7 +106,7 @@ def render(
         views=views,
         findings=[finding for view in views for finding in view.findings],
         counts=_counts(found.values()),
-        yours=own_table(study, found),
+        user_settings=own_table(study, found),
         verdicts=[overview.verdicts(view.system, study, found) for view in views],
         recommendations=overview.recommendations(study),
         styles=styles(study.methods),

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from plumbob.engines.method import Method
+from plumbob.engines.method import USER_METHOD, Method
 
 BLUE, RED, GREEN, ORANGE = "#0072b2", "#d55e00", "#009e73", "#e69f00"
 SKY, PINK, GREY = "#56b4e9", "#cc79a7", "#808080"
@@ -29,7 +29,7 @@ INTEGRATORS = (
     ("radau", "#7e57c2"),
     ("lsoda", "#8f9a1c"),
     ("taylor", "#3aa0a0"),
-    ("mine", "#e0304e"),
+    (USER_METHOD.partition("/")[2], "#e0304e"),
     ("closed-form", GREY),
 )
 OTHERS = (PLUM, PERIWINKLE, "#b8860b", OLIVE, "#708090")

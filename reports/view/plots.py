@@ -9,7 +9,7 @@ import numpy as np
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement
-from plumbob.models.registry import system_of
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Scene, System
 from plumbob.reports.judge.recommend import EXACT
 from plumbob.reports.judge.work_precision import Point, front
@@ -84,11 +84,11 @@ def errors_over_time(
 
 def exact_motion(system: System, scene: Scene) -> Figure:
     """The exact leading observable, and the second one on an axis of its own."""
-    problem = system.problem(scene.parameters)
-    period = system.facts(problem).get("period") or np.inf
+    case = case_of(scene)
+    period = system.facts(case.problem).get("period") or np.inf
     shown = min(scene.duration, PERIODS * period)
     times = np.linspace(0.0, shown, 240)
-    observed = system.reference(problem).observe(times)
+    observed = case.reference.observe(times)
     leading, *rest = system.observables
     title = f"{symbol(leading.name)} [{leading.unit}]"
     traces = [curve(times, observed[leading.name], colour="#0072b2", name=symbol(leading.name))]

@@ -9,6 +9,7 @@ from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import Order
+from plumbob.models.registry import case_of
 from plumbob.models.scene import Scene, System
 from plumbob.reports.judge.expectations import expected
 from plumbob.reports.judge.verdict import Judged, Judgement
@@ -206,7 +207,7 @@ def parameters(system: System, scene: Scene) -> Table:
     rows = [row(name, Cell(_plain(value), "number")) for name, value in scene.parameters.items()]
     rows += [
         row(name.replace("_", " "), Cell(_plain(value), "number"))
-        for name, value in system.facts(system.problem(scene.parameters)).items()
+        for name, value in system.facts(case_of(scene).problem).items()
         if isinstance(value, (int, float, str)) and value != ""
     ]
     caption = "Parameters (SI), and what is exactly known"

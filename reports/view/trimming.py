@@ -36,7 +36,7 @@ def _of_scene(scene: Scene, methods: Sequence[Method]) -> list[TrimmingRun]:
 
 
 def trimming(study: Study, scene: Scene) -> Table | None:
-    """Cost of a step with everything in, without idle stages, and without unfelt geoms too, for
+    """Cost of a step with everything in, with stages disabled, and without unfelt geoms too, for
     one method of each scheme; None where MuJoCo does not run the scene."""
     asked = _of_scene(scene, [m for m in study.methods if meant(m, scene)])
     found = [(request.method, study.trimming_of(request)) for request in asked]
@@ -57,8 +57,8 @@ def trimming(study: Study, scene: Scene) -> Table | None:
         )
         for method, timed in done
     )
-    heads = ("method", "everything in [ns per step]", "without idle stages", "as run", "saved",
-             f"state after {STEPS} steps")  # fmt: skip
+    heads = ("method", "everything in [ns per step]", "with pipeline stages disabled",
+             "as run", "saved", f"state after {STEPS} steps")  # fmt: skip
     first = done[0][1]
     note = (
         f"Disabled pipeline stages, idle here: {', '.join(first.stages_off) or 'none'}. "

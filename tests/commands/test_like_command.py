@@ -36,11 +36,11 @@ def test_validate_says_how_wrong_and_what_is_better(
 ) -> None:
     like, out = written(tmp_path, "Euler"), str(tmp_path / "out")
     assert main([*VALIDATE, "--like", like, "--out", out, "--jobs", "2"]) == 0
-    told = capsys.readouterr().out
+    answer = capsys.readouterr().out
     page = (tmp_path / "out" / "index.html").read_text("utf-8")
     assert "How large are the errors of your settings?" in page
     assert "at no greater cost, most accurate in MuJoCo" in page
-    cone, line = _section(told, PENDULUM), _section(told, LINE)
+    cone, line = _section(answer, PENDULUM), _section(answer, LINE)
     assert f"error              {notation.number(_error(PENDULUM, like))} rad" in cone
     assert f"error              {notation.number(_error(LINE, like))} m" in line
     # default contacts do not converge, which is reported, and is no failure
@@ -54,15 +54,15 @@ def test_the_same_of_a_file_with_rk4(tmp_path: Path, capsys: pytest.CaptureFixtu
     like, out = written(tmp_path, "RK4"), str(tmp_path / "out")
     assert main([*VALIDATE, "--like", like, "--out", out, "--jobs", "1", "--json"]) == 0
     rows: list[dict[str, Any]] = json.loads(capsys.readouterr().out)
-    told = {row["scene"]: row for row in rows if "as_exact" in row}
-    assert set(told) == {PENDULUM, LINE}
-    for name, row in told.items():
+    answer = {row["scene"]: row for row in rows if "as_exact" in row}
+    assert set(answer) == {PENDULUM, LINE}
+    for name, row in answer.items():
         assert (row["method"], row["step"], row["expected"]) == ("mujoco/mine", STEP, None)
         error = row["errors"][next(iter(row["errors"]))]
         assert error == _error(name, like)
         assert row["as_exact"]["anywhere"]["error"] <= error
-    assert told[PENDULUM]["as_exact"]["anywhere"]["method"] == "ode/rk4"
-    assert told[LINE]["as_exact"]["here"]["method"] == "mujoco/euler+coulomb"
+    assert answer[PENDULUM]["as_exact"]["anywhere"]["method"] == "ode/rk4"
+    assert answer[LINE]["as_exact"]["here"]["method"] == "mujoco/euler+coulomb"
     assert main(["recommend", PENDULUM, "--error", "1e-3", "--out", out, "--like", like]) == 0
     assert f"{PENDULUM}: theta with your settings at 0.002 s" in capsys.readouterr().out
 
@@ -92,9 +92,9 @@ def test_run_takes_the_files_step(tmp_path: Path, capsys: pytest.CaptureFixture[
     (one,) = [json.loads(capsys.readouterr().out)]
     assert (one["method"], one["step"], one["expected"]) == ("mujoco/mine", STEP, None)
     assert main(["run", LINE, "mujoco/euler+coulomb", "--step", "1e-3", "--like", like]) == 0
-    told = capsys.readouterr().out
-    assert f"{LINE} with mujoco/euler+coulomb at 0.001: pass" in told
-    assert f"{LINE} with mujoco/mine at 0.001:" in told
+    answer = capsys.readouterr().out
+    assert f"{LINE} with mujoco/euler+coulomb at 0.001: pass" in answer
+    assert f"{LINE} with mujoco/mine at 0.001:" in answer
 
 
 def test_without_scenes_the_line_is_run_at_four_headings() -> None:

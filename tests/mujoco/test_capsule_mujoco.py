@@ -151,12 +151,12 @@ def test_other_contacts_converge_with_no_step(method: str) -> None:
 @pytest.mark.parametrize("method", DEFAULT_SETTINGS)
 def test_the_reason_is_contact_chatter(method: str) -> None:
     _, chatters = run("capsule-line/ca1", method, 1e-4)
-    contacts, height = chatters.channels["contacts"], chatters.channels["heave"]
+    contacts, height = chatters.channels["contacts"], chatters.channels["vertical_displacement"]
     assert np.mean(contacts < 3) > 0.05
     assert np.ptp(height) > 2e-6
     _, slides = run("capsule-line/ca1", "euler+coulomb", 1e-4)
     assert (slides.channels["contacts"] == 3).all()
-    assert np.ptp(slides.channels["heave"]) < 1e-9
+    assert np.ptp(slides.channels["vertical_displacement"]) < 1e-9
 
 
 @pytest.mark.parametrize(

@@ -121,7 +121,7 @@ def invented(request: Request) -> Result:
         raise AssertionError(f"the quick profile fits its own orders: {request}")
     case = posed(request.scene)
     times = np.linspace(0.0, request.duration or case.scene.duration, SAMPLES)
-    channels = {"contacts": np.full(SAMPLES, 3.0), "heave": np.zeros(SAMPLES)}
+    channels = {"contacts": np.full(SAMPLES, 3.0), "vertical_displacement": np.zeros(SAMPLES)}
     exact = case.reference.observe(times)
     seen = {name: values + ERROR for name, values in exact.items()}
     return Trajectory(times, seen, channels, steps=SAMPLES)
@@ -134,7 +134,8 @@ def convergence(plan: StudyPlan) -> tuple[ConvergenceStudy, ...]:
         names = [observable.name for observable in system_of(scene).observables]
         runs = tuple(
             Measurement(
-                scene.name, method.name, step, "done", channels={"heave": step}, steps=1,
+                scene.name, method.name, step, "done", steps=1,
+                channels={"vertical_displacement": step},
                 errors={n: ObservedError(step, step, 1e-16, 1.0,
                                          predicted=Prediction(step, step, {1: step}, 0.0))
                         for n in names},

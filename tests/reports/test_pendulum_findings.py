@@ -57,9 +57,7 @@ def test_errors_of_the_notebook_are_those_that_physics_says() -> None:
     assert [row[4] for row in rows][:2] == wanted[:2]  # predicted, where the study has it
     for row in rows:
         own, linear, apart = (float(row[i]) for i in (3, 5, 6))
-        assert apart > max(
-            own, linear
-        )  # as the summary says: the error of the linear equation is larger
+        assert apart > max(own, linear)  # as the summary says of the linear equation
 
 
 def test_every_case_has_its_plots() -> None:

@@ -1,4 +1,4 @@
-"""The recommended step keeps its promise, on made-up curves of every kind; in fresh runs it does
+"""The recommended step has the error that was said, on made-up curves of every kind; fresh runs are
 in tests/validation."""
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def test_convex_curve(c4: float, c5: float, wanted: float) -> None:
     finer = [h for h in STEPS if error(h) <= wanted]
     assert choice.step >= finer[0]
     if finer[0] != STEPS[0]:
-        # Not much dearer than it need be: order 4 is counted on where a slope of 5 is true, which
+        # At little more cost than needed: order 4 is relied on where a slope of 5 is true, which
         # over a step of 2.5 costs 2.5^(1/4) at most, the margin 1.05^(1/4), two digits 10 %.
         assert error(1.4 * choice.step) > wanted
 
@@ -89,7 +89,7 @@ def test_sawtooth_rung_is_covered(phase: float, wanted: float) -> None:
         assert found.choice.error >= max(finer)
 
 
-def test_a_lucky_zero_promises_nothing() -> None:
+def test_a_lucky_zero_is_no_recommendation() -> None:
     def error(h: float) -> float:
         return 1e-12 if h == 1e-3 else h
 

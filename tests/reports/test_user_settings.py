@@ -60,10 +60,10 @@ def test_what_costs_less_and_what_is_more_accurate() -> None:
 
 
 def test_it_is_told_in_words_cells_and_data() -> None:
-    told = "\n".join(lines(said(study())))
-    assert "error              2 rad; 0.25 at 2.5e-4 s" in told
-    assert "at equal accuracy  mujoco/rk4 at 0.005 s: error 0.0625 rad, 1.6 of your cost" in told
-    assert "at no greater cost ode/rk4 at 0.005 s: error 0.0625 rad, 0.8 of your cost" in told
+    answer = "\n".join(lines(said(study())))
+    assert "error              2 rad; 0.25 at 2.5e-4 s" in answer
+    assert "at equal accuracy  mujoco/rk4 at 0.005 s: error 0.0625 rad, 1.6 of your cost" in answer
+    assert "at no greater cost ode/rk4 at 0.005 s: error 0.0625 rad, 0.8 of your cost" in answer
     shown = table(study(), judge_study(study()))
     assert shown is not None
     assert shown.heads[2] == "at your 0.002 s"

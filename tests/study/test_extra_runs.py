@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from plumbob.engines.method import Method
 from plumbob.engines.registry import method, methods
 from plumbob.engines.study import store
 from plumbob.engines.study.extra_runs import (
@@ -26,7 +27,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, scene, scenes, systems
-from plumbob.models.scene import System
+from plumbob.models.scene import Case, System
 from plumbob.reports.judge import verdict
 from plumbob.reports.judge.verdict import judge_study
 
@@ -123,6 +124,29 @@ def test_a_stored_study_is_the_study(study: Study, tmp_path: Path) -> None:
     assert same == study
     assert back.provenance == study.provenance
     assert math.isnan(back.reference_step)  # nothing was timed
+
+
+def test_a_run_of_the_study_itself_is_not_made_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    from plumbob.engines.registry import engine_of
+
+    (own,), (how,) = scenes(SCENE), methods("ode/rk4")
+    engine, prepared = engine_of(how), list[float]()
+
+    def counted(case: Case, method: Method, step: float) -> Any:
+        prepared.append(step)
+        return engine.prepare(case, method, step)
+
+    watched = replace(engine, prepare=counted)
+    for module in ("measurement", "extra_runs"):
+        monkeypatch.setattr(f"plumbob.engines.study.{module}.engine_of", lambda method: watched)
+    asked = tuple(ExtraRun(SCENE, "ode/rk4", step) for step in (own.steps[0], 1.5e-4))
+    found = run_study([own], [how], timed=False, requests=lambda plan: asked)
+    steps = [m.step for m in found.convergence[0].measurements]
+    assert prepared == [*steps, 1.5e-4]
+    for request in asked:
+        recording = found.recording(request)
+        assert recording is not None
+        assert recording.times.tobytes() == run_directly(request).times.tobytes()
 
 
 def test_two_processes_make_the_same(study: Study) -> None:

@@ -70,5 +70,5 @@ def test_a_fresh_run_reaches_it(scene: Scene, tmp_path: Path, pytestconfig: pyte
             error = run.errors[leading].largest
             print(f"{wanted:g}: {choice.method} at {choice.step:g} error {error:.3g}")
             assert error <= wanted
-            # What was promised; the last digits of a run differ between machines.
+            # What was said; the last digits of a run differ between machines.
             assert error <= choice.error * (1 + 1e-6)

@@ -99,7 +99,7 @@ def along(setup: CapsuleSetup, rest: Array) -> Observe:
             "stroke_rate": rate,
             "heading": _turn(qpos, setup.heading),
             "sideways": sideways,
-        }, {"heave": qpos[:, 2] - rest[2]}
+        }, {"vertical_displacement": qpos[:, 2] - rest[2]}
 
     return observe
 
@@ -114,7 +114,7 @@ def plane(setup: CapsuleSetup, rest: Array) -> Observe:
         turn = _turn(qpos, setup.heading)
         seen = {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy}
         seen |= {"heading": turn, "heading_rate": rate, "body_angle": turn}
-        return seen, {"heave": qpos[:, 2] - rest[2]}
+        return seen, {"vertical_displacement": qpos[:, 2] - rest[2]}
 
     return observe
 

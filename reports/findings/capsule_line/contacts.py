@@ -61,7 +61,7 @@ def chatter(study: Study) -> Finding | None:
         for step, found in [(h, study.recording(ExtraRun(LINE, name, h))) for h in STEPS]:
             if found is None:
                 return None
-            height, count = found.channels["heave"], found.channels["contacts"]
+            height, count = found.channels["vertical_displacement"], found.channels["contacts"]
             load = np.sum([found.observables[n] for n in LOADS], axis=0) / weight
             missing = float(np.mean(count[found.times < motion.t_star] < 3))
             cells = (displacement_error(study, LINE, name, step), float(np.ptp(height)), missing,

@@ -239,11 +239,11 @@ def deflection(study: Study) -> Finding | None:
             if found is None or error is None or error.predicted is None:
                 continue
             left = error.end - error.predicted.end
-            vertical.setdefault(name, []).append(found.channels["heave"])
+            vertical.setdefault(name, []).append(found.channels["vertical_displacement"])
             beyond.setdefault(name, []).append(abs(left))
             rows.append(
                 row(value(epsilon), plain_method_cell(name), value(driving_force(epsilon), 2),
-                    value(found.channels["heave"], 2), value(left, 2),
+                    value(found.channels["vertical_displacement"], 2), value(left, 2),
                     value(error.model.get(DEFLECTION), 2))
             )  # fmt: skip
     if set(vertical) != {EULER, DEFAULT}:

@@ -10,8 +10,8 @@ from types import MappingProxyType
 import numpy as np
 
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
+from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
 from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.reports.findings.capsule_turn.modes import figures, slip_speeds
 from plumbob.reports.findings.capsule_turn.turns import facts, turn
@@ -123,7 +123,7 @@ def second_order() -> Finding:
 def motion() -> ThreePointMotion:
     """A turn of a body with little inertia, in which a support stops and leaves at once."""
     scene = find_scene("capsule-turn", SLENDER)
-    found = system_of(scene).problem(scene.parameters).motion.single
+    found = case_of(scene).problem.motion.single
     assert isinstance(found, ThreePointMotion)
     return found
 

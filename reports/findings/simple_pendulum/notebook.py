@@ -129,7 +129,7 @@ def finding(study: Study) -> Finding:
             "The notebook shows curves and no error. The same integrator at the same step, "
             f"compared with the exact motion, has an error about {factor:.0f} times larger in case "
             f"{worst} than in case {best}: without damping, RK4's energy drift changes the speed, "
-            "and the error of the angle grows with time; with damping, errors decay with the motion.",
+            "and the error of the angle grows with time; with damping, errors decay too.",
         ),
         (
             Table(
