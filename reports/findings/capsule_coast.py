@@ -9,7 +9,15 @@ import numpy as np
 
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
-from plumbob.reports.findings.measurements import case, covers, measured, problem, runs, scheme
+from plumbob.reports.findings.measurements import (
+    METHOD_NAMES,
+    case,
+    covers,
+    measured,
+    problem,
+    runs,
+    scheme,
+)
 from plumbob.reports.view.content import (
     Cell,
     Finding,
@@ -83,7 +91,8 @@ def _stopping(study: Study) -> Sequence[Finding]:
                 "adds a sawtooth of second order in the step. Default contacts add an error of "
                 "their own, from contact chatter.",
             ),
-            (Table("Error of the stopping distance over v₀dt/2", heads, tuple(rows)),),
+            (Table("Error of the stopping distance over v₀dt/2", heads, tuple(rows),
+                   METHOD_NAMES),),
             (),
             (f"plumbob run {SCENE} mujoco/euler+coulomb --step 1e-4",
              f"plumbob run {SCENE} pymunk/feet --step 1e-4"),

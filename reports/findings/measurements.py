@@ -21,6 +21,12 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 
 LINE = "capsule-line/ca1"  # the check manoeuvre of the source
+METHOD_NAMES = (
+    "Methods: +coulomb has contacts that are soft in the normal direction and stiff in the "
+    "tangential one, so that friction converges; +reduced is one sliding joint with friction loss; "
+    "pymunk/feet is the body from above, on three feet with given normal forces; pymunk/side is "
+    "the body from the side, in contact with the plane."
+)
 
 
 @cache

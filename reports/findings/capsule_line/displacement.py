@@ -16,7 +16,15 @@ from plumbob.reports.findings.contact_terms import (
     step_term,
     stiction_drift,
 )
-from plumbob.reports.findings.measurements import LINE, covers, measured, names, problem, runs
+from plumbob.reports.findings.measurements import (
+    LINE,
+    METHOD_NAMES,
+    covers,
+    measured,
+    names,
+    problem,
+    runs,
+)
 from plumbob.reports.view.content import (
     Cell,
     Finding,
@@ -81,7 +89,7 @@ def errors(study: Study) -> Finding | None:
         )
     heads = ("method", *(f"{short(h)} s" for h in STEPS), "heading 30°, 1e-4 s")
     table = Table("Relative error of the final displacement: positive where it is too large",
-                  heads, tuple(rows))  # fmt: skip
+                  heads, tuple(rows), METHOD_NAMES)  # fmt: skip
     return Finding(
         "capsule-displacement",
         "The error of each method in the displacement Δx",
