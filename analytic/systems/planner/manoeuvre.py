@@ -21,7 +21,7 @@ from plumbob.analytic.systems.slider_path import (
     straight,
 )
 from plumbob.analytic.systems.three_points.equations import Mechanics, mechanics
-from plumbob.analytic.systems.three_points.holding import excess_load
+from plumbob.analytic.systems.three_points.rest import excess_load
 
 Kind = Literal["slow", "turn", "line", "wait"]
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial.legendre import legder, leggauss
 
+from plumbob.analytic.numerics.collocation import evaluate
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.three_points.collocation import evaluate
 from plumbob.analytic.systems.three_points.equations import Mechanics, cross
 from plumbob.analytic.systems.three_points.forces import Loading, moving, resting
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial.legendre import legder
 
+from plumbob.analytic.numerics.collocation import evaluate
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.three_points.collocation import evaluate
 from plumbob.analytic.systems.three_points.equations import (
     Complex,
     Configuration,

@@ -1,4 +1,4 @@
-"""Error-free sums and products of doubles, for states that must not collect round-off."""
+"""Round-off of doubles: its size, and sums and products that keep their rounding errors."""
 
 from __future__ import annotations
 
@@ -6,21 +6,29 @@ from typing import TypeVar
 
 from plumbob.analytic.reference import Array
 
+ROUNDOFF = 2.0**-53  # unit round-off: largest relative error of one rounding
+EPSILON = 2.0**-52  # machine epsilon: distance from 1 to the next double
+
 Number = TypeVar("Number", float, Array)
 
 SPLITTER = 134217729.0  # 2^27 + 1 halves the 53 bits of a double
 
 
 def two_sum(a: Number, b: Number) -> tuple[Number, Number]:
-    """Return the rounded sum of `a` and `b` and its rounding error, exactly (Knuth 1969)."""
+    """Return the rounded sum of `a` and `b` and its rounding error, exactly (Knuth 1969, The Art of
+    Computer Programming 2, 4.2.2, theorem B)."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
 
 
 def two_product(a: Number, b: Number) -> tuple[Number, Number]:
-    """Return the rounded product of `a` and `b` and its rounding error, exactly (Dekker 1971);
-    magnitudes below 1e150."""
+    """Return the rounded product of `a` and `b` and its rounding error, exactly (Dekker 1971,
+    Numer. Math. 18, 224); magnitudes below 1e150.
+
+    >>> two_product(0.1, 10.0)
+    (1.0, 5.551115123125783e-17)
+    """
     a_high, a_low = _halves(a)
     b_high, b_low = _halves(b)
     product = a * b
@@ -28,6 +36,7 @@ def two_product(a: Number, b: Number) -> tuple[Number, Number]:
 
 
 def _halves(a: Number) -> tuple[Number, Number]:
+    """Two parts of at most 26 bits that add up to `a` exactly."""
     shifted = SPLITTER * a
     high = shifted - (shifted - a)
     return high, a - high
