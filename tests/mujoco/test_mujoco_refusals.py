@@ -34,11 +34,7 @@ def test_nan_is_refused_by_name(name: str) -> None:
 
 def test_a_system_without_builder_is_unsupported() -> None:
     with pytest.raises(Unsupported, match="no builder for spring-mattress"):
-        prepare(
-            replace(SYSTEM, name="spring-mattress", family="spring_mattress").case(scene()),
-            EULER,
-            1e-3,
-        )
+        prepare(replace(SYSTEM, name="spring-mattress", family="spring_mattress").case(scene()), EULER, 1e-3)
 
 
 def test_a_body_that_the_engine_refuses_is_unsupported() -> None:

@@ -224,11 +224,7 @@ def test_nan_is_refused_by_name() -> None:
 
 def test_a_system_without_equation_is_unsupported() -> None:
     with pytest.raises(Unsupported, match="no builder for spring-mattress"):
-        prepare(
-            replace(SYSTEM, name="spring-mattress", family="spring_mattress").case(scene()),
-            FIXED[0],
-            1e-3,
-        )
+        prepare(replace(SYSTEM, name="spring-mattress", family="spring_mattress").case(scene()), FIXED[0], 1e-3)
 
 
 def test_an_equation_of_motion_adds_nothing_of_its_own() -> None:

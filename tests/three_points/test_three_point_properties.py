@@ -46,10 +46,10 @@ def test_friction_obeys_coulomb_and_the_body_stops(seed: int) -> None:
     assert np.isfinite(motion.rest_time)
     times = np.linspace(0.0, motion.rest_time, 80, endpoint=False)
     for _, load in loading(motion, times):
-        resisting = (load.shares.conjugate() * load.velocities).real
+        resisting = (load.support_forces.conjugate() * load.velocities).real
         assert not np.nanmax(resisting, initial=-1.0) > 1e-15
         # A pivot may hold up to its limit; a support that slips is judged from an acceleration.
-        assert not np.nanmax(np.abs(load.shares) / load.at.limits, initial=0.0) > 1.0 + 1e-9
+        assert not np.nanmax(np.abs(load.support_forces) / load.at.limits, initial=0.0) > 1.0 + 1e-9
     speeds = motion.at(motion.rest_time + np.array([0.0, 1.0]))
     assert not speeds.velocity.any()
     assert not speeds.angular_velocity.any()

@@ -118,42 +118,60 @@ def _piece_motion(
     """All segments of one piece, and the mode at its end."""
     segments: list[SmoothSegment] = []
     for _ in range(EVENTS):
-        state = now.state
-        if now.mode == "rest":
-            broken = held_until(body, piece, state.time, duration, state.heading)
-            end = duration if broken is None else broken
-            if end > state.time:
-                segments.append(SmoothSegment("rest", -1, number, state.time, end, state))
-            com = com_of(body, configuration(body, piece, np.array([state.time])), state)
-            if not np.isfinite(end):
-                return segments, now
-            state = at_rest(body, piece, end, state.heading, com)
-            now = Now(state, "rest")
-            if broken is None:
-                return segments, now
-            now = _leave_later(body, piece, state, None, duration)
-        elif now.mode == "pivot":
-            turned = pivot(body, piece, number, duration, state, now.support, now.sense, accuracy)
-            segments += turned.segments
-            if turned.ending == "time":
-                return segments, Now(turned.state, "pivot", now.support, now.sense)
-            if turned.ending == "slip":
-                now = _leave_later(body, piece, turned.state, now.support, duration)
-            else:
-                now = _stopped(body, piece, turned.state)
-        else:
-            slid = slide(
-                *(body, piece, number, duration, state, accuracy, now.departure, now.support)
-            )
-            segments += slid.segments
-            if not slid.still:
-                return segments, Now(slid.state, "slide")
-            now = (
-                _with_one_at_rest(body, piece, slid.state, slid.still[0], 0.0)
-                if len(slid.still) == 1
-                else _stopped(body, piece, slid.state)
-            )
+        phase = {"rest": _resting, "pivot": _pivoting, "slide": _sliding}[now.mode]
+        found, now, over = phase(body, piece, number, duration, now, accuracy)
+        segments += found
+        if over:
+            return segments, now
     raise RuntimeError(f"{EVENTS} events did not finish piece {number}")
+
+
+Phase = tuple[list[SmoothSegment], Now, bool]
+"""Segments of one mode, the mode after it, and whether the piece is over."""
+
+
+def _resting(
+    body: Mechanics, piece: Piece, number: int, duration: float, now: Now, accuracy: Accuracy
+) -> Phase:
+    """Rest until static friction no longer suffices."""
+    state = now.state
+    broken = held_until(body, piece, state.time, duration, state.heading)
+    end = duration if broken is None else broken
+    rest = SmoothSegment("rest", -1, number, state.time, end, state)
+    segments = [rest] if end > state.time else []
+    if not np.isfinite(end):
+        return segments, now, True
+    com = com_of(body, configuration(body, piece, np.array([state.time])), state)
+    state = at_rest(body, piece, end, state.heading, com)
+    if broken is None:
+        return segments, Now(state, "rest"), True
+    return segments, _leave_later(body, piece, state, None, duration), False
+
+
+def _pivoting(
+    body: Mechanics, piece: Piece, number: int, duration: float, now: Now, accuracy: Accuracy
+) -> Phase:
+    """Pivot until the turning stops or the support slips."""
+    turned = pivot(body, piece, number, duration, now.state, now.support, now.sense, accuracy)
+    state = turned.state
+    if turned.ending == "time":
+        return turned.segments, Now(state, "pivot", now.support, now.sense), True
+    if turned.ending == "slip":
+        return turned.segments, _leave_later(body, piece, state, now.support, duration), False
+    return turned.segments, _stopped(body, piece, state), False
+
+
+def _sliding(
+    body: Mechanics, piece: Piece, number: int, duration: float, now: Now, accuracy: Accuracy
+) -> Phase:
+    """Slide until a support, or the whole body, comes to rest."""
+    slid = slide(body, piece, number, duration, now.state, accuracy, now.departure, now.support)
+    if not slid.still:
+        return slid.segments, Now(slid.state, "slide"), True
+    if len(slid.still) == 1:
+        later = _with_one_at_rest(body, piece, slid.state, slid.still[0], 0.0)
+        return slid.segments, later, False
+    return slid.segments, _stopped(body, piece, slid.state), False
 
 
 def _initial(body: Mechanics, piece: Piece, start: Start) -> Now:
@@ -202,6 +220,9 @@ def _events(segments: tuple[SmoothSegment, ...], breakpoints: Array) -> tuple[Ev
 
 
 def _slide_from_rest(answer: Onset, ramp: float) -> Guess:
+    """First guess of a slide from rest; with `ramp` > 0 [s] its acceleration grows in proportion to
+    time."""
+
     def guess(times: Array, at: Configuration) -> Array:
         elapsed = times**2 / (2.0 * ramp) if ramp else times
         point, omega = answer.linear * elapsed, answer.angular * elapsed
@@ -211,6 +232,8 @@ def _slide_from_rest(answer: Onset, ramp: float) -> Guess:
 
 
 def _slide_from_pivot(support: int, slip: complex, omega: float, rate: float, ramp: float) -> Guess:
+    """First guess where `support` starts to slip with acceleration `slip` [m/s^2] out of a pivot."""
+
     def guess(times: Array, at: Configuration) -> Array:
         elapsed = times**2 / (2.0 * ramp) if ramp else times
         turning = omega + rate * times
@@ -221,8 +244,8 @@ def _slide_from_pivot(support: int, slip: complex, omega: float, rate: float, ra
 
 
 def _from_rest(body: Mechanics, piece: Piece, state: State, ramp: float) -> Now:
-    """What a body at rest does now; with `ramp` > 0, what it does that much later [s], its needed
-    wrench having just reached the edge of what friction can give."""
+    """The mode that follows rest now; with `ramp` > 0 the one that much later [s], where the wrench
+    has just reached the friction limit."""
     at = configuration(body, piece, np.array([state.time + ramp]))
     force, torque = needed_wrench(body, at, state.heading)
     answer = onset(
@@ -239,7 +262,8 @@ def _from_rest(body: Mechanics, piece: Piece, state: State, ramp: float) -> Now:
 def _with_one_at_rest(
     body: Mechanics, piece: Piece, state: State, support: int, ramp: float
 ) -> Now:
-    """Whether the support at rest stays while the others slide, now or `ramp` [s] later."""
+    """The mode with `support` at rest while the others slide, now or `ramp` [s] later: a pivot
+    while it sticks, else a slide."""
     at = configuration(body, piece, np.array([state.time]))
     omega, sense = np.array([state.omega]), float(np.sign(state.omega))
     motion = pivot_motion(body, at, support, sense, omega, np.array([state.heading]))
@@ -248,15 +272,16 @@ def _with_one_at_rest(
         at = configuration(body, piece, np.array([state.time + ramp]))
         heading = np.array([state.heading + ramp * state.omega])
         motion = pivot_motion(body, at, support, sense, omega + ramp * rate, heading)
-    share, limit = complex(motion.share[0]), float(at.limits[0, support])
-    if abs(share) <= limit * (1.0 + EDGE):
+    needed, limit = complex(motion.needed_force[0]), float(at.limits[0, support])
+    if abs(needed) <= limit * (1.0 + EDGE):
         return Now(state, "pivot", support, sense)
-    slip = slip_onset(body.mass, float(at.inertia[0]), limit, complex(at.arms[0, support]), share)
+    slip = slip_onset(body.mass, float(at.inertia[0]), limit, complex(at.arms[0, support]), needed)
     guess = _slide_from_pivot(support, slip, state.omega, rate, ramp)
     return Now(state, "slide", support, departure=guess)
 
 
 def _time_to_stop(body: Mechanics, piece: Piece, state: State, support: int) -> float:
+    """Time [s] in which the turning about `support` would stop at its present rate of change."""
     at = configuration(body, piece, np.array([state.time]))
     omega, sense = np.array([state.omega]), float(np.sign(state.omega))
     motion = pivot_motion(body, at, support, sense, omega, np.array([state.heading]))
@@ -266,7 +291,8 @@ def _time_to_stop(body: Mechanics, piece: Piece, state: State, support: int) -> 
 def _leave_later(
     body: Mechanics, piece: Piece, state: State, support: int | None, duration: float
 ) -> Now:
-    """The mode that follows a hold that has just reached its limit and goes on growing."""
+    """The mode that follows where a load on `support` (None: on all) has just reached the friction
+    limit and goes on growing."""
     horizon = duration - state.time
     if support is not None:
         horizon = min(horizon, _time_to_stop(body, piece, state, support))
@@ -282,13 +308,14 @@ def _leave_later(
         ramp *= 4.0
     if support is not None:
         return now
-    # The load only touched the limit: the hold goes on from a little later.
+    # The load only touched the limit: the body stays at rest from a little later on.
     com = com_of(body, configuration(body, piece, np.array([state.time])), state)
     later = state.time + LATER * horizon
     return Now(at_rest(body, piece, later, state.heading, com), "rest")
 
 
 def _stopped(body: Mechanics, piece: Piece, state: State) -> Now:
+    """The mode that follows where the body has come to rest."""
     com = com_of(body, configuration(body, piece, np.array([state.time])), state)
     return _from_rest(body, piece, at_rest(body, piece, state.time, state.heading, com), 0.0)
 

@@ -9,13 +9,14 @@ from itertools import pairwise
 
 import numpy as np
 
+from plumbob.analytic.numerics.rounding import ROUNDOFF
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import Piece, SliderPath, StraightPiece
 from plumbob.analytic.systems.three_points.equations import Mechanics, configuration
 from plumbob.analytic.systems.three_points.smooth_segment import Mode, SmoothSegment, com_of
 
-ROUNDINGS = 32 * 2.0**-53  # of a sum of some tens of segments
+ROUNDINGS = 32 * ROUNDOFF  # of a sum over some tens of segments
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class Event:
 @dataclass(frozen=True)
 class Pose:
     """Place of C on the ground [m], shape (n, 2), heading psi [rad], velocity of C [m/s], shape
-    (n, 2), angular velocity [rad/s]; shape (n,) where nothing is said."""
+    (n, 2), angular velocity [rad/s]; shape (n,) unless stated otherwise."""
 
     position: Array
     heading: Array
@@ -66,7 +67,7 @@ class ThreePointMotion:
     @cached_property
     def error(self) -> Pose:
         """Largest difference from a coarser computation, over the whole motion: parts of shape
-        (1, 2) and (1,). It is nearly all the coarser one's own error; round-off is added."""
+        (1, 2) and (1,). Nearly all of it is the error of the coarser one; round-off is added."""
         edges = np.append(self.begins, self.begins[-1])
         times = np.unique(np.concatenate([np.linspace(a, b, 5) for a, b in pairwise(edges)]))
         own, other = self.at(times), self.coarser().at(times)

@@ -60,7 +60,7 @@ class PivotMotion:
 
     omega_rate: Array
     point: Complex
-    share: Complex
+    needed_force: Complex
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class _Pivot:
         shape (n,): each is positive until its event."""
         _, _, omega, time, heading, *_ = evaluate(coefficients, places).T
         at = self.at(time)
-        needed = np.abs(self.motion(at, omega, heading).share)
+        needed = np.abs(self.motion(at, omega, heading).needed_force)
         return self.sense * omega, at.limits[:, self.support] - needed
 
 

@@ -38,7 +38,7 @@ SAMPLES = 65  # of a rest, for the first time at which friction does not suffice
 @dataclass(frozen=True)
 class Onset:
     """How a body at rest starts to move: linear acceleration of the body's point at G (complex
-    [m/s^2], body axes) and angular acceleration [rad/s^2]; `support` is the one it pivots about."""
+    [m/s^2], body axes) and angular acceleration [rad/s^2]; `support` is the one about which it pivots."""
 
     mode: Literal["rest", "pivot", "slide"]
     support: int = -1
@@ -113,8 +113,8 @@ def _velocity_maps(arms: Complex) -> Complex:
 
 @dataclass(frozen=True)
 class _Dissipation:
-    """sum f N_i |v_i(q)| on the plane wrench . q = |wrench|, q = normal + basis y: convex in y, with
-    a kink at each pivot; `flat` (3, 2) and `offsets` (3,) map y to v_i."""
+    """sum f N_i |v_i(q)| on the plane wrench . q = |wrench|, q = normal + basis y: convex in y with a
+    kink at each pivot; `flat` (3, 2) and `offsets` (3,) map y to v_i."""
 
     limits: Array
     flat: Complex
@@ -148,7 +148,9 @@ class _Dissipation:
         square = self._square(kink)
         needed = -np.linalg.solve(square.T, gradient)
         size = np.linalg.norm(needed)
-        return np.linalg.solve(square, needed / size) if size > self.limits[kink] else None
+        if size <= self.limits[kink]:
+            return None
+        return np.asarray(np.linalg.solve(square, needed / size))
 
     def minimum(self) -> Array:
         """The y of least dissipation, shape (2,)."""
@@ -185,7 +187,7 @@ def load_factor(limits: Array, arms: Complex, force: complex, torque: float) -> 
 
 @dataclass(frozen=True)
 class _Gauss:
-    """Gauss' function of the acceleration a = (x, y, angle): (1/2) a.Ma - a.n + sum f N_i |G_i a|."""
+    """Gauss' function of the acceleration a = (x, y, angle), see the module."""
 
     masses: Array  # shape (3, 3)
     wrench: Array  # shape (3,)
