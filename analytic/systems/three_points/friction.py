@@ -232,7 +232,7 @@ def _slide_from_rest(answer: Onset, ramp: float) -> Guess:
 
 
 def _slide_from_pivot(support: int, slip: complex, omega: float, rate: float, ramp: float) -> Guess:
-    """First guess where `support` starts to slip with acceleration `slip` [m/s^2] out of a pivot."""
+    """First guess where `support` starts to slip out of a pivot, at `slip` [m/s^2]."""
 
     def guess(times: Array, at: Configuration) -> Array:
         elapsed = times**2 / (2.0 * ramp) if ramp else times

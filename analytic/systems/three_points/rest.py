@@ -38,7 +38,7 @@ SAMPLES = 65  # of a rest, for the first time at which friction does not suffice
 @dataclass(frozen=True)
 class Onset:
     """How a body at rest starts to move: linear acceleration of the body's point at G (complex
-    [m/s^2], body axes) and angular acceleration [rad/s^2]; `support` is the one about which it pivots."""
+    [m/s^2], body axes) and angular acceleration [rad/s^2]; a pivot is about `support`."""
 
     mode: Literal["rest", "pivot", "slide"]
     support: int = -1
@@ -113,8 +113,8 @@ def _velocity_maps(arms: Complex) -> Complex:
 
 @dataclass(frozen=True)
 class _Dissipation:
-    """sum f N_i |v_i(q)| on the plane wrench . q = |wrench|, q = normal + basis y: convex in y with a
-    kink at each pivot; `flat` (3, 2) and `offsets` (3,) map y to v_i."""
+    """sum f N_i |v_i(q)| on the plane wrench . q = |wrench|, q = normal + basis y: convex in y, and
+    not smooth at each pivot; `flat` (3, 2) and `offsets` (3,) map y to v_i."""
 
     limits: Array
     flat: Complex
