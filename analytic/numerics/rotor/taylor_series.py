@@ -101,7 +101,8 @@ def integrate(
         time = end
         rows.append(_row(time, state))
         series.append(terms)
-    return Orbit(*np.array(rows).T, np.array(series))
+    times, angles, rates, angles_low, rates_low = np.array(rows).T
+    return Orbit(times, angles, rates, angles_low, rates_low, np.array(series))
 
 
 def _row(time: float, state: CompensatedState) -> tuple[float, ...]:

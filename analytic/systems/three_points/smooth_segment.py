@@ -81,6 +81,7 @@ def monotone_root(series: Array, values: Array, last: float = 1.0) -> Array:
     x = low + np.clip(ratio, 0.0, 1.0) * (high - low)
     for _ in range(NEWTON_STEPS):
         excess = np.polynomial.legendre.legval(2.0 * x - 1.0, series) - values
+        low, high = np.where(excess < 0.0, x, low), np.where(excess > 0.0, x, high)
         rate = np.polynomial.legendre.legval(2.0 * x - 1.0, slope)
         step = x - excess / np.where(rate > 0.0, rate, np.inf)
         last_x, x = x, np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
