@@ -14,8 +14,6 @@ from dataclasses import replace
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.capsule import Capsule, Segment, validity
-from plumbob.analytic.systems.planner.curve import Curve
-from plumbob.analytic.systems.planner.free_plane import FreePlane
 from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre
 from plumbob.analytic.systems.planner.passages import (
     Passage,
@@ -32,7 +30,7 @@ from plumbob.analytic.systems.planner.problem import (
     too_many,
 )
 from plumbob.analytic.systems.planner.result import Plan, TrackName, pose_error, simulate
-from plumbob.analytic.systems.planner.tracks import Track
+from plumbob.analytic.systems.planner.tracks import Curve, FreePlane, Track
 
 __all__ = ["POSES", "Limits", "Plan", "RestPose", "plan", "pose_error", "simulate"]
 

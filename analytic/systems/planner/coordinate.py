@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.planner.curve import Curve
 from plumbob.analytic.systems.planner.result import Plan
-from plumbob.analytic.systems.planner.tracks import NEAR
+from plumbob.analytic.systems.planner.tracks import NEAR, Curve
 from plumbob.analytic.systems.slider_path import ArcPiece, StraightPiece
 
 
