@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any, Literal, Protocol
 
+from plumbob.analytic.errors.schemes import Scheme
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case, Scene
 
@@ -20,7 +21,7 @@ class Method:
     """An engine with its integrator and, where it matters, model variant and contact profile."""
 
     name: str  # "mujoco/rk4", "mujoco/euler+coulomb"
-    scheme: str  # the key of `Reference.leading_error`: "semi-implicit-euler", "rk4", ...
+    scheme: Scheme  # what it does in a step, for the theory of errors
     order: int | None  # of the global error in the step; None for adaptive methods
     control: Literal["step", "tolerance"] = "step"  # what its `step` argument means: [s], or rtol
     settings: Mapping[str, Any] = field(default_factory=dict)  # the engine's own option names

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
+from plumbob.analytic.errors.theory import ErrorTheory, no_theory
 from plumbob.analytic.reference import Array, Reference
 
 Parameters = Mapping[str, Any]
@@ -65,12 +66,13 @@ class System:
     mjcf: Path  # the model on its own
     family: str  # by which an engine's adapter finds its builder: adapters/<engine>/<family>.py
     change: Callable[[Parameters, Parameters], Parameters] = replaced
+    errors: Callable[[Any], ErrorTheory] = no_theory  # what fixed steps do to the exact motion
     weight: float = 1.0  # what a step of it costs, roughly, in steps of a pendulum
 
     def case(self, scene: Scene) -> Case:
         """The problem and the exact motion of `scene`, worked out; raises ParameterError."""
         problem = self.problem(scene.parameters)
-        return Case(self, scene, problem, self.reference(problem))
+        return Case(self, scene, problem, self.reference(problem), self.errors(problem))
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,7 @@ class Case:
     scene: Scene
     problem: Any  # the system's analytic object
     reference: Reference  # its exact motion
+    errors: ErrorTheory  # what fixed steps do to that
 
     def lasting(self, duration: float) -> Case:
         """The same case for another `duration` [s]."""

@@ -9,42 +9,28 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 
-# Where the velocities at grid times are exact and a place advances by their trapezoid sum, a place
-# errs only by the bends of the velocity: a jump J of the acceleration at a fraction p of a step
-# leaves J p (1 - p) dt^2/2 behind.
+# Where the velocities at grid times are exact and a position advances by their trapezoid sum, the
+# error of the position comes from jumps of the acceleration alone: a jump J at a fraction p of a
+# step leaves J p (1 - p) dt^2/2 behind (THEORY.md, section 4).
 
-Kink = tuple[float, float]  # time [s], and the jump of the acceleration there [m/s^2 or rad/s^2]
+Jump = tuple[float, float]  # time [s], and by what the acceleration jumps there [m/s^2 or rad/s^2]
+GRID = 1e-6  # of a step: how near to a grid time a switch is taken to be on it
 DECAYED = 64  # steps after which 0.375^n has left the range of a double's rounding
 
 
-def position_lead(scheme: str) -> float | None:
-    """Steps by which `scheme` puts a position ahead while the velocity is exact: half of one for
-    "semi-implicit-euler", half of one behind with "+position-first", where x advances before v
-    (other options change nothing here); None for schemes that no theory here covers."""
-    base, *options = scheme.split("+")
-    if base != "semi-implicit-euler":
-        return None
-    return -0.5 if "position-first" in options else 0.5
-
-
-def scheme_lead(scheme: str) -> float | None:
-    """`position_lead`, and none for "rk4"; None for schemes that no theory here covers."""
-    return 0.0 if scheme.partition("+")[0] == "rk4" else position_lead(scheme)
-
-
-def bend(jump: float | Array, place: Array) -> Array:
-    """Error of the trapezoid sum over dt^2, of a jump of the acceleration by `jump` at `place`, a
-    time in units of a step; shape of `place`."""
-    part = place - np.floor(place)
+def trapezoid_error(jump: float | Array, steps: Array) -> Array:
+    """Error of the trapezoid sum over dt^2, of a jump of the acceleration by `jump` at a time of so
+    many `steps`; shape of `steps`."""
+    part = steps - np.floor(steps)
     return np.asarray(0.5 * jump * part * (1.0 - part))
 
 
-def bends(kinks: Iterable[Kink], step: float, times: Array) -> Array:
-    """Error of a place at grid `times` [s], shape (n,), from all `kinks` that came before, the
+def trapezoid_errors(jumps: Iterable[Jump], step: float, times: Array) -> Array:
+    """Error of a position at grid `times` [s], shape (n,), from all `jumps` that came before, the
     velocity at grid times being exact; `step` [s]."""
     total = np.zeros_like(np.asarray(times, dtype=np.float64))
-    for time, jump in kinks:
-        size = bend(jump, np.array(time / step)) * step**2
+    for time, jump in jumps:
+        size = trapezoid_error(jump, np.array(time / step)) * step**2
         total = total + np.where(times >= time, size, 0.0)
     return total
 

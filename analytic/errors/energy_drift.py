@@ -13,7 +13,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import StepSeries, find_scheme
+from plumbob.analytic.errors.rotor_steps import StepSeries, rotor_step
+from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
@@ -26,15 +27,15 @@ NEGLIGIBLE = 1e-10  # of the mean size of the energy error: what quadrature and 
 
 
 def energy_drift_rate(
-    rotor: DrivenRotor, theta: float, theta_dot: float, period: float, scheme: str
+    rotor: DrivenRotor, theta: float, theta_dot: float, period: float, scheme: Scheme
 ) -> Mapping[int, float]:
     """Coefficients D_p of the mean rate sum_p D_p step^p at which `scheme` changes the energy per
     moment of inertia [rad^2/s^3 over s^p] on the motion of `period` [s] from `theta` [rad],
-    `theta_dot` [rad/s]; zero where nothing drifts, empty for a scheme unknown to `find_scheme`.
+    `theta_dot` [rad/s]; zero where nothing drifts, empty for a scheme unknown to `rotor_step`.
     Raises ParameterError."""
     if not rotor.conservative:
         raise ParameterError("rotor", rotor, "without damping and forcing")
-    if (found := find_scheme(scheme)) is None:
+    if (found := rotor_step(scheme)) is None:
         return {}
     flow = TangentFlow(rotor, integrate(rotor, theta, theta_dot, period))
     last = 2 * found.order

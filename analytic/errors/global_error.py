@@ -23,7 +23,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import Scheme, StepSeries, exact, find_scheme
+from plumbob.analytic.errors.rotor_steps import RotorStep, StepSeries, exact, rotor_step
+from plumbob.analytic.errors.schemes import Scheme
+from plumbob.analytic.errors.theory import Coefficients
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.numerics.rotor.variational import Response, TangentFlow
@@ -36,14 +38,13 @@ def leading_error(
     theta: float,
     theta_dot: float,
     times: Array,
-    scheme: str,
+    scheme: Scheme,
     terms: int = 2,
-) -> Mapping[int, Mapping[str, Array]]:
+) -> Coefficients:
     """The first `terms` coefficients C_p(t) of the error (scheme minus exact) sum_p C_p step^p of a
     motion from `theta` [rad], `theta_dot` [rad/s], at `times` [s], shape (n,), as {p: {"theta":
-    (n,), "theta_dot": (n,)}}; empty for a scheme unknown to `find_scheme`, which also tells what
-    `scheme` may be. Raises ParameterError."""
-    if (found := find_scheme(scheme)) is None:
+    (n,), "theta_dot": (n,)}}; empty for a scheme unknown to `rotor_step`. Raises ParameterError."""
+    if (found := rotor_step(scheme)) is None:
         return {}
     flow = TangentFlow(
         rotor, integrate(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
@@ -52,20 +53,21 @@ def leading_error(
 
 
 @dataclass(frozen=True)
-class ErrorSeries:
-    """The error expansions of one motion, each worked out once; see `leading_error`."""
+class RotorErrors:
+    """The error expansions of the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s], each
+    worked out once; an `ErrorTheory`."""
 
     rotor: DrivenRotor
     theta: float
     theta_dot: float
     terms: int = 4
-    _found: dict[str, tuple[float, Mapping[int, Response]]] = field(
+    _found: dict[Scheme, tuple[float, Mapping[int, Response]]] = field(
         default_factory=dict, repr=False, compare=False
     )
 
-    def at(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
+    def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """What `leading_error` says at `times` [s], shape (n,). Raises ParameterError."""
-        if (how := find_scheme(scheme)) is None:
+        if (how := rotor_step(scheme)) is None:
             return {}
         until, series = self._found.get(scheme, (-1.0, {}))
         if (last := float(np.max(times))) > until:
@@ -75,16 +77,18 @@ class ErrorSeries:
             self._found[scheme] = until, series
         return evaluated(series, times)
 
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> Mapping[str, Array]:
+        """Empty: the error is a series in the step."""
+        return {}
 
-def evaluated(
-    coefficients: Mapping[int, Response], times: Array
-) -> Mapping[int, Mapping[str, Array]]:
+
+def evaluated(coefficients: Mapping[int, Response], times: Array) -> Coefficients:
     """Values of an expansion at `times` [s], shape (n,), by order and by name."""
     values = {order: response.at(times)[:, :, 0] for order, response in coefficients.items()}
     return {p: {"theta": e[:, 0], "theta_dot": e[:, 1]} for p, e in values.items()}
 
 
-def expansion(flow: TangentFlow, scheme: Scheme, terms: int = 2) -> Mapping[int, Response]:
+def expansion(flow: TangentFlow, scheme: RotorStep, terms: int = 2) -> Mapping[int, Response]:
     """The first `terms` coefficients of the scheme's error that are not zero, by order."""
     first = scheme.order_on(flow.rotor)
     stride = 2 if scheme.symmetric else 1

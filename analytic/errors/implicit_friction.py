@@ -5,9 +5,10 @@ without friction, kappa the time over which friction acts, L_i = f N_i, a_i = CA
 
     (M + m)|u - P|^2/2 + I (o - w)^2/2 + kappa sum L_i |u + o k x a_i|  is least.
 
-That is implicit in the direction of friction, and in whether a support slips. The least value is at
-a kink where a support is at rest: about one support the body turns at a rate that is known in
-closed form. Else Newton's method finds it. Chernousko 2020, eq. 1, in the manner of Moreau.
+That is implicit in the direction of friction, and in whether a support slips. The value is convex,
+and not smooth where a support is at rest. If the minimum is there, either everything rests, or the
+body pivots about one support at a rate that is known in closed form; else Newton's method finds it.
+Chernousko 2020, eq. 1, in the manner of Moreau. Derived in THEORY.md, section 6.
 """
 
 from __future__ import annotations
@@ -21,17 +22,19 @@ import numpy as np
 from plumbob.analytic.systems.three_points.rest import load_factor
 
 NEWTON_STEPS = 60
-QUICK = 12  # of undamped steps from the last step's slip
+QUICK = 12  # undamped steps, from the slip of the time step before
 LAST = 2e-15  # of the velocities: a step this small ends Newton's method
-HELD = 1e-12  # a force this near its limit, relatively, still holds
+STICKS = 1e-12  # relative: a support sticks with a force that is so little above its limit
 
+Vector = tuple[float, float, float]  # by velocity x, y and rate
+Hessian = tuple[float, float, float, float, float, float]  # xx, yy, oo, xy, xo, yo
 Slip = tuple[complex, float]  # velocity of the body's point at the combined centre, and rate
 
 
 @dataclass(frozen=True, slots=True)
-class Grip:
+class FrictionProblem:
     """Masses (M + m) [kg] and I [kg m^2], friction kappa L_i [N s] and arms a_i [m]; `offsets`
-    [m/s] are what slips have beside u + o k x a_i, too little to count where a support rests."""
+    [m/s] are added to the slips u + o k x a_i, too small to matter where a support rests."""
 
     mass: float
     inertia: float
@@ -40,126 +43,153 @@ class Grip:
     offsets: Sequence[complex] = (0j, 0j, 0j)
 
     def value(self, free: Slip, slip: Slip) -> float:
-        """What is to be least."""
+        """What is to be minimised [J]."""
         (u, o), (p, w) = slip, free
         supports = zip(self.limits, self.arms, self.offsets, strict=True)
         drag = sum(c * abs(u + 1j * o * a + g) for c, a, g in supports)
         return 0.5 * self.mass * abs(u - p) ** 2 + 0.5 * self.inertia * (o - w) ** 2 + drag
 
 
-def after_friction(grip: Grip, free: Slip, near: Slip) -> Slip:
+def after_friction(problem: FrictionProblem, free: Slip, near: Slip) -> Slip:
     """Velocities after a step that would end with `free` were there no friction; `near`, those
     after the step before, is where to look first."""
-    scale = abs(free[0]) + abs(free[1]) * max(abs(arm) for arm in grip.arms)
-    if scale == 0.0 or _shared(grip, free):
+    scale = abs(free[0]) + abs(free[1]) * max(abs(arm) for arm in problem.arms)
+    if scale == 0.0 or _rests(problem, free):
         return 0j, 0.0
-    if (found := _sliding(grip, free, near, scale, QUICK, damped=False)) is not None:
+    if (found := _sliding(problem, free, near, scale, QUICK, damped=False)) is not None:
         return found
-    pins = [_pinned(grip, free, i) for i in range(3)]
-    for slip, excess, _ in pins:
+    pivots = [_pivoting(problem, free, i) for i in range(3)]
+    for slip, excess, _ in pivots:
         if slip[1] != 0.0 and excess <= 0.0:
             return slip
-    slip, excess, push = min(pins, key=lambda pin: grip.value(free, pin[0]))
+    slip, excess, push = min(pivots, key=lambda pivot: problem.value(free, pivot[0]))
     if slip[1] != 0.0:
-        aside = push / abs(push) * excess / grip.mass
-        begin = _below(grip, free, slip, (aside, 0.0))
+        aside = push / abs(push) * excess / problem.mass
+        begin = _below(problem, free, slip, (aside, 0.0))
     else:
-        limits, arms = np.array(grip.limits), np.array(grip.arms)
-        factor, way = load_factor(limits, arms, grip.mass * free[0], grip.inertia * free[1])
-        if factor <= 1.0 + HELD:
+        limits, arms = np.array(problem.limits), np.array(problem.arms)
+        factor, way = load_factor(limits, arms, problem.mass * free[0], problem.inertia * free[1])
+        if factor <= 1.0 + STICKS:
             return 0j, 0.0
         size = scale / (math.hypot(way[0], way[1]) + abs(way[2]) * float(np.abs(arms).max()))
         leaving = (size * complex(way[0], way[1]), size * float(way[2]))
-        begin = _below(grip, free, slip, leaving)
-    found = _sliding(grip, free, begin, scale, NEWTON_STEPS, damped=True)
+        begin = _below(problem, free, slip, leaving)
+    found = _sliding(problem, free, begin, scale, NEWTON_STEPS, damped=True)
     return begin if found is None else found
 
 
-def _shared(grip: Grip, free: Slip) -> bool:
-    """Whether impulses kappa L_i (X + Y k x a_i) hold the body: enough to be at rest."""
-    spread = sum(c * abs(a) ** 2 for c, a in zip(grip.limits, grip.arms, strict=True))
-    total = sum(grip.limits)
+def _rests(problem: FrictionProblem, free: Slip) -> bool:
+    """Whether impulses kappa L_i (X + Y k x a_i) keep the body at rest: a sufficient condition."""
+    spread = sum(c * abs(a) ** 2 for c, a in zip(problem.limits, problem.arms, strict=True))
+    total = sum(problem.limits)
     if not total > 0.0:
         return False
-    along, about = grip.mass * free[0] / total, 1j * grip.inertia * free[1] / spread
-    return all(abs(along + about * arm) <= 1.0 for arm in grip.arms)
+    along, about = problem.mass * free[0] / total, 1j * problem.inertia * free[1] / spread
+    return all(abs(along + about * arm) <= 1.0 for arm in problem.arms)
 
 
-def _pinned(grip: Grip, free: Slip, pin: int) -> tuple[Slip, float, complex]:
-    """Velocities with support `pin` held, by how much its impulse is beyond its limit, and the
-    impulse that the body lacks there."""
-    arm, (p, w) = grip.arms[pin], free
-    turn = grip.inertia * w + grip.mass * (p * (1j * arm).conjugate()).real * -1.0
+def _pivoting(problem: FrictionProblem, free: Slip, pivot: int) -> tuple[Slip, float, complex]:
+    """Velocities with support `pivot` at rest, by how much its impulse exceeds its limit, and that
+    impulse."""
+    arm, (p, w) = problem.arms[pivot], free
+    turn = problem.inertia * w + problem.mass * (p * (1j * arm).conjugate()).real * -1.0
     drag = sum(
         c * abs(a - arm)
-        for k, (c, a) in enumerate(zip(grip.limits, grip.arms, strict=True))
-        if k != pin
+        for k, (c, a) in enumerate(zip(problem.limits, problem.arms, strict=True))
+        if k != pivot
     )
     if abs(turn) <= drag:
         return (0j, 0.0), math.inf, 0j
-    o = (turn - math.copysign(drag, turn)) / (grip.inertia + grip.mass * abs(arm) ** 2)
+    o = (turn - math.copysign(drag, turn)) / (problem.inertia + problem.mass * abs(arm) ** 2)
     u = -1j * o * arm
-    push = grip.mass * (p - u)
+    push = problem.mass * (p - u)
     for k in range(3):
-        if k != pin:
-            v = u + 1j * o * grip.arms[k]
-            push -= grip.limits[k] * v / abs(v)
-    return (u, o), abs(push) - grip.limits[pin] * (1.0 + HELD), push
+        if k != pivot:
+            v = u + 1j * o * problem.arms[k]
+            push -= problem.limits[k] * v / abs(v)
+    return (u, o), abs(push) - problem.limits[pivot] * (1.0 + STICKS), push
 
 
-def _below(grip: Grip, free: Slip, kink: Slip, way: Slip) -> Slip:
-    """A place on the `way` from a kink at which the value is lower."""
-    level, part = grip.value(free, kink), 1.0
+def _below(problem: FrictionProblem, free: Slip, corner: Slip, way: Slip) -> Slip:
+    """A point on the `way` from a corner of the value at which it is lower."""
+    level, part = problem.value(free, corner), 1.0
     while part > 1e-30:
-        there = (kink[0] + part * way[0], kink[1] + part * way[1])
-        if grip.value(free, there) < level:
+        there = (corner[0] + part * way[0], corner[1] + part * way[1])
+        if problem.value(free, there) < level:
             return there
         part *= 0.5
-    return kink
+    return corner
 
 
 def _sliding(
-    grip: Grip, free: Slip, begin: Slip, scale: float, most: int, *, damped: bool
+    problem: FrictionProblem, free: Slip, begin: Slip, scale: float, most: int, *, damped: bool
 ) -> Slip | None:
-    """The least value by Newton's method from `begin`; None where a slip vanishes on the way, or
-    the last of `most` steps is no small one."""
-    (x, y), o = (begin[0].real, begin[0].imag), begin[1]
-    (px, py), w, mass = (free[0].real, free[0].imag), free[1], grip.mass
-    reach = max(abs(arm) for arm in grip.arms)
+    """The minimum by Newton's method from `begin`; None where a slip vanishes on the way, or the
+    last of `most` steps is not a small one."""
+    slip, reach = begin, max(abs(arm) for arm in problem.arms)
     for _ in range(most):
-        gx, gy, go = mass * (x - px), mass * (y - py), grip.inertia * (o - w)
-        hxx = hyy = mass
-        hxy = hxo = hyo = 0.0
-        hoo = grip.inertia
-        for limit, arm, beside in zip(grip.limits, grip.arms, grip.offsets, strict=True):
-            ax, ay = arm.real, arm.imag
-            vx, vy = x - o * ay + beside.real, y + o * ax + beside.imag
-            slip = math.hypot(vx, vy)
-            if slip <= LAST * scale:
-                return None
-            ex, ey, stiff = vx / slip, vy / slip, limit / slip
-            gx, gy, go = gx + limit * ex, gy + limit * ey, go + limit * (ax * ey - ay * ex)
-            across = ex * ax + ey * ay  # of the arm turned a quarter, on the normal of the slip
-            hxx, hyy, hxy = hxx + stiff * ey * ey, hyy + stiff * ex * ex, hxy - stiff * ex * ey
-            hxo, hyo = hxo - stiff * ey * across, hyo + stiff * ex * across
-            hoo += stiff * across * across
-        c11, c12, c13 = hyy * hoo - hyo * hyo, hxo * hyo - hxy * hoo, hxy * hyo - hxo * hyy
-        c22, c23, c33 = hxx * hoo - hxo * hxo, hxy * hxo - hxx * hyo, hxx * hyy - hxy * hxy
-        det = hxx * c11 + hxy * c12 + hxo * c13
-        if det == 0.0:
+        if (local := _expanded(problem, free, slip, LAST * scale)) is None:
             return None
-        dx = -(c11 * gx + c12 * gy + c13 * go) / det
-        dy = -(c12 * gx + c22 * gy + c23 * go) / det
-        do = -(c13 * gx + c23 * gy + c33 * go) / det
-        part = 1.0
-        if damped:
-            level, slope = grip.value(free, (complex(x, y), o)), gx * dx + gy * dy + go * do
-            while part > 1e-12:
-                there = (complex(x + part * dx, y + part * dy), o + part * do)
-                if grip.value(free, there) <= level + 1e-4 * part * slope:
-                    break
-                part *= 0.5
-        x, y, o = x + part * dx, y + part * dy, o + part * do
+        if (way := _newton_step(*local)) is None:
+            return None
+        part = _damping(problem, free, slip, way, local[0]) if damped else 1.0
+        (x, y), (dx, dy, do) = (slip[0].real, slip[0].imag), way
+        slip = complex(x + part * dx, y + part * dy), slip[1] + part * do
         if abs(dx) + abs(dy) + abs(do) * reach <= LAST * scale:
-            return complex(x, y), o
-    return (complex(x, y), o) if damped else None
+            return slip
+    return slip if damped else None
+
+
+def _expanded(
+    problem: FrictionProblem, free: Slip, slip: Slip, least: float
+) -> tuple[Vector, Hessian] | None:
+    """Gradient and Hessian of the value at `slip`; None where a support slips by `least` [m/s] or
+    less, for there it has none."""
+    (x, y), o, mass = (slip[0].real, slip[0].imag), slip[1], problem.mass
+    gx, gy = mass * (x - free[0].real), mass * (y - free[0].imag)
+    go, hoo = problem.inertia * (o - free[1]), problem.inertia
+    hxx = hyy = mass
+    hxy = hxo = hyo = 0.0
+    for limit, arm, beside in zip(problem.limits, problem.arms, problem.offsets, strict=True):
+        ax, ay = arm.real, arm.imag
+        vx, vy = x - o * ay + beside.real, y + o * ax + beside.imag
+        speed = math.hypot(vx, vy)
+        if speed <= least:
+            return None
+        ex, ey, stiff = vx / speed, vy / speed, limit / speed
+        gx, gy, go = gx + limit * ex, gy + limit * ey, go + limit * (ax * ey - ay * ex)
+        across = ex * ax + ey * ay  # of the arm turned a quarter, on the normal of the slip
+        hxx, hyy, hxy = hxx + stiff * ey * ey, hyy + stiff * ex * ex, hxy - stiff * ex * ey
+        hxo, hyo = hxo - stiff * ey * across, hyo + stiff * ex * across
+        hoo += stiff * across * across
+    return (gx, gy, go), (hxx, hyy, hoo, hxy, hxo, hyo)
+
+
+def _newton_step(gradient: Vector, hessian: Hessian) -> Vector | None:
+    """Minus the inverse of the Hessian times the gradient, by cofactors; None where singular."""
+    (gx, gy, go), (hxx, hyy, hoo, hxy, hxo, hyo) = gradient, hessian
+    c11, c12, c13 = hyy * hoo - hyo * hyo, hxo * hyo - hxy * hoo, hxy * hyo - hxo * hyy
+    c22, c23, c33 = hxx * hoo - hxo * hxo, hxy * hxo - hxx * hyo, hxx * hyy - hxy * hxy
+    det = hxx * c11 + hxy * c12 + hxo * c13
+    if det == 0.0:
+        return None
+    return (
+        -(c11 * gx + c12 * gy + c13 * go) / det,
+        -(c12 * gx + c22 * gy + c23 * go) / det,
+        -(c13 * gx + c23 * gy + c33 * go) / det,
+    )
+
+
+def _damping(
+    problem: FrictionProblem, free: Slip, slip: Slip, way: Vector, gradient: Vector
+) -> float:
+    """Part of a Newton step after which the value has fallen enough (Armijo's condition)."""
+    (x, y), o, (dx, dy, do) = (slip[0].real, slip[0].imag), slip[1], way
+    (gx, gy, go), part = gradient, 1.0
+    level, slope = problem.value(free, slip), gx * dx + gy * dy + go * do
+    while part > 1e-12:
+        there = (complex(x + part * dx, y + part * dy), o + part * do)
+        if problem.value(free, there) <= level + 1e-4 * part * slope:
+            break
+        part *= 0.5
+    return part

@@ -23,17 +23,16 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.errors.discontinuities import position_lead
-from plumbob.analytic.errors.implicit_friction import Grip, Slip, after_friction
+from plumbob.analytic.errors.implicit_friction import FrictionProblem, Slip, after_friction
+from plumbob.analytic.errors.schemes import EULER as EULER
+from plumbob.analytic.errors.schemes import RK4 as RK4
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.equations import Mechanics, mechanics
 from plumbob.analytic.systems.three_points.friction import Start
 
-EULER, RK4 = "semi-implicit-euler", "rk4"
 FRICTION_LEADS: Mapping[str, float] = MappingProxyType({EULER: 1.0, RK4: 0.5})  # of a step
-MOST_STEPS = 200_000  # each takes some tens of microseconds
 COLUMNS = ("x", "y", "heading", "velocity_x", "velocity_y", "heading_rate")
 State = tuple[complex, float, complex, float, complex, complex]  # z, psi, z', omega, r, v
 
@@ -65,7 +64,7 @@ class _Body:
         slip = free
         if any(limits):
             arms = [support - arm for support in self.supports]
-            slip = after_friction(Grip(body.mass, inertia, limits, arms), free, near)
+            slip = after_friction(FrictionProblem(body.mass, inertia, limits, arms), free, near)
         pushed, spun = (slip[0] - begun) / lead, (slip[1] - omega) / lead
         return (speed, omega, (pushed - 1j * spun * arm) * turn, spun, v, w), slip
 
@@ -103,10 +102,10 @@ def _rk4(body: _Body, state: State, w: complex, step: float, near: Slip) -> tupl
 
 @lru_cache(maxsize=16)  # all methods of one scheme ask for the same
 def course(
-    capsule: Capsule, path: SliderPath, start: Start, scheme: str, step: float, steps: int
+    capsule: Capsule, path: SliderPath, start: Start, integrator: str, step: float, steps: int
 ) -> Array:
     """COLUMNS at the start and after each of `steps` steps of `step` [s], shape (steps + 1, 6), in
-    the ground's axes; `scheme` is EULER or RK4."""
+    the ground's axes; `integrator` is EULER or RK4."""
     given = mechanics(capsule)
     body = _Body(
         given,
@@ -116,7 +115,7 @@ def course(
     )
     places, speeds, _ = path.kinematics(np.arange(steps + 1, dtype=np.float64) * step)
     pushes = (np.diff(speeds @ [1.0, 1j]) / step).tolist()
-    advance = _rk4 if scheme == RK4 else _euler
+    advance = _rk4 if integrator == RK4 else _euler
     turn = cmath.exp(1j * start.heading)
     state: State = (
         complex(*start.position),
@@ -134,12 +133,3 @@ def course(
         if k < steps:
             state, slip = advance(body, state, pushes[k], step, slip)
     return rows
-
-
-def covered(scheme: str, steps: int) -> str | None:
-    """The name under which `course` knows `scheme`; None for one that it does not, or for more
-    than MOST_STEPS `steps`."""
-    base = scheme.partition("+")[0]
-    if steps > MOST_STEPS or not (base == RK4 or position_lead(scheme) == 0.5):
-        return None
-    return base

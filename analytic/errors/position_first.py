@@ -23,15 +23,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from plumbob.analytic.errors.implicit_friction import Grip, Slip, after_friction
+from plumbob.analytic.errors.discontinuities import GRID
+from plumbob.analytic.errors.implicit_friction import FrictionProblem, Slip, after_friction
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.equations import mechanics
 from plumbob.analytic.systems.three_points.friction import Start
 
-POSITION_FIRST = "semi-implicit-euler+position-first"
-GRID = 1e-6  # of a step: how near to a grid time a switch is taken to be on it
 Motion = tuple[complex, float, complex, complex]  # of C, of the heading, of the slider; its arm
 
 
@@ -47,7 +46,7 @@ def switches_on_grid(path: SliderPath, step: float) -> bool:
 
 
 @lru_cache(maxsize=16)
-def chord_course(
+def position_first_course(
     capsule: Capsule, path: SliderPath, start: Start, step: float, steps: int
 ) -> Array:
     """x, y of C [m], heading [rad], velocity of C [m/s], angular velocity [rad/s] at the start and
@@ -109,4 +108,4 @@ def _solved(
     if not any(limits):
         return free, centre
     arms = [support - centre for support in supports]
-    return after_friction(Grip(mass, inertia, limits, arms, chords), free, near), centre
+    return after_friction(FrictionProblem(mass, inertia, limits, arms, chords), free, near), centre

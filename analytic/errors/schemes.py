@@ -1,165 +1,94 @@
-"""One step of each fixed-step scheme on the driven rotor, as a power series in the step h."""
+"""What a method does in one step, as data: the record that adapters hand to error theory."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Final, Literal
 
-import numpy as np
-
-from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.truncated_series import (
-    integrated,
-    over_one_plus,
-    raised,
-    sine_cosine,
-)
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
 
-Pair = tuple[Array, Array]  # series of theta and of theta_dot, shape (degree + 1, ...)
-
-
-@dataclass(frozen=True)
-class StepSeries:
-    """The equation of motion read by series in h, for steps that begin at many times at once."""
-
-    rotor: DrivenRotor
-    times: Array  # [s], any shape
-    control: float | None = None  # forcing is held at its value at t + control h; None: it is not
-
-    def undamped(self, fraction: float, theta: Array) -> Array:
-        """Series of the acceleration at t + fraction h, damping left out."""
-        rotor = self.rotor
-        sine, cosine = sine_cosine(theta)
-        total = rotor.cos * cosine - rotor.sin * sine - rotor.stiffness * theta
-        if rotor.sin2:
-            total += rotor.sin2 * sine_cosine(2 * theta)[0]
-        if not rotor.autonomous:
-            total += self._forcing(fraction if self.control is None else self.control, len(theta))
-        return np.asarray(total)
-
-    def acceleration(self, fraction: float, theta: Array, theta_dot: Array) -> Array:
-        """Series of the acceleration at t + fraction h."""
-        return np.asarray(self.undamped(fraction, theta) - self.rotor.damping_rate * theta_dot)
-
-    def _forcing(self, fraction: float, length: int) -> Array:
-        phase = self.rotor.forcing_frequency * self.times + self.rotor.forcing_phase
-        terms = [self.rotor.forcing_amplitude * np.exp(1j * phase)]
-        for n in range(1, length):
-            terms.append(terms[-1] * (1j * self.rotor.forcing_frequency * fraction / n))
-        return np.imag(terms)
-
-
-def exact(step: StepSeries, theta: Array, theta_dot: Array) -> Pair:
-    """Series of the motion itself after h, by Picard iteration: each pass is right to one degree
-    more."""
-    x, v = theta, theta_dot
-    for _ in range(len(theta)):
-        v, x = theta_dot + integrated(step.acceleration(1.0, x, v)), theta + integrated(v)
-    return x, v
-
-
-def semi_implicit_euler(step: StepSeries, theta: Array, theta_dot: Array) -> Pair:
-    """v1 = v + h a(t, theta, v); theta1 = theta + h v1."""
-    theta_dot = theta_dot + raised(step.acceleration(0.0, theta, theta_dot))
-    return theta + raised(theta_dot), theta_dot
-
-
-def damped_euler(step: StepSeries, theta: Array, theta_dot: Array) -> Pair:
-    """As `semi_implicit_euler`, but damping acts on v1: what MuJoCo does with a joint's damping,
-    and so its implicit and implicitfast too, whose velocity derivatives here are damping alone."""
-    pushed = theta_dot + raised(step.undamped(0.0, theta))
-    theta_dot = over_one_plus(pushed, step.rotor.damping_rate)
-    return theta + raised(theta_dot), theta_dot
-
-
-def sprung_euler(step: StepSeries, theta: Array, theta_dot: Array) -> Pair:
-    """As `damped_euler`, but the spring pulls at theta1 too: MuJoCo's `discrete` integrator."""
-    pushed = theta_dot + raised(step.undamped(0.0, theta))
-    rotor = step.rotor
-    for n in range(1, len(pushed)):
-        pushed[n] -= rotor.damping_rate * pushed[n - 1]
-        if n > 1:
-            pushed[n] -= rotor.stiffness * pushed[n - 2]
-    return theta + raised(pushed), pushed
-
-
-def position_first_euler(step: StepSeries, theta: Array, theta_dot: Array) -> Pair:
-    """theta1 = theta + h v; v1 = v + h a(t, theta1, v): the adjoint order, damping and forcing
-    still read at the start; the first order of an engine that moves before it solves velocities."""
-    moved = theta + raised(theta_dot)
-    return moved, theta_dot + raised(step.acceleration(0.0, moved, theta_dot))
-
-
-def leapfrog(step: StepSeries, theta: Array, theta_dot: Array) -> Pair:
-    """Kick, drift, kick, each kick half a step: v = v + h/2 a(t, theta, v); theta1 = theta + h v;
-    v1 = (v + h/2 a(t + h, theta1, 0)) / (1 + xi h/2), which keeps a damped step symmetric."""
-    half = theta_dot + raised(step.acceleration(0.0, theta, theta_dot)) / 2
-    theta = theta + raised(half)
-    return theta, over_one_plus(
-        half + raised(step.undamped(1.0, theta)) / 2, step.rotor.damping_rate / 2
-    )
-
-
-def rk4(step: StepSeries, theta: Array, theta_dot: Array) -> Pair:
-    """The classical Runge-Kutta method, the forcing read at the start, middle and end."""
-    x1, v1 = theta_dot, step.acceleration(0.0, theta, theta_dot)
-    x2 = theta_dot + raised(v1) / 2
-    v2 = step.acceleration(0.5, theta + raised(x1) / 2, x2)
-    x3 = theta_dot + raised(v2) / 2
-    v3 = step.acceleration(0.5, theta + raised(x2) / 2, x3)
-    x4 = theta_dot + raised(v3)
-    v4 = step.acceleration(1.0, theta + raised(x3), x4)
-    return (
-        theta + raised(x1 + 2 * x2 + 2 * x3 + x4) / 6,
-        theta_dot + raised(v1 + 2 * v2 + 2 * v3 + v4) / 6,
-    )
-
-
-@dataclass(frozen=True)
-class Scheme:
-    """A fixed-step scheme: the order of its global error, its step, how it reads the forcing."""
-
-    order: int
-    advance: Callable[[StepSeries, Array, Array], Pair]
-    symmetric: bool = False  # its error has even powers of h only
-    control: float | None = None  # as in StepSeries
-
-    def order_on(self, rotor: DrivenRotor) -> int:
-        """Order of the global error on `rotor`: a forcing held over the step may lower it."""
-        if rotor.autonomous or self.control is None:
-            return self.order
-        return min(self.order, 2 if self.control == 0.5 else 1)
-
-
-SCHEMES: Mapping[str, Scheme] = MappingProxyType(
+EULER: Final = "semi-implicit-euler"  # the velocity first, then the position with the new velocity
+LEAPFROG: Final = "leapfrog"
+RK4: Final = "rk4"  # the classical method
+ADAPTIVE: Final = "adaptive"  # controls its local error to a relative tolerance
+CLOSED_FORM: Final = "closed-form"  # takes no steps
+ORDERS = MappingProxyType({EULER: 1, LEAPFROG: 2, RK4: 4})
+KNOWN = (*ORDERS, ADAPTIVE, CLOSED_FORM)
+Control = Literal["continuous", "start", "midpoint", "mean"]
+_CONTROLS = MappingProxyType(
     {
-        "semi-implicit-euler": Scheme(1, semi_implicit_euler),
-        "position-first-euler": Scheme(1, position_first_euler),
-        "leapfrog": Scheme(2, leapfrog, symmetric=True),
-        "rk4": Scheme(4, rk4),
+        "continuous": "",
+        "start": "control held from the start of a step",
+        "midpoint": "control held at its value in the middle of a step",
+        "mean": "control held at its mean over a step",
     }
 )
 
 
-def find_scheme(name: str) -> Scheme | None:
-    """Scheme called `name`: one of SCHEMES, and after it any of +start-control, +midpoint-control
-    (the forcing is held over the step), +implicit-damping and, after it, +implicit-spring (both
-    semi-implicit-euler only); None when no theory of it is known here. Raises ParameterError for an
-    option it cannot have."""
-    base, *options = name.split("+")
-    if (scheme := SCHEMES.get(base)) is None:
-        return None
-    for option in options:
-        if option in ("start-control", "midpoint-control"):
-            held = 0.0 if option == "start-control" else 0.5
-            scheme = replace(scheme, control=held, symmetric=scheme.symmetric and held == 0.5)
-        elif option == "implicit-damping" and scheme.advance is semi_implicit_euler:
-            scheme = replace(scheme, advance=damped_euler)
-        elif option == "implicit-spring" and scheme.advance is damped_euler:
-            scheme = replace(scheme, advance=sprung_euler)
-        else:
-            raise ParameterError("scheme", name, f"without +{option}")
-    return scheme
+@dataclass(frozen=True)
+class Scheme:
+    """An integrator and its variant. `integrator` is one of KNOWN, or any other name, of which
+    theory then knows nothing. Raises ParameterError for a variant that its integrator cannot have.
+    """
+
+    integrator: str
+    control: Control = "continuous"
+    """How a time-dependent forcing is read: at the stages' own times, or held over the step."""
+    implicit_damping: bool = False  # damping acts on the velocity after the step (EULER)
+    implicit_spring: bool = False  # and a spring on the position after it (EULER)
+    position_first: bool = False  # the position moves before the velocity does (EULER)
+    joint_closing_rate: float | None = None
+    """[1/s] at which a joint solved for velocities closes what it has opened, infinite where it
+    closes in one step; None where coordinates keep every joint closed (EULER, position first)."""
+
+    def __post_init__(self) -> None:
+        euler, rate = self.integrator == EULER, self.joint_closing_rate
+        wrong = (
+            ("control", self.control, self.control not in _CONTROLS),
+            ("implicit_damping", True, self.implicit_damping and not euler),
+            ("implicit_spring", True, self.implicit_spring and not self.implicit_damping),
+            ("position_first", True, self.position_first and not euler),
+            ("position_first", True, self.position_first and self.implicit_damping),
+            ("joint_closing_rate", rate, rate is not None and not self.position_first),
+            ("joint_closing_rate", rate, rate is not None and not rate > 0.0),
+        )
+        for name, value, broken in wrong:
+            if broken and self.integrator in KNOWN:
+                raise ParameterError(
+                    f"scheme, {name}", value, f"something that {self.integrator} can have"
+                )
+
+    def __str__(self) -> str:
+        words = [self.integrator, _CONTROLS[self.control]]
+        words.append("implicit damping" if self.implicit_damping else "")
+        words.append("implicit spring" if self.implicit_spring else "")
+        words.append("position first" if self.position_first else "")
+        if (rate := self.joint_closing_rate) is not None:
+            how = "in one step" if math.isinf(rate) else f"at {rate:.3g}/s"
+            words.append(f"joints closing {how}")
+        return ", ".join(word for word in words if word)
+
+    @property
+    def known(self) -> bool:
+        """Whether any theory here covers the integrator."""
+        return self.integrator in KNOWN
+
+    @property
+    def order(self) -> int | None:
+        """Order of the global error on a smooth motion; None where there is none, or not known."""
+        return ORDERS.get(self.integrator)
+
+    @property
+    def position_lead(self) -> float | None:
+        """Steps by which a position is ahead of a velocity that is exact at grid times: half of
+        one for EULER, half of one behind where the position moves first, none for RK4; None for
+        schemes of which that is not known."""
+        if self.joint_closing_rate is not None:
+            return None
+        if self.integrator == RK4:
+            return 0.0
+        if self.integrator != EULER:
+            return None
+        return -0.5 if self.position_first else 0.5

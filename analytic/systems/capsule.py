@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF as ROUNDOFF
 from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
 from plumbob.analytic.reference import Array
 
@@ -16,7 +17,6 @@ Point = tuple[float, float]
 
 # Below this height over its longest side a triangle shares a weight to fewer than 7 digits.
 FLATTEST = 1e-9
-ROUNDOFF = 2.0**-53  # largest relative error of one rounding
 
 
 @dataclass(frozen=True)

@@ -44,9 +44,9 @@ class CapsuleSetup:
 class CapsuleProblem:
     """A motion of the capsule, the exact answer to it, and what it asks of an engine."""
 
-    motion: Any
-    """Of analytic: LineManoeuvre, SlowStroke, TiltedHold, ManoeuvreTrain; in the plane
-    ResidualMotion, ThreePointMotion (coasting), TurnTrain, Plan."""
+    motion: Any  # a `CapsuleMotion`, with whatever else it knows
+    """Of analytic: LineManoeuvre, SlowStroke, TiltedHold, RepeatedLine; in the plane
+    ResidualMotion, ThreePointMotion (coasting), RepeatedTurn, Plan. `motion.kind` tells which."""
     reference: Reference
     setup: CapsuleSetup
 
@@ -54,7 +54,7 @@ class CapsuleProblem:
     def slider_ends(self) -> Array:
         """The ends of the slider's line relative to C [m], shape (2, 2): its place, twice, where
         it stays there."""
-        path = getattr(getattr(self.motion, "manoeuvre", self.motion), "path", None)
-        if path is None or self.setup.relative_velocity is None:
+        if self.setup.relative_velocity is None:
             return np.array([self.setup.slider] * 2)
-        return np.array([path.start, path.end])
+        segment = self.motion.single.segment
+        return np.array([segment.start, segment.end])

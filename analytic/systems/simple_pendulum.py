@@ -92,10 +92,11 @@ class SimplePendulum:
     def motion(self) -> Reference:
         """The exact motion; that of a rod knows its tension."""
         beside = self.started
-        start = beside.theta, beside.theta_dot
-        angle: Reference = self.elliptic or UnendingMotion(self.rotor, *start)
+        angle: Reference = self.elliptic or UnendingMotion(
+            self.rotor, beside.theta, beside.theta_dot
+        )
         if self.linear:
             return angle
         if beside.elliptic is not None and beside is not self:
             angle = RoundedStart(angle, beside.elliptic)
-        return RodMotion(angle, self.rotor, *start, self.length, self.gravity)
+        return RodMotion(angle, self.rotor, self.length, self.gravity)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plumbob.analytic.errors.schemes import CLOSED_FORM, Scheme
 from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.adapters.sampling import SAMPLES
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported
@@ -15,7 +16,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
 ULP = 2.0**-52  # all that it can be asked for
-METHODS = (Method("exact/closed-form", "closed-form", None, "tolerance", {}, (ULP,)),)
+METHODS = (Method("exact/closed-form", Scheme(CLOSED_FORM), None, "tolerance", {}, (ULP,)),)
 
 
 @dataclass

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.schemes import ADAPTIVE, Scheme
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.adapters.sampling import SAMPLES
@@ -23,7 +24,7 @@ from plumbob.models.scene import Case
 SMALLEST = 2.0**-52
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 17, 2))
 SMOOTH = ("*-pendulum",)
-METHODS = (Method("heyoka/taylor", "adaptive", None, "tolerance", {}, TOLERANCES, SMOOTH),)
+METHODS = (Method("heyoka/taylor", Scheme(ADAPTIVE), None, "tolerance", {}, TOLERANCES, SMOOTH),)
 
 
 @dataclass

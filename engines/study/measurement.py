@@ -8,13 +8,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from plumbob.analytic.reference import Array, Reference, StepReference
+from plumbob.analytic.errors.schemes import ADAPTIVE
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Case, System
+from plumbob.models.scene import Case
 
-ULP = 2.0**-52
 Status = Literal["done", "diverged", "unsupported", "missing"]
 
 
@@ -33,7 +34,7 @@ class Prediction:
 @dataclass(frozen=True)
 class Controlled:
     """What a solver that controls its local error to a relative tolerance may do to an observable:
-    every step errs by the tolerance, and the motion carries that to the end."""
+    every step has an error of the tolerance, and the motion carries that to the end."""
 
     largest: float
     nonlinearity: float  # see `Reference.nonlinearity`
@@ -70,11 +71,12 @@ class Measurement:
     compile_seconds: float = 0.0
     diverged_at: float | None = None
     warnings: tuple[str, ...] = ()
+    note: str = ""  # why there is no prediction, where theory knows nothing of the scheme
 
 
 def measure(case: Case, method: Method, step: float) -> tuple[Measurement, Trajectory | None]:
     """Run once and measure; the trajectory too, for those who plot it. Raises ParameterError."""
-    scene, system, exact = case.scene, case.system, case.reference
+    scene = case.scene
     blank = Measurement(scene.name, method.name, step, "unsupported")
     if not installed(engine_of(method)):
         return _with(
@@ -99,11 +101,11 @@ def measure(case: Case, method: Method, step: float) -> tuple[Measurement, Traje
             seconds=run.seconds,
             warnings=run.warnings,
         ), run
-    drifts = system.invariants(case.problem, run.observables)
+    drifts = case.system.invariants(case.problem, run.observables)
     return _with(
         blank,
         status="done",
-        errors=_errors(system, exact, method, step, run, model),
+        errors=_errors(case, method, step, run, model),
         invariants={name: float(np.abs(drift).max()) for name, drift in drifts.items()},
         channels={name: float(np.ptp(values)) for name, values in run.channels.items()},
         duration=float(run.times[-1]),
@@ -111,32 +113,33 @@ def measure(case: Case, method: Method, step: float) -> tuple[Measurement, Traje
         seconds=run.seconds,
         compile_seconds=simulation.compile_seconds,
         warnings=run.warnings,
+        note="" if method.scheme.known else f"no error theory for the scheme '{method.scheme}'",
     ), run
 
 
 def _errors(
-    system: System,
-    exact: Reference,
+    case: Case,
     method: Method,
     step: float,
     run: Trajectory,
     model: Mapping[str, Mapping[str, float]],
 ) -> Mapping[str, ObservedError]:
+    exact, theory, names = case.reference, case.errors, [o.name for o in case.system.observables]
     truth, doubt = exact.observe(run.times), exact.uncertainty(run.times)
-    told: Mapping[str, Array] = {}
-    if isinstance(exact, StepReference) and method.control == "step":
-        told = exact.predicted(method.scheme, step, run.times)
-    series = {} if told else exact.leading_error(method.scheme, run.times)
+    at_step: Mapping[str, Array] = {}
+    if method.control == "step":
+        at_step = theory.at_step(method.scheme, step, run.times)
+    series = {} if at_step else theory.series(method.scheme, run.times)
     powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
     total = {
-        o.name: sum((terms[o.name] for terms in powers.values()), np.zeros(len(run.times)))
-        for o in system.observables
-        if powers and all(o.name in terms for terms in powers.values())
+        name: sum((terms[name] for terms in powers.values()), np.zeros(len(run.times)))
+        for name in names
+        if powers and all(name in terms for terms in powers.values())
     }
     bent = exact.nonlinearity(run.times, total) if total else 0.0
     carried = _carried(exact, method, step, run, doubt)
     errors = {}
-    for name in (o.name for o in system.observables if o.name in run.observables):
+    for name in (name for name in names if name in run.observables):
         error = run.observables[name] - truth[name]
         errors[name] = ObservedError(
             largest=float(np.abs(error).max()),
@@ -144,8 +147,8 @@ def _errors(
             uncertainty=float(doubt[name].max()),
             scale=float(np.abs(truth[name]).max()),
             model=dict(model.get(name, {})),
-            predicted=_at_step(told[name], error, doubt[name], run.steps)
-            if name in told
+            predicted=_at_step(at_step[name], error, doubt[name], run.steps)
+            if name in at_step
             else _predicted(name, total, powers, bent),
             controlled=carried.get(name),
         )
@@ -155,7 +158,7 @@ def _errors(
 def _carried(
     exact: Reference, method: Method, step: float, run: Trajectory, doubt: Mapping[str, Array]
 ) -> Mapping[str, Controlled]:
-    if method.scheme != "adaptive":
+    if method.scheme.integrator != ADAPTIVE:
         return {}
     may = {name: step * run.steps * value / ULP for name, value in doubt.items()}
     bent = exact.nonlinearity(run.times, may)
@@ -175,15 +178,15 @@ def _predicted(
     )
 
 
-def _at_step(told: Array, error: Array, doubt: Array, steps: int) -> Prediction:
+def _at_step(predicted: Array, error: Array, doubt: Array, steps: int) -> Prediction:
     """What is predicted of an error at the samples, shape (n,), for this very step."""
     rounded = doubt * (1.0 + 2.0 * float(np.sqrt(steps)))  # as in `floor`
     return Prediction(
-        largest=float(np.abs(told).max()),
-        end=float(told[-1]),
+        largest=float(np.abs(predicted).max()),
+        end=float(predicted[-1]),
         terms={},
         nonlinearity=0.0,
-        missed=float(np.maximum(np.abs(error - told) - rounded, 0.0).max()),
+        missed=float(np.maximum(np.abs(error - predicted) - rounded, 0.0).max()),
     )
 
 
@@ -192,7 +195,7 @@ def _with(blank: Measurement, **values: Any) -> Measurement:
 
 
 def floor(error: ObservedError, steps: int) -> float:
-    """What no smaller step can take from an error: the model's own share, what double precision
+    """What no smaller step can take from an error: the model-error bounds, what double precision
     allows the exact answer, and the rounding of every step, which adds up as a random walk: four
     standard deviations of half a unit in the last place, whose effect is that of an input's."""
     return sum(error.model.values()) + error.uncertainty * (1.0 + 2.0 * float(np.sqrt(steps)))

@@ -13,6 +13,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy, Trace
@@ -100,7 +101,7 @@ def load(file: Path, number: int | None = None, scene: str | None = None) -> Stu
         bodies = [b for b in bodies if scene in (None, b["name"])]
         leads = {b["name"]: Observable(**b.pop("leading")) for b in bodies if "leading" in b}
         methods = [
-            Method(**json.loads(b)) for (b,) in _rows(store, "select body from method", found)
+            _method(json.loads(b)) for (b,) in _rows(store, "select body from method", found)
         ]
         methods = [_tupled(m) for m in methods]
         convergence, costs = [], {}
@@ -171,6 +172,10 @@ def _text(value: Any) -> str:
 
 def _order(body: dict[str, Any]) -> Order:
     return Order(body["slope"], body["low"], body["high"], tuple(body["steps"]))
+
+
+def _method(body: dict[str, Any]) -> Method:
+    return Method(**{**body, "scheme": Scheme(**body["scheme"])})
 
 
 def _tupled(method: Method) -> Method:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.pendulum_errors import PendulumErrors
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
@@ -160,6 +161,7 @@ SYSTEMS = (
         default="rotating-base",
         problem=problem,
         reference=lambda problem: problem.motion,
+        errors=lambda problem: PendulumErrors(problem.motion),
         invariants=invariants,
         facts=facts,
         mjcf=Path(__file__).parent / "cone_pendulum.xml",

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
 
+from plumbob.analytic.errors.pendulum_errors import simple_pendulum_errors
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known
 from plumbob.analytic.reference import Array, Reference
@@ -190,6 +191,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         default="free-large",
         problem=partial(problem, linear=linear),
         reference=reference,
+        errors=simple_pendulum_errors,
         invariants=invariants,
         facts=facts,
         mjcf=Path(__file__).parent / "simple_pendulum.xml",

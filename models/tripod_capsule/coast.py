@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.plane_errors import plane_errors
+from plumbob.analytic.errors.sliding_errors import coasting_errors
+from plumbob.analytic.errors.theory import ErrorTheory, StepErrors
 from plumbob.analytic.parameters import ParameterError, finite
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, Point
@@ -84,6 +87,13 @@ def _closed_form(
         return None
 
 
+def errors(problem: CapsuleProblem) -> ErrorTheory:
+    """What fixed steps do to a residual motion, with a formula or without."""
+    if problem.motion.kind == "coasting":
+        return StepErrors(partial(coasting_errors, problem.motion))
+    return StepErrors(partial(plane_errors, PlaneReference(problem.motion)))
+
+
 def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
     """How much the kinetic energy rises from one sample to the next, over that at the start."""
     body, (x, y) = problem.setup.capsule, problem.setup.slider
@@ -100,7 +110,7 @@ def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mappin
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """How far and how long the body coasts."""
     motion = problem.motion
-    if isinstance(motion, ThreePointMotion):
+    if motion.kind == "plane":
         lasting, about = motion.rest_time, {"events": [
             {"t": e.time, "mode": e.mode, "support": e.support + 1} for e in motion.events
         ]}  # fmt: skip
@@ -145,6 +155,7 @@ SYSTEM = System(
     default="translation",
     problem=problem,
     reference=lambda problem: problem.reference,
+    errors=errors,
     invariants=invariants,
     facts=facts,
     mjcf=MJCF,

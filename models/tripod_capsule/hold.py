@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
+from plumbob.analytic.errors.sliding_errors import hold_errors, stroke_errors
+from plumbob.analytic.errors.theory import ErrorTheory, StepErrors
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
@@ -55,7 +58,7 @@ def _stroke(parameters: Parameters) -> CapsuleProblem:
     stroke = SlowStroke(
         body, parameters["length"], parameters["fraction"], line, parameters.get("start", 0.0)
     )
-    x, y = stroke.path.start
+    x, y = stroke.segment.start
     return CapsuleProblem(
         stroke,
         stroke,
@@ -68,6 +71,12 @@ def _stroke(parameters: Parameters) -> CapsuleProblem:
             relative_velocity=stroke.relative_velocity,
         ),
     )
+
+
+def errors(problem: CapsuleProblem) -> ErrorTheory:
+    """What fixed steps do to a slow motion, or to a body at rest."""
+    theory = stroke_errors if problem.motion.kind == "stroke" else hold_errors
+    return StepErrors(partial(theory, problem.motion))
 
 
 def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
@@ -83,7 +92,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "fraction": hold.fraction,
         "holding_acceleration": body.holding_acceleration,
     }
-    if isinstance(hold, SlowStroke):
+    if hold.kind == "stroke":
         return {**about, "stroke": hold.length, "t_rest": hold.duration}
     return {
         **about,
@@ -121,6 +130,7 @@ SYSTEM = System(
     default="0.999",
     problem=problem,
     reference=lambda problem: problem.reference,
+    errors=errors,
     invariants=invariants,
     facts=facts,
     mjcf=MJCF,

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.sliding_errors import line_errors
+from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces, source_assumption
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
@@ -44,7 +47,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     """The line manoeuvre that parameters describe; raises ParameterError."""
     check_names(parameters, NAMES)
     line, turned = manoeuvre(parameters), heading(parameters)
-    x, y = line.path.start
+    x, y = line.segment.start
     return CapsuleProblem(
         line,
         LineReference(line),
@@ -75,7 +78,7 @@ def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mappin
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """Displacement, stroke and times of the manoeuvre; loads; and what the source prints wrong."""
     line = problem.motion
-    lowest, _ = lowest_normal_forces(line.capsule, (line.path,))
+    lowest, _ = lowest_normal_forces(line.capsule, (line.segment,))
     late = np.array([line.t_star])
     return {
         "displacement": line.displacement,
@@ -87,7 +90,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "holding_acceleration": line.capsule.holding_acceleration,
         "condition_number": condition_number(line),
         "lowest_normal_forces": [float(force) for force in lowest],
-        "source_assumption": asdict(source_assumption(line.capsule, (line.path,))),
+        "source_assumption": asdict(source_assumption(line.capsule, (line.segment,))),
         "findings": {
             "eq_18": "printed with an angular velocity, omega_2, where eq. 17 gives w2",
             "eq_19": "second line printed with t where eqs. 11 and 20 give t1 in its first term: "
@@ -164,6 +167,7 @@ SYSTEM = System(
     default="ca1",
     problem=problem,
     reference=lambda problem: problem.reference,
+    errors=lambda problem: StepErrors(partial(line_errors, problem.motion)),
     invariants=invariants,
     facts=facts,
     mjcf=MJCF,

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import fields
-from functools import cache
+from functools import cache, partial
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.plane_errors import plane_errors
+from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
@@ -138,6 +140,7 @@ SYSTEM = System(
     default="near-free",
     problem=problem,
     reference=lambda problem: problem.reference,
+    errors=lambda problem: StepErrors(partial(plane_errors, problem.reference)),
     invariants=invariants,
     facts=facts,
     mjcf=MJCF,

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
+from plumbob.analytic.errors.sliding_errors import repeated_line_errors
+from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.analytic.systems.manoeuvres.manoeuvre_train import ManoeuvreTrain
+from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.models.scene import Parameters, Scene, System
 from plumbob.models.tripod_capsule import line
 from plumbob.models.tripod_capsule.parameters import (
@@ -31,8 +34,8 @@ _LINE: Parameters = MappingProxyType({
 })  # fmt: skip
 
 
-def _train(parameters: Parameters, count: int, pause: float) -> ManoeuvreTrain:
-    return ManoeuvreTrain(manoeuvre(parameters), count, parameters["fraction"], pause)
+def _train(parameters: Parameters, count: int, pause: float) -> RepeatedLine:
+    return RepeatedLine(manoeuvre(parameters), count, parameters["fraction"], pause)
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
@@ -45,7 +48,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
         train,
         CapsuleSetup(
             one.capsule,
-            one.path.start,
+            one.segment.start,
             one.direction,
             heading(parameters),
             press=one.capsule.gravity,
@@ -94,6 +97,7 @@ SYSTEM = System(
     default="thousand",
     problem=problem,
     reference=lambda problem: problem.reference,
+    errors=lambda problem: StepErrors(partial(repeated_line_errors, problem.motion)),
     invariants=invariants,
     facts=facts,
     mjcf=line.MJCF,

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.plane_errors import plane_errors
+from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
+from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
-from plumbob.analytic.systems.manoeuvres.turn_train import TurnTrain
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.scene import Observable, Parameters, Scene, System
 from plumbob.models.tripod_capsule.line import MJCF
@@ -67,8 +69,8 @@ def problem(parameters: Parameters) -> CapsuleProblem:
 
 
 @lru_cache(maxsize=8)  # every method and step of a scene asks for the same
-def _train(one: TurnManoeuvre, count: int, pause: float) -> TurnTrain:
-    return TurnTrain(one, count, pause)
+def _train(one: TurnManoeuvre, count: int, pause: float) -> RepeatedTurn:
+    return RepeatedTurn(one, count, pause)
 
 
 def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
@@ -86,11 +88,11 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """Angle at 2 tau and at rest, exact and by the formulas; sizes; loads."""
     train = problem.motion
     one, stop = train.manoeuvre, np.array([2.0 * train.manoeuvre.half_time])
-    events = [(e.time, e.mode, e.support + 1) for e in train.one.events]
+    events = [(e.time, e.mode, e.support + 1) for e in train.single.events]
     lowest, _ = lowest_normal_forces(one.capsule, one.track)
     return {
-        "body_angle": float(train.one.at(stop).heading[0]),
-        "body_angle_at_rest": float(train.one.at(np.array([train.one.rest_time])).heading[0]),
+        "body_angle": float(train.single.at(stop).heading[0]),
+        "body_angle_at_rest": float(train.single.at(np.array([train.single.rest_time])).heading[0]),
         "body_angle_formula": one.body_angle,
         "body_angle_corrected": one.corrected_pose.heading,
         "body_angle_corrected_at_rest": one.corrected_pose_at_rest.heading,
@@ -168,6 +170,7 @@ SYSTEM = System(
     default="0.1",
     problem=problem,
     reference=lambda problem: problem.reference,
+    errors=lambda problem: StepErrors(partial(plane_errors, problem.reference)),
     invariants=invariants,
     facts=facts,
     mjcf=MJCF,

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from plumbob.analytic.reference import StepReference
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.study import Study
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.reports.findings.capsule.cells import method as method_cell
 from plumbob.reports.findings.capsule.cells import named, value
@@ -36,8 +37,7 @@ def findings(study: Study) -> Sequence[Finding]:
 def _stopping() -> Sequence[Finding]:
     """Error of the stopping distance over v0 dt/2, in both engines."""
     posed = problem(SCENE)
-    reference = posed.reference
-    assert isinstance(reference, StepReference)
+    theory = case_of(find_scene(SCENE)).errors
     speed = math.hypot(*posed.setup.velocity)
     distance = float(posed.motion.coasting.distance)
     rows = []
@@ -47,7 +47,7 @@ def _stopping() -> Sequence[Finding]:
             if (found := run(SCENE, name, step)) is None:
                 break
             gone = np.hypot(found.observables["x"][-1], found.observables["y"][-1])
-            told = reference.predicted(find_method(name).scheme, step, found.times)
+            told = theory.at_step(find_method(name).scheme, step, found.times)
             lead = math.copysign(math.hypot(told["x"][-1], told["y"][-1]), told["x"][-1])
             half = 0.5 * speed * step
             cells += [value((gone - distance) / half, 4), value(lead / half, 4)]

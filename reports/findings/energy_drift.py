@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.errors.energy_drift import energy_drift_rate
+from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
@@ -85,7 +86,7 @@ def in_double(potential: TrigonometricPotential) -> TrigonometricPotential:
     )
 
 
-def predicted(motion: PendulumMotion, scheme: str, step: float) -> float | None:
+def predicted(motion: PendulumMotion, scheme: Scheme, step: float) -> float | None:
     """Mean rate [J/s] at which a scheme changes the energy; None where there is no theory."""
     if not np.isfinite(motion.period):
         return None

@@ -50,8 +50,9 @@ def run_plan(plan: Plan, scene: Scene, method: Method, step: float) -> PlanRun:
     lasting = (step_count(plan.duration, step) + AFTER) * step
     system = system_of(scene)
     whole = replace(scene, duration=lasting)
-    exact = system.reference(system.problem(whole.parameters))
-    found, run = measure(replace(system.case(whole), reference=exact), method, step)
+    case = system.case(whole)
+    exact = case.reference
+    found, run = measure(case, method, step)
     if run is None or found.status != "done":
         return PlanRun(found, ())
     seen = exact.observe(run.times)

@@ -69,7 +69,7 @@ def cheapest(study: Study, scene: str, error: float) -> Recommendation:
     if scene not in names:
         raise ParameterError("scene", scene, unknown_name(scene, names))
     leading = study.leading(scene)
-    exact = {method.name for method in study.methods if method.scheme == EXACT}
+    exact = {method.name for method in study.methods if method.scheme.integrator == EXACT}
     found = [p for p in points(study, scene) if p.method not in exact]
     curves = [
         (

@@ -111,7 +111,7 @@ def _as_exact(rest: Study, scene: str, error: float) -> Instead:
 
 
 def _better(rest: Study, scene: str, error: float, price: float) -> Instead:
-    exact = {m.name for m in rest.methods if m.scheme == EXACT}
+    exact = {m.name for m in rest.methods if m.scheme.integrator == EXACT}
     methods = {m.name: m for m in rest.methods}
     found = [
         p

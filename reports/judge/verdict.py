@@ -53,7 +53,7 @@ def judge(found: Measurement, system: System, method: Method) -> Judgement:
     if not known:
         told = any(e.predicted or e.controlled for e in found.errors.values())
         why = "the step is too coarse for" if told else "there is no"
-        return Judgement("coarse", {}, f"{why} theory of its error")
+        return Judgement("coarse", {}, found.note or f"{why} theory of its error")
     return Judgement("pass", known, "")
 
 

@@ -190,7 +190,7 @@ def error_against_cost(
     """Work against precision, with the Pareto front."""
     leading = system.observables[0]
     usable = [p for p in found if np.isfinite(p.error)]
-    best = front([p for p in usable if methods[p.method].scheme != EXACT])
+    best = front([p for p in usable if methods[p.method].scheme.integrator != EXACT])
     traces: list[Trace] = []
     if best:
         edge = curve([p.ns_per_second for p in best], positive([p.error for p in best]),

@@ -93,7 +93,7 @@ def test_lowest_normal_forces_are_exact(
 
 
 def test_validity_speaks_by_name() -> None:
-    assert validity(CHECK, (LINE.path,)) == ()
+    assert validity(CHECK, (LINE.segment,)) == ()
     # The turn of physics takes Q out of the triangle, and every support stays loaded.
     around = (Arc(0.12, 0.0, 7.0),)
     assert validity(CHECK, around) == ()

@@ -8,10 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.position_first import POSITION_FIRST
+from plumbob.analytic.errors.plane_errors import plane_errors
+from plumbob.analytic.errors.schemes import EULER as SEMI_IMPLICIT
+from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
-from plumbob.analytic.systems.manoeuvres.turn_train import TurnTrain
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.engines.adapters.sampling import sampled
@@ -21,7 +23,7 @@ from plumbob.models.tripod_capsule.turn import EPSILONS, SCENES
 from plumbob.tests.support.random_capsules import CHECK
 
 RATIO = turn_of(CHECK, 0.12, 1.0).inertia_ratio
-EULER = "semi-implicit-euler"
+EULER, POSITION_FIRST = Scheme(SEMI_IMPLICIT), Scheme(SEMI_IMPLICIT, position_first=True)
 WHOLE = replace(turn_of(CHECK, 0.12, 0.1, -RATIO * 2.0 * math.pi), capsule=CHECK)
 
 
@@ -61,7 +63,7 @@ def test_samples_fall_on_the_slider_s_stop(case: Scene) -> None:
 
 def test_turns_laid_end_to_end_are_the_whole_motion() -> None:
     """Against the train followed as one path; what is left are both motions' own errors."""
-    train = TurnTrain(WHOLE, 3, 3.0 * WHOLE.half_time)
+    train = RepeatedTurn(WHOLE, 3, 3.0 * WHOLE.half_time)
     motion = three_point_motion(CHECK, train.path)
     assert train.duration == pytest.approx(motion.rest_time, rel=1e-12)
     times = np.linspace(0.0, 1.05 * train.duration, 200)
@@ -71,7 +73,7 @@ def test_turns_laid_end_to_end_are_the_whole_motion() -> None:
         np.testing.assert_allclose(
             getattr(one, name), getattr(other, name), rtol=0, atol=1e-11 * size
         )
-    assert train.error.heading[0] >= 3 * train.one.error.heading[0]
+    assert train.error.heading[0] >= 3 * train.single.error.heading[0]
 
 
 @pytest.mark.parametrize(
@@ -92,7 +94,7 @@ def test_what_cannot_be_is_refused_by_name(changes: dict[str, float], message: s
 
 def test_a_train_needs_its_pauses() -> None:
     with pytest.raises(ParameterError, match=r"^pause = 0\.0: must be at least"):
-        TurnTrain(WHOLE, 2, 0.0)
+        RepeatedTurn(WHOLE, 2, 0.0)
 
 
 def test_a_reference_is_in_the_axes_of_its_start() -> None:
@@ -102,7 +104,7 @@ def test_a_reference_is_in_the_axes_of_its_start() -> None:
     moved = PlaneReference(three_point_motion(CHECK, path, Start((0.4, -0.3), 2.0)))
     for name, values in plain.observe(times).items():
         np.testing.assert_allclose(moved.observe(times)[name], values, rtol=0, atol=1e-13 * 20.0)
-    told = [r.predicted(POSITION_FIRST, 1e-3, times) for r in (plain, moved)]
+    told = [plane_errors(r, POSITION_FIRST, 1e-3, times) for r in (plain, moved)]
     np.testing.assert_allclose(told[0]["x"], told[1]["x"], rtol=0, atol=1e-13)
 
 
@@ -117,19 +119,18 @@ def test_a_reference_is_in_the_axes_of_its_start() -> None:
         ("capsule-turn/0.3", EULER, "heading", 121.6),
     ],
 )
-def test_what_steps_err_by_is_of_first_order(
-    name: str, scheme: str, observable: str, coefficient: float
+def test_the_error_of_steps_is_of_first_order(
+    name: str, scheme: Scheme, observable: str, coefficient: float
 ) -> None:
     """Coefficients, from halved steps: what is left after it is of second order, and a sawtooth."""
     case = scene(name)
     reference, steps = exact(case), [case.duration / n for n in (1000, 2000)]
     grid = np.array([0.0, case.duration])
-    ends = [reference.predicted(scheme, h, grid)[observable][-1] / h for h in steps]
+    ends = [plane_errors(reference, scheme, h, grid)[observable][-1] / h for h in steps]
     assert 2.0 * ends[1] - ends[0] == pytest.approx(coefficient, rel=0.03)
 
 
-def test_a_scheme_without_theory_and_a_run_too_long_are_told_nothing() -> None:
+def test_nothing_is_predicted_of_an_unknown_scheme_or_a_run_too_long() -> None:
     reference, grid = exact(scene("capsule-turn/0.3")), np.array([0.0, 0.2])
-    assert reference.predicted("verlet", 1e-3, grid) == {}
-    assert reference.predicted(POSITION_FIRST, 1e-7, grid) == {}
-    assert reference.leading_error(POSITION_FIRST, grid) == {}
+    assert plane_errors(reference, Scheme("verlet"), 1e-3, grid) == {}
+    assert plane_errors(reference, POSITION_FIRST, 1e-7, grid) == {}

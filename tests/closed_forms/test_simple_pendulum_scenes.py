@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 from plumbob.engines.registry import method as find_method
@@ -45,9 +46,9 @@ def test_chaos_is_followed_within_its_horizon() -> None:
 def test_an_error_that_is_not_small_is_told() -> None:
     # the second-order response grows with the error: ten times the error, ten times its share
     scene = find_scene(SIMPLE + "damped-rotating")
-    motion = system_of(scene).problem(scene.parameters).motion
-    times = np.linspace(0.0, 20.0, 400)
-    errors = motion.leading_error("rk4", times)[4]
+    case = system_of(scene).case(scene)
+    motion, times = case.reference, np.linspace(0.0, 20.0, 400)
+    errors = case.errors.series(Scheme(RK4), times)[4]
     small = motion.nonlinearity(times, {n: 1e-9 * e for n, e in errors.items()})
     large = motion.nonlinearity(times, {n: 1e-8 * e for n, e in errors.items()})
     assert 0.0 < small == pytest.approx(large / 10, rel=1e-6)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,8 @@ from scipy.special import ellipk
 
 from plumbob.analytic.errors.energy_drift import energy_drift_rate
 from plumbob.analytic.errors.global_error import expansion, leading_error
-from plumbob.analytic.errors.schemes import find_scheme
+from plumbob.analytic.errors.rotor_steps import rotor_step
+from plumbob.analytic.errors.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Control, Scheme
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
 from plumbob.analytic.parameters import ParameterError
@@ -21,13 +23,13 @@ from plumbob.tests.support.fixed_step import run
 from plumbob.tests.support.pendulum_cases import CASES, GRAVITY, Case
 
 NAMES = ("theta", "theta_dot")
-FREE = ("semi-implicit-euler", "position-first-euler", "leapfrog", "rk4")
-DAMPED = ("semi-implicit-euler", "semi-implicit-euler+implicit-damping", "leapfrog", "rk4")
+FREE = (Scheme(EULER), Scheme(EULER, position_first=True), Scheme(LEAPFROG), Scheme(RK4))
+DAMPED = (Scheme(EULER), Scheme(EULER, implicit_damping=True), Scheme(LEAPFROG), Scheme(RK4))
 HELD = (
-    "rk4+start-control",
-    "rk4+midpoint-control",
-    "semi-implicit-euler+midpoint-control",
-    "leapfrog+start-control",
+    Scheme(RK4, "start"),
+    Scheme(RK4, "midpoint"),
+    Scheme(EULER, "midpoint"),
+    Scheme(LEAPFROG, "start"),
 )
 PAIRS = [
     *((name, scheme) for name in ("free-large", "rotating-slow", "cone") for scheme in FREE),
@@ -37,7 +39,7 @@ PAIRS = [
 
 
 def errors(
-    case: Case, scheme: str, steps: int, samples: int = 100
+    case: Case, scheme: Scheme, steps: int, samples: int = 100
 ) -> tuple[float, Array, dict[str, Array]]:
     """Step, times and the scheme's error there, from its start to the case's end."""
     step = case.duration / steps
@@ -51,7 +53,7 @@ def errors(
     )
 
 
-def remainders(case: Case, scheme: str, steps: int, rotor: DrivenRotor, terms: int = 2) -> Array:
+def remainders(case: Case, scheme: Scheme, steps: int, rotor: DrivenRotor, terms: int = 2) -> Array:
     """Largest error of theta and theta_dot, and largest rest after one, two ... terms of the
     expansion made for `rotor`; shape (terms + 1, 2)."""
     step, times, error = errors(case, scheme, steps)
@@ -64,9 +66,9 @@ def remainders(case: Case, scheme: str, steps: int, rotor: DrivenRotor, terms: i
 
 
 @pytest.mark.parametrize(("name", "scheme"), PAIRS)
-def test_the_coefficients_make_up_the_error(name: str, scheme: str) -> None:
+def test_the_coefficients_make_up_the_error(name: str, scheme: Scheme) -> None:
     case = replace(CASES[name], duration=0.5 if name == "cone" else 5.0)
-    found = find_scheme(scheme)
+    found = rotor_step(scheme)
     assert found is not None
     steps = 2000 if found.order_on(case.rotor) == 1 else 200  # the error far above round-off
     error, _, second, _, fourth = remainders(case, scheme, steps, case.rotor, terms=4)
@@ -76,11 +78,11 @@ def test_the_coefficients_make_up_the_error(name: str, scheme: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["free-large", "rotating-fast", "cone"])
-def test_euler_errs_by_half_the_acceleration_at_both_ends(name: str) -> None:
+def test_the_error_of_euler_is_half_the_acceleration_at_both_ends(name: str) -> None:
     case = replace(CASES[name], duration=0.5)
     times = np.linspace(0.0, 0.5, 21)
     exact = DrivenMotion(case.rotor, case.theta, case.theta_dot, 0.5).observe(times)
-    lead = leading_error(case.rotor, case.theta, case.theta_dot, times, "semi-implicit-euler")[1]
+    lead = leading_error(case.rotor, case.theta, case.theta_dot, times, Scheme(EULER))[1]
     matrix = sensitivity(case.rotor, case.theta, case.theta_dot, times)
     first = 0.5 * case.rotor.acceleration(0.0, case.theta, case.theta_dot)
     last = 0.5 * case.rotor.acceleration(times, exact["theta"], exact["theta_dot"])
@@ -93,7 +95,7 @@ def test_euler_errs_by_half_the_acceleration_at_both_ends(name: str) -> None:
 def test_a_symmetric_scheme_has_no_odd_powers(name: str) -> None:
     case = CASES[name]
     motion = DrivenMotion(case.rotor, case.theta, case.theta_dot, 5.0)
-    leapfrog = find_scheme("leapfrog")
+    leapfrog = rotor_step(Scheme(LEAPFROG))
     assert leapfrog is not None
     terms = expansion(motion.flow, replace(leapfrog, symmetric=False), terms=3)
     sizes = {order: np.abs(term.at_nodes()).max() for order, term in terms.items()}
@@ -106,13 +108,14 @@ def test_a_symmetric_scheme_has_no_odd_powers(name: str) -> None:
 def test_a_forcing_held_from_the_start_of_a_step_costs_the_order() -> None:
     case = CASES["forced-large"]
     times = np.linspace(0.0, 50.0, 101)
+    controls: tuple[Control, ...] = ("continuous", "start", "midpoint")
     found = {
-        control: sorted(leading_error(case.rotor, 0.0, 0.0, times, "rk4" + control))
-        for control in ("", "+start-control", "+midpoint-control")
+        control: sorted(leading_error(case.rotor, 0.0, 0.0, times, Scheme(RK4, control)))
+        for control in controls
     }
-    assert found == {"": [4, 5], "+start-control": [1, 2], "+midpoint-control": [2, 3]}
+    assert found == {"continuous": [4, 5], "start": [1, 2], "midpoint": [2, 3]}
     unforced = CASES["damped-large"]
-    held = leading_error(unforced.rotor, 1.0, 0.0, times, "rk4+start-control")
+    held = leading_error(unforced.rotor, 1.0, 0.0, times, Scheme(RK4, "start"))
     assert sorted(held) == [4, 5]
 
 
@@ -130,8 +133,8 @@ def test_a_forcing_held_from_the_start_of_a_step_costs_the_order() -> None:
 )
 def test_the_notebooks_own_errors_are_predicted(name: str, stated: float) -> None:
     case = CASES[name]
-    step, times, error = errors(case, "rk4", 1000, samples=1000)
-    terms = leading_error(case.rotor, case.theta, case.theta_dot, times, "rk4")
+    step, times, error = errors(case, Scheme(RK4), 1000, samples=1000)
+    terms = leading_error(case.rotor, case.theta, case.theta_dot, times, Scheme(RK4))
     predicted = sum(step**order * term["theta"] for order, term in terms.items())
     largest = np.abs(error["theta"]).max()
     assert largest == pytest.approx(stated, rel=0.03)  # two digits are stated
@@ -144,10 +147,10 @@ def test_the_notebooks_own_errors_are_predicted(name: str, stated: float) -> Non
 
 
 @pytest.mark.parametrize("scheme", FREE)
-def test_gravity_off_by_two_percent_spoils_the_prediction(scheme: str) -> None:
+def test_gravity_off_by_two_percent_spoils_the_prediction(scheme: Scheme) -> None:
     case = replace(CASES["free-large"], duration=5.0)
     wrong = replace(case.rotor, sin=1.02 * GRAVITY)
-    steps = 200 if scheme == "rk4" else 4000
+    steps = 200 if scheme.integrator == RK4 else 4000
     for rotor, spoilt in ((case.rotor, False), (wrong, True)):
         error, _, rest = remainders(case, scheme, steps, rotor)
         assert np.any(rest > 0.02 * error) == spoilt
@@ -171,23 +174,23 @@ CONE_PERIOD = 0.16006944027755794  # physics.md, correct Hamiltonian, theta_dot(
 def test_rk4_loses_energy_at_the_averaged_rate(name: str) -> None:
     case = CASES[name]
     turn = CONE_PERIOD if name == "cone" else period(case)
-    rates = energy_drift_rate(case.rotor, case.theta, case.theta_dot, turn, "rk4")
+    rates = energy_drift_rate(case.rotor, case.theta, case.theta_dot, turn, Scheme(RK4))
     # A pendulum's motion looks the same played backwards, which kills the even powers. The cone
     # that turns over a potential without a mirror does not: its energy drifts with h^4 already.
     assert (rates[4] == 0.0) == (name != "cone")
     assert rates[5] < 0.0
     per_turn, turns = 120, 300
     step = turn / per_turn
-    x, v = run(case.rotor, case.theta, case.theta_dot, step, per_turn * turns, "rk4")
+    x, v = run(case.rotor, case.theta, case.theta_dot, step, per_turn * turns, Scheme(RK4))
     energy = case.rotor.energy(x, v)[::per_turn]
     measured = float(energy[-1] - energy[0]) / (turns * turn)
     # left: h^8, the change of the orbit itself over 300 turns, round-off 1e-16 a step
     assert sum(rate * step**p for p, rate in rates.items()) == pytest.approx(measured, rel=5e-3)
 
 
-@pytest.mark.parametrize("scheme", ["leapfrog", "semi-implicit-euler"])
+@pytest.mark.parametrize("scheme", [Scheme(LEAPFROG), Scheme(EULER)])
 @pytest.mark.parametrize("name", ["free-large", "rotating-slow", "cone"])
-def test_symplectic_schemes_have_no_drift(name: str, scheme: str) -> None:
+def test_symplectic_schemes_have_no_drift(name: str, scheme: Scheme) -> None:
     case = CASES[name]
     turn = CONE_PERIOD if name == "cone" else period(case)
     rates = energy_drift_rate(case.rotor, case.theta, case.theta_dot, turn, scheme)
@@ -198,19 +201,27 @@ def test_symplectic_schemes_have_no_drift(name: str, scheme: str) -> None:
 def test_drift_is_of_conservative_motion_only() -> None:
     case = CASES["damped-large"]
     with pytest.raises(ParameterError, match="rotor"):
-        energy_drift_rate(case.rotor, case.theta, case.theta_dot, 1.0, "rk4")
+        energy_drift_rate(case.rotor, case.theta, case.theta_dot, 1.0, Scheme(RK4))
 
 
 def test_unknown_schemes_have_no_theory_and_wrong_options_are_named() -> None:
     case = CASES["free-large"]
-    assert leading_error(case.rotor, case.theta, 0.0, np.array([1.0]), "adaptive") == {}
-    assert energy_drift_rate(case.rotor, case.theta, 0.0, 1.0, "adaptive") == {}
-    for wrong in ("rk4+implicit-damping", "leapfrog+nothing"):
+    assert leading_error(case.rotor, case.theta, 0.0, np.array([1.0]), Scheme(ADAPTIVE)) == {}
+    assert energy_drift_rate(case.rotor, case.theta, 0.0, 1.0, Scheme(ADAPTIVE)) == {}
+    wrong: tuple[dict[str, Any], ...] = (
+        {"integrator": RK4, "implicit_damping": True},
+        {"integrator": LEAPFROG, "position_first": True},
+        {"integrator": EULER, "implicit_spring": True},
+        {"integrator": EULER, "joint_closing_rate": 1.0},
+        {"integrator": EULER, "control": "nothing"},
+    )
+    for variant in wrong:
         with pytest.raises(ParameterError, match="scheme"):
-            find_scheme(wrong)
+            Scheme(**variant)
+    assert rotor_step(Scheme("velocity-verlet", implicit_damping=True)) is None
 
 
 def test_nothing_has_gone_wrong_at_the_start() -> None:
     case = CASES["free-large"]
-    terms = leading_error(case.rotor, case.theta, case.theta_dot, np.array([0.0]), "rk4")
+    terms = leading_error(case.rotor, case.theta, case.theta_dot, np.array([0.0]), Scheme(RK4))
     assert not any(term[q].any() for term in terms.values() for q in NAMES)

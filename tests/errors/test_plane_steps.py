@@ -9,16 +9,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plumbob.analytic.errors.implicit_friction import Grip, after_friction
-from plumbob.analytic.errors.line_step_error import step_error
-from plumbob.analytic.errors.plane_steps import COLUMNS, EULER, RK4, course, covered
-from plumbob.analytic.errors.turn_step_error import euler_lead
+from plumbob.analytic.errors.implicit_friction import FrictionProblem, after_friction
+from plumbob.analytic.errors.plane_errors import euler_lead, plane_errors
+from plumbob.analytic.errors.plane_steps import COLUMNS, course
+from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
+from plumbob.analytic.errors.sliding_errors import coasting_errors, step_error
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.residual_motion import translation
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.slider_path import fixed, line_stroke
 from plumbob.analytic.systems.three_points.friction import Start
+from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.tests.support.random_capsules import CHECK, LINE
 
 X, Y, HEADING = (COLUMNS.index(name) for name in ("x", "y", "heading"))
@@ -42,7 +45,7 @@ def test_coasting_in_a_line_is_as_its_own_theory_says() -> None:
     step, start = 1e-3, Start(velocity=(0.5 * math.cos(0.4), 0.5 * math.sin(0.4)))
     times: Array = np.arange(201, dtype=np.float64) * step
     rows = course(CHECK, fixed((0.12, 0.0)), start, EULER, step, 200)
-    told = motion.predicted("semi-implicit-euler", step, times)
+    told = coasting_errors(motion, Scheme(EULER), step, times)
     exact = motion.observe(times)
     for column, name in enumerate(COLUMNS):
         np.testing.assert_allclose(rows[:, column] - exact[name], told[name], atol=1e-14)
@@ -86,10 +89,17 @@ def test_rk4_errs_by_what_holding_the_control_does_to_the_path() -> None:
 
 
 def test_what_it_covers() -> None:
-    assert covered("semi-implicit-euler+implicit-damping+mean-control", 10) == EULER
-    assert covered("semi-implicit-euler+position-first", 10) is None
-    assert covered("rk4+mean-control", 10) == RK4
-    assert covered("rk4", 10**6) is None
+    reference, times = PlaneReference(RepeatedTurn(turn_of(CHECK, 0.12, 0.3))), np.array([0.0, 0.1])
+    damped = Scheme(EULER, "mean", implicit_damping=True)
+    ends = {
+        scheme: plane_errors(reference, scheme, 0.01, times)["heading"][-1]
+        for scheme in (damped, Scheme(EULER), Scheme(RK4, "mean"), Scheme(RK4),
+                       Scheme(EULER, position_first=True))
+    }  # fmt: skip
+    assert ends[damped] == ends[Scheme(EULER)]
+    assert ends[Scheme(RK4, "mean")] == ends[Scheme(RK4)]
+    assert len(set(ends.values())) == 3
+    assert plane_errors(reference, Scheme(RK4), 1e-7, times) == {}
 
 
 SIZE = st.floats(-1.0, 1.0)
@@ -117,12 +127,12 @@ def test_friction_finds_the_least_value(
     (a, b, c), free = arms, (point, rate)
     if abs(((b - a).conjugate() * (c - a)).imag) < 1e-2:
         return
-    grip = Grip(mass, inertia, limits, arms)
-    found = after_friction(grip, free, free)
-    least = grip.value(free, found)
-    rounding = 1e-13 * (grip.value(free, (0j, 0.0)) + 1e-3)
+    problem = FrictionProblem(mass, inertia, limits, arms)
+    found = after_friction(problem, free, free)
+    least = problem.value(free, found)
+    rounding = 1e-13 * (problem.value(free, (0j, 0.0)) + 1e-3)
     for size in (1e-1, 1e-3, 1e-5):
         for k in range(16):
             way = np.exp(0.7j * k)
             other = (found[0] + size * way, found[1] + size * math.sin(2.3 * k))
-            assert grip.value(free, other) >= least - rounding
+            assert problem.value(free, other) >= least - rounding

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.line_step_error import step_error
+from plumbob.analytic.errors.sliding_errors import step_error
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.capsule_model import HOLD, armature, tilt_inertia, whole
 from plumbob.engines.adapters.mujoco.contact_profiles import PROFILES, coulomb_pair

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.turn_step_error import euler_lead
+from plumbob.analytic.errors.plane_errors import euler_lead
 from plumbob.engines.adapters.mujoco.capsule_model import SOFTER, contacts
 from plumbob.engines.adapters.mujoco.capsule_riding import missing_loads, ridden
 from plumbob.engines.adapters.mujoco.simulation import compiled

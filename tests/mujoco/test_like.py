@@ -118,10 +118,8 @@ def test_mine_is_measured_as_any_method(
 
 
 def _with_damping_the_other_way(found: Method) -> Method:
-    word = "+implicit-damping"
-    base, _, rest = found.scheme.partition("+")
-    scheme = found.scheme.replace(word, "") if word in found.scheme else f"{base}{word}+{rest}"
-    return replace(found, scheme=scheme)
+    other = not found.scheme.implicit_damping
+    return replace(found, scheme=replace(found.scheme, implicit_damping=other))
 
 
 CONTENTS = {

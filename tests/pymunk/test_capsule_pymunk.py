@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.line_step_error import step_error
+from plumbob.analytic.errors.sliding_errors import step_error
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
-from plumbob.analytic.systems.manoeuvres.manoeuvre_train import ManoeuvreTrain
+from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.engines.adapters.pymunk import capsule
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
@@ -156,7 +156,7 @@ def test_normal_forces_from_the_side() -> None:
 @pytest.mark.parametrize("model", ["feet", "side"])
 def test_many_manoeuvres(model: str) -> None:
     # 1e-3 of the whole is asked for; the error of one, 50 times
-    train = ManoeuvreTrain(LINE, 50, 0.9, 0.32 - ManoeuvreTrain(LINE, 1, 0.9).period)
+    train = RepeatedLine(LINE, 50, 0.9, 0.32 - RepeatedLine(LINE, 1, 0.9).period)
     setup = replace(problem_of(LINE).setup, relative_velocity=train.relative_velocity)
     seen = ended(CapsuleProblem(train, train, setup), model, 2e-3, 8000)
     one = float(step_error(LINE, 2e-3, "mean"))

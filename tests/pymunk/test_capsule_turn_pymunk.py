@@ -115,9 +115,9 @@ def test_teeth_of_the_moment_about_the_combined_centre(monkeypatch: pytest.Monke
         return solved(body, motion, [place + centre for place in supports], *rest)
 
     monkeypatch.setattr(plane_chords, "_solved", about_com)
-    plane_chords.chord_course.cache_clear()
+    plane_chords.position_first_course.cache_clear()
     assert red("capsule-turn/0.3", step_of("capsule-turn/0.3", 200))
-    plane_chords.chord_course.cache_clear()
+    plane_chords.position_first_course.cache_clear()
 
 
 def still(tell: Tell) -> Tell:

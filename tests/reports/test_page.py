@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.engines.method import Method
 from plumbob.engines.study.study import Study
 from plumbob.reports.findings import section
@@ -101,7 +102,7 @@ def test_axes_have_units(document: Document) -> None:
 
 
 def test_what_others_wrote_is_text(tmp_path: Path) -> None:
-    study = made_up([(Method("made/up", "rk4", 4), (1e-3, 1e-4), lambda h: h)])
+    study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3, 1e-4), lambda h: h)])
     scene = replace(study.scenes[0], summary=HOSTILE)
     convergence_study = study.convergence[0]
     runs = tuple(
@@ -138,7 +139,7 @@ def test_nothing_is_half_written(tmp_path: Path) -> None:
 
 
 def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
-    study = made_up([(Method("made/up", "rk4", 4), (1e-3,), lambda h: h)])
+    study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3,), lambda h: h)])
     (tmp_path / "out").write_text("mine", "utf-8")
     with pytest.raises(OSError, match="out"):
         write_page(study, tmp_path / "out", COMMAND, lambda name: None)
@@ -193,7 +194,7 @@ def test_in_a_browser(page: Path, tmp_path: Path, document: Document) -> None:
 def test_the_browser_tells_of_a_broken_page(
     place: str, change: str, complaint: str, tmp_path: Path
 ) -> None:
-    study = made_up([(Method("made/up", "rk4", 4), (1e-3, 1e-4), lambda h: h)])
+    study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3, 1e-4), lambda h: h)])
     page = write_page(study, tmp_path / "out", COMMAND, lambda name: None)
     text = page.read_text("utf-8")
     assert text.count(place) == 1

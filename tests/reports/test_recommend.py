@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
@@ -21,8 +22,8 @@ from plumbob.reports.judge.recommend import cheapest
 from plumbob.tests.support.studies import SCENE, made_up
 
 STEPS = step_sizes(5e-3, 1e-5)
-FIRST, FOURTH = Method("made/euler", "euler", 1), Method("made/rk4", "rk4", 4)
-ADAPTIVE = Method("made/dop853", "adaptive", None, "tolerance")
+FIRST, FOURTH = Method("made/euler", Scheme(EULER), 1), Method("made/rk4", Scheme(RK4), 4)
+ADAPTIVE = Method("made/dop853", Scheme("adaptive"), None, "tolerance")
 positive = st.floats(-3, 3).map(lambda x: 10.0**x)
 
 

@@ -112,7 +112,7 @@ def test_modes_of_a_motion_that_pivots() -> None:
     name = "capsule-turn/pivot"
     scene = find_scene(name)
     motion = system_of(scene).problem(scene.parameters).motion
-    strip, slips = modes.figures(motion.one, motion.manoeuvre.half_time)
+    strip, slips = modes.figures(motion.single, motion.manoeuvre.half_time)
     assert strip.caption.count("pivot about A2") == 3
     assert strip.caption.endswith("rest.")
     lowest = {t["name"]: min(t["y"]) for t in slips.traces}

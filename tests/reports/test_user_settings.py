@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from plumbob.analytic.errors.schemes import CLOSED_FORM, Scheme
 from plumbob.engines.adapters.mujoco.like import NAME
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
@@ -18,7 +19,7 @@ from plumbob.tests.support.studies import SCENE, made_up
 STEPS = step_sizes(5e-3, 1e-4)
 OWN = replace(find_method("mujoco/euler"), name=NAME, step_sizes=(2e-3, 1e-3, 5e-4, 2.5e-4))
 RK4, PEER = find_method("mujoco/rk4"), find_method("ode/rk4")
-EXACT = Method("exact/closed-form", "closed-form", None, "tolerance", {}, (1e-16,))
+EXACT = Method("exact/closed-form", Scheme(CLOSED_FORM), None, "tolerance", {}, (1e-16,))
 
 
 def study(largest: float = 1.0) -> Study:

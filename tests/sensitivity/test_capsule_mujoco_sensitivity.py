@@ -12,6 +12,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from plumbob.analytic.errors.schemes import EULER, Scheme
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco import ENGINE, model_error, prepare
 from plumbob.engines.adapters.mujoco.contact_profiles import PROFILES, convergent, profile
@@ -88,8 +89,8 @@ def test_bounds_are_not_loose(step: float) -> None:
 
 def test_the_slider_follows_its_control_but_for_its_armature() -> None:
     _, moved = run("capsule-line/ca1", "euler+coulomb", 1e-3)
-    exact: Any = LINE.problem(scene("capsule-line/ca1").parameters).reference
-    told = exact.predicted("semi-implicit-euler", 1e-3, moved.times)["stroke"]
+    case = LINE.case(scene("capsule-line/ca1"))
+    exact, told = case.reference, case.errors.at_step(Scheme(EULER), 1e-3, moved.times)["stroke"]
     off = moved.observables["stroke"] - exact.observe(moved.times)["stroke"] - told
     # m/A = 3e-11 of the slider's way in space, 0.076 m
     assert off[-1] == pytest.approx(-3e-11 * (0.0817786 - 0.0055917), rel=1e-3)

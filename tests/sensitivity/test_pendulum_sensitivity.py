@@ -7,6 +7,9 @@ from dataclasses import replace
 
 import pytest
 
+from plumbob.analytic.errors.global_error import RotorErrors
+from plumbob.analytic.errors.pendulum_errors import RodErrors
+from plumbob.analytic.errors.theory import ErrorTheory
 from plumbob.analytic.reference import Reference
 from plumbob.analytic.systems.pendulums.rod_tension import RodMotion
 from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
@@ -32,14 +35,15 @@ SCENES = {
     "linear-pendulum/forced-large": 5e-3,
 }
 DURATION = 20.0  # [s]
+Exact = tuple[Reference, ErrorTheory]
 
 
-def verdict(name: str, method: str, step: float, exact: Reference | None = None) -> str:
+def verdict(name: str, method: str, step: float, exact: Exact | None = None) -> str:
     """The verdict on one run, held against its own reference or another."""
     scene, how = replace(find_scene(name), duration=DURATION), find_method(method)
     case = system_of(scene).case(scene)
     if exact is not None:
-        case = replace(case, reference=exact)
+        case = replace(case, reference=exact[0], errors=exact[1])
     return judge(measure(case, how, step)[0], case.system, how).verdict
 
 
@@ -51,19 +55,20 @@ def test_a_parameter_off_by_a_millionth(name: str, parameter: str) -> None:
     if not value:
         return
     wrong = find_scene(name, {parameter: value * (1 + 1e-6)})
-    other = system_of(wrong).reference(system_of(wrong).problem(wrong.parameters))
+    wrong_case = system_of(wrong).case(wrong)
+    other = wrong_case.reference, wrong_case.errors
     assert verdict(name, "ode/rk4", step) == "pass"
     assert verdict(name, "ode/rk4", step, other) == "fail"
 
 
-def early(problem: SimplePendulum, time: float) -> Reference:
-    """The exact motion under a push that comes `time` [s] early."""
+def early(problem: SimplePendulum, time: float) -> Exact:
+    """The exact motion, and what is predicted of it, under a push that comes `time` [s] early."""
     rotor = replace(problem.rotor, forcing_phase=problem.forcing_frequency * time)
     start = (problem.theta, problem.theta_dot)
-    angle = UnendingMotion(rotor, *start)
+    angle, errors = UnendingMotion(rotor, *start), RotorErrors(rotor, *start)
     if problem.linear:
-        return angle
-    return RodMotion(angle, rotor, *start, problem.length, problem.gravity)
+        return angle, errors
+    return RodMotion(angle, rotor, problem.length, problem.gravity), RodErrors(problem, errors)
 
 
 @pytest.mark.parametrize("method", ["ode/rk4", "ode/leapfrog", "mujoco/rk4+midpoint"])
@@ -82,6 +87,7 @@ def test_pymunk_s_spring(parameter: str) -> None:
     name, step = "linear-pendulum/forced-large", 1e-3
     right = find_scene(name)
     wrong = find_scene(name, {parameter: right.parameters[parameter] * 1.01})
-    other = system_of(wrong).reference(system_of(wrong).problem(wrong.parameters))
+    wrong_case = system_of(wrong).case(wrong)
+    other = wrong_case.reference, wrong_case.errors
     assert verdict(name, "pymunk/spring", step) == "pass"
     assert verdict(name, "pymunk/spring", step, other) == "fail"

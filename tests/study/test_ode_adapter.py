@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.global_error import leading_error
+from plumbob.analytic.errors.pendulum_errors import PendulumErrors
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.parameters import ParameterError
@@ -73,7 +74,7 @@ def test_order_and_leading_coefficients(name: str, first: int, power: int) -> No
     method = METHODS[name]
     steps = np.array([0.5 / (first * 2**n) for n in range(5)])
     errors = np.array([error(method, float(step)) for step in steps])
-    terms = DEFAULT.motion.leading_error(method.scheme, END)
+    terms = PendulumErrors(DEFAULT.motion).series(method.scheme, END)
     wanted = sum(float(values["theta"][0]) * steps**p for p, values in terms.items())
     np.testing.assert_allclose(errors, wanted, rtol=0.01)
     slope = float(np.polyfit(np.log(steps), np.log(np.abs(errors)), 1)[0])
@@ -156,7 +157,7 @@ def test_damping_and_forcing_enter_as_theory_has_them(method: Method) -> None:
     terms = leading_error(rotor, 0.7, 1.0, end, method.scheme)
     for steps in (800, 1600):
         equation, step = driven(rotor, 0.7, 1.0), 4.0 / steps
-        simulation = FixedStepSimulation(equation, advance(method.scheme), steps, step, 0.0)
+        simulation = FixedStepSimulation(equation, advance(method.scheme.integrator), steps, step, 0.0)
         found = simulation.run().observables["theta"][-1] - exact
         wanted = sum(float(values["theta"][0]) * step**p for p, values in terms.items())
         assert found == pytest.approx(wanted, rel=0.01, abs=1e-13)
@@ -179,7 +180,7 @@ def test_divergence_is_a_result(
 ) -> None:
     equation = Equation(law, 1.0, 2.0, 10.0)
     simulation = (
-        FixedStepSimulation(equation, advance(method.scheme), 30_000, 1e-3, 0.0)
+        FixedStepSimulation(equation, advance(method.scheme.integrator), 30_000, 1e-3, 0.0)
         if method in FIXED
         else AdaptiveSimulation(equation, solver_called(method.settings["method"]), 1e-6, 30.0, 0.0)
     )

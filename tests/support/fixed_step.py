@@ -7,22 +7,22 @@ from collections.abc import Callable
 
 import numpy as np
 
+from plumbob.analytic.errors.schemes import LEAPFROG, RK4, Scheme
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
 
 
 def run(
-    rotor: DrivenRotor, theta: float, theta_dot: float, step: float, steps: int, scheme: str
+    rotor: DrivenRotor, theta: float, theta_dot: float, step: float, steps: int, scheme: Scheme
 ) -> tuple[Array, Array]:
     """Theta and theta_dot at times 0, step ... steps * step."""
-    base, *options = scheme.split("+")
-    held = {"start-control": 0.0, "midpoint-control": 0.5}.get(options[0] if options else "")
+    base, held = scheme.integrator, {"start": 0.0, "midpoint": 0.5}.get(scheme.control)
     pull, forcing, xi = _pull(rotor), _forcing(rotor, step, held), rotor.damping_rate
     x, v, h = theta, theta_dot, step
     xs, vs = [x], [v]
     for n in range(steps):
         t = n * h
-        if base == "rk4":
+        if base == RK4:
             early, middle, late = forcing(t, 0.0), forcing(t, 0.5), forcing(t, 1.0)
             a = pull(x) - xi * v + early
             w = v + h / 2 * a
@@ -32,13 +32,13 @@ def run(
             y = v + h * c
             d = pull(x + h * u) - xi * y + late
             x, v = x + h / 6 * (v + 2 * w + 2 * u + y), v + h / 6 * (a + 2 * b + 2 * c + d)
-        elif base == "leapfrog":
+        elif base == LEAPFROG:
             v += h / 2 * (pull(x) - xi * v + forcing(t, 0.0))
             x += h * v
             v = (v + h / 2 * (pull(x) + forcing(t, 1.0))) / (1 + xi * h / 2)
-        elif base == "position-first-euler":
+        elif scheme.position_first:
             x, v = x + h * v, v + h * (pull(x + h * v) - xi * v + forcing(t, 0.0))
-        elif "implicit-damping" in options:
+        elif scheme.implicit_damping:
             v = (v + h * (pull(x) + forcing(t, 0.0))) / (1 + h * xi)
             x += h * v
         else:

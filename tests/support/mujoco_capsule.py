@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,9 +11,10 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
 from plumbob.reports.judge.verdict import judge
+from plumbob.tests.support.cases import held_against
 
 METHODS = {m.name.partition("/")[2]: m for m in ENGINE.methods}
 SHIPPED = ("euler", "implicitfast", "rk4", "euler+pyramidal", "euler+elliptic")
@@ -31,7 +31,7 @@ def run(
     system = system_of(scene)
     case = system.case(scene)
     if other is not None:
-        case = replace(case, reference=system.case(other).reference)
+        case = held_against(case, system.case(other))
     found, trajectory = measure(case, METHODS[method], step)
     assert trajectory is not None, found
     return found, trajectory
@@ -60,9 +60,9 @@ def displaced(name: str, method: str, step: float, **changes: Any) -> tuple[floa
 def loads(name: str, method: str, step: float) -> tuple[Array, Array, Array]:
     """Normal forces [N] of a run, of statics, and what is predicted of their difference: (3, n)."""
     _, run_ = run(name, method, step)
-    reference: Any = problem(name).reference
-    told = reference.predicted(METHODS[method].scheme, step, run_.times)
-    exact = reference.observe(run_.times)
+    case = case_of(find_scene(name))
+    told = case.errors.at_step(METHODS[method].scheme, step, run_.times)
+    exact = case.reference.observe(run_.times)
     return (
         np.stack([run_.observables[load] for load in LOADS]),
         np.stack([exact[load] for load in LOADS]),

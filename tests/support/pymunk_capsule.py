@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
@@ -16,6 +15,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.reports.judge.verdict import judge
+from plumbob.tests.support.cases import held_against
 
 METHODS = {m.name.partition("/")[2]: m for m in ENGINE.methods if "model" in m.settings}
 GOOD = ("feet", "side")
@@ -29,7 +29,7 @@ def run(
     system = system_of(scene)
     case = system.case(scene)
     if other is not None:
-        case = replace(case, reference=system.case(other).reference)
+        case = held_against(case, system.case(other))
     found, trajectory = measure(case, METHODS[model], step)
     assert trajectory is not None, found
     return found, trajectory
@@ -54,7 +54,7 @@ def problem_of(line: LineManoeuvre) -> CapsuleProblem:
     """A line manoeuvre as engines get it."""
     setup = CapsuleSetup(
         line.capsule,
-        line.path.start,
+        line.segment.start,
         line.direction,
         press=line.capsule.gravity,
         relative_velocity=line.relative_velocity,

@@ -21,10 +21,10 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.elliptic.jacobi_functions import jacobi, time_of_point
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import PI, Quad, choose, double, quad, split
-from plumbob.analytic.numerics.rounding import EPSILON
 from plumbob.analytic.reference import Array
 
 _ONE = quad(1.0)
@@ -154,7 +154,7 @@ class EllipticMotion:
             square = (square - (1 - self.modulus)) / self.modulus
             slack = slack / self.modulus
         # An angle is within reach when one that rounds to it is.
-        inside = abs(square - quad(0.5)) <= 0.5 + 1e-15 + slack * EPSILON
+        inside = abs(square - quad(0.5)) <= 0.5 + 1e-15 + slack * ULP
         inside &= (target.halves == 0.0) & ((z > 0) | (not self.two_pairs))
         square = np.minimum(np.maximum(square, quad(0.0)), quad(1.0))
         tau = time_of_point(np.sqrt(1 - square), np.sqrt(square), self.a, self.b)

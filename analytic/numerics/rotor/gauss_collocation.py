@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import CompensatedState, two_product, two_sum
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rounding import CompensatedState, two_product, two_sum
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 import numpy.typing as npt
 
+from plumbob.analytic.numerics.arithmetic import two_product, two_sum
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rounding import two_product, two_sum
 from plumbob.analytic.parameters import finite, non_negative
 from plumbob.analytic.reference import Array
 

@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import PPoly
 
+from plumbob.analytic.numerics.arithmetic import CompensatedState, two_product, two_sum
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rounding import CompensatedState, two_product, two_sum
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
 

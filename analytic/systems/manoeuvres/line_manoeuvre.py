@@ -6,12 +6,15 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, Segment, normal_forces, validity
+from plumbob.analytic.systems.capsule_motion import MotionKind
+from plumbob.analytic.systems.slider_path import SliderPath, line_stroke
 
 # w2 = f g/mu is allowed and w1 = f g/mu is not; as a product of doubles either may come out a few
 # roundings off.
@@ -83,6 +86,9 @@ class LineManoeuvre:
     t1: float
     direction: float = 0.0
     start: float = 0.0
+    kind: ClassVar[MotionKind] = "line"
+    count: ClassVar[int] = 1
+    period: ClassVar[float] = math.inf
 
     def __post_init__(self) -> None:
         for name in ("w1", "w2", "t1"):
@@ -90,7 +96,7 @@ class LineManoeuvre:
         for name in ("direction", "start"):
             object.__setattr__(self, name, finite(name, getattr(self, name)))
         _ = self.closed
-        for breach in validity(self.capsule, (self.path,)):
+        for breach in validity(self.capsule, (self.segment,)):
             raise breach
 
     @cached_property
@@ -124,8 +130,23 @@ class LineManoeuvre:
         return np.array([math.cos(self.direction), math.sin(self.direction)])
 
     @property
-    def path(self) -> Segment:
-        """The slider's path relative to C."""
+    def single(self) -> LineManoeuvre:
+        """Itself."""
+        return self
+
+    @property
+    def sliding_time(self) -> float:
+        """Time for which the body slides [s]."""
+        return self.t_star
+
+    @cached_property
+    def path(self) -> SliderPath:
+        """What the slider does in the body."""
+        return line_stroke(self.segment.start, self.direction, self.w1, self.w2, self.t1)
+
+    @property
+    def segment(self) -> Segment:
+        """The places that the slider passes, relative to C."""
         x, y = (float(c) for c in self.unit)
         end = self.start + self.stroke
         return Segment((self.start * x, self.start * y), (end * x, end * y))

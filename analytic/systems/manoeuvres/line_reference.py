@@ -1,5 +1,4 @@
-"""The line manoeuvre as a reference: its observables, what double precision allows them, and the
-leading error of semi-implicit Euler on them."""
+"""The line manoeuvre as a reference: its observables, and what double precision allows them."""
 
 from __future__ import annotations
 
@@ -8,10 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.errors.discontinuities import position_lead
-from plumbob.analytic.errors.line_prediction import line_foretold
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import ROUNDOFF, normal_force_uncertainty
+from plumbob.analytic.systems.capsule import normal_force_uncertainty
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 
 # Roundings on the longest way from the parameters to an observable, beside those of the parameters.
@@ -94,30 +92,6 @@ class LineReference:
             "friction_force": zero + ARITHMETIC * ROUNDOFF * capsule.friction * capsule.weight,
         }
 
-    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Coefficients of the step [s] in the error of semi-implicit Euler at grid `times` [s],
-        shape (n,), while things move: velocities are exact there and a position is ahead or
-        behind by half a step. At rest both vanish and the second order is a sawtooth, which
-        `line_step_error` gives. Holds with t1 on the grid, or w averaged over the step."""
-        line = self.manoeuvre
-        if (lead := position_lead(scheme)) is None:
-            return {}
-        still = np.zeros_like(np.asarray(times, dtype=np.float64))
-        first = {
-            "displacement": lead * line.body_velocity(times),
-            "velocity": still,
-            "stroke": lead * line.relative_velocity(times),
-            "stroke_rate": still,
-            "heading": still,
-            "sideways": still,
-        }
-        return {1: first}
-
-    def predicted(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
-        """Error of a scheme with `step` [s] at grid `times` [s], shape (n,), w averaged over each
-        step: see `plumbob.analytic.errors.line_prediction`."""
-        return line_foretold(self.manoeuvre, scheme, step, times)
-
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """None: what a step errs by does not depend on how far off the motion is."""
+        """0: the error of a step does not depend on how far off the motion is."""
         return 0.0

@@ -5,20 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from plumbob.analytic.errors.discontinuities import bends, position_lead, rk4_stop, scheme_lead
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import (
-    ROUNDOFF,
     Capsule,
     Point,
     Segment,
     normal_forces,
     validity,
 )
+from plumbob.analytic.systems.capsule_motion import MotionKind
+from plumbob.analytic.systems.slider_path import SliderPath, fixed
 
 ROUNDINGS = 32  # of the parameters and on the way from them to a place, generously
 ROUND = 1e-12  # how far from equal, over their size, arms that a parameter file gives may be
@@ -63,24 +65,35 @@ class Coasting:
         braked = 0.5 * math.copysign(self.deceleration, self.rate)
         return np.where(times < self.duration, spent * (self.rate - braked * spent), self.distance)
 
-    def step_error(self, step: float | Array, lead: float = 0.5) -> Array:
-        """Error of the whole way, simulated minus exact, of semi-implicit Euler with friction
-        resolved within the step: -q' dt/2 (+q' dt/2 if positions go first: `lead` -1/2), and
-        p (1 - p) deceleration dt^2/2, p the fraction in duration/dt. Shape of `step` [s]."""
-        steps = np.asarray(step, dtype=np.float64)
-        part = self.duration / steps - np.floor(self.duration / steps)
-        bend = 0.5 * math.copysign(self.deceleration, self.rate) * part * (1.0 - part)
-        return np.asarray(-lead * self.rate * steps + bend * steps**2)
-
 
 @dataclass(frozen=True)
 class ResidualMotion:
     """Body that turns about `centre` [m, relative to C, at the start], or if `centre` is None
-    translates along `direction` [rad]; at the start C is the origin and the heading is 0."""
+    translates along `direction` [rad], with Q at `slider` relative to C [m]; at the start C is the
+    origin and the heading is 0."""
 
     coasting: Coasting
     centre: Point | None
     direction: float = 0.0
+    slider: Point = (0.0, 0.0)
+    kind: ClassVar[MotionKind] = "coasting"
+    count: ClassVar[int] = 1
+    period: ClassVar[float] = math.inf
+
+    @property
+    def single(self) -> ResidualMotion:
+        """Itself."""
+        return self
+
+    @property
+    def path(self) -> SliderPath:
+        """The slider where it stays."""
+        return fixed(self.slider)
+
+    @property
+    def sliding_time(self) -> float:
+        """Time to rest [s]."""
+        return self.coasting.duration
 
     @property
     def duration(self) -> float:
@@ -124,46 +137,8 @@ class ResidualMotion:
             name: still + bound for name, bound in zip(self.observe(still), bounds, strict=True)
         }
 
-    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Coefficients of the step [s] in the error of semi-implicit Euler at grid `times` [s],
-        shape (n,): half of the change of the rate so far, rates themselves being exact; the
-        coordinates of C only where it does not go along a circle."""
-        if (lead := position_lead(scheme)) is None:
-            return {}
-        now, start = self.observe(times), self.observe(np.zeros(1))
-        pairs = [("heading", "heading_rate")]
-        if self.centre is None or self.centre == (0.0, 0.0):
-            pairs += [("x", "velocity_x"), ("y", "velocity_y")]
-        first = {name: lead * (now[rate] - start[rate]) for name, rate in pairs}
-        return {1: {**first, "heading_rate": np.zeros_like(now["heading"])}}
-
-    def predicted(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
-        """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,),
-        with friction that asks for rest within a step; the coordinates of C only where it does not
-        go along a circle."""
-        if (lead := scheme_lead(scheme)) is None:
-            return {}
-        times, moving = np.asarray(times, dtype=np.float64), self.coasting
-        sense = math.copysign(1.0, moving.rate)
-        rate = np.zeros_like(times)
-        if scheme.partition("+")[0] == "rk4":
-            late, fast = rk4_stop(moving.duration, moving.deceleration, step, times)
-            way, rate = sense * late, sense * fast
-        else:
-            way = lead * step * (moving.rates(times) - moving.rate)
-            way = way + bends([(moving.duration, sense * moving.deceleration)], step, times)
-        if self.centre is None:
-            cos, sin = math.cos(self.direction), math.sin(self.direction)
-            told = {"x": way * cos, "y": way * sin}
-            told |= {"velocity_x": rate * cos, "velocity_y": rate * sin}
-            return {**told, **dict.fromkeys(("heading", "heading_rate"), np.zeros_like(times))}
-        still = np.zeros_like(times)
-        central = dict.fromkeys(("x", "y", "velocity_x", "velocity_y"), still)
-        turned = {"heading": way, "heading_rate": rate}
-        return {**(central if self.centre == (0.0, 0.0) else {}), **turned}
-
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """None: what a step errs by does not depend on how far off the motion is."""
+        """0: the error of a step does not depend on how far off the motion is."""
         return 0.0
 
 
@@ -182,7 +157,7 @@ def translation(capsule: Capsule, slider: Point, speed: float, direction: float)
     _placed(capsule, slider)
     grip = capsule.friction * capsule.gravity
     return ResidualMotion(
-        Coasting(finite("speed", speed), grip), None, finite("direction", direction)
+        Coasting(finite("speed", speed), grip), None, finite("direction", direction), slider
     )
 
 
@@ -202,7 +177,7 @@ def spin(capsule: Capsule, slider: Point, rate: float) -> ResidualMotion:
         raise ParameterError("supports", capsule.supports, need)
     inertia = capsule.inertia + mu * capsule.body_mass * (slider[0] ** 2 + slider[1] ** 2)
     torque = capsule.friction * capsule.weight * sum(arms) / 3
-    return ResidualMotion(Coasting(finite("rate", rate), torque / inertia), centre)
+    return ResidualMotion(Coasting(finite("rate", rate), torque / inertia), centre, slider=slider)
 
 
 def pivoting(capsule: Capsule, slider: Point, support: int, rate: float) -> ResidualMotion:
@@ -236,4 +211,4 @@ def pivoting(capsule: Capsule, slider: Point, support: int, rate: float) -> Resi
                 "rate", rate, f"{limit} of {capsule.friction * normal[support - 1]:.6g} N"
             )
     pivot = capsule.supports[support - 1]
-    return ResidualMotion(coasting, pivot)
+    return ResidualMotion(coasting, pivot, slider=slider)

@@ -5,23 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from plumbob.analytic.errors.discontinuities import Kink, bends, position_lead, scheme_lead
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import (
-    ROUNDOFF,
     Capsule,
     Segment,
-    load_slopes,
     normal_force_uncertainty,
     normal_forces,
     validity,
 )
+from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import SNAP, LineManoeuvre
+from plumbob.analytic.systems.slider_path import SliderPath, straight
 
 ROUNDINGS = 32  # of the parameters and on the way from them to a stroke, generously
 
@@ -49,6 +51,10 @@ class SlowStroke:
     direction: float = 0.0
     start: float = 0.0
     there_and_back: bool = True
+    kind: ClassVar[MotionKind] = "stroke"
+    count: ClassVar[int] = 1
+    period: ClassVar[float] = math.inf
+    sliding_time: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
         for name in ("length", "direction", "start"):
@@ -57,12 +63,26 @@ class SlowStroke:
         share("fraction", self.fraction)
         if self.length == 0.0:
             raise ParameterError("length", self.length, "other than 0")
-        for breach in validity(self.capsule, (self.path,)):
+        for breach in validity(self.capsule, (self.segment,)):
             raise breach
 
     @property
-    def path(self) -> Segment:
-        """The slider's path relative to C."""
+    def single(self) -> SlowStroke:
+        """Itself."""
+        return self
+
+    @cached_property
+    def path(self) -> SliderPath:
+        """What the slider does in the body."""
+        half, pull = 0.5 * self.one_way, math.copysign(self.acceleration, self.length)
+        pulls, halves = [pull, -pull], [half, half]
+        if self.there_and_back:
+            pulls, halves = [pull, -pull, -pull, pull], [half] * 4
+        return straight(self.segment.start, self.direction, pulls, halves)
+
+    @property
+    def segment(self) -> Segment:
+        """The places that the slider passes, relative to C."""
         x, y = math.cos(self.direction), math.sin(self.direction)
         end = self.start + self.length
         return Segment((self.start * x, self.start * y), (end * x, end * y))
@@ -153,49 +173,17 @@ class SlowStroke:
             "friction_force": still + few * pull,
         }
 
-    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Coefficients of the step [s] in the error of semi-implicit Euler at grid `times` [s],
-        shape (n,), as for `plumbob.analytic.systems.manoeuvres.line_reference`."""
-        if (lead := position_lead(scheme)) is None:
-            return {}
-        still = np.zeros_like(np.asarray(times, dtype=np.float64))
-        first = dict.fromkeys(("displacement", "velocity", "heading", "sideways"), still)
-        ahead = lead * self.relative_velocity(times)
-        return {1: {**first, "stroke": ahead, "stroke_rate": still}}
-
     @property
-    def kinks(self) -> tuple[Kink, ...]:
-        """Jumps of the slider's acceleration, the first at the start."""
+    def acceleration_jumps(self) -> tuple[tuple[float, float], ...]:
+        """Times [s] and jumps [m/s^2] of the slider's acceleration, the first at the start."""
         one, whole = self.one_way, self.duration
         pull = math.copysign(self.acceleration, self.length)
         if not self.there_and_back:
             return ((0.0, pull), (0.5 * one, -2 * pull), (one, pull))
         return ((0.0, pull), (0.5 * one, -2 * pull), (1.5 * one, 2 * pull), (whole, -pull))
 
-    def predicted(
-        self, scheme: str, step: float, times: Array, begun: float = 0.0
-    ) -> Mapping[str, Array]:
-        """Error of semi-implicit Euler and of RK4 with `step` [s] at `times` [s], shape (n,), w
-        averaged over each step: the slider's lead and bends; the body does not move. With `begun`
-        [s] added, the times are those of a grid."""
-        if (lead := scheme_lead(scheme)) is None:
-            return {}
-        times = np.asarray(times, dtype=np.float64)
-        kinks = [(begun + time, jump) for time, jump in self.kinks]
-        slid = lead * step * self.relative_velocity(times) + bends(kinks, step, begun + times)
-        mean = np.diff(self.relative_velocity(np.stack([times, times + step])), axis=0)[0] / step
-        jolt = self.capsule.slider_mass * (mean - self.relative_acceleration(times))
-        still, slopes = np.zeros_like(times), load_slopes(self.capsule, self.direction)
-        return {
-            **dict.fromkeys(("displacement", "velocity", "heading", "sideways"), still),
-            "stroke": slid,
-            "stroke_rate": still,
-            **{f"normal_force_{i + 1}": k * slid for i, k in enumerate(slopes)},
-            "friction_force": jolt,
-        }
-
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """None: what a step errs by does not depend on how far off the motion is."""
+        """0: the error of a step does not depend on how far off the motion is."""
         return 0.0
 
 

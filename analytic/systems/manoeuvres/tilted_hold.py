@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from plumbob.analytic.errors.discontinuities import scheme_lead
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import (
-    ROUNDOFF,
     Capsule,
     Point,
     Segment,
@@ -20,7 +20,9 @@ from plumbob.analytic.systems.capsule import (
     normal_forces,
     validity,
 )
+from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.manoeuvres.slow_motion import ROUNDINGS, share
+from plumbob.analytic.systems.slider_path import SliderPath, fixed
 
 
 def tilt_angle(capsule: Capsule, fraction: float = 1.0) -> float:
@@ -52,11 +54,25 @@ class TiltedHold:
     fraction: float
     direction: float = 0.0
     slider: Point = (0.0, 0.0)
+    kind: ClassVar[MotionKind] = "hold"
+    count: ClassVar[int] = 1
+    period: ClassVar[float] = math.inf
+    sliding_time: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
         tilted_gravity(self.capsule, self.fraction, self.direction)
         for breach in validity(self.capsule, (Segment(self.slider, self.slider),)):
             raise breach
+
+    @property
+    def single(self) -> TiltedHold:
+        """Itself."""
+        return self
+
+    @property
+    def path(self) -> SliderPath:
+        """The slider where it stays."""
+        return fixed(self.slider)
 
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Exact observables at `times` [s], shape (n,): nothing moves, friction carries the
@@ -81,16 +97,6 @@ class TiltedHold:
             for name, value in self.observe(times).items()
         }
 
-    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Empty: a body at rest has no error of the step."""
-        return {}
-
-    def predicted(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
-        """Error of semi-implicit Euler and of RK4 at `times` [s], shape (n,): none."""
-        if scheme_lead(scheme) is None:
-            return {}
-        return {name: np.zeros_like(value) for name, value in self.observe(times).items()}
-
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """None: what a step errs by does not depend on how far off the motion is."""
+        """0: the error of a step does not depend on how far off the motion is."""
         return 0.0

@@ -7,14 +7,13 @@ from typing import Protocol
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.elliptic.motion import EllipticMotion
 from plumbob.analytic.numerics.elliptic.reduction import solve
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
-
-ULP = 2.0**-52
 
 
 class ExactMotion(Protocol):

@@ -9,8 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from plumbob.analytic.errors.global_error import evaluated, expansion
-from plumbob.analytic.errors.schemes import find_scheme
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator
@@ -19,8 +18,6 @@ from plumbob.analytic.numerics.rotor.taylor_series import Orbit, integrate
 from plumbob.analytic.numerics.rotor.variational import TangentFlow
 from plumbob.analytic.parameters import finite, positive
 from plumbob.analytic.reference import Array
-
-EPSILON = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -94,7 +91,7 @@ class DrivenMotion:
         at = np.minimum(np.searchsorted(nodes, times), len(nodes) - 1)
         step = self.orbit.locate(times)
         return {
-            name: np.maximum(gaps[name][at], EPSILON * self.condition[name][step])
+            name: np.maximum(gaps[name][at], ULP * self.condition[name][step])
             for name in ("theta", "theta_dot")
         }
 
@@ -121,10 +118,3 @@ class DrivenMotion:
         edges = self.orbit.breakpoints
         beyond = np.flatnonzero(self.uncertainty(edges)["theta"] > tolerance)
         return float(edges[beyond[0]]) if beyond.size else math.inf
-
-    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Coefficients of the error of `scheme` (a name that `find_scheme` takes) at `times` [s],
-        shape (n,), as {p: {"theta": (n,), "theta_dot": (n,)}}; empty where theory has none.
-        Raises ParameterError."""
-        found = find_scheme(scheme)
-        return {} if found is None else evaluated(expansion(self.flow, found), times)

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from plumbob.analytic.errors.global_error import ErrorSeries
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.elliptic.motion import EllipticMotion
 from plumbob.analytic.numerics.elliptic.orbit_table import OrbitTable, orbit_table
 from plumbob.analytic.numerics.elliptic.reduction import solve
@@ -25,7 +25,7 @@ from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.pendulums.conditioning import ULP, nonlinearity, uncertainty
+from plumbob.analytic.systems.pendulums.conditioning import nonlinearity, uncertainty
 
 Regime = Literal["rest", "libration", "rotation", "separatrix"]
 _FEW = 256  # times fewer than this are not worth a table
@@ -224,15 +224,6 @@ class PendulumMotion:
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """What double precision allows, see `plumbob.analytic.systems.pendulums.conditioning`."""
         return uncertainty(self, times)
-
-    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Four coefficients of a scheme's global error, see `errors.global_error`."""
-        return self._series.at(scheme, times)
-
-    @cached_property
-    def _series(self) -> ErrorSeries:
-        theta, theta_dot = self.closed_form.state(np.zeros(1))
-        return ErrorSeries(self.rotor, float(theta[0]), float(theta_dot[0]))
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """How far errors leave their linear response, see `pendulums.conditioning`."""

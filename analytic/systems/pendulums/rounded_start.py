@@ -38,11 +38,6 @@ class RoundedStart:
             for name, doubt in self.started.uncertainty(times).items()
         }
 
-    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Coefficients of a scheme's error on the exact motion, shape (n,)."""
-        found: Mapping[int, Mapping[str, Array]] = self.exact.leading_error(scheme, times)
-        return found
-
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """How far errors leave their linear response on the exact motion."""
         return float(self.exact.nonlinearity(times, errors))

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
-from plumbob.analytic.errors.global_error import ErrorSeries
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator
 from plumbob.analytic.parameters import finite
@@ -50,14 +48,6 @@ class UnendingMotion:
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """Disagreement of two methods or what rounded inputs do, the larger, shape (n,)."""
         return self._at(times).uncertainty(times)
-
-    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Three coefficients of the error of `scheme` at `times` [s], shape (n,)."""
-        return self._series.at(scheme, times)
-
-    @cached_property
-    def _series(self) -> ErrorSeries:
-        return ErrorSeries(self.rotor, self.theta, self.theta_dot)
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """The second-order response to errors of theta and theta_dot, shape (n,), over the errors:

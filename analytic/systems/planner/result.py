@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, RestPose
 from plumbob.analytic.systems.slider_path import SliderPath, concatenate, fixed
@@ -34,6 +35,9 @@ class Plan:
     limits: Limits
     track: TrackName
     manoeuvres: tuple[Manoeuvre, ...] = field(repr=False)
+    kind: ClassVar[MotionKind] = "plane"
+    count: ClassVar[int] = 1
+    period: ClassVar[float] = math.inf
 
     @cached_property
     def path(self) -> SliderPath:
@@ -41,6 +45,16 @@ class Plan:
         if not self.manoeuvres:
             return fixed(self.start.slider)
         return concatenate(*(manoeuvre.path for manoeuvre in self.manoeuvres))
+
+    @property
+    def single(self) -> ThreePointMotion:
+        """The exact motion of the whole plan, with its events."""
+        return self.motion
+
+    @property
+    def sliding_time(self) -> float:
+        """Time to rest [s]."""
+        return self.motion.rest_time
 
     @property
     def duration(self) -> float:

@@ -6,12 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import ClassVar
 
 import numpy as np
 
-from plumbob.analytic.numerics.rounding import ROUNDOFF
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.slider_path import Piece, SliderPath, StraightPiece
 from plumbob.analytic.systems.three_points.equations import Mechanics, configuration
 from plumbob.analytic.systems.three_points.smooth_segment import Mode, SmoothSegment, com_of
@@ -51,6 +53,19 @@ class ThreePointMotion:
     segments: tuple[SmoothSegment, ...]
     events: tuple[Event, ...]
     coarser: Callable[[], ThreePointMotion]
+    kind: ClassVar[MotionKind] = "plane"
+    count: ClassVar[int] = 1
+    period: ClassVar[float] = np.inf
+
+    @property
+    def single(self) -> ThreePointMotion:
+        """Itself."""
+        return self
+
+    @property
+    def sliding_time(self) -> float:
+        """Time to rest [s], see `rest_time`."""
+        return self.rest_time
 
     @cached_property
     def begins(self) -> Array:

@@ -9,15 +9,14 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
-from plumbob.analytic.errors.plane_steps import COLUMNS, MOST_STEPS, course, covered
-from plumbob.analytic.errors.position_first import POSITION_FIRST, chord_course
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.friction import Start
 from plumbob.analytic.systems.three_points.motion import Pose
 
-ROUNDINGS = 8 * 2.0**-53  # of parameters and times, and of what turns a pose into the start's axes
+ROUNDINGS = 8 * ROUNDOFF  # of parameters and times, and of what turns a pose into the start's axes
 
 
 class PlaneMotion(Protocol):
@@ -85,32 +84,12 @@ class PlaneReference:
             for (name, values), doubt in zip(seen.items(), doubts, strict=True)
         }
 
-    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Empty: where a support comes to rest inside a step, the error is no series in it."""
-        return {}
-
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """None: no expansion of the error is claimed."""
         return 0.0
 
-    def predicted(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
-        """Error that steps of `step` [s] make of the motion at grid `times` [s], shape (n,), by
-        taking them (errors.plane_steps, plane_chords); nothing for another scheme."""
-        times = np.asarray(times, dtype=np.float64)
-        taken = np.rint(times / step).astype(np.int64)
-        steps, driven = int(taken.max()), (self.motion.capsule, self.motion.path, self._begun)
-        if scheme == POSITION_FIRST and steps <= MOST_STEPS:
-            rows = chord_course(*driven, step, steps)[taken]
-        elif (name := covered(scheme, steps)) is not None:
-            rows = course(*driven, name, step, steps)[taken]
-        else:
-            return {}
-        found, exact = dict(zip(COLUMNS, rows.T, strict=True)), self.observe(times)
-        found["body_angle"] = found["heading"]
-        return {key: found[key] - values for key, values in exact.items()}
-
     @property
-    def _begun(self) -> Start:
+    def begun(self) -> Start:
         """The start in its own axes."""
         begin, heading = self.motion.at(np.zeros(1)), self._start[1]
         speed = complex(*begin.velocity[0]) * np.exp(-1j * heading)

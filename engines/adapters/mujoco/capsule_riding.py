@@ -67,7 +67,7 @@ class Riding:
 def ridden(problem: CapsuleProblem, duration: float) -> Riding:
     """The motion, or the first of a train of them, until `duration` [s], finely in each piece."""
     motion, setup = problem.motion, problem.setup
-    path: SliderPath = getattr(motion, "one", motion).path
+    path: SliderPath = motion.single.path
     start = Start(velocity=setup.velocity, angular_velocity=setup.heading_rate)
     return _followed(setup.capsule, path, start, min(duration, getattr(motion, "period", duration)))
 

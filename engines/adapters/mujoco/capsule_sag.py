@@ -18,7 +18,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import ROUNDOFF, load_shares, normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
-from plumbob.analytic.systems.manoeuvres.manoeuvre_train import ManoeuvreTrain
+from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion
 from plumbob.engines.adapters.mujoco.capsule_model import armature, tilt_inertia
 from plumbob.engines.adapters.mujoco.contact_profiles import STIFFNESS
@@ -41,7 +41,7 @@ def sag_bounds(
     the plane [m]."""
     capsule, motion = problem.setup.capsule, problem.motion
     grip = capsule.friction
-    end = min(duration, motion.period) if isinstance(motion, ManoeuvreTrain) else duration
+    end = min(duration, motion.period) if isinstance(motion, RepeatedLine) else duration
     times, loads, slid = _loads(problem, end)
     height = -compliance * np.sum(loads**2, axis=0) / capsule.weight
     # Friction that takes hold, or lets go, below C tips the body, and within some steps all is at

@@ -57,7 +57,7 @@ def mine(path: str | Path) -> Method:
     scheme = like.scheme
     if settings["integrator"] == "euler" and settings["disableflags"]:
         without = int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP) & settings["disableflags"]
-        scheme = scheme.replace("+implicit-damping", "") if without else scheme
+        scheme = replace(scheme, implicit_damping=False) if without else scheme
     step_sizes = tuple(step / 2**n for n in range(HALVINGS + 1))
     return replace(
         like, name=NAME, scheme=scheme, settings=settings, step_sizes=step_sizes, systems=()

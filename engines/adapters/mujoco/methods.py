@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
+from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
 from plumbob.engines.method import Method
 
 PENDULUMS = ("*-pendulum",)
 DRIVEN = ("*-pendulum/forced-*",)
 CAPSULE = ("capsule-*",)
 UNPLANNED = ("capsule-[!p]*",)  # what a short motion tells of contacts, a plan tells no better
-EULER = "semi-implicit-euler+implicit-damping"
-RK4 = "rk4"
-MEAN = "mean-control"
+EULER_STEP = Scheme(EULER, "start", implicit_damping=True)
+RK4_STEP = Scheme(RK4, "start")
 
 # Without springs `implicitfast` and `discrete` take Euler's step bit for bit, and all treat a
 # joint's damping implicitly; `implicit` adds the velocity derivative of the Coriolis forces, which
@@ -21,35 +22,33 @@ MEAN = "mean-control"
 # A control is held over a step: read at its start, it leaves RK4 of first order, and read at its
 # middle of second. Where nothing is controlled, the two are the same.
 PLAIN = (
-    Method("mujoco/euler", f"{EULER}+start-control", 1, settings={"integrator": "Euler"}),
+    Method("mujoco/euler", EULER_STEP, 1, settings={"integrator": "Euler"}),
     Method(
         "mujoco/implicit",
-        f"{EULER}+start-control",
+        EULER_STEP,
         1,
         settings={"integrator": "implicit"},
         systems=PENDULUMS,
     ),
-    Method(
-        "mujoco/implicitfast", f"{EULER}+start-control", 1, settings={"integrator": "implicitfast"}
-    ),
+    Method("mujoco/implicitfast", EULER_STEP, 1, settings={"integrator": "implicitfast"}),
     Method(
         "mujoco/discrete",
-        f"{EULER}+implicit-spring+start-control",
+        replace(EULER_STEP, implicit_spring=True),
         1,
         settings={"integrator": "discrete"},
         systems=PENDULUMS,
     ),
-    Method("mujoco/rk4", f"{RK4}+start-control", 4, settings={"integrator": "RK4"}),
+    Method("mujoco/rk4", RK4_STEP, 4, settings={"integrator": "RK4"}),
     Method(
         "mujoco/euler+midpoint",
-        f"{EULER}+midpoint-control",
+        replace(EULER_STEP, control="midpoint"),
         1,
         settings={"integrator": "Euler", "control_at": 0.5},
         systems=DRIVEN,
     ),
     Method(
         "mujoco/rk4+midpoint",
-        f"{RK4}+midpoint-control",
+        replace(RK4_STEP, control="midpoint"),
         4,
         settings={"integrator": "RK4", "control_at": 0.5},
         systems=DRIVEN,
@@ -60,10 +59,10 @@ PLAIN = (
 def _capsule(
     variant: str, integrator: str = "Euler", systems: tuple[str, ...] = CAPSULE, **settings: Any
 ) -> Method:
-    scheme, order = (RK4, 4) if integrator == "RK4" else (EULER, 1)
+    scheme, order = (RK4_STEP, 4) if integrator == "RK4" else (EULER_STEP, 1)
     return Method(
         f"mujoco/{integrator.lower()}+{variant}",
-        f"{scheme}+{MEAN}",
+        replace(scheme, control="mean"),
         order,
         settings={"integrator": integrator, **settings},
         systems=systems,

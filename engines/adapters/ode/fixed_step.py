@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4
 from plumbob.engines.adapters.ode.equation import Equation
 
 State = tuple[float, float]  # theta [rad], theta_dot [rad/s]
@@ -59,6 +60,6 @@ def rk4(equation: Equation, state: State, first: int, last: int, h: float) -> St
     return theta, v
 
 
-def advance(scheme: str) -> Advance:
-    """The integrator of `scheme`: semi-implicit-euler, leapfrog or rk4; raises KeyError."""
-    return {"semi-implicit-euler": semi_implicit_euler, "leapfrog": leapfrog, "rk4": rk4}[scheme]
+def advance(integrator: str) -> Advance:
+    """The step of an `integrator`: semi-implicit-euler, leapfrog or rk4; raises KeyError."""
+    return {EULER: semi_implicit_euler, LEAPFROG: leapfrog, RK4: rk4}[integrator]

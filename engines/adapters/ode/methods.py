@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from plumbob.analytic.errors.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
 from plumbob.engines.method import Method
 
 # relative; of order 5 and implicit, Radau takes seconds for its tenth digit of a swing
@@ -12,13 +13,13 @@ SMOOTH = ("*-pendulum",)  # dry friction has no equation of motion that they cou
 
 def _adaptive(scipys: str, step_sizes: tuple[float, ...]) -> Method:
     name = f"ode/{scipys.lower()}"
-    return Method(name, "adaptive", None, "tolerance", {"method": scipys}, step_sizes, SMOOTH)
+    return Method(name, Scheme(ADAPTIVE), None, "tolerance", {"method": scipys}, step_sizes, SMOOTH)
 
 
 METHODS = (
-    Method("ode/euler", "semi-implicit-euler", 1, systems=SMOOTH),
-    Method("ode/leapfrog", "leapfrog", 2, systems=SMOOTH),
-    Method("ode/rk4", "rk4", 4, systems=SMOOTH),
+    Method("ode/euler", Scheme(EULER), 1, systems=SMOOTH),
+    Method("ode/leapfrog", Scheme(LEAPFROG), 2, systems=SMOOTH),
+    Method("ode/rk4", Scheme(RK4), 4, systems=SMOOTH),
     _adaptive("DOP853", TOLERANCES),
     _adaptive("Radau", TOLERANCES[:5]),
     _adaptive("LSODA", TOLERANCES),

@@ -25,7 +25,7 @@ def prepared(case: Case, method: Method, step: float) -> FixedStepSimulation | A
     if method.control == "step":
         steps = sampling.step_count(case.scene.duration, step)
         equation = builder(case.system).build(case.problem, method)
-        integrator = advance(method.scheme)
+        integrator = advance(method.scheme.integrator)
         elapsed = time.perf_counter() - begin
         return FixedStepSimulation(equation, integrator, steps, step, elapsed)
     if not SMALLEST <= positive("step", step) < 1.0:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from plumbob.analytic.errors.schemes import EULER, Scheme
 from plumbob.engines.method import Method
 
-SCHEME = "semi-implicit-euler+position-first"
+SCHEME = Scheme(EULER, position_first=True)
 # Turned about, a line stays a line, and the side view need not run every heading.
 ONE_LINE = (
     *("capsule-line/[!h]*", "capsule-line/heavy-slider", "capsule-hold", "capsule-train"),

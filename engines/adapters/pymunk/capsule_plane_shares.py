@@ -102,7 +102,7 @@ def demand(problem: CapsuleProblem) -> Demand:
     """What the exact motion asks of the sweeps."""
     motion: Any = problem.reference
     motion = motion.motion
-    count, motion = getattr(motion, "count", 1), getattr(motion, "one", motion)
+    count, motion = getattr(motion, "count", 1), motion.single
     path = motion.path
     switches = np.clip(path.breakpoints, 0.0, None)
     strongest = float(np.hypot(*path.kinematics(switches)[2].T).max())

@@ -22,7 +22,7 @@ import numpy as np
 from plumbob.analytic.systems.capsule import ROUNDOFF, steepest_load
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
-from plumbob.analytic.systems.manoeuvres.manoeuvre_train import ManoeuvreTrain
+from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
 from plumbob.engines.adapters.pymunk.capsule_feet import few_feet_left_by_sweep
@@ -47,7 +47,7 @@ class Demand:
 
 def demand(motion: Any, grip: float) -> Demand:
     """Demand of a motion on friction that can give f g = `grip` [m/s^2], above zero."""
-    if isinstance(motion, ManoeuvreTrain):
+    if isinstance(motion, RepeatedLine):
         one = demand(motion.manoeuvre, grip)
         spare = min(one.spare, 1.0 - motion.fraction)
         return Demand((one.changes + 3) * motion.count, one.jump, spare)

@@ -9,8 +9,8 @@ from typing import Any
 
 import pymunk
 
-from plumbob.analytic.errors.joint_step import DRIFT
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
+from plumbob.engines.adapters.pymunk.methods import CLOSING_RATE
 from plumbob.engines.adapters.pymunk.translation import Translation
 from plumbob.engines.adapters.swing_limit import fastest, limits
 from plumbob.engines.method import Method
@@ -88,6 +88,6 @@ def model_error(
     and the rounding of the joint's opening, some units in the last place of the rod's length, which
     a joint that closes in a step undoes by a velocity, and so an impulse, of that step."""
     share = MOMENT * MASS * problem.length * fastest(problem, duration) ** 2
-    closing = 1 / step if method.settings.get("error_bias") == 0.0 else DRIFT
+    closing = 1 / step if method.settings.get("error_bias") == 0.0 else CLOSING_RATE
     rounding = 4 * _ULP * MASS * problem.length * closing / step
     return {"tension": {"moment of the bob": share, "rounded opening": rounding}}

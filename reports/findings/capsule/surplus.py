@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.errors.line_step_error import step_error
+from plumbob.analytic.errors.sliding_errors import step_error
 from plumbob.engines.adapters.mujoco.contact_profiles import ContactProfile
 from plumbob.reports.findings.capsule.runs import problem
 

@@ -19,7 +19,7 @@ def hard(study: Study, scene: Scene) -> tuple[Figure | Table, ...]:
     """What makes the case hard, in numbers; and what theory predicted of each method's last error,
     at its finest step."""
     line = problem(scene.name).motion
-    least, _ = lowest_normal_forces(line.capsule, (line.path,))
+    least, _ = lowest_normal_forces(line.capsule, (line.segment,))
     about = (
         ("m/M", line.capsule.slider_mass / line.capsule.body_mass),
         ("μ w₁ / f g", line.w1 / line.capsule.holding_acceleration),

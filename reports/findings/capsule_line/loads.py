@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.reference import Array, StepReference
+from plumbob.analytic.reference import Array
 from plumbob.engines.registry import method as find_method
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings.capsule.cells import named, value
 from plumbob.reports.findings.capsule.runs import COLOURS, problem, run
 from plumbob.reports.view.content import Finding, Table, row
@@ -66,10 +68,9 @@ def _parts(method: str) -> tuple[Array, Array, Array] | None:
     """Times [s], and largest relative distances from statics, and from what is predicted of it."""
     if (found := run(SCENE, method, STEP)) is None:
         return None
-    reference = problem(SCENE).reference
-    assert isinstance(reference, StepReference)
+    theory = case_of(find_scene(SCENE)).errors
     exact = problem(SCENE).reference.observe(found.times)
-    told = reference.predicted(find_method(method).scheme, STEP, found.times)
+    told = theory.at_step(find_method(method).scheme, STEP, found.times)
     seen, truth, lead = (
         np.stack([source[load] for load in LOADS]) for source in (found.observables, exact, told)
     )

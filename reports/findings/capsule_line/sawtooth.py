@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from plumbob.analytic.errors.discontinuities import bend
+from plumbob.analytic.errors.discontinuities import trapezoid_error
 from plumbob.engines.adapters.mujoco.contact_profiles import PROFILES
 from plumbob.engines.study.study import Study
 from plumbob.reports.findings.capsule.cells import named, value
@@ -100,7 +100,7 @@ def _errors(method: str, steps: Sequence[float]) -> list[tuple[float, float, flo
         if (end := displaced(LINE, method, step)) is None:
             continue
         unit = -line.closed.braking * step**2
-        bent = float(bend(jump, np.array(line.t1 / step))) * step**2
+        bent = float(trapezoid_error(jump, np.array(line.t1 / step))) * step**2
         sunk = sinking(LINE, step, PROFILES["coulomb"]) if method == FULL else 0.0
         phi = line.t_star / step % 1.0
         found.append((phi, (end - line.displacement - bent) / unit, sunk / unit))

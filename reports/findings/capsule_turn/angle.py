@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from types import MappingProxyType
 
-from plumbob.analytic.errors.turn_step_error import euler_lead
+from plumbob.analytic.errors.plane_errors import euler_lead
 from plumbob.engines.study.study import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS, PARTS
 from plumbob.reports.findings.capsule.cells import named, value

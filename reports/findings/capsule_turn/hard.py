@@ -27,7 +27,7 @@ def hard(study: Study, scene: Scene) -> tuple[Figure | Table, ...]:
         ("turns", float(train.count)),
         ("least Nᵢ over (M+m) g", float(min(least)) / one.capsule.weight),
         ("largest a Ω² [m/s²]", one.radius * (one.angular_acceleration * one.half_time) ** 2),
-        ("at rest from [τ]", train.one.rest_time / one.half_time),
+        ("at rest from [τ]", train.single.rest_time / one.half_time),
         ("body angle at the end [rad]", float(train.at(scene.duration).heading[0])),
     )
     numbers = Table(
@@ -35,19 +35,19 @@ def hard(study: Study, scene: Scene) -> tuple[Figure | Table, ...]:
         (row(*(value(size, 6) for _, size in about)),),
         "" if train.count == 1 else "The modes are those of the first turn; all are alike.",
     )  # fmt: skip
-    return (*figures(train.one, one.half_time), numbers, *_events(scene), *_ends(study, scene))
+    return (*figures(train.single, one.half_time), numbers, *_events(scene), *_ends(study, scene))
 
 
 def _events(scene: Scene) -> tuple[Table, ...]:
     train = problem(scene.name).motion
     tau = train.manoeuvre.half_time
-    last = train.one.rest_time
-    following = [*(event.time for event in train.one.events[1:]), math.inf]
+    last = train.single.rest_time
+    following = [*(event.time for event in train.single.events[1:]), math.inf]
     rows = [
         row(value(event.time / tau, 6), event.mode,
             f"A{event.support + 1}" if event.support >= 0 else "",
             value((end - event.time) / tau if event.time < last else None, 4))
-        for event, end in zip(train.one.events, following, strict=True)
+        for event, end in zip(train.single.events, following, strict=True)
     ]  # fmt: skip
     heads = ("from [τ]", "mode", "support at rest, or slipping from it", "lasts [τ]")
     return (Table("Events of the exact motion", heads, tuple(rows), folded=True),)

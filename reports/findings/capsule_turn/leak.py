@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from plumbob.analytic.errors.turn_step_error import euler_lead
+from plumbob.analytic.errors.plane_errors import euler_lead
 from plumbob.engines.study.study import Study
 from plumbob.reports.findings.capsule.cells import named, value
 from plumbob.reports.findings.capsule_turn.runs import JUDGED, METHODS, angle_off, epsilons, turn

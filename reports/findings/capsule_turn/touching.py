@@ -24,7 +24,7 @@ SIDES = (1e-6, 1e-5, 1e-4, 1e-3)  # [s] before and after
 def motion() -> ThreePointMotion:
     """A turn of a body with little inertia, in which a support stops and leaves at once."""
     scene = find_scene("capsule-turn", SLENDER)
-    found = system_of(scene).problem(scene.parameters).motion.one
+    found = system_of(scene).problem(scene.parameters).motion.single
     assert isinstance(found, ThreePointMotion)
     return found
 

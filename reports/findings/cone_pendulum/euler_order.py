@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from plumbob.analytic.errors.pendulum_errors import PendulumErrors
+from plumbob.analytic.errors.schemes import EULER, Scheme
 from plumbob.engines.study.study import Study
 from plumbob.reports.findings.cone_pendulum.problems import RESTING, ROTATING, case
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Finding, Table, row
 
-SCHEME = "semi-implicit-euler"
+SCHEME = Scheme(EULER)
 METHOD = "mujoco/euler"
 
 
@@ -21,7 +23,7 @@ def finding(study: Study) -> Finding:
         rotor = problem.motion.rotor
         duration = next((s.duration for s in study.scenes if s.name == name), 0.5)
         times = np.linspace(0.0, duration, 200)
-        terms = problem.motion.leading_error(SCHEME, times)
+        terms = PendulumErrors(problem.motion).series(SCHEME, times)
         size = {p: float(np.abs(terms[p]["theta"]).max()) for p in (1, 2)}
         first[name] = size[1]
         push = float(rotor.acceleration(0.0, problem.theta, problem.theta_dot))

@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.errors.joint_series import JointedSeries
+from plumbob.analytic.errors.jointed_euler import JointedSeries
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.study import Study
@@ -91,7 +91,9 @@ def predicted_loss(step: float) -> float:
     motion = _motion()
     times = motion.period * np.array([1.0, 3.0])
     series = JointedSeries(motion.rotor, motion.theta, motion.theta_dot)
-    first = series.at("jointed-euler+drift", times)[1]
+    closing_rate = find_method("pymunk/default").scheme.joint_closing_rate
+    assert closing_rate is not None
+    first = series.at(closing_rate, times)[1]
     theta, rate = motion.state(times)
     torque = np.asarray(motion.rotor.acceleration(times, theta, rate))
     gained = motion.inertia * (rate * first["theta_dot"] - torque * first["theta"])

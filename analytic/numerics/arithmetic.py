@@ -8,7 +8,7 @@ from typing import TypeVar
 from plumbob.analytic.reference import Array
 
 ROUNDOFF = 2.0**-53  # unit round-off: largest relative error of one rounding
-EPSILON = 2.0**-52  # machine epsilon: distance from 1 to the next double
+ULP = 2.0**-52  # machine epsilon: distance from 1 to the next double
 
 Number = TypeVar("Number", float, Array)
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, non_negative
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
 from plumbob.analytic.systems.slider_path import SliderPath, concatenate, fixed
 from plumbob.analytic.systems.three_points.friction import three_point_motion
@@ -20,7 +22,7 @@ WHOLE = 1e-12  # how far from whole circles, over their number, the slider's way
 
 
 @dataclass(frozen=True)
-class TurnTrain:
+class RepeatedTurn:
     """`count` turn manoeuvres alike, the slider held for `pause` [s] after each.
 
     From the second on a turn begins as the first one did, in the body's axes: so several need a
@@ -31,6 +33,7 @@ class TurnTrain:
     manoeuvre: TurnManoeuvre
     count: int = 1
     pause: float = 0.0
+    kind: ClassVar[MotionKind] = "plane"
 
     def __post_init__(self) -> None:
         if isinstance(self.count, bool) or not isinstance(self.count, int) or self.count < 1:
@@ -42,8 +45,8 @@ class TurnTrain:
         if round(circles) == 0 or abs(circles - round(circles)) > WHOLE * abs(circles):
             need = "whole circles, for more turns than one to be alike"
             raise ParameterError("slider_angle", self.manoeuvre.slider_angle, need)
-        if self.period < self.one.rest_time:
-            least = self.one.rest_time - 2.0 * self.manoeuvre.half_time
+        if self.period < self.single.rest_time:
+            least = self.single.rest_time - 2.0 * self.manoeuvre.half_time
             raise ParameterError("pause", self.pause, f"at least {least:.6g} s, for all to rest")
 
     @property
@@ -54,7 +57,12 @@ class TurnTrain:
     @property
     def duration(self) -> float:
         """Time at which the body rests for good [s]."""
-        return (self.count - 1) * self.period + self.one.rest_time
+        return (self.count - 1) * self.period + self.single.rest_time
+
+    @property
+    def sliding_time(self) -> float:
+        """Time from the start of a turn to rest [s]."""
+        return self.single.rest_time
 
     @property
     def capsule(self) -> Capsule:
@@ -70,14 +78,14 @@ class TurnTrain:
         return concatenate(*(self.count * (one, fixed(one.end, self.pause))))
 
     @cached_property
-    def one(self) -> ThreePointMotion:
+    def single(self) -> ThreePointMotion:
         """The exact motion of the first turn, to rest."""
         return three_point_motion(self.manoeuvre.capsule, self.manoeuvre.path)
 
     @cached_property
     def _gained(self) -> tuple[complex, float]:
         """Shift of C [m] and turn [rad] of one manoeuvre."""
-        end = self.one.at(np.array([self.one.rest_time]))
+        end = self.single.at(np.array([self.single.rest_time]))
         return complex(*end.position[0]), float(end.heading[0])
 
     def _within(self, times: Array) -> tuple[Array, Array]:
@@ -89,7 +97,7 @@ class TurnTrain:
     def at(self, times: Array) -> Pose:
         """Pose and velocity of the body at `times` [s], shape (n,)."""
         done, local = self._within(times)
-        now, (shift, turn) = self.one.at(local), self._gained
+        now, (shift, turn) = self.single.at(local), self._gained
         facing = np.exp(1j * turn * done)
         # shift (1 + e^(i turn) + ...), a geometric series
         base = shift * done if turn == 0.0 else shift * (facing - 1.0) / (np.exp(1j * turn) - 1.0)
@@ -106,10 +114,10 @@ class TurnTrain:
     def error(self) -> Pose:
         """Largest error over the whole train: that of one turn, once for each; what headings err by
         carries the places that follow."""
-        own, n = self.one.error, self.count
+        own, n = self.single.error, self.count
         (shift, _), turned = self._gained, n * float(own.heading[0])
         place = n * (own.position + turned * abs(shift))
-        speed = float(np.abs(self.one.at(np.array([self.manoeuvre.half_time])).velocity).max())
+        speed = float(np.abs(self.single.at(np.array([self.manoeuvre.half_time])).velocity).max())
         return Pose(place, n * own.heading, own.velocity + turned * speed, own.angular_velocity)
 
     def slider(self, times: Array) -> Array:

@@ -5,20 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
-from plumbob.analytic.errors.discontinuities import position_lead, scheme_lead
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.parameters import ParameterError, non_negative
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import ROUNDOFF, load_slopes, steepest_load
+from plumbob.analytic.systems.capsule import steepest_load
+from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import SNAP, LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke, slow_return
+from plumbob.analytic.systems.slider_path import SliderPath, concatenate, fixed
 
 
 @dataclass(frozen=True)
-class ManoeuvreTrain:
+class RepeatedLine:
     """`count` times `manoeuvre`, each followed by a slow return at `fraction` of f g/mu and by
     `pause` [s] of rest, which can put every start on a grid of steps: the error of a fixed step is
     then `count` times that of one manoeuvre. Raises ParameterError. Chernousko 2020, end of the
@@ -28,6 +31,7 @@ class ManoeuvreTrain:
     count: int
     fraction: float = 1.0
     pause: float = 0.0
+    kind: ClassVar[MotionKind] = "repeated-line"
 
     def __post_init__(self) -> None:
         if isinstance(self.count, bool) or not isinstance(self.count, int) or self.count < 1:
@@ -39,6 +43,23 @@ class ManoeuvreTrain:
     def returning(self) -> SlowStroke:
         """The slow return after each manoeuvre."""
         return slow_return(self.manoeuvre, self.fraction)
+
+    @property
+    def single(self) -> LineManoeuvre:
+        """The manoeuvre that is repeated."""
+        return self.manoeuvre
+
+    @property
+    def sliding_time(self) -> float:
+        """Time for which the body slides in one manoeuvre [s]."""
+        return self.manoeuvre.t_star
+
+    @cached_property
+    def path(self) -> SliderPath:
+        """What the slider does in the body, manoeuvre after manoeuvre."""
+        there, back = self.manoeuvre.path, self.returning.path
+        once = (there, back, fixed(self.manoeuvre.segment.start, self.pause))
+        return concatenate(*(self.count * once))
 
     @property
     def period(self) -> float:
@@ -55,7 +76,7 @@ class ManoeuvreTrain:
         """Body's whole displacement along the line [m]: count times eq. 22."""
         return self.count * self.manoeuvre.displacement
 
-    def _local(self, times: Array) -> tuple[Array, Array]:
+    def within(self, times: Array) -> tuple[Array, Array]:
         """Number of whole manoeuvres done at `times` [s], and the time in the present one [s]."""
         times = np.asarray(times, dtype=np.float64)
         done = np.clip(np.floor(times / self.period), 0, self.count - 1)
@@ -63,14 +84,14 @@ class ManoeuvreTrain:
 
     def relative_acceleration(self, times: Array) -> Array:
         """Slider's acceleration in the body w [m/s^2] at `times` [s], shape (n,)."""
-        _, local = self._local(times * (1.0 + SNAP))
+        _, local = self.within(times * (1.0 + SNAP))
         there = self.manoeuvre.relative_acceleration(local)
         back = self.returning.relative_acceleration(local - self.manoeuvre.t2)
         return np.where(local < self.manoeuvre.t2, there, back)
 
     def relative_velocity(self, times: Array) -> Array:
         """Slider's velocity in the body v [m/s] at `times` [s], shape (n,)."""
-        _, local = self._local(times)
+        _, local = self.within(times)
         there = self.manoeuvre.relative_velocity(local)
         back = self.returning.relative_velocity(local - self.manoeuvre.t2)
         return np.where(local < self.manoeuvre.t2, there, back)
@@ -81,27 +102,27 @@ class ManoeuvreTrain:
 
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Exact observables at `times` [s], shape (n,), as `line_reference` names them."""
-        done, local = self._local(times)
+        done, local = self.within(times)
         there = LineReference(self.manoeuvre).observe(local)
         back = dict(self.returning.observe(local - self.manoeuvre.t2))
         back["displacement"] = back["displacement"] + self.manoeuvre.displacement
         back["stroke"] = back["stroke"] + self.manoeuvre.stroke
         early = local < self.manoeuvre.t2
         seen = {name: np.where(early, there[name], back[name]) for name in there}
-        seen["friction_force"] = self._friction(times)
+        seen["friction_force"] = self.friction_force(times)
         seen["displacement"] = seen["displacement"] + done * self.manoeuvre.displacement
         return seen
 
-    def _friction(self, times: Array) -> Array:
+    def friction_force(self, times: Array) -> Array:
         """Friction [N] over what begins at `times`, a start that is late by roundings included."""
-        _, local = self._local(times * (1.0 + SNAP))
+        _, local = self.within(times * (1.0 + SNAP))
         held = self.manoeuvre.capsule.slider_mass * self.relative_acceleration(times)
         moving = local < self.manoeuvre.t_star
         return np.where(moving, self.manoeuvre.friction_force(local), held)
 
-    def _momentum(self, times: Array) -> Array:
+    def momentum(self, times: Array) -> Array:
         """Momentum of body and slider [kg m/s] at `times` [s], any shape."""
-        capsule, (_, local) = self.manoeuvre.capsule, self._local(times)
+        capsule, (_, local) = self.manoeuvre.capsule, self.within(times)
         both = capsule.body_mass + capsule.slider_mass
         inner = capsule.slider_mass * self.relative_velocity(times)
         return np.asarray(both * self.manoeuvre.body_velocity(local) + inner)
@@ -109,7 +130,7 @@ class ManoeuvreTrain:
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
         double, and the arithmetic, may have caused; it adds up over the manoeuvres."""
-        done, local = self._local(times)
+        done, local = self.within(times)
         one = LineReference(self.manoeuvre)
         there, back = one.uncertainty(local), self.returning.uncertainty(local)
         whole = one.uncertainty(np.array([self.manoeuvre.t2]))
@@ -130,39 +151,6 @@ class ManoeuvreTrain:
             total[f"normal_force_{i + 1}"] = total[f"normal_force_{i + 1}"] + shift * slope
         return total
 
-    def leading_error(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Coefficients of the step [s] in the error of semi-implicit Euler at grid `times` [s],
-        shape (n,), every start on the grid: see `LineReference.leading_error`."""
-        if (lead := position_lead(scheme)) is None:
-            return {}
-        seen = self.observe(times)
-        still = np.zeros_like(seen["velocity"])
-        first = dict.fromkeys(("velocity", "stroke_rate", "heading", "sideways"), still)
-        ahead = {"displacement": lead * seen["velocity"], "stroke": lead * seen["stroke_rate"]}
-        return {1: {**first, **ahead}}
-
-    def predicted(self, scheme: str, step: float, times: Array) -> Mapping[str, Array]:
-        """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,),
-        w averaged over each step and every start on the grid: it adds up over the manoeuvres."""
-        if scheme_lead(scheme) is None:
-            return {}
-        times = np.asarray(times, dtype=np.float64)
-        done, local = self._local(times)
-        line, back, end = LineReference(self.manoeuvre), self.returning, np.array([self.period])
-        told = dict(line.predicted(scheme, step, local))
-        after = back.predicted(scheme, step, local - self.manoeuvre.t2, self.manoeuvre.t2)
-        one = line.predicted(scheme, step, end)
-        rest = back.predicted(scheme, step, end - self.manoeuvre.t2, self.manoeuvre.t2)
-        told["displacement"] = told["displacement"] + done * one["displacement"]
-        told["stroke"] = told["stroke"] + after["stroke"] + done * (one["stroke"] + rest["stroke"])
-        slopes = load_slopes(self.manoeuvre.capsule, self.manoeuvre.direction)
-        for i, slope in enumerate(slopes):
-            told[f"normal_force_{i + 1}"] = slope * told["stroke"]
-        if "friction_force" in told:
-            gained = np.diff(self._momentum(np.stack([times, times + step])), axis=0)[0]
-            told["friction_force"] = gained / step - self._friction(times)
-        return told
-
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """None: what a step errs by does not depend on how far off the motion is."""
+        """0: the error of a step does not depend on how far off the motion is."""
         return 0.0

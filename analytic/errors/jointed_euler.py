@@ -1,31 +1,110 @@
-"""The global error of Euler steps on a jointed bob as a power series in the step.
+"""The global error of Euler steps on a bob that a joint, solved for velocities, holds to its pivot.
 
-As `scheme_error` has it, with the joint's opening as one more state. A joint that closes in
-one step is open by what the step before opened, which the motion and its error a step ago tell. One
-that closes at a rate is open by h (Q_0 + h Q_1 + ...), and each Q_p obeys a linear equation of its
-own after the error's coefficients up to the p-th.
+A sequential-impulse engine moves first, then solves the velocities. A pivot joint at the end of a
+bob's weightless rod is not kept closed: with lengths in units of the rod and the complex plane
+turning with it (1 outwards, i along theta), its opening Z and the pendulum take the step
+
+    theta' = theta + D,  D = h w,      Z' = (1 - k) e^(-iD) Z + e^(-iD) (1 + iD) - 1,
+    w' = w cos D + Im S + h (-(g/L) sin theta' + F cos D),    S = k (Z' - e^(-iD) Z) / h,
+
+F the damping and forcing at the step's start. The joint pulls along the rod alone, by the tension
+
+    T'/(m L) = (Re S + w sin D) / h + (g/L) cos theta' + F sin D.
+
+k is the part of its opening that the joint closes in a step. With k = 1, Z follows the motion at
+one step's distance and is of order h^2: what the step before opened, which the motion and its error
+a step ago tell. With k = 1 - e^(-beta h), where the joint closes at a rate, Z is h Q with
+Q' = -(beta + i w) Q + w^2/2: the rod is longer and energy is lost, both at order h. Then Z is
+h (Q_0 + h Q_1 + ...), and each Q_p obeys a linear equation of its own after the error's
+coefficients up to the p-th. Those follow as `errors.global_error` has it, with the opening as one
+more state.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+import numpy.typing as npt
 from numpy.polynomial import legendre
 
-from plumbob.analytic.errors.joint_step import CLOSING, Complex, stepped, straight
-from plumbob.analytic.errors.schemes import StepSeries, exact
+from plumbob.analytic.errors.rotor_steps import StepSeries, exact
+from plumbob.analytic.errors.theory import Coefficients
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.numerics.rotor.variational import STAGES, Response, TangentFlow
-from plumbob.analytic.numerics.truncated_series import constant
+from plumbob.analytic.numerics.truncated_series import constant, product, raised, sine_cosine
 from plumbob.analytic.reference import Array
 
 TERMS = 4
 DEGREE = TERMS + 2  # the opening is divided by h twice on its way to the tension
+Complex = npt.NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class JointedStep:
+    """Series in h of what a step makes of theta, theta_dot and the opening, and of the excess of
+    the joint's pull over the tension of that state, per mass and length [1/s^2]."""
+
+    theta: Array
+    theta_dot: Array
+    opening: Complex  # its last term is not to be used
+    excess: Array  # its last two terms are not to be used
+
+
+def stepped(
+    rotor: DrivenRotor,
+    times: Array,
+    closing: float,
+    theta: Array,
+    theta_dot: Array,
+    opening: Complex,
+) -> JointedStep:
+    """One step from series of theta, theta_dot and the opening at `times` [s], shape (degree + 1,
+    ...), of a pendulum that obeys `rotor`; the joint closes at a rate `closing` [1/s]."""
+    pull = StepSeries(DrivenRotor(sin=rotor.sin), times)
+    push = StepSeries(replace(rotor, sin=0.0), times)
+    turned = raised(theta_dot)
+    sine, cosine = sine_cosine(turned)
+    back: Complex = np.asarray(cosine - 1j * sine, dtype=np.complex128)
+    carried = product(back, opening)
+    opened = _kept(carried, closing) + straight(theta_dot)
+    gain = opened - carried
+    slack = _lowered(gain - _kept(gain, closing))
+    pushed = push.acceleration(0.0, theta, theta_dot)
+    theta_next = theta + turned
+    dot_next = product(theta_dot, cosine) + slack.imag
+    dot_next = dot_next + raised(pull.undamped(1.0, theta_next) + product(pushed, cosine))
+    pulled = _lowered(slack + product(theta_dot, sine)).real + product(pushed, sine)
+    return JointedStep(theta_next, dot_next, opened, pulled - product(dot_next, dot_next))
+
+
+def straight(theta_dot: Array) -> Complex:
+    """Series of e^(-iD) (1 + iD) - 1, D = h theta_dot: what a straight move opens."""
+    power, total = theta_dot.astype(complex), np.zeros(theta_dot.shape, dtype=complex)
+    for n in range(2, len(theta_dot)):
+        power = product(power, theta_dot.astype(complex))
+        total += (-1j) ** n * (1 - n) / math.factorial(n) * raised(power, n)
+    return total
+
+
+def _kept(opening: Complex, closing: float) -> Complex:
+    """Series of exp(-closing h) times the opening: what the joint leaves of it in a step."""
+    if math.isinf(closing):
+        return np.zeros_like(opening)
+    total = opening.copy()
+    for n in range(1, len(opening)):
+        total += raised((-closing) ** n / math.factorial(n) * opening, n)
+    return total
+
+
+def _lowered(series: Complex) -> Complex:
+    """The series divided by its variable; its last term is unknown and left out."""
+    lower = np.zeros_like(series)
+    lower[:-1] = series[1:]
+    return lower
 
 
 @dataclass(frozen=True)
@@ -40,26 +119,27 @@ class JointedErrors:
 
 @dataclass(frozen=True)
 class JointedSeries:
-    """The error expansions of one motion under such steps, each worked out once. Raises
-    ParameterError."""
+    """The error expansions of the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s] under
+    such steps, each worked out once. Raises ParameterError."""
 
     rotor: DrivenRotor
     theta: float
     theta_dot: float
-    _found: dict[str, tuple[float, JointedErrors]] = field(
+    _found: dict[float, tuple[float, JointedErrors]] = field(
         default_factory=dict, repr=False, compare=False
     )
 
-    def at(self, scheme: str, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Coefficients of the error of `scheme`, one of CLOSING, at `times` [s], shape (n,), as {p:
-        {"theta", "theta_dot", "excess"}}: "excess" [1/s^2] is that of the joint's pull over the
-        tension of the state, per mass and length."""
-        until, last = self._found.get(scheme, (None,))[0], float(np.max(times))
+    def at(self, closing: float, times: Array) -> Coefficients:
+        """Coefficients of the error of steps whose joint closes at a rate `closing` [1/s], infinite
+        where it closes in one step, at `times` [s], shape (n,), as {p: {"theta", "theta_dot",
+        "excess"}}: "excess" [1/s^2] is that of the joint's pull over the tension of the state, per
+        mass and length."""
+        until, last = self._found.get(closing, (None,))[0], float(np.max(times))
         if until is None or last > until:
             until = 1.01 * last or 1.0  # the next step may end a little later
             flow = TangentFlow(self.rotor, integrate(self.rotor, self.theta, self.theta_dot, until))
-            self._found[scheme] = until, expansion(flow, CLOSING[scheme])
-        errors = self._found[scheme][1]
+            self._found[closing] = until, expansion(flow, closing)
+        errors = self._found[closing][1]
         return {
             power: {
                 "theta": response.at(times)[:, 0, 0],
@@ -134,7 +214,7 @@ def _relaxed(flow: TangentFlow, closing: float, source: Complex) -> tuple[Comple
 
 
 def _at_end(flow: TangentFlow, series: Array) -> tuple[Array, ...]:
-    """Coefficients of what a step tells at its end, from the series at its start."""
+    """Coefficients of what a step gives at its end, from the series at its start."""
     rule, lengths = gauss_collocation(STAGES), np.diff(flow.orbit.breakpoints)
     late = [np.zeros_like(series[0]) for _ in range(TERMS)]
     for power in range(1, TERMS + 1):
@@ -149,5 +229,5 @@ def _interpolated(flow: TangentFlow, values: Array, times: Array) -> Array:
     """Values at `times` [s], shape (n,), of what is known at the nodes, shape (steps, stages)."""
     step, edges = flow.orbit.locate(times), flow.orbit.breakpoints
     fractions = (times - edges[step]) / np.diff(edges)[step]
-    ladder = legendre.legvander(2 * fractions - 1, STAGES - 1)
-    return np.asarray((ladder * (values @ gauss_collocation(STAGES).spectrum.T)[step]).sum(axis=1))
+    basis = legendre.legvander(2 * fractions - 1, STAGES - 1)
+    return np.asarray((basis * (values @ gauss_collocation(STAGES).spectrum.T)[step]).sum(axis=1))

@@ -1,0 +1,94 @@
+"""What fixed steps make of pendulums: errors of the angle and its rate, and of a rod's tension."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from plumbob.analytic.errors.global_error import RotorErrors
+from plumbob.analytic.errors.jointed_euler import JointedSeries
+from plumbob.analytic.errors.schemes import Scheme
+from plumbob.analytic.errors.theory import Coefficients, ErrorTheory
+from plumbob.analytic.numerics.truncated_series import constant, product, sine_cosine
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.analytic.systems.pendulums.rod_tension import MASS
+from plumbob.analytic.systems.simple_pendulum import SimplePendulum
+
+
+@dataclass(frozen=True)
+class PendulumErrors:
+    """Errors of fixed steps on an undamped pendulum's `motion`; an `ErrorTheory`."""
+
+    motion: PendulumMotion
+
+    @cached_property
+    def _rotor(self) -> RotorErrors:
+        theta, theta_dot = self.motion.closed_form.state(np.zeros(1))
+        return RotorErrors(self.motion.rotor, float(theta[0]), float(theta_dot[0]))
+
+    def series(self, scheme: Scheme, times: Array) -> Coefficients:
+        """Four coefficients of the global error of theta [rad] and theta_dot [rad/s] at `times`
+        [s], shape (n,), see `errors.global_error`."""
+        return self._rotor.series(scheme, times)
+
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> Mapping[str, Array]:
+        """Empty: the error is a series in the step."""
+        return {}
+
+
+@dataclass(frozen=True)
+class RodErrors:
+    """Errors of fixed steps on a simple pendulum whose rod's tension is observed, `angle` those of
+    its angle; an `ErrorTheory`."""
+
+    pendulum: SimplePendulum
+    angle: ErrorTheory
+
+    @cached_property
+    def _jointed(self) -> JointedSeries:
+        start = self.pendulum.started
+        return JointedSeries(self.pendulum.rotor, start.theta, start.theta_dot)
+
+    def series(self, scheme: Scheme, times: Array) -> Coefficients:
+        """Coefficients of the error of each observable at `times` [s], shape (n,): of the tension
+        [N], by its power series in those of theta and theta_dot, and what a joint's pull adds."""
+        if scheme.joint_closing_rate is None:
+            return self._with_tension(self.angle.series(scheme, times), times)
+        return self._with_tension(self._jointed.at(scheme.joint_closing_rate, times), times)
+
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> Mapping[str, Array]:
+        """Empty: the error is a series in the step."""
+        return {}
+
+    def _with_tension(self, terms: Coefficients, times: Array) -> Coefficients:
+        if not terms:
+            return {}
+        seen, degree = self.pendulum.motion.observe(times), max(terms)
+        length, gravity = self.pendulum.length, self.pendulum.gravity
+        theta, rate = (constant(seen[name], degree) for name in ("theta", "theta_dot"))
+        for power, coefficients in terms.items():
+            theta[power], rate[power] = coefficients["theta"], coefficients["theta_dot"]
+        series = length * product(rate, rate) + gravity * sine_cosine(theta)[1]
+        return {
+            power: {
+                "theta": coefficients["theta"],
+                "theta_dot": coefficients["theta_dot"],
+                "tension": MASS * (series[power] + length * coefficients.get("excess", 0.0)),
+            }
+            for power, coefficients in terms.items()
+        }
+
+
+def simple_pendulum_errors(pendulum: SimplePendulum) -> ErrorTheory:
+    """The theory of a simple pendulum, or of its linear companion."""
+    start, elliptic = pendulum.started, pendulum.elliptic
+    angle: ErrorTheory
+    if elliptic is None:
+        angle = RotorErrors(pendulum.rotor, start.theta, start.theta_dot)
+    else:
+        angle = PendulumErrors(elliptic)
+    return angle if pendulum.linear else RodErrors(pendulum, angle)

@@ -1,0 +1,64 @@
+"""What a fixed step makes of plane motions: by taking the steps, and of a turn to leading order.
+
+Let r_{n+1} = r_n + h v_{n+1} for the slider, with its relative velocity v right at grid times, and
+let the body's rate follow eq. 23 with everything taken at the start of a step,
+
+    I_n (w_{n+1} - w_n) = -mu M [r_n x (v_{n+1} - v_n) + 2 h (r_n . v_n) w_n],
+
+with I_n = J + mu M r_n^2. Since r_n x v_{n+1} = r_{n+1} x v_{n+1} and
+I_n = I_{n-1} + mu M (2 h r_n . v_n - h^2 v_n^2), this is
+
+    I_n w_{n+1} + mu M r_{n+1} x v_{n+1} = I_{n-1} w_n + mu M r_n x v_n - mu M h^2 v_n^2 w_n:
+
+angular momentum leaks at the rate -mu M h v^2 w, as if a damper held the body. Along the turn's
+leading-order motion, v = a Omega and w = -mu_1 Omega, it gains mu M a^2 mu_1 h times the integral
+of Omega^3, which integrated once more over I = J + mu M a^2 gives, at 2 tau,
+
+    error of psi = mu_1^2 Z^3 tau^5 h/2,
+
+which is (delta psi)^3/(2 mu_1) times h/tau, opposite to the turn, whatever epsilon: friction has no
+part in it. It holds for every engine of that kind that moves the slider by components in the body
+(Chernousko 2020, eqs. 23-32).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from plumbob.analytic.errors.plane_steps import COLUMNS, course
+from plumbob.analytic.errors.position_first import position_first_course
+from plumbob.analytic.errors.schemes import Scheme
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
+from plumbob.analytic.systems.three_points.reference import PlaneReference
+
+MOST_STEPS = 200_000  # each takes some tens of microseconds
+
+
+def plane_errors(
+    reference: PlaneReference, scheme: Scheme, step: float, times: Array
+) -> Mapping[str, Array]:
+    """Error that steps of `step` [s] make of the motion at grid `times` [s], shape (n,), by
+    observable of `PlaneReference`, found by taking them (`errors.plane_steps`,
+    `errors.position_first`); empty for other schemes, or more than MOST_STEPS steps."""
+    times = np.asarray(times, dtype=np.float64)
+    taken = np.rint(times / step).astype(np.int64)
+    steps, motion = int(taken.max()), reference.motion
+    if steps > MOST_STEPS or scheme.position_lead is None:
+        return {}
+    driven = (motion.capsule, motion.path, reference.begun)
+    if scheme.position_first:
+        rows = position_first_course(*driven, step, steps)[taken]
+    else:
+        rows = course(*driven, scheme.integrator, step, steps)[taken]
+    found, exact = dict(zip(COLUMNS, rows.T, strict=True)), reference.observe(times)
+    found["body_angle"] = found["heading"]
+    return {name: found[name] - values for name, values in exact.items()}
+
+
+def euler_lead(turn: TurnManoeuvre) -> float:
+    """Coefficient of the step in the error of psi(2 tau) [rad/s], to leading order in epsilon."""
+    drive, tau = turn.angular_acceleration, turn.half_time
+    return 0.5 * turn.inertia_ratio**2 * drive**3 * tau**5

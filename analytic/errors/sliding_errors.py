@@ -1,0 +1,218 @@
+"""What a fixed step makes of motions along a line that friction brings to rest, and of coasting."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Literal
+
+import numpy as np
+
+from plumbob.analytic.errors.discontinuities import (
+    GRID,
+    rk4_stop,
+    trapezoid_error,
+    trapezoid_errors,
+)
+from plumbob.analytic.errors.schemes import RK4, Scheme
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import load_slopes
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
+from plumbob.analytic.systems.manoeuvres.residual_motion import Coasting, ResidualMotion
+from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
+from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold
+
+Errors = Mapping[str, Array]
+Sampling = Literal["middle", "mean"]
+
+# With w averaged over the step the velocities at grid times are exact while the body slides, for
+# every acceleration is constant between the switches; it stops in the step that has t_star in it.
+# What remains of a position's error is its lead (`Scheme.position_lead`) and the trapezoid error of
+# the velocity's discontinuous slope (THEORY.md, section 4).
+
+
+def line_errors(line: LineManoeuvre, scheme: Scheme, step: float, times: Array) -> Errors:
+    """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,), by
+    observable of `LineReference`: friction asks for rest within a step, w is averaged over it.
+
+    Euler: a position is ahead by half a step, and has a trapezoid error where the acceleration
+    jumps; friction is its mean over the step that follows. RK4: no lead, and it stops late. Empty
+    for other schemes.
+    """
+    closed = line.closed
+    if (lead := scheme.position_lead) is None:
+        return {}
+    times = np.asarray(times, dtype=np.float64)
+    still, rate = np.zeros_like(times), line.relative_velocity(times)
+    slid = lead * step * rate
+    jumps = [(line.t1, -(line.w1 + line.w2)), (line.t2, line.w2)]
+    slid = slid + trapezoid_errors(jumps, step, times)
+    found = {"stroke": slid, "stroke_rate": still, "heading": still, "sideways": still}
+    found |= _normal_forces(line, slid)
+    if scheme.integrator == RK4 and line.capsule.friction > 0.0:
+        on_grid = abs(line.t1 / step - round(line.t1 / step)) < GRID
+        if closed.braking_time < 3 * step and not on_grid:
+            return found  # push and stop within the stages of one step, or of two
+        late, fast = rk4_stop(closed.t_star, closed.braking, step, times, line.t1)
+        pushed = trapezoid_errors([(line.t1, closed.backward + closed.braking)], step, times)
+        return {**found, "displacement": pushed - late, "velocity": -fast}
+    jumps = [(line.t1, closed.backward + closed.braking), (closed.t_star, -closed.braking)]
+    moved = lead * step * line.body_velocity(times) + trapezoid_errors(jumps, step, times)
+    mean = (line.momentum(times + step) - line.momentum(times)) / step
+    found["friction_force"] = mean - line.friction_force(times)
+    return {**found, "displacement": moved, "velocity": still}
+
+
+def stroke_errors(
+    stroke: SlowStroke, scheme: Scheme, step: float, times: Array, begun: float = 0.0
+) -> Errors:
+    """Error of semi-implicit Euler and of RK4 with `step` [s] at `times` [s], shape (n,), w
+    averaged over each step: the slider's lead and trapezoid errors; the body does not move. With
+    `begun` [s] added, the times are those of a grid. Empty for other schemes."""
+    if (lead := scheme.position_lead) is None:
+        return {}
+    times = np.asarray(times, dtype=np.float64)
+    rate = stroke.relative_velocity
+    jumps = [(begun + time, jump) for time, jump in stroke.acceleration_jumps]
+    slid = lead * step * rate(times) + trapezoid_errors(jumps, step, begun + times)
+    mean = np.diff(rate(np.stack([times, times + step])), axis=0)[0] / step
+    still = np.zeros_like(times)
+    return {
+        **dict.fromkeys(("displacement", "velocity", "heading", "sideways"), still),
+        "stroke": slid,
+        "stroke_rate": still,
+        **_normal_forces(stroke, slid),
+        "friction_force": stroke.capsule.slider_mass * (mean - stroke.relative_acceleration(times)),
+    }
+
+
+def repeated_line_errors(motion: RepeatedLine, scheme: Scheme, step: float, times: Array) -> Errors:
+    """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,), w
+    averaged over each step and every start on the grid: it adds up over the manoeuvres. Empty for
+    other schemes."""
+    if scheme.position_lead is None:
+        return {}
+    times = np.asarray(times, dtype=np.float64)
+    done, local = motion.within(times)
+    line, end = motion.manoeuvre, np.array([motion.period])
+    found = dict(line_errors(line, scheme, step, local))
+    after = stroke_errors(motion.returning, scheme, step, local - line.t2, line.t2)
+    one = line_errors(line, scheme, step, end)
+    rest = stroke_errors(motion.returning, scheme, step, end - line.t2, line.t2)
+    found["displacement"] = found["displacement"] + done * one["displacement"]
+    found["stroke"] = found["stroke"] + after["stroke"] + done * (one["stroke"] + rest["stroke"])
+    found |= _normal_forces(line, found["stroke"])
+    if "friction_force" in found:
+        gained = np.diff(motion.momentum(np.stack([times, times + step])), axis=0)[0]
+        found["friction_force"] = gained / step - motion.friction_force(times)
+    return found
+
+
+def hold_errors(hold: TiltedHold, scheme: Scheme, step: float, times: Array) -> Errors:
+    """Error of semi-implicit Euler and of RK4 at `times` [s], shape (n,): none. Empty for other
+    schemes."""
+    if scheme.position_lead is None:
+        return {}
+    return {name: np.zeros_like(value) for name, value in hold.observe(times).items()}
+
+
+def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: Array) -> Errors:
+    """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,), with
+    friction that asks for rest within a step; the coordinates of C only where it does not go along
+    a circle. Empty for other schemes."""
+    if (lead := scheme.position_lead) is None:
+        return {}
+    times, moving = np.asarray(times, dtype=np.float64), motion.coasting
+    sense = math.copysign(1.0, moving.rate)
+    still = rate = np.zeros_like(times)
+    if scheme.integrator == RK4:
+        late, fast = rk4_stop(moving.duration, moving.deceleration, step, times)
+        way, rate = sense * late, sense * fast
+    else:
+        way = lead * step * (moving.rates(times) - moving.rate)
+        jumps = [(moving.duration, sense * moving.deceleration)]
+        way = way + trapezoid_errors(jumps, step, times)
+    if motion.centre is None:
+        cos, sin = math.cos(motion.direction), math.sin(motion.direction)
+        found = {"x": way * cos, "y": way * sin, "velocity_x": rate * cos, "velocity_y": rate * sin}
+        return {**found, **dict.fromkeys(("heading", "heading_rate"), still)}
+    central = dict.fromkeys(("x", "y", "velocity_x", "velocity_y"), still)
+    turned = {"heading": way, "heading_rate": rate}
+    return {**(central if motion.centre == (0.0, 0.0) else {}), **turned}
+
+
+def _normal_forces(motion: LineManoeuvre | SlowStroke, slid: Array) -> dict[str, Array]:
+    """Errors of the normal forces [N], affine in the stroke, whose error is `slid` [m]."""
+    slopes = load_slopes(motion.capsule, motion.direction)
+    return {f"normal_force_{i + 1}": slope * slid for i, slope in enumerate(slopes)}
+
+
+def coasting_step_error(coasting: Coasting, step: float | Array, lead: float = 0.5) -> Array:
+    """Error of the whole way [m or rad], simulated minus exact, of semi-implicit Euler with
+    friction resolved within the step: -q' dt/2 (+q' dt/2 if positions go first: `lead` -1/2), and
+    p (1 - p) deceleration dt^2/2, p the fraction in duration/dt. Shape of `step` [s]."""
+    steps = np.asarray(step, dtype=np.float64)
+    part = coasting.duration / steps - np.floor(coasting.duration / steps)
+    tooth = 0.5 * math.copysign(coasting.deceleration, coasting.rate) * part * (1.0 - part)
+    return np.asarray(-lead * coasting.rate * steps + tooth * steps**2)
+
+
+# The line manoeuvre's end, for any step and two ways of reading the control. The scheme
+#     u = v - mu w dt,  v+ = sgn(u) max(|u| - f g dt, 0),  x+ = x + v+ dt
+# with one w held over the step has at t_k the exact velocity for the control as held, and x is the
+# trapezoid sum of v(t_k) because the body starts and ends at rest (so it does not matter whether v
+# or x is advanced first).
+
+
+def _pushing_steps(time: float, step: Array) -> Array:
+    """Number of steps whose middle comes before `time`."""
+    return np.maximum(np.ceil(time / step - 0.5), 0.0)
+
+
+def step_error(line: LineManoeuvre, step: float | Array, sampling: Sampling = "middle") -> Array:
+    """Error of the final displacement [m], simulated minus exact, of semi-implicit Euler with
+    Coulomb friction resolved within the step, shape of `step` [s].
+
+    sampling: "middle", w is taken at mid-step; "mean", w is averaged over the step. With t1 on the
+    grid both give -p (1 - p)(mu w2 + f g) dt^2/2, p the fraction in t_star/dt: a sawtooth in dt.
+    Off the grid, "mean" adds the trapezoid error at t1 and stays second order; "middle" does the
+    manoeuvre of the nearest t1 on the grid, which is first order. Raises ParameterError for
+    "middle" without friction, where the speed left at t2 never dies.
+    """
+    steps = np.asarray(step, dtype=np.float64)
+    if not np.all(steps > 0.0):
+        raise ParameterError("step", step, "greater than 0")
+    a1, a2 = line.closed.backward, line.closed.braking
+    if sampling == "mean":
+        error = trapezoid_error(a1 + a2, line.t1 / steps) - trapezoid_error(a2, line.t_star / steps)
+        return np.asarray(error * steps**2)
+    grip = line.capsule.friction * line.capsule.gravity
+    if not grip > 0.0:
+        raise ParameterError("friction", line.capsule.friction, "above 0 with w taken at mid-step")
+    pushing, until = _pushing_steps(line.t1, steps), _pushing_steps(line.t2, steps)
+    pulling = until - pushing
+    stop = pushing * (a1 + a2) / a2
+    # A large step may end the pull before the body rests; friction alone then stops it.
+    left = np.maximum(a1 * pushing - a2 * pulling, 0.0)
+    pulled = a1 * pushing**2 * (a1 + a2) / a2
+    cut = a1 * pushing**2 + (a1 * pushing + left) * pulling + left**2 / grip
+    early = left > 0.0
+    distance = 0.5 * np.where(early, cut, pulled)
+    at_rest = np.where(early, trapezoid_error(grip, until + left / grip), trapezoid_error(a2, stop))
+    return np.asarray(-(distance + at_rest) * steps**2 - line.displacement)
+
+
+def step_error_envelope(line: LineManoeuvre, step: float | Array) -> Array:
+    """Largest |error| of the final displacement [m] over the places that t_star may take in its
+    step, with t1 on the grid: (mu w2 + f g) dt^2/8, shape of `step` [s]."""
+    return np.asarray(line.closed.braking * np.asarray(step, dtype=np.float64) ** 2 / 8)
+
+
+def leftover_stroke_rate(line: LineManoeuvre, step: float | Array) -> Array:
+    """Velocity in the body that the slider keeps after t2 [m/s], shape of `step` [s], when w is
+    taken at mid-step and t1 or t2 is off the grid; averaged over the step, w leaves none."""
+    steps = np.asarray(step, dtype=np.float64)
+    pushing, until = _pushing_steps(line.t1, steps), _pushing_steps(line.t2, steps)
+    return np.asarray((line.w1 * pushing - line.w2 * (until - pushing)) * steps)

@@ -1,0 +1,46 @@
+"""What every motion of the capsule says of itself, so that nobody has to ask which one it is."""
+
+from __future__ import annotations
+
+from typing import Literal, Protocol
+
+from plumbob.analytic.systems.slider_path import SliderPath
+
+MotionKind = Literal["line", "repeated-line", "stroke", "hold", "coasting", "plane"]
+"""What moves, as a key for tables of theory: body and slider along a line, once or repeatedly; the
+slider alone; nothing; the body alone in closed form; or the body in the plane with no formula."""
+
+
+class CapsuleMotion(Protocol):
+    """A motion of body and slider from the start of a scene."""
+
+    @property
+    def kind(self) -> MotionKind:
+        """What moves, see `MotionKind`."""
+        ...
+
+    @property
+    def single(self) -> CapsuleMotion:
+        """The motion that is repeated, with its events where it has no formula; else itself."""
+        ...
+
+    @property
+    def count(self) -> int:
+        """How often `single` is repeated, 1 or more."""
+        ...
+
+    @property
+    def period(self) -> float:
+        """Time from the start of one `single` to that of the next [s], infinite where nothing
+        is made to be repeated."""
+        ...
+
+    @property
+    def path(self) -> SliderPath:
+        """What the slider does in the body, to the end of the last repetition."""
+        ...
+
+    @property
+    def sliding_time(self) -> float:
+        """How long the body moves in one `single` before it rests [s]."""
+        ...

@@ -1,0 +1,61 @@
+"""Schemes as data: what they say of themselves, and a scheme that no theory knows."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from dataclasses import asdict, replace
+
+import pytest
+
+from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
+from plumbob.engines.method import Method
+from plumbob.engines.registry import engines
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.reports.judge.verdict import judge
+
+METHODS = [method for engine in engines().values() for method in engine.methods]
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
+def test_every_method_hands_over_a_scheme_that_theory_knows(method: Method) -> None:
+    scheme = method.scheme
+    assert scheme.known
+    assert Scheme(**asdict(scheme)) == scheme
+    assert pickle.loads(pickle.dumps(scheme)) == scheme
+    assert len({scheme, replace(scheme)}) == 1
+
+
+def test_schemes_in_words() -> None:
+    damped = Scheme(EULER, "start", implicit_damping=True)
+    assert str(damped) == (
+        "semi-implicit-euler, control held from the start of a step, implicit damping"
+    )
+    assert str(Scheme(RK4)) == "rk4"
+    jointed = Scheme(EULER, position_first=True, joint_closing_rate=math.inf)
+    assert str(jointed) == "semi-implicit-euler, position first, joints closing in one step"
+
+
+def test_leads() -> None:
+    assert Scheme(EULER).position_lead == 0.5
+    assert Scheme(EULER, position_first=True).position_lead == -0.5
+    assert Scheme(RK4).position_lead == 0.0
+    jointed = Scheme(EULER, position_first=True, joint_closing_rate=1.0)
+    assert jointed.position_lead is Scheme("velocity-verlet").position_lead is None
+
+
+@pytest.mark.parametrize("name", ["cone-pendulum/rotating-base", "simple-pendulum/free-large"])
+def test_an_unknown_scheme_says_so_in_one_line(name: str) -> None:
+    case, how = case_of(find_scene(name)), find_method("ode/rk4")
+    known, _ = measure(case, how, 1e-3)
+    assert known.note == ""
+    # the run is RK4's, but the method says that it is something else
+    other = replace(find_method("mujoco/rk4"), scheme=Scheme("velocity-verlet"))
+    found, _ = measure(case, other, 1e-3)
+    assert found.status == "done"
+    assert found.note == "no error theory for the scheme 'velocity-verlet'"
+    assert not any(error.predicted for error in found.errors.values())
+    assert judge(found, case.system, other).reason == found.note
