@@ -116,7 +116,7 @@ def direction_to(capsule: Capsule, support: int) -> float:
     return math.atan2(y, x)
 
 
-def load_shares(capsule: Capsule, centres: Array) -> Array:
+def load_fractions(capsule: Capsule, centres: Array) -> Array:
     """Share of the weight on each support with the combined centre of mass at `centres` [m],
     shape (n, 2): barycentric coordinates, shape (n, 3), of either sign, with sum 1."""
     corners = np.asarray(capsule.supports)
@@ -131,7 +131,7 @@ def normal_forces(capsule: Capsule, slider_positions: Array) -> Array:
     """Static normal forces N_i [N], shape (n, 3), with the slider at `slider_positions` relative
     to C [m], shape (n, 2): M at C and m at Q weigh as M + m at mu r (Chernousko 2020, eq. 7)."""
     centres = capsule.mass_ratio * np.asarray(slider_positions, dtype=np.float64)
-    return capsule.weight * load_shares(capsule, centres)
+    return capsule.weight * load_fractions(capsule, centres)
 
 
 def load_slopes(capsule: Capsule, direction: float) -> Array:
@@ -177,7 +177,7 @@ def _turning_points(capsule: Capsule, piece: Segment | Arc) -> Array:
     if isinstance(piece, Segment):
         return np.array([piece.start, piece.end], dtype=np.float64)
     low, high = sorted((piece.start, piece.end))
-    here, x, y = load_shares(capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
+    here, x, y = load_fractions(capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
     steepest_fall = np.arctan2(here - y, here - x)
     inner = low + np.mod(steepest_fall - low, 2 * math.pi)
     angles = np.concatenate([[low, high], inner[inner < high]])
@@ -188,7 +188,7 @@ def _lowest(capsule: Capsule, path: Path, reach: float) -> tuple[Array, Array]:
     if not path:
         raise ParameterError("path", path, "at least one Segment or Arc")
     candidates = np.concatenate([_turning_points(capsule, piece) for piece in path])
-    shares = load_shares(capsule, reach * candidates)
+    shares = load_fractions(capsule, reach * candidates)
     where = np.argmin(shares, axis=0)
     return np.min(shares, axis=0), np.asarray(candidates[where])
 
@@ -220,5 +220,5 @@ def source_assumption(capsule: Capsule, path: Path) -> SourceAssumption:
     """Whether the source's stronger assumption holds along `path` (Chernousko 2020, section
     "Mechanical system")."""
     slider, _ = _lowest(capsule, path, 1.0)
-    com = load_shares(capsule, np.zeros(2))
+    com = load_fractions(capsule, np.zeros(2))
     return SourceAssumption(bool(np.all(com > 0.0)), bool(np.all(slider > 0.0)))

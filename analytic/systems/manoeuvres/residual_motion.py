@@ -190,25 +190,45 @@ def pivoting(capsule: Capsule, slider: Point, support: int, rate: float) -> Resi
     normal = _placed(capsule, slider)
     if isinstance(support, bool) or support not in (1, 2, 3):
         raise ParameterError("support", support, "1, 2 or 3")
-    corners, masses = np.asarray(capsule.supports), (capsule.body_mass, capsule.slider_mass)
-    arms = corners - corners[support - 1]
-    lengths = np.hypot(arms[:, 0], arms[:, 1])
-    to_com, to_slider = -corners[support - 1], np.asarray(slider) - corners[support - 1]
-    inertia = capsule.inertia + masses[0] * to_com @ to_com + masses[1] * to_slider @ to_slider
-    coasting = Coasting(finite("rate", rate), float(capsule.friction * normal @ lengths / inertia))
-    others = lengths > 0.0
-    drag = (normal[others] / lengths[others]) @ arms[others]
-    static = masses[0] * to_com + masses[1] * to_slider
-    sense = math.copysign(1.0, coasting.rate)
-    # Turned a quarter, k x arm: friction of the sliding supports, and the tangential acceleration.
-    across = sense * (capsule.friction * drag - coasting.deceleration * static)
-    tangential = np.array([-across[1], across[0]])
+    pivot = _Pivot.of(capsule, slider, support, normal)
+    coasting = Coasting(finite("rate", rate), pivot.deceleration)
+    limit = capsule.friction * normal[support - 1]
     for squared in (0.0, coasting.rate**2):  # its size is convex in omega^2: the ends decide
-        needed = float(np.linalg.norm(tangential - squared * static))
-        if needed > capsule.friction * normal[support - 1]:
-            limit = f"such that support {support} holds: {needed:.6g} N"
-            raise ParameterError(
-                "rate", rate, f"{limit} of {capsule.friction * normal[support - 1]:.6g} N"
-            )
-    pivot = capsule.supports[support - 1]
-    return ResidualMotion(coasting, pivot, slider=slider)
+        needed = pivot.needed_force(coasting, squared)
+        if needed > limit:
+            wanted = f"such that support {support} sticks: {needed:.6g} N of {limit:.6g} N"
+            raise ParameterError("rate", rate, wanted)
+    return ResidualMotion(coasting, capsule.supports[support - 1], slider=slider)
+
+
+@dataclass(frozen=True)
+class _Pivot:
+    """Turning about a support at rest: `deceleration` [rad/s^2] by the sliding supports, their
+    friction `drag` [N], shape (2,), before a quarter turn, and the first `moment` of mass about the
+    support [kg m], shape (2,)."""
+
+    deceleration: float
+    drag: Array
+    moment: Array
+
+    @classmethod
+    def of(cls, capsule: Capsule, slider: Point, support: int, normal: Array) -> _Pivot:
+        corners, masses = np.asarray(capsule.supports), (capsule.body_mass, capsule.slider_mass)
+        arms = corners - corners[support - 1]
+        lengths = np.hypot(arms[:, 0], arms[:, 1])
+        to_com, to_slider = -corners[support - 1], np.asarray(slider) - corners[support - 1]
+        inertia = capsule.inertia + masses[0] * to_com @ to_com + masses[1] * to_slider @ to_slider
+        others = lengths > 0.0
+        return cls(
+            float(capsule.friction * normal @ lengths / inertia),
+            capsule.friction * ((normal[others] / lengths[others]) @ arms[others]),
+            masses[0] * to_com + masses[1] * to_slider,
+        )
+
+    def needed_force(self, coasting: Coasting, squared: float) -> float:
+        """Friction [N] that keeps the support at rest at the `squared` rate [rad^2/s^2]."""
+        sense = math.copysign(1.0, coasting.rate)
+        # Turned a quarter, k x arm: friction of the sliding supports, tangential acceleration.
+        across = sense * (self.drag - coasting.deceleration * self.moment)
+        tangential = np.array([-across[1], across[0]])
+        return float(np.linalg.norm(tangential - squared * self.moment))

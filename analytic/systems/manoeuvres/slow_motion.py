@@ -28,7 +28,7 @@ from plumbob.analytic.systems.slider_path import SliderPath, straight
 ROUNDINGS = 32  # of the parameters and on the way from them to a stroke, generously
 
 
-def share(name: str, value: float) -> float:
+def proper_fraction(name: str, value: float) -> float:
     """`value` as a fraction above 0 and at most 1; raises ParameterError naming it."""
     if not 0.0 < finite(name, value) <= 1.0:
         raise ParameterError(name, value, "above 0 and at most 1")
@@ -60,7 +60,7 @@ class SlowStroke:
         for name in ("length", "direction", "start"):
             object.__setattr__(self, name, finite(name, getattr(self, name)))
         positive("friction", self.capsule.friction)
-        share("fraction", self.fraction)
+        proper_fraction("fraction", self.fraction)
         if self.length == 0.0:
             raise ParameterError("length", self.length, "other than 0")
         for breach in validity(self.capsule, (self.segment,)):

@@ -21,7 +21,7 @@ from plumbob.analytic.systems.capsule import (
     validity,
 )
 from plumbob.analytic.systems.capsule_motion import MotionKind
-from plumbob.analytic.systems.manoeuvres.slow_motion import ROUNDINGS, share
+from plumbob.analytic.systems.manoeuvres.slow_motion import ROUNDINGS, proper_fraction
 from plumbob.analytic.systems.slider_path import SliderPath, fixed
 
 
@@ -33,7 +33,7 @@ def tilt_angle(capsule: Capsule, fraction: float = 1.0) -> float:
     does its share of N_i and the threshold is the same in every direction and wherever Q is fixed
     (heights zero: the tilt moves no load). Raises ParameterError.
     """
-    return math.atan(share("fraction", fraction) * capsule.friction)
+    return math.atan(proper_fraction("fraction", fraction) * capsule.friction)
 
 
 def tilted_gravity(capsule: Capsule, fraction: float, direction: float) -> Array:

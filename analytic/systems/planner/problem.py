@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.systems.capsule import Arc, Capsule, Point, Segment, validity
-from plumbob.analytic.systems.manoeuvres.slow_motion import share
+from plumbob.analytic.systems.manoeuvres.slow_motion import proper_fraction
 
 FULL_CIRCLE = 2.0 * math.pi
 
@@ -55,7 +55,7 @@ class Limits:
     def __post_init__(self) -> None:
         for name in ("acceleration", "stroke", "radius"):
             object.__setattr__(self, name, positive(name, getattr(self, name)))
-        object.__setattr__(self, "holding", share("holding", self.holding))
+        object.__setattr__(self, "holding", proper_fraction("holding", self.holding))
         if isinstance(self.manoeuvres, bool) or not isinstance(self.manoeuvres, int):
             raise ParameterError("manoeuvres", self.manoeuvres, "a whole number")
         positive("manoeuvres", self.manoeuvres)

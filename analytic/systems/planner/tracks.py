@@ -18,7 +18,7 @@ from plumbob.analytic.systems.capsule import (
     Capsule,
     Point,
     direction_to,
-    load_shares,
+    load_fractions,
     load_slopes,
 )
 from plumbob.analytic.systems.planner.lines import Push, Rail, line_time
@@ -104,7 +104,7 @@ class FreePlane:
 
     def _spare(self) -> Array:
         """Fraction of the weight by which each support load may fall, shape (3,)."""
-        return np.asarray((1.0 - LEAST_LOAD) * load_shares(self.capsule, np.zeros((1, 2)))[0])
+        return np.asarray((1.0 - LEAST_LOAD) * load_fractions(self.capsule, np.zeros((1, 2)))[0])
 
     def _reach(self, direction: float) -> float:
         """How far the slider may go from C [m] before a support load is too small."""
