@@ -53,8 +53,8 @@ class CompensatedState:
     rate_low: float = 0.0
 
     def advanced(self, step: float, gain: float, rate_gain: float) -> CompensatedState:
-        """The state after `step`, in which the rate gains `rate_gain` and the position `gain`
-        beside rate times step."""
+        """The state after `step`: the rate changes by `rate_gain`, the position by rate times step
+        plus `gain`."""
         drift, drift_low = two_product(self.rate, step)
         position, carry = two_sum(self.position, drift)
         rest = carry + drift_low + self.position_low + self.rate_low * step + gain

@@ -242,7 +242,7 @@ def _amplitude(
 
 
 def _at_rest(potential: TrigonometricPotential, theta: Quad, kinetic: Quad) -> Any:
-    """Whether the start is an equilibrium, to what 34 digits can tell."""
+    """Whether the start is an equilibrium, to 34 digits."""
     balance = abs(potential.slope(theta))
     return (abs(kinetic) <= 1e-60 * potential.scale) & (balance <= 1e-30 * potential.scale)
 

@@ -40,7 +40,7 @@ class LinearOscillator:
 
     @property
     def rotor(self) -> DrivenRotor:
-        """The same equation among the driven rotors, for error theory."""
+        """The same equation as a driven rotor, for the error theory."""
         return DrivenRotor(**{field.name: getattr(self, field.name) for field in fields(self)})
 
     def motion(self, theta: float, theta_dot: float, times: Array) -> tuple[Array, Array]:
