@@ -37,7 +37,7 @@ class Piece(Protocol):
         ...
 
     def track(self) -> Path:
-        """The places that the piece passes through."""
+        """The places that the piece covers."""
         ...
 
 
@@ -191,7 +191,7 @@ class SliderPath:
         return result[0], result[1], result[2]
 
     def track(self) -> Path:
-        """The places that the slider passes through, for `capsule.validity`."""
+        """The places that the slider covers, for `capsule.validity`."""
         return tuple(part for piece in self.pieces for part in piece.track())
 
 

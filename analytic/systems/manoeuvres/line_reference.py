@@ -1,4 +1,4 @@
-"""The line manoeuvre as a reference: its observables, and what double precision allows them."""
+"""The line manoeuvre as a reference: its observables and their uncertainty in double precision."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import normal_force_uncertainty
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 
-# Roundings on the longest way from the parameters to an observable, beside those of the parameters.
+# Largest number of roundings between the parameters and an observable.
 ARITHMETIC = 8
 
 
@@ -85,7 +85,7 @@ class LineReference:
         }
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """0: the error of a step does not depend on how far off the motion is."""
+        """0: the error of a step does not depend on earlier errors."""
         return 0.0
 
 

@@ -130,8 +130,8 @@ def _marks(capsule: Capsule, slider_angle: float, start: float) -> list[float]:
 
 
 def _integral(function: Callable[[Array], Complex], marks: list[float]) -> list[complex]:
-    """Integrals of the rows of `function` from the first mark to the last by the tanh-sinh rule from
-    mark to mark, which converges even where derivatives are singular at a mark."""
+    """Integrals of the rows of `function` from the first mark to the last by the tanh-sinh rule
+    from mark to mark, which converges even where derivatives are singular at a mark."""
     edges = np.array(marks)
     middle, half = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
     step, before = 0.25, np.full(4, np.inf + 0j)

@@ -150,8 +150,8 @@ class PendulumMotion:
 
     @cached_property
     def _samples(self) -> tuple[Array, Array]:
-        """theta and theta_dot at equally spaced times of one period, so many that the trapezoid rule,
-        which converges geometrically, gives the mean of theta_dot^2 to round-off."""
+        """theta and theta_dot at equally spaced times of one period, so many that the trapezoid
+        rule, which converges geometrically, gives the mean of theta_dot^2 to round-off."""
         count, last = 32, np.inf
         while True:
             samples = self.closed_form.state(self.period * np.arange(count) / count)

@@ -111,9 +111,9 @@ def outcome(
 
 @dataclass(frozen=True)
 class Survey:
-    """Results of turns of one sense, shape (n,) each, against the slider's angle `swings` [rad] from
-    0 up: size of the heading gained [rad], rising; shift of C [m] for a slider that starts on the
-    body's x axis; time with the residual motion, and for a return of that angle [s]."""
+    """Results of turns of one sense, shape (n,) each, against the slider's angle `swings` [rad]
+    from 0 up: size of the heading gained [rad], rising; shift of C [m] for a slider that starts on
+    the body's x axis; time with the residual motion, and for a return of that angle [s]."""
 
     swings: Array
     headings: Array

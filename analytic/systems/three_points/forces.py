@@ -99,7 +99,7 @@ def _missing(
     at: Configuration,
     forces: Complex,
 ) -> Complex:
-    """Force [N] that the acceleration of a segment needs beside `forces`, shape (n,).
+    """Force [N] that the acceleration of a segment needs in addition to `forces`, shape (n,).
 
     Where a support slips from rest its velocity is at first a difference of nearly equal numbers
     without a reliable direction; the acceleration of the motion still determines its friction.

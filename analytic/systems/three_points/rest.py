@@ -79,7 +79,7 @@ def lowest(
 
 
 def _leave(value: Callable[[Array], float], place: Array, direction: Array, size: float) -> Array:
-    """A point where `value` is less than at `place`, where it has a kink, along a `direction` of
+    """A point where `value` is less than at `place`, where it is not smooth, along a `direction` of
     descent."""
     level = value(place)
     while not value(place + size * direction) < level:
@@ -127,36 +127,36 @@ class _Dissipation:
         """The map of y to v_i as a real matrix, shape (2, 2)."""
         return np.stack([self.flat[support].real, self.flat[support].imag])
 
-    def lowest_kink(self) -> tuple[Array, int]:
+    def lowest_corner(self) -> tuple[Array, int]:
         """The lowest of y = 0 and the pivots, and the support of the pivot, else -1."""
-        start, kink = np.zeros(2), -1
+        start, corner = np.zeros(2), -1
         for i in range(3):
             square = self._square(i)
             if abs(np.linalg.det(square)) > 1e-12:
                 place = -np.linalg.solve(square, [self.offsets[i].real, self.offsets[i].imag])
                 if self.value(place) <= self.value(start):
-                    start, kink = place, i
-        return start, kink
+                    start, corner = place, i
+        return start, corner
 
-    def descent(self, place: Array, kink: int) -> Array | None:
+    def descent(self, place: Array, corner: int) -> Array | None:
         """A direction of descent from the pivot at `place`; None where it is the minimum, the
         support needing no more than its friction limit."""
-        others = [i for i in range(3) if i != kink]
+        others = [i for i in range(3) if i != corner]
         e = self.flat[others] @ place + self.offsets[others]
         unit = (e / np.abs(e)).conjugate()[:, None]
         gradient = self.limits[others] @ (unit * self.flat[others]).real
-        square = self._square(kink)
+        square = self._square(corner)
         needed = -np.linalg.solve(square.T, gradient)
         size = np.linalg.norm(needed)
-        if size <= self.limits[kink]:
+        if size <= self.limits[corner]:
             return None
         return np.asarray(np.linalg.solve(square, needed / size))
 
     def minimum(self) -> Array:
         """The y of least dissipation, shape (2,)."""
-        y, kink = self.lowest_kink()
-        if kink >= 0:
-            direction = self.descent(y, kink)
+        y, corner = self.lowest_corner()
+        if corner >= 0:
+            direction = self.descent(y, corner)
             if direction is None:
                 return y
             y = _leave(self.value, y, direction, 1.0 + float(np.linalg.norm(y)))
