@@ -39,10 +39,10 @@ def rk4_stop(
     stop: float, deceleration: float, step: float, times: Array, since: float = 0.0
 ) -> tuple[Array, Array]:
     """Errors of way [m or rad] and speed, both along the motion, at grid `times` [s], shape (n,),
-    of RK4 with Coulomb friction that asks for rest within a step; the exact motion comes to rest
-    at `stop` [s] under `deceleration`, which is on from `since`, a grid time.
+    of RK4 with Coulomb friction that may stop the body within a step; the exact motion comes to
+    rest at `stop` [s] under `deceleration`, which acts from `since` on, a grid time.
 
-    The scheme follows v' = -min(a, v/dt): its last a dt dies in a geometric series, and it goes
+    The scheme follows v' = -min(a, v/dt): its last a dt decays in a geometric series, and it goes
     about a dt^2/2 too far.
     """
     begin = max(math.floor(stop / step) - 2, round(since / step))

@@ -1,4 +1,4 @@
-"""What steps of a fixed size make of a body on three Coulomb points with a prescribed slider.
+"""Steps of a fixed size of a body on three Coulomb points with a prescribed slider.
 
 State: C at z on the ground, heading psi, their rates, the slider's place r and velocity v in the
 body, its acceleration w held over each step at the mean that brings v to where it should be. With
@@ -8,9 +8,9 @@ p = e^(-i psi) z' and the point of the body at the combined centre moving at u =
     omega' = -mu M (r x a)/(J + mu M r^2),            (Chernousko 2020, eqs. 2-4 and 23)
 
 the rates in the axes that the body has at that moment. Semi-implicit Euler takes them at a step's
-start, and friction against the slip that it ends with; RK4 takes each stage's friction against the
-slip half a step of it later: asked for rest within that, it is stable, and friction is less late.
-Normal forces are those of statics.
+start, and friction against the slip at its end; RK4 takes each stage's friction against the slip
+half a step after it: required to stop within half a step, it is stable, and less late. Normal
+forces are those of statics. Derived in THEORY.md, section 7.
 """
 
 from __future__ import annotations

@@ -1,19 +1,19 @@
-"""What position-first steps make of a body on three Coulomb points: its parts go along chords.
+"""Position-first steps of a body on three Coulomb points: parts move straight in a step.
 
-Engines in the manner of Chipmunk move first, then solve velocities so that every joint is closed
-when its parts have moved again. What turns at omega about C is thus asked for the velocity
-i omega s + G s at s, where G closes what the last step has opened by going straight,
+Such an engine moves first, then solves velocities so that every joint is closed when its parts have
+moved again. A part at s of a body that turns at omega about C is thus required to have the velocity
+i omega s + G s, where G closes what the last step has opened by moving straight,
 
     G = (1 - e^(-i h omega) (1 + i h omega))/h = -h omega^2/2 + O(h^2),
 
-and so is the slip of a support. The slider is asked for what brings it to its aim. Friction opposes
-the slips that the step ends with. Left out is that parts which stand apart have a moment from G,
+and so has the slip of a support. The slider is required to move to its target. Friction opposes the
+slips at the step's end. Left out is that parts away from C have an angular momentum from G,
 (h omega)^2/3 of that from omega.
 
-Aims are left sums of the slider's velocity, which keep half a step behind its place and leave its
-velocity exact even where its acceleration jumps inside a step. But they drift by the second order,
-turn after turn. Where it jumps on the grid alone they need not: then they are its place less half a
-step of its velocity.
+Targets are left Riemann sums of the slider's velocity, which stay half a step behind its position
+and leave its velocity exact even where its acceleration jumps inside a step. But they drift at
+second order, turn after turn. Where the acceleration jumps at grid times only they need not: then
+they are the position less half a step of the velocity. Derived in THEORY.md, section 7.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ Motion = tuple[complex, float, complex, complex]  # of C, of the heading, of the
 
 
 def opened(turn: float) -> complex:
-    """What of an arm a straight step through the angle `turn` [rad] leaves behind the circle."""
+    """Part of an arm by which a straight step through the angle `turn` [rad] misses the circle."""
     return 1.0 - cmath.exp(-1j * turn) * (1.0 + 1j * turn)
 
 
@@ -51,16 +51,10 @@ def position_first_course(
 ) -> Array:
     """x, y of C [m], heading [rad], velocity of C [m/s], angular velocity [rad/s] at the start and
     after each of `steps` steps of `step` [s], shape (steps + 1, 6), in the ground's axes."""
-    places, speeds, _ = path.kinematics(step * np.arange(steps + 2, dtype=np.float64))
-    inside, moving = complex(*places[0]), complex(*speeds[0])
-    aimed = places - 0.5 * step * speeds
-    if not switches_on_grid(path, step):
-        aimed[1:] = places[0] + np.cumsum(step * speeds[:-1], axis=0)
-    # A velocity is at work in the step that follows.
-    aims = (aimed[2:] @ np.array([1.0, 1j])).tolist()
+    inside, moving, targets = _targets(path, step, steps)
     given = mechanics(capsule)
     supports: list[complex] = given.supports.tolist()
-    most = (step * np.vstack([given.centre_limits, given.limit_slopes])).T.tolist()
+    limits_by = (step * np.vstack([given.centre_limits, given.limit_slopes])).T.tolist()
     z, psi, omega = complex(*start.position), start.heading, start.angular_velocity
     speed, turned = complex(*start.velocity), cmath.exp(1j * psi)
     slip: Slip = (speed + 1j * omega * given.mass_ratio * turned * inside, omega)
@@ -70,17 +64,17 @@ def position_first_course(
     sliding = speed + turned * ((1j * omega + behind / step) * inside + moving)
     rows = np.empty((steps + 1, 6))
     rows[0] = z.real, z.imag, psi, speed.real, speed.imag, omega
-    for k, aim in enumerate(aims):
+    for k, target in enumerate(targets):
         z, slider, psi = z + step * speed, slider + step * sliding, psi + step * omega
         turned, behind = cmath.exp(1j * psi), opened(step * omega) / step
         arm = slider - z
         inside = arm / turned
-        closing = turned * (aim - inside) / step
+        closing = turned * (target - inside) / step
         ground = [turned * support for support in supports]
-        limits = [max(c + x * inside.real + y * inside.imag, 0.0) for c, x, y in most]
-        chords = [behind * place for place in ground]
+        limits = [max(c + x * inside.real + y * inside.imag, 0.0) for c, x, y in limits_by]
+        offsets = [behind * place for place in ground]
         motion = (speed, omega, sliding - closing, arm)
-        slip, centre = _solved(capsule, motion, ground, limits, chords, slip)
+        slip, centre = _solved(capsule, motion, ground, limits, offsets, slip)
         omega = slip[1]
         speed = slip[0] - 1j * omega * centre
         sliding = speed + 1j * omega * arm + closing
@@ -88,12 +82,23 @@ def position_first_course(
     return rows
 
 
+def _targets(path: SliderPath, step: float, steps: int) -> tuple[complex, complex, list[complex]]:
+    """Place [m] and velocity [m/s] of the slider in the body at the start, and its place there that
+    each step's velocity is to lead to; a velocity acts in the step that follows."""
+    places, speeds, _ = path.kinematics(step * np.arange(steps + 2, dtype=np.float64))
+    targets = places - 0.5 * step * speeds
+    if not switches_on_grid(path, step):
+        targets[1:] = places[0] + np.cumsum(step * speeds[:-1], axis=0)
+    following: list[complex] = (targets[2:] @ np.array([1.0, 1j])).tolist()
+    return complex(*places[0]), complex(*speeds[0]), following
+
+
 def _solved(
     capsule: Capsule,
     motion: Motion,
     supports: list[complex],
     limits: list[float],
-    chords: list[complex],
+    offsets: list[complex],
     near: Slip,
 ) -> tuple[Slip, complex]:
     """Velocity of the combined centre and rate after a step, and where that is from C [m]."""
@@ -108,4 +113,4 @@ def _solved(
     if not any(limits):
         return free, centre
     arms = [support - centre for support in supports]
-    return after_friction(FrictionProblem(mass, inertia, limits, arms, chords), free, near), centre
+    return after_friction(FrictionProblem(mass, inertia, limits, arms, offsets), free, near), centre

@@ -35,7 +35,7 @@ Sampling = Literal["middle", "mean"]
 
 def line_errors(line: LineManoeuvre, scheme: Scheme, step: float, times: Array) -> Errors:
     """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,), by
-    observable of `LineReference`: friction asks for rest within a step, w is averaged over it.
+    observable of `LineReference`: friction stops it within a step, w is averaged over it.
 
     Euler: a position is ahead by half a step, and has a trapezoid error where the acceleration
     jumps; friction is its mean over the step that follows. RK4: no lead, and it stops late. Empty
@@ -188,8 +188,8 @@ def step_error(line: LineManoeuvre, step: float | Array, sampling: Sampling = "m
     if sampling == "mean":
         error = trapezoid_error(a1 + a2, line.t1 / steps) - trapezoid_error(a2, line.t_star / steps)
         return np.asarray(error * steps**2)
-    grip = line.capsule.friction * line.capsule.gravity
-    if not grip > 0.0:
+    friction = line.capsule.friction * line.capsule.gravity
+    if not friction > 0.0:
         raise ParameterError("friction", line.capsule.friction, "above 0 with w taken at mid-step")
     pushing, until = _pushing_steps(line.t1, steps), _pushing_steps(line.t2, steps)
     pulling = until - pushing
@@ -197,10 +197,12 @@ def step_error(line: LineManoeuvre, step: float | Array, sampling: Sampling = "m
     # A large step may end the pull before the body rests; friction alone then stops it.
     left = np.maximum(a1 * pushing - a2 * pulling, 0.0)
     pulled = a1 * pushing**2 * (a1 + a2) / a2
-    cut = a1 * pushing**2 + (a1 * pushing + left) * pulling + left**2 / grip
+    cut = a1 * pushing**2 + (a1 * pushing + left) * pulling + left**2 / friction
     early = left > 0.0
     distance = 0.5 * np.where(early, cut, pulled)
-    at_rest = np.where(early, trapezoid_error(grip, until + left / grip), trapezoid_error(a2, stop))
+    at_rest = np.where(
+        early, trapezoid_error(friction, until + left / friction), trapezoid_error(a2, stop)
+    )
     return np.asarray(-(distance + at_rest) * steps**2 - line.displacement)
 
 

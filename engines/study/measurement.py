@@ -136,7 +136,7 @@ def _errors(
         for name in names
         if powers and all(name in terms for terms in powers.values())
     }
-    bent = exact.nonlinearity(run.times, total) if total else 0.0
+    nonlinear = exact.nonlinearity(run.times, total) if total else 0.0
     carried = _carried(exact, method, step, run, doubt)
     errors = {}
     for name in (name for name in names if name in run.observables):
@@ -149,7 +149,7 @@ def _errors(
             model=dict(model.get(name, {})),
             predicted=_at_step(at_step[name], error, doubt[name], run.steps)
             if name in at_step
-            else _predicted(name, total, powers, bent),
+            else _predicted(name, total, powers, nonlinear),
             controlled=carried.get(name),
         )
     return errors
@@ -161,12 +161,15 @@ def _carried(
     if method.scheme.integrator != ADAPTIVE:
         return {}
     may = {name: step * run.steps * value / ULP for name, value in doubt.items()}
-    bent = exact.nonlinearity(run.times, may)
-    return {name: Controlled(float(value.max()), bent) for name, value in may.items()}
+    nonlinear = exact.nonlinearity(run.times, may)
+    return {name: Controlled(float(value.max()), nonlinear) for name, value in may.items()}
 
 
 def _predicted(
-    name: str, total: Mapping[str, Array], powers: Mapping[int, Mapping[str, Array]], bent: float
+    name: str,
+    total: Mapping[str, Array],
+    powers: Mapping[int, Mapping[str, Array]],
+    nonlinear: float,
 ) -> Prediction | None:
     if name not in total:
         return None
@@ -174,7 +177,7 @@ def _predicted(
         largest=float(np.abs(total[name]).max()),
         end=float(total[name][-1]),
         terms={p: float(np.abs(terms[name]).max()) for p, terms in powers.items()},
-        nonlinearity=bent,
+        nonlinearity=nonlinear,
     )
 
 

@@ -16,6 +16,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.capsule import Capsule, normal_forces, validity
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
+from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion, translation
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke, slow_return
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle, tilted_gravity
 from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE, capsules
@@ -132,3 +133,22 @@ def test_bad_input_is_named(build: Callable[[], object], name: str) -> None:
         build()
     assert caught.value.name == name
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        SlowStroke(CHECK, 0.08, 0.9),
+        TiltedHold(CHECK, 0.9),
+        translation(CHECK, (0.05, 0.0), 0.4, 0.7),
+    ],
+    ids=lambda motion: motion.kind,
+)
+def test_rounding_allowances_are_small(
+    motion: SlowStroke | TiltedHold | ResidualMotion,
+) -> None:
+    """A bound that forgives everything would pass all the others."""
+    times = np.linspace(0.0, 0.5, 200)
+    observed = motion.observe(times)
+    for name, slack in motion.uncertainty(times).items():
+        assert slack.max() <= 4e-14 * np.abs(observed[name]).max(), name
