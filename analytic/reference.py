@@ -1,4 +1,4 @@
-"""What an exact answer says of itself."""
+"""The protocol of an exact answer: observables, their uncertainty, nonlinearity."""
 
 from __future__ import annotations
 

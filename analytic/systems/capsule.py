@@ -135,7 +135,7 @@ def normal_forces(capsule: Capsule, slider_positions: Array) -> Array:
 
 
 def load_slopes(capsule: Capsule, direction: float) -> Array:
-    """Change of the N_i as the slider goes along `direction` [rad, from the body's x axis], [N/m],
+    """Change of the N_i as the slider moves along `direction` [rad, from the body's x axis], [N/m],
     shape (3,): the same wherever it is."""
     ahead = [math.cos(direction), math.sin(direction)]
     here, there = normal_forces(capsule, np.array([[0.0, 0.0], ahead]))

@@ -1,4 +1,4 @@
-"""What every motion of the capsule says of itself, so that nobody has to ask which one it is."""
+"""The protocol of a capsule motion: its kind, its repetitions and its path."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ class CapsuleSetup:
 class CapsuleProblem:
     """A motion of the capsule, its reference, and its set-up for an engine."""
 
-    motion: Any  # a `CapsuleMotion`, with whatever else it knows
+    motion: Any  # a `CapsuleMotion`
     """Of analytic: LineManoeuvre, SlowStroke, TiltedHold, RepeatedLine; in the plane
     ResidualMotion, ThreePointMotion (coasting), RepeatedTurn, Plan. `motion.kind` names it."""
     reference: Reference

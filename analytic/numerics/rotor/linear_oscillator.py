@@ -47,8 +47,8 @@ class LinearOscillator:
         """Theta [rad] and theta_dot [rad/s] at `times` [s], any shape, not negative, from `theta`
         [rad] and `theta_dot` [rad/s]."""
         t = np.asarray(times, dtype=float)
-        hold, swing, swing_dot = _free(_Roots.of(self), t)
-        x = theta * hold + theta_dot * swing
+        from_angle, swing, swing_dot = _free(_Roots.of(self), t)
+        x = theta * from_angle + theta_dot * swing
         v = theta_dot * swing_dot - self.stiffness * theta * swing
         if self.forcing_amplitude == 0.0:
             return x, v

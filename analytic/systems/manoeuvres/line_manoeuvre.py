@@ -168,8 +168,8 @@ class LineManoeuvre:
         return np.select([times < self.t1, times < self.t2], [self.w1 * times, braked], 0.0)
 
     def mean_relative_acceleration(self, edges: Array) -> Array:
-        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n,) [m/s^2]; held
-        over the step it brings v exactly to its value at the next edge."""
+        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n,) [m/s^2]:
+        constant over the step, it gives the exact v at the next edge."""
         return np.diff(self.relative_velocity(edges)) / np.diff(edges)
 
     def strokes(self, times: Array) -> Array:
@@ -213,9 +213,9 @@ class LineManoeuvre:
     def friction_force(self, times: Array) -> Array:
         """Resultant of friction on the body [N] at `times` [s], shape (n,): f (M + m) g while it
         slides backward, and static friction m w at rest (eqs. 1, 8)."""
-        held = self.capsule.slider_mass * self.relative_acceleration(times)
+        sticking = self.capsule.slider_mass * self.relative_acceleration(times)
         sliding = times * (1.0 + SNAP) < self.t_star
-        return np.where(sliding, self.capsule.friction * self.capsule.weight, held)
+        return np.where(sliding, self.capsule.friction * self.capsule.weight, sticking)
 
     def support_friction(self, times: Array) -> Array:
         """Friction f N_i at each support [N] at `times` [s], shape (n, 3), while the body slides

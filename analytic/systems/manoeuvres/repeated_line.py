@@ -117,9 +117,9 @@ class RepeatedLine:
         """Friction [N] on the interval that begins at `times` [s], shape (n,), to within
         round-off."""
         _, local = self.within(times * (1.0 + SNAP))
-        held = self.manoeuvre.capsule.slider_mass * self.relative_acceleration(times)
+        sticking = self.manoeuvre.capsule.slider_mass * self.relative_acceleration(times)
         moving = local < self.manoeuvre.t_star
-        return np.where(moving, self.manoeuvre.friction_force(local), held)
+        return np.where(moving, self.manoeuvre.friction_force(local), sticking)
 
     def momentum(self, times: Array) -> Array:
         """Momentum of body and slider [kg m/s] at `times` [s], any shape."""

@@ -85,8 +85,8 @@ def leading_friction(
 def turn_correction(
     capsule: Capsule, radius: float, slider_angle: float, start: float = 0.0
 ) -> TurnCorrection:
-    """Coefficients of tau^2 in the pose at 2 tau and at rest (eqs. 3-6), for a slider that goes
-    round by `slider_angle` Z tau^2 [rad] from `start` [rad] on the circle of `radius` [m]."""
+    """Coefficients of tau^2 in the pose at 2 tau and at rest (eqs. 3-6), for a slider that moves
+    by `slider_angle` Z tau^2 [rad] from `start` [rad] on the circle of `radius` [m]."""
     mass, inertia = capsule.body_mass + capsule.slider_mass, circle_inertia(capsule, radius)
     body_angle = -inertia_ratio(capsule, radius) * slider_angle
 

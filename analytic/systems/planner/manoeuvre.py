@@ -46,12 +46,12 @@ class Manoeuvre:
 
     @property
     def duration(self) -> float:
-        """How long it lasts [s]."""
+        """Duration [s]."""
         return self.path.duration
 
 
 def wait(place: complex, duration: float) -> Manoeuvre:
-    """The slider held at `place` relative to C [m] for `duration` [s]."""
+    """The slider fixed at `place` relative to C [m] for `duration` [s]."""
     return Manoeuvre("wait", {}, fixed((place.real, place.imag), duration))
 
 

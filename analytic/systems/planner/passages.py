@@ -34,7 +34,7 @@ class Passage:
 
     @property
     def duration(self) -> float:
-        """How long it lasts [s]."""
+        """Duration [s]."""
         return sum(manoeuvre.duration for manoeuvre in self.manoeuvres)
 
 

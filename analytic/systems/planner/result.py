@@ -85,8 +85,8 @@ class Plan:
         return self.path.kinematics(times)[1]
 
     def mean_relative_acceleration(self, edges: Array) -> Array:
-        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n, 2) [m/s^2]; held
-        over the step it brings v exactly to its value at the next edge."""
+        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n, 2) [m/s^2]:
+        constant over the step, it gives the exact v at the next edge."""
         return np.asarray(np.diff(self.relative_velocity(edges), axis=0) / np.diff(edges)[:, None])
 
     @cached_property

@@ -59,7 +59,7 @@ def schedule(
     most: int | None = None,
 ) -> Next:
     """The turn to begin with for the heading `wanted` [rad] (its size) and then `displacement` [m],
-    in body axes as they are now: all but the last alike, in places that move evenly."""
+    in present body axes: all but the last turn are equal, and their places change evenly."""
     fewest = seen.fewest(wanted)
     if most is None:
         best = 1 + int(np.argmin((seen.times + seen.returns)[1:] / seen.headings[1:]))

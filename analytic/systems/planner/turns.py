@@ -46,7 +46,7 @@ class Outcome:
 
     @property
     def swing(self) -> float:
-        """Angle through which the slider goes [rad]."""
+        """Angle through which the slider moves [rad]."""
         given = self.manoeuvre.parameters
         return given["angular_acceleration"] * given["half_time"] ** 2
 

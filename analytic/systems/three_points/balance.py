@@ -106,7 +106,7 @@ def _loads(
 
 
 def balance(motion: ThreePointMotion) -> Balance:
-    """Balances of `motion` from its first state to where the body rests for good."""
+    """Balances of `motion` from its first state to its final rest."""
     finite = [s for s in motion.segments if np.isfinite(s.end)]
     if not finite:
         return Balance(0.0, 0.0, 0.0, 0.0, 0.0)

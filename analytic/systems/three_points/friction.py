@@ -80,11 +80,11 @@ def three_point_motion(
     tolerance: float = 1e-11,
 ) -> ThreePointMotion:
     """Motion of `capsule` from `start` (None: rest at the origin) while the slider follows `path`,
-    until the body rests for good or `until` [s].
+    until its final rest or `until` [s].
 
     `tilt` is the in-plane part of gravity along ground axes [m/s^2], at unchanged normal forces;
     `nodes` and `tolerance` set the discretisation (see `radau_collocation`). Raises
-    ParameterError where a support would lose contact, or if nothing would ever stop the body.
+    ParameterError where a support would lose contact, or if the body would never stop.
     """
     start = Start() if start is None else start
     for name, value in (("x", start.position[0]), ("y", start.position[1])):
@@ -292,7 +292,7 @@ def _leave_later(
     body: Mechanics, piece: Piece, state: State, support: int | None, duration: float
 ) -> Now:
     """The mode that follows where a load on `support` (None: on all) has just reached the friction
-    limit and goes on growing."""
+    limit and continues to grow."""
     horizon = duration - state.time
     if support is not None:
         horizon = min(horizon, _time_to_stop(body, piece, state, support))

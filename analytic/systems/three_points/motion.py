@@ -75,7 +75,7 @@ class ThreePointMotion:
 
     @property
     def rest_time(self) -> float:
-        """Time from which the body rests for good [s], infinite if the motion ends before."""
+        """Time of the final rest [s], infinite if the motion ends before."""
         last = self.events[-1]
         return last.time if last.mode == "rest" else np.inf
 

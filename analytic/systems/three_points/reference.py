@@ -16,11 +16,11 @@ from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.friction import Start
 from plumbob.analytic.systems.three_points.motion import Pose
 
-ROUNDINGS = 8 * ROUNDOFF  # of parameters and times, and of what turns a pose into the start's axes
+ROUNDINGS = 8 * ROUNDOFF  # of parameters and times, and of the change to the axes of the start
 
 
 class PlaneMotion(Protocol):
-    """A motion of the body in the plane under a prescribed slider, that knows its own error."""
+    """A motion of the body in the plane under a prescribed slider, with its error."""
 
     @property
     def capsule(self) -> Capsule:
@@ -29,7 +29,7 @@ class PlaneMotion(Protocol):
 
     @property
     def path(self) -> SliderPath:
-        """What the slider does in the body."""
+        """The slider's path in the body."""
         ...
 
     def at(self, times: Array) -> Pose:
@@ -44,10 +44,10 @@ class PlaneMotion(Protocol):
 
 @dataclass(frozen=True)
 class PlaneReference:
-    """What is observed of a motion in the plane: C starts at the origin, with heading 0."""
+    """Observables of a motion in the plane: C starts at the origin, with heading 0."""
 
     motion: PlaneMotion
-    closed_form: ClassVar[None] = None  # followed event after event
+    closed_form: ClassVar[None] = None  # integrated from event to event
 
     @cached_property
     def _start(self) -> tuple[complex, float]:
@@ -73,7 +73,7 @@ class PlaneReference:
         }
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """The motion's own error, and that of rounded inputs, at `times` [s], shape (n,)."""
+        """The error of the motion, and that of rounded inputs, at `times` [s], shape (n,)."""
         own, seen = self.motion.error, self.observe(times)
         place, speed = float(np.abs(own.position).max()), float(np.abs(own.velocity).max())
         heading, rate = float(own.heading[0]), float(own.angular_velocity[0])
