@@ -48,7 +48,7 @@ def test_friction_obeys_coulomb_and_the_body_stops(seed: int) -> None:
     for _, load in loading(motion, times):
         resisting = (load.support_forces.conjugate() * load.velocities).real
         assert not np.nanmax(resisting, initial=-1.0) > 1e-15
-        # The friction of a slipping support is from an acceleration; a pivot may stick at its limit.
+        # A slipping force is from an acceleration; a pivot may stick at its limit.
         assert not np.nanmax(np.abs(load.support_forces) / load.at.limits, initial=0.0) > 1.0 + 1e-9
     speeds = motion.at(motion.rest_time + np.array([0.0, 1.0]))
     assert not speeds.velocity.any()
