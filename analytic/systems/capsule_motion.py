@@ -1,4 +1,4 @@
-"""The protocol of a capsule motion: its kind, its repetitions and its path."""
+"""What every motion of the capsule offers, so that nobody has to ask for its class."""
 
 from __future__ import annotations
 

@@ -49,14 +49,14 @@ def test_friction_balances_about_every_line_through_c(
     unit = np.array([math.cos(heading), math.sin(heading)])
     spots = np.array([along * unit, along * unit + across * np.array([-unit[1], unit[0]])])
     moments = friction_moment(capsule, spots, np.full(2, heading))
-    grip = capsule.friction * capsule.slider_mass * capsule.gravity
+    friction_limit = capsule.friction * capsule.slider_mass * capsule.gravity
     slack = 3 * normal_force_uncertainty(capsule, math.hypot(along, across))
     reach = 2.0 * capsule.friction  # the longest arm [m], and f
-    np.testing.assert_allclose(moments, [0.0, grip * across], rtol=0, atol=slack * reach)
+    np.testing.assert_allclose(moments, [0.0, friction_limit * across], rtol=0, atol=slack * reach)
 
 
 def test_the_moment_would_show_a_wrong_share() -> None:
-    """Teeth: with two supports' loads swapped the balance about 50 degrees is gone."""
+    """Sensitivity: with two supports' loads swapped the balance about 50 degrees is gone."""
     heading = math.radians(50.0)
     place = 0.05 * np.array([[math.cos(heading), math.sin(heading)]])
     assert abs(friction_moment(CHECK, place, np.array([heading]))[0]) < 1e-15

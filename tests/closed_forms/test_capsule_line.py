@@ -1,4 +1,4 @@
-"""The line manoeuvre: closed form against 40 digits and the equations of motion, and teeth."""
+"""The line manoeuvre: closed form against 40 digits and equations of motion, and sensitivity."""
 
 from __future__ import annotations
 
@@ -33,13 +33,16 @@ def parameters(line: LineManoeuvre) -> dict[str, mpmath.mpf]:
 def integrate(given: Mapping[str, mpmath.mpf], time: mpmath.mpf) -> dict[str, mpmath.mpf]:
     """Eqs. 11-14 integrated phase by phase, with 40 digits."""
     body, slider, friction, gravity, w1, w2, t1 = given.values()
-    mu, grip = slider / (body + slider), friction * gravity
-    stop, rest = t1 + w1 * t1 / w2, t1 + (mu * w1 - grip) * t1 / (mu * w2 + grip)
+    mu, friction_limit = slider / (body + slider), friction * gravity
+    stop, rest = (
+        t1 + w1 * t1 / w2,
+        t1 + (mu * w1 - friction_limit) * t1 / (mu * w2 + friction_limit),
+    )
     x = v = xi = rate = now = mpmath.mpf(0)
     for end, w, sliding in ((t1, w1, 1), (rest, -w2, 1), (stop, -w2, 0)):
         span = min(end, time) - now
         if span > 0:
-            a = (grip - mu * w) * sliding
+            a = (friction_limit - mu * w) * sliding
             x, v = x + v * span + a * span**2 / 2, v + a * span
             xi, rate = xi + rate * span + w * span**2 / 2, rate + w * span
             now += span
@@ -78,14 +81,14 @@ def test_check_values(heading: float) -> None:
     ("changes", "unlike"),
     [({"friction": 0.3 * (1 + 1e-4)}, "displacement"), ({"slider_mass": 0.3001}, "displacement")],
 )
-def test_teeth(changes: dict[str, Any], unlike: str) -> None:
+def test_sensitivity(changes: dict[str, Any], unlike: str) -> None:
     """The stroke is set by w1, w2, t1 alone, the displacement is not."""
     wrong = replace(LINE, capsule=replace(CHECK, **changes))
     assert not agrees(wrong, (unlike,))
     assert agrees(wrong, ("stroke",))
 
 
-def test_teeth_of_the_condition_number() -> None:
+def test_sensitivity_of_the_condition_number() -> None:
     """It is the largest relative change of the displacement over that of the parameters."""
     small, changes = 1e-7, []
     for name in ("body_mass", "slider_mass", "friction", "gravity"):
@@ -182,8 +185,8 @@ def test_push_just_above_its_threshold(excess: float) -> None:
     expected = (3 + 2 * (1 - CHECK.mass_ratio)) / excess
     near = excess + 5e-16 / excess
     assert condition_number(line) == pytest.approx(expected, rel=2 * near)
-    grip = CHECK.friction * CHECK.gravity
-    assert line.displacement == pytest.approx(-0.5 * excess * grip * 0.03**2, rel=near)
+    friction_limit = CHECK.friction * CHECK.gravity
+    assert line.displacement == pytest.approx(-0.5 * excess * friction_limit * 0.03**2, rel=near)
 
 
 @pytest.mark.parametrize(

@@ -96,7 +96,7 @@ def test_closed_form_is_where_smoothing_tends(
     assert errors[1] <= errors[0] / 90 + 1e-11
 
 
-def test_teeth() -> None:
+def test_sensitivity() -> None:
     """The same check sees f off by 1e-4, and one support moved by 1e-4 of its arm."""
     motion = pivoting(CHECK, (0.6, 0.0), 1, 2.0)
     time = 0.7 * motion.duration
@@ -117,8 +117,8 @@ def test_stopping_distance(capsule: Capsule, speed: float, direction: float) -> 
     motion = translation(capsule, (0.1, -0.05), speed, direction)
     end = motion.observe(np.array([motion.duration]))
     with mpmath.workdps(40):
-        grip = mpmath.mpf(capsule.friction) * mpmath.mpf(capsule.gravity)
-        way = mpmath.mpf(speed) * abs(mpmath.mpf(speed)) / (2 * grip)
+        friction_limit = mpmath.mpf(capsule.friction) * mpmath.mpf(capsule.gravity)
+        way = mpmath.mpf(speed) * abs(mpmath.mpf(speed)) / (2 * friction_limit)
         wanted = way * mpmath.cos(mpmath.mpf(direction)), way * mpmath.sin(mpmath.mpf(direction))
     slack = motion.uncertainty(np.array([motion.duration]))
     assert abs(end["x"][0] - wanted[0]) <= slack["x"][0]

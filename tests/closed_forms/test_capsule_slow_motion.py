@@ -1,4 +1,4 @@
-"""Slow motion, holding under tilted gravity, and trains of manoeuvres."""
+"""Slow motion, holding under tilted gravity, and repeated manoeuvres."""
 
 from __future__ import annotations
 
@@ -83,28 +83,28 @@ def test_tilted_gravity_pulls_as_asked() -> None:
     assert held["displacement"][1] == 0.0
 
 
-def test_a_train_repeats_itself() -> None:
-    train = RepeatedLine(LINE, 1000, fraction=0.9, pause=0.01)
-    assert train.displacement == pytest.approx(-5.5917, rel=1e-14)
-    times = np.linspace(0.0, train.period, 500, endpoint=False)
-    first, last = train.observe(times), train.observe(times + 999 * train.period)
-    slack = train.uncertainty(times + 999 * train.period)
+def test_a_repeated_motion_repeats_itself() -> None:
+    repeated = RepeatedLine(LINE, 1000, fraction=0.9, pause=0.01)
+    assert repeated.displacement == pytest.approx(-5.5917, rel=1e-14)
+    times = np.linspace(0.0, repeated.period, 500, endpoint=False)
+    first, last = repeated.observe(times), repeated.observe(times + 999 * repeated.period)
+    slack = repeated.uncertainty(times + 999 * repeated.period)
     alone = LineReference(LINE).observe(times)
     early = times < LINE.t2
     for name in first:
         np.testing.assert_array_equal(first[name][early], alone[name][early])
         shift = 999 * LINE.displacement if name == "displacement" else 0.0
         assert np.all(np.abs(last[name] - first[name] - shift) <= slack[name] + 1e-300), name
-    end = train.observe(np.array([train.duration, 2 * train.duration]))
-    np.testing.assert_allclose(end["displacement"], train.displacement, rtol=1e-15)
+    end = repeated.observe(np.array([repeated.duration, 2 * repeated.duration]))
+    np.testing.assert_allclose(end["displacement"], repeated.displacement, rtol=1e-15)
     np.testing.assert_allclose(end["stroke"], 0.0, rtol=0, atol=1e-15)
-    edges = np.linspace(0.0, 2 * train.period, 300)
-    mean = train.mean_relative_acceleration(edges)
+    edges = np.linspace(0.0, 2 * repeated.period, 300)
+    mean = repeated.mean_relative_acceleration(edges)
     steps = mean * np.diff(edges)
-    np.testing.assert_allclose(np.cumsum(steps), train.relative_velocity(edges)[1:], atol=1e-13)
+    np.testing.assert_allclose(np.cumsum(steps), repeated.relative_velocity(edges)[1:], atol=1e-13)
     # every switch is on the grid of steps this small but for 1e-12 of the stroke
     step = 1e-9
-    lead = repeated_line_errors(train, Scheme(EULER), step, times)["stroke"] / step
+    lead = repeated_line_errors(repeated, Scheme(EULER), step, times)["stroke"] / step
     np.testing.assert_allclose(lead, 0.5 * first["stroke_rate"], rtol=1e-12, atol=1e-7)
 
 

@@ -1,4 +1,4 @@
-"""Turns and spins as scenes: exact answers, trains laid end to end, what steps make of them."""
+"""Turns and spins as scenes: exact answers, repeated turns, what steps make of them."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def exact(case: Scene) -> PlaneReference:
 @pytest.mark.parametrize("epsilon", EPSILONS)
 def test_a_turn_says_its_angles(epsilon: float) -> None:
     """The source's angle, and it corrected: off by 0.888 epsilon^4 and, at rest, 2.37 epsilon^4
-    ln(1/epsilon) with a remainder of the same power; below 1e-10 nothing can be told."""
+    ln(1/epsilon) with a remainder of the same power; below 1e-10 nothing can be predicted."""
     case = scene(f"capsule-turn/{epsilon}")
     facts = system_of(case).facts(system_of(case).problem(case.parameters))
     assert facts["epsilon"] == pytest.approx(epsilon, rel=1e-14)
@@ -52,7 +52,7 @@ def test_a_turn_says_its_angles(epsilon: float) -> None:
 @pytest.mark.parametrize("case", SCENES, ids=lambda case: case.name)
 def test_samples_fall_on_the_slider_s_stop(case: Scene) -> None:
     """Every step has a whole number of steps in a half time and in the scene, and of the samples
-    that are kept one is at 2 tau, where the source's formula holds; trains have too many turns."""
+    that are kept one is at 2 tau, where the source's formula holds; repeated turns are too many."""
     tau = case.parameters["half_time"]
     for step in case.steps:
         stop, steps = 2.0 * tau / step, case.duration / step
@@ -62,18 +62,18 @@ def test_samples_fall_on_the_slider_s_stop(case: Scene) -> None:
 
 
 def test_turns_laid_end_to_end_are_the_whole_motion() -> None:
-    """Against the train followed as one path; what is left are both motions' own errors."""
-    train = RepeatedTurn(WHOLE, 3, 3.0 * WHOLE.half_time)
-    motion = three_point_motion(CHECK, train.path)
-    assert train.duration == pytest.approx(motion.rest_time, rel=1e-12)
-    times = np.linspace(0.0, 1.05 * train.duration, 200)
-    one, other = train.at(times), motion.at(times)
+    """Against the repeated followed as one path; what is left are both motions' own errors."""
+    repeated = RepeatedTurn(WHOLE, 3, 3.0 * WHOLE.half_time)
+    motion = three_point_motion(CHECK, repeated.path)
+    assert repeated.duration == pytest.approx(motion.rest_time, rel=1e-12)
+    times = np.linspace(0.0, 1.05 * repeated.duration, 200)
+    one, other = repeated.at(times), motion.at(times)
     for name in ("position", "heading", "velocity", "angular_velocity"):
         size = np.abs(getattr(other, name)).max()
         np.testing.assert_allclose(
             getattr(one, name), getattr(other, name), rtol=0, atol=1e-11 * size
         )
-    assert train.error.heading[0] >= 3 * train.single.error.heading[0]
+    assert repeated.error.heading[0] >= 3 * repeated.single.error.heading[0]
 
 
 @pytest.mark.parametrize(
@@ -92,7 +92,7 @@ def test_what_cannot_be_is_refused_by_name(changes: dict[str, float], message: s
         scene("capsule-turn/0.3", changes)
 
 
-def test_a_train_needs_its_pauses() -> None:
+def test_a_repeated_motion_needs_its_pauses() -> None:
     with pytest.raises(ParameterError, match=r"^pause = 0\.0: must be at least"):
         RepeatedTurn(WHOLE, 2, 0.0)
 
@@ -104,8 +104,8 @@ def test_a_reference_is_in_the_axes_of_its_start() -> None:
     moved = PlaneReference(three_point_motion(CHECK, path, Start((0.4, -0.3), 2.0)))
     for name, values in plain.observe(times).items():
         np.testing.assert_allclose(moved.observe(times)[name], values, rtol=0, atol=1e-13 * 20.0)
-    told = [plane_errors(r, POSITION_FIRST, 1e-3, times) for r in (plain, moved)]
-    np.testing.assert_allclose(told[0]["x"], told[1]["x"], rtol=0, atol=1e-13)
+    predicted = [plane_errors(r, POSITION_FIRST, 1e-3, times) for r in (plain, moved)]
+    np.testing.assert_allclose(predicted[0]["x"], predicted[1]["x"], rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize(

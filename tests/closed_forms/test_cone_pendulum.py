@@ -110,7 +110,7 @@ def test_general_body_turns_by_its_i_y() -> None:
     assert at(TURNING, 0.5, 0) == pytest.approx(19.655093, abs=5e-7)
 
 
-def test_coefficients_are_those_of_the_witness() -> None:
+def test_coefficients_are_those_of_the_independent_derivation() -> None:
     """The closed form and 40-digit quadrature start from the same doubles."""
     for _, pendulum in pendulums(110, seed=7):
         v, orbit = pendulum.potential, orbit_of(pendulum)

@@ -33,7 +33,7 @@ def problem(name: str, **changes: Any) -> SimplePendulum:
     return found
 
 
-def witness(given: SimplePendulum, off: float = 0.0) -> Orbit:
+def independent(given: SimplePendulum, off: float = 0.0) -> Orbit:
     """The same pendulum in 60 digits, its distance from the top a relative `off` wrong."""
     distance = mpfr(given.theta_from_top) * (1 + mpfr(off))
     return Orbit(mpfr(0), mpfr(0), mpfr(given.gravity), mpfr(given.length), PI + distance, mpfr(0))
@@ -55,7 +55,7 @@ def misses(given: SimplePendulum, orbit: Orbit) -> tuple[float, float]:
 def test_against_forty_digits(k: int) -> None:
     given = problem(f"near-top-1e-{k}")
     assert given.theta_from_top == -float(f"1e-{k}")
-    period, theta = misses(given, witness(given))
+    period, theta = misses(given, independent(given))
     assert period <= EXACT
     # far below what is asked: no more than an ulp of every input does
     assert theta <= ULP < EXACT
@@ -66,7 +66,7 @@ def test_a_complement_off_by_1e_9_is_seen(k: int) -> None:
     # the period goes as ln of the distance, 1/28 at least of what is put in; and of what theta's
     # condition number adds up, this is one input among eight
     given = problem(f"near-top-1e-{k}")
-    assert min(misses(given, witness(given, off=1e-9))) > EXACT
+    assert min(misses(given, independent(given, off=1e-9))) > EXACT
 
 
 def by_scipy(theta: float, rate: float, times: Array) -> tuple[Array, float]:
@@ -79,7 +79,7 @@ def by_scipy(theta: float, rate: float, times: Array) -> tuple[Array, float]:
 
 
 @pytest.mark.parametrize(
-    # least error of theta [rad] over a period: as measured, rounded down to a power of ten
+    # smallest error of theta [rad] over a period: as measured, rounded down to a power of ten
     ("k", "angle"), [(2, 1e-13), (3, 1e-11), (4, 1e-10), (5, 1.0), (6, 1.0), (7, 1.0)],
 )  # fmt: skip
 def test_scipy_loses_it(k: int, angle: float) -> None:
@@ -107,7 +107,7 @@ def test_engines_start_at_the_nearest_double(k: int, method: str) -> None:
 
 
 def test_the_error_bar_holds_what_rounding_the_start_does() -> None:
-    # an integrator that errs by 1e-15 shows nothing else; and 4.2e-4 rad of it at 1e-12
+    # an integrator with an error of 1e-15 shows nothing else; and 4.2e-4 rad of it at 1e-12
     pytest.importorskip("heyoka")
     for k, size in ((6, 3.6e-10), (9, 4.1e-7), (12, 4.2e-4)):
         scene, how = find_scene(f"simple-pendulum/near-top-1e-{k}"), find_method("heyoka/taylor")

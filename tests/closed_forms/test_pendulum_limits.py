@@ -1,5 +1,5 @@
-"""The pendulum where its motion has no period, or none worth the name; and what its solution says
-of itself: the time of an angle, momentum, phase, condition numbers, uncertainty."""
+"""The pendulum where its motion has no period, or none worth the name; and what its solution
+gives beside the state: the time of an angle, momentum, phase, condition numbers, uncertainty."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ def assert_exact(motion: PendulumMotion, orbit: Orbit, times: Array | None = Non
 
 
 def simple(theta: float, theta_dot: float, **given: float) -> tuple[PendulumMotion, Orbit]:
-    """A simple pendulum and its witness."""
+    """A simple pendulum and its independent."""
     motion = PendulumMotion(SIMPLE, 1.0, theta, theta_dot, **given)
     orbit = Orbit(mpfr(0), mpfr(0), mpfr(9.8), mpfr(1), mpfr(theta), mpfr(theta_dot))
     return motion, started(orbit, given.get("excess"), given.get("theta_from_top"))
@@ -161,7 +161,7 @@ def test_deeper_well_at_the_height_of_the_shallower(offset: float) -> None:
     assert_exact(pendulum.motion, orbit_of(pendulum))
 
 
-def test_a_quartic_well_is_as_exact_as_its_condition_number() -> None:
+def test_the_error_in_a_quartic_well_is_its_condition_number() -> None:
     """The energy of 1e-6 rad is 1e-25 of the barrier, of which 34 digits leave 9."""
     motion = replace(LEVEL, platform_rate=PITCHFORK, theta=1e-6, theta_dot=0.0).motion
     orbit = orbit_of(replace(LEVEL, platform_rate=PITCHFORK, theta=1e-6, theta_dot=0.0))

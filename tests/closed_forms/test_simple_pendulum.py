@@ -64,7 +64,7 @@ NOTEBOOK = {
 
 @pytest.mark.parametrize("case", NOTEBOOK)
 @pytest.mark.parametrize("method", ["ode/rk4", "mujoco/rk4"])
-def test_what_the_notebook_errs_by(case: str, method: str) -> None:
+def test_the_error_of_the_notebook(case: str, method: str) -> None:
     # half of the last digit printed; theory predicts the figure to a part in a hundred
     for system, wanted in zip((SIMPLE, LINEAR), NOTEBOOK[case], strict=True):
         found, trajectory = measured(system + case, method, 0.05)
@@ -76,9 +76,9 @@ def test_what_the_notebook_errs_by(case: str, method: str) -> None:
         assert error.predicted.largest == pytest.approx(error.largest, rel=1e-2)
 
 
-# What theory says of each observable, on a motion: RK4 errs by C4 h^4 + C5 h^5, and an energy drift
-# of h^5 rules where nothing damps a large swing. The band is the fit's own interval, or what a
-# second term does to it over the steps used.
+# What theory says of each observable, on a motion: the error of RK4 is C4 h^4 + C5 h^5, and an
+# energy drift of h^5 rules where nothing damps a large swing. The band is the fit's own interval,
+# or what a second term does to it over the steps used.
 ORDERS = [
     ("free-small", "ode/rk4", 4.0, 0.05),
     ("free-large", "ode/rk4", 5.0, 0.4),
@@ -180,7 +180,7 @@ def test_force_sensor_tells_the_tension(case: str) -> None:
 
 
 @pytest.mark.parametrize("method", ["mujoco/rk4", "ode/rk4"])
-def test_energy_drifts_as_averaging_foretells(method: str) -> None:
+def test_energy_drifts_as_averaging_predicts(method: str) -> None:
     # 1e5 steps: the drift per step is D5 h^6, and C4 h^4 only comes and goes: 1 % of it here
     scene, _ = run(SIMPLE + "free-large", method, 5e-3, duration=500.0)
     problem = system_of(scene).problem(scene.parameters)
@@ -190,9 +190,9 @@ def test_energy_drifts_as_averaging_foretells(method: str) -> None:
     found, trajectory = measured(scene.name, method, 5e-3, duration=500.0)
     seen = trajectory.observables
     energy = problem.rotor.energy(seen["theta"], seen["theta_dot"])
-    told = rates[5] * 5e-3**5 * 500.0
-    assert energy[-1] - energy[0] == pytest.approx(told, rel=0.02)
-    assert found.invariants["energy"] == pytest.approx(abs(told) / 19.6, rel=0.02)
+    predicted = rates[5] * 5e-3**5 * 500.0
+    assert energy[-1] - energy[0] == pytest.approx(predicted, rel=0.02)
+    assert found.invariants["energy"] == pytest.approx(abs(predicted) / 19.6, rel=0.02)
 
 
 @pytest.mark.parametrize("method", ["mujoco/euler", "ode/leapfrog"])
@@ -217,7 +217,7 @@ def test_a_step_too_large_is_a_result() -> None:
     assert whole.measurements[-1].status == "done"
 
 
-def test_adaptive_methods_climb_tolerances() -> None:
+def test_adaptive_methods_go_through_their_tolerances() -> None:
     for how in methods("ode,heyoka,exact"):
         assert how.control == "step" or (how.step_sizes and max(how.step_sizes) < 1e-2), how.name
 

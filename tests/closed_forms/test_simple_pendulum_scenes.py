@@ -1,4 +1,4 @@
-"""The simple pendulum's scenes: their references, what is told of them, which parameters may be."""
+"""The simple pendulum's scenes: their references, the facts about them, which parameters may be."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ def test_chaos_is_followed_within_its_horizon() -> None:
     assert "156 s" in scene.summary
 
 
-def test_an_error_that_is_not_small_is_told() -> None:
-    # the second-order response grows with the error: ten times the error, ten times its share
+def test_an_error_that_is_not_small_is_reported() -> None:
+    # the second-order response grows with the error: ten times the error, ten times as nonlinear
     scene = find_scene(SIMPLE + "damped-rotating")
     case = system_of(scene).case(scene)
     motion, times = case.reference, np.linspace(0.0, 20.0, 400)
@@ -91,14 +91,14 @@ def test_odd_parameters_have_an_answer(system: str, changes: dict[str, float]) -
 
 
 def test_facts_say_what_the_motion_does() -> None:
-    told = {
+    facts = {
         case: system_of(scene).facts(system_of(scene).problem(scene.parameters))
         for case in ("free-large", "rotating-slow", "damped-large", "forced-large", "overdamped")
         for scene in [find_scene(SIMPLE + case)]
     }
-    assert [told[case]["kind"] for case in told] == [
+    assert [facts[case]["kind"] for case in facts] == [
         "libration", "rotation", "damped", "forced, damped", "overdamped"
     ]  # fmt: skip
-    assert told["free-large"]["barrier"] == pytest.approx(9.8)
-    assert told["free-large"]["period"] == pytest.approx(2.7554946184863862, rel=1e-15)
-    assert "period" not in told["damped-large"]
+    assert facts["free-large"]["barrier"] == pytest.approx(9.8)
+    assert facts["free-large"]["period"] == pytest.approx(2.7554946184863862, rel=1e-15)
+    assert "period" not in facts["damped-large"]

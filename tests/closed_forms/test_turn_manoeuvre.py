@@ -77,7 +77,7 @@ def test_the_second_order_is_the_one_seen() -> None:
 
 
 @pytest.mark.parametrize("number", range(len(TURNS)))
-def test_the_corrected_pose_errs_by_a_higher_order(number: int) -> None:
+def test_the_error_of_the_corrected_pose_is_of_higher_order(number: int) -> None:
     """Formulas: order 2; corrected: 4 at 2 tau, and at rest 4 with a logarithm, which takes up to
     0.25 off a slope in this range."""
     errors = []
@@ -107,7 +107,7 @@ def test_every_coefficient_of_the_pose_is_right(number: int) -> None:
         np.testing.assert_allclose(seen, numbers(coefficients), rtol=0, atol=1e-3 * size)
 
 
-def test_the_time_to_rest_is_foretold() -> None:
+def test_the_time_to_rest_is_predicted() -> None:
     turn = turn_of(CHECK, 0.12, 0.003)
     motion = three_point_motion(CHECK, turn.path)
     assert motion.rest_time == pytest.approx(turn.rest_time, rel=1e-4)

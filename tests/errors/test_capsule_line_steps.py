@@ -39,7 +39,7 @@ def simulate(
     control: Array,
     step: float,
     mu: float,
-    grip: float,
+    friction_limit: float,
     v: float = 0.0,
     position_first: bool = False,
 ) -> Run:
@@ -48,7 +48,7 @@ def simulate(
     steps = iter(control)
     while (w := next(steps, None)) is not None or vs[-1] != 0.0:
         free = vs[-1] - mu * float(w or 0.0) * step
-        v = np.sign(free) * max(abs(free) - grip * step, 0.0)
+        v = np.sign(free) * max(abs(free) - friction_limit * step, 0.0)
         xs.append(xs[-1] + (vs[-1] if position_first else v) * step)
         vs.append(v)
         rates.append(rates[-1] + float(w or 0.0) * step)
@@ -69,14 +69,16 @@ def run_line(
         if sampling == "middle"
         else line.mean_relative_acceleration(edges)
     )
-    grip = line.capsule.friction * line.capsule.gravity
-    return simulate(control, step, line.capsule.mass_ratio, grip, position_first=position_first)
+    friction_limit = line.capsule.friction * line.capsule.gravity
+    return simulate(
+        control, step, line.capsule.mass_ratio, friction_limit, position_first=position_first
+    )
 
 
 def rounding(line: LineManoeuvre, run: Run) -> float:
     """Each step rounds v to its size, and x carries that on to the end."""
-    mu, grip = line.capsule.mass_ratio, line.capsule.friction * line.capsule.gravity
-    reach = (mu * (line.w1 + line.w2) + grip) * line.t2**2
+    mu, friction_limit = line.capsule.mass_ratio, line.capsule.friction * line.capsule.gravity
+    reach = (mu * (line.w1 + line.w2) + friction_limit) * line.t2**2
     return 4 * run.x.size * 2.0**-53 * reach
 
 
@@ -130,7 +132,7 @@ def test_leading_error_while_moving(position_first: bool) -> None:
     assert np.abs(left[moving]).max() <= rounding(LINE, run)
 
 
-def test_teeth() -> None:
+def test_sensitivity() -> None:
     """Friction or mass off by 1e-4 moves the result by more than the whole error of a fine step."""
     step = 1e-5
     run = run_line(LINE, step, "middle")
@@ -163,12 +165,14 @@ def test_step_error_of_coasting(position_first: bool, rate: float, steps: float,
     assert abs(run.x[-1] - coasting.distance - float(predicted)) <= slack
 
 
-def test_a_train_on_the_grid_adds_up_the_error_of_one() -> None:
+def test_a_repeated_motion_on_the_grid_adds_up_the_error_of_one() -> None:
     step = LINE.t1 / 60
     bare = RepeatedLine(LINE, 5, fraction=0.9)
-    train = replace(bare, pause=step * np.ceil(bare.period / step) - bare.period)
-    edges = grid(step, round(train.duration / step))
-    grip = LINE.capsule.friction * LINE.capsule.gravity
-    run = simulate(train.mean_relative_acceleration(edges), step, LINE.capsule.mass_ratio, grip)
+    repeated = replace(bare, pause=step * np.ceil(bare.period / step) - bare.period)
+    edges = grid(step, round(repeated.duration / step))
+    friction_limit = LINE.capsule.friction * LINE.capsule.gravity
+    run = simulate(
+        repeated.mean_relative_acceleration(edges), step, LINE.capsule.mass_ratio, friction_limit
+    )
     wanted = 5 * (LINE.displacement + float(step_error(LINE, step, "mean")))
     assert abs(run.x[-1] - wanted) <= 5 * rounding(LINE, run)

@@ -1,4 +1,4 @@
-"""The driven rotor: two methods against each other and 32 digits, energy, teeth."""
+"""The driven rotor: two methods against each other and 32 digits, energy, sensitivity."""
 
 from __future__ import annotations
 

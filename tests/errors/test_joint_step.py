@@ -54,10 +54,10 @@ def left_over(case: str, closing: float, step: float, rotor: DrivenRotor | None 
     times = np.minimum(kept * step, duration)
     exact = DrivenMotion(given.rotor, *start, duration).observe(times)
     errors = values - np.stack([exact["theta"], exact["theta_dot"], np.zeros(len(times))])
-    told = JointedSeries(rotor or given.rotor, *start).at(closing, times)
+    predicted = JointedSeries(rotor or given.rotor, *start).at(closing, times)
     left = [np.abs(errors).max(axis=1)]
     for power in range(1, TERMS + 1):
-        errors = errors - np.stack([told[power][name] for name in NAMES]) * step**power
+        errors = errors - np.stack([predicted[power][name] for name in NAMES]) * step**power
         left.append(np.abs(errors).max(axis=1))
     return np.array(left)
 
@@ -79,7 +79,7 @@ def test_each_term_takes_one_order_away(case: str, closing: float) -> None:
 
 @pytest.mark.parametrize("closing", RUNS)
 def test_a_coefficient_off_by_a_thousandth_is_seen(closing: float) -> None:
-    # three terms leave 1e-6 of the error or less; a damping rate off by 1e-3 of itself, 1e-4
+    # three terms leave 1e-6 of the error or less; a damping rate wrong by 0.1 %, 1e-4
     given = CASES["forced-large"].rotor
     off = DrivenRotor(sin=given.sin, damping_rate=given.damping_rate * (1 + 1e-3),
                       forcing_amplitude=given.forcing_amplitude,

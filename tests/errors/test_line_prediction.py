@@ -28,8 +28,8 @@ from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold
 from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE
 
 Theory = Callable[[Scheme, float, Array], Mapping[str, Array]]
-GRIP = CHECK.friction * CHECK.gravity
-TRAIN = RepeatedLine(
+LIMITING = CHECK.friction * CHECK.gravity
+REPEATED = RepeatedLine(
     LINE, 3, 0.9, pause=0.32 - LINE.t2 - RepeatedLine(LINE, 1, 0.9).returning.duration
 )
 ROUNDING = 1e-11  # of forces of 4 N from differences over a step; places keep 1e-14 m
@@ -38,7 +38,7 @@ OFF_GRID = replace(LINE, t1=0.0317)
 
 def friction(v: float, w: float, step: float) -> float:
     """Acceleration by Coulomb friction that asks for rest within `step`, against mu w."""
-    return float(np.clip(-v / step + CHECK.mass_ratio * w, -GRIP, GRIP))
+    return float(np.clip(-v / step + CHECK.mass_ratio * w, -LIMITING, LIMITING))
 
 
 def simulated(
@@ -76,12 +76,12 @@ def left(
     """Largest part of each observable's error [SI] that neither theory nor rounding explains."""
     times = np.arange(round(end / step) + 1, dtype=np.float64) * step
     found = simulated(motion.mean_relative_acceleration(times), step, scheme)
-    exact, told = reference.observe(times), theory(Scheme(scheme), step, times)
+    exact, predicted = reference.observe(times), theory(Scheme(scheme), step, times)
     doubt = reference.uncertainty(times)
     return {
-        name: float(np.nanmax(np.abs(found[name] - exact[name] - told[name]) - doubt[name]))
+        name: float(np.nanmax(np.abs(found[name] - exact[name] - predicted[name]) - doubt[name]))
         for name in found
-        if name in told
+        if name in predicted
     }
 
 
@@ -97,9 +97,9 @@ def test_line(line: LineManoeuvre, step: float, scheme: str) -> None:
 
 
 @pytest.mark.parametrize("scheme", [EULER, RK4])
-def test_train(scheme: str) -> None:
+def test_repeated_lines(scheme: str) -> None:
     unexplained = left(
-        TRAIN, TRAIN, partial(repeated_line_errors, TRAIN), 1e-3, scheme, TRAIN.duration
+        REPEATED, REPEATED, partial(repeated_line_errors, REPEATED), 1e-3, scheme, REPEATED.duration
     )
     assert max(unexplained.values()) < ROUNDING, unexplained
 
@@ -119,9 +119,9 @@ def test_coasting(speed: float, scheme: str) -> None:
     motion, step = translation(CHECK, (0.05, 0.0), speed, 0.0), 1e-3
     times = np.arange(200, dtype=np.float64) * step
     found = simulated(np.zeros(199), step, scheme, speed)
-    exact, told = motion.observe(times), coasting_errors(motion, Scheme(scheme), step, times)
+    exact, predicted = motion.observe(times), coasting_errors(motion, Scheme(scheme), step, times)
     for name, like in (("x", "displacement"), ("velocity_x", "velocity")):
-        np.testing.assert_allclose(found[like], exact[name] + told[name], rtol=0, atol=1e-14)
+        np.testing.assert_allclose(found[like], exact[name] + predicted[name], rtol=0, atol=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -143,9 +143,9 @@ def test_nothing_is_predicted_of_other_schemes() -> None:
     held, stroke = TiltedHold(CHECK, 0.9), SlowStroke(CHECK, 0.08)
     times, other = np.linspace(0.0, 0.1, 5), Scheme("adams")
     assert line_errors(LINE, other, 1e-3, times) == {}
-    assert repeated_line_errors(TRAIN, other, 1e-3, times) == {}
+    assert repeated_line_errors(REPEATED, other, 1e-3, times) == {}
     assert hold_errors(held, other, 1e-3, times) == {}
     assert stroke_errors(stroke, other, 1e-3, times) == {}
-    for reference in (LineReference(LINE), TRAIN, held, stroke):
+    for reference in (LineReference(LINE), REPEATED, held, stroke):
         assert reference.nonlinearity(times, {}) == 0.0
     assert not any(np.any(error) for error in hold_errors(held, Scheme(RK4), 1e-3, times).values())

@@ -35,8 +35,8 @@ def test_on_a_line_it_is_the_sawtooth(direction: float, step: float) -> None:
     steps = math.ceil(line.t_star / step) + 2
     end = course(CHECK, path, Start(), EULER, step, steps)[-1]
     gone = end[X] * math.cos(direction) + end[Y] * math.sin(direction)
-    told = line.displacement + float(step_error(line, step, "mean"))
-    assert gone == pytest.approx(told, abs=1e-15)  # rounding of 5.6e-3 m in a hundred steps
+    predicted = line.displacement + float(step_error(line, step, "mean"))
+    assert gone == pytest.approx(predicted, abs=1e-15)  # rounding of 5.6e-3 m in a hundred steps
     assert abs(end[HEADING]) < 1e-13
 
 
@@ -45,10 +45,10 @@ def test_coasting_in_a_line_is_as_its_own_theory_says() -> None:
     step, start = 1e-3, Start(velocity=(0.5 * math.cos(0.4), 0.5 * math.sin(0.4)))
     times: Array = np.arange(201, dtype=np.float64) * step
     rows = course(CHECK, fixed((0.12, 0.0)), start, EULER, step, 200)
-    told = coasting_errors(motion, Scheme(EULER), step, times)
+    predicted = coasting_errors(motion, Scheme(EULER), step, times)
     exact = motion.observe(times)
     for column, name in enumerate(COLUMNS):
-        np.testing.assert_allclose(rows[:, column] - exact[name], told[name], atol=1e-14)
+        np.testing.assert_allclose(rows[:, column] - exact[name], predicted[name], atol=1e-14)
 
 
 @pytest.mark.parametrize("angle", [-1.0, 0.4])
@@ -67,7 +67,7 @@ def test_a_turn_leaks_angular_momentum(angle: float) -> None:
     assert abs(extrapolated / lead - 1.0) < 1e-4  # epsilon^2 is 1e-5
 
 
-def test_rk4_errs_by_what_holding_the_control_does_to_the_path() -> None:
+def test_the_error_of_rk4_is_that_of_a_held_control() -> None:
     # The slider goes by trapezoids: off by h^2/12 of what w has changed, but for the jump at tau.
     # Without friction psi' = -mu M (r x v)/(J + mu M r^2) along that path. 0.5 %: the h^4 that
     # follows, and friction, of epsilon^2 = 1e-5.
@@ -122,8 +122,8 @@ def test_friction_finds_the_least_value(
     point: complex,
     rate: float,
 ) -> None:
-    # kinks included: with limits as large as the momenta most of these bodies end at rest or on one
-    # support; no neighbour at any distance lies lower, but for rounding of the value
+    # corners of the value included: with limits as large as the momenta most of these bodies end
+    # at rest or on one support; no neighbour at any distance lies lower, but for rounding
     (a, b, c), free = arms, (point, rate)
     if abs(((b - a).conjugate() * (c - a)).imag) < 1e-2:
         return

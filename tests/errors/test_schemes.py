@@ -1,4 +1,4 @@
-"""Schemes as data: what they say of themselves, and a scheme that no theory knows."""
+"""Schemes as data: their words and leads, and a scheme that no theory knows."""
 
 from __future__ import annotations
 

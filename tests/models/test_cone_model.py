@@ -55,7 +55,7 @@ def found(model: mujoco.MjModel) -> dict[str, float]:
 
 
 def wrong(model: mujoco.MjModel) -> set[str]:
-    """Numbers off by more than 1e-12 of themselves: they are written to 16 digits."""
+    """Numbers that differ by more than 1e-12, relatively: they are written to 16 digits."""
     numbers = found(model)
     return {name for name, x in expected().items() if not abs(numbers[name] - x) <= 1e-12 * abs(x)}
 
@@ -116,7 +116,7 @@ def test_cone_is_drawn_where_it_is() -> None:
 
 
 def test_nothing_is_left_out_that_would_act() -> None:
-    # every flag set in the file is one of an idle stage, and every idle stage has its flag
+    # every flag set in the file is one of a disabled pipeline stage, and each of those has its flag
     model = mujoco.MjModel.from_xml_path(str(MJCF))
     assert model.opt.disableflags == needless(model)
     assert not model.geom_contype.any()
@@ -138,7 +138,7 @@ def test_rebuilt_at_the_default_parameters_it_is_the_file() -> None:
 
 @pytest.mark.parametrize("file", ["cone_pendulum.xml", "scene.xml"])
 def test_loaded_on_its_own_it_swings_as_it_should(file: str) -> None:
-    # 5000 steps of RK4 err by 1.1e-12 rad here, their round-off included; four times that
+    # the error of 5000 steps of RK4 is 1.1e-12 rad here, their round-off included; four times that
     model = mujoco.MjModel.from_xml_path(str(FOLDER / file))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)

@@ -43,7 +43,8 @@ def test_numbers_are_those_of_the_default_scene() -> None:
 
 
 def test_nothing_is_left_out_that_would_act() -> None:
-    # every flag of the file is one of an idle stage; springs, damping and forcing may be filled in
+    # every flag of the file is one of a disabled pipeline stage; springs, damping and forcing may be
+    # filled in
     model = mujoco.MjModel.from_xml_path(str(MJCF))
     assert model.opt.disableflags
     assert model.opt.disableflags & needless(model) == model.opt.disableflags
@@ -93,8 +94,8 @@ def test_loaded_on_its_own_it_swings_as_it_should(file: str) -> None:
     given = problem()
     times = np.array([5000 * model.opt.timestep])
     exact = given.motion.observe(times)
-    told = simple_pendulum_errors(given).series(Scheme(RK4), times)
-    wanted = exact["theta"][0] + sum(e["theta"][0] * 1e-3**p for p, e in told.items())
+    predicted = simple_pendulum_errors(given).series(Scheme(RK4), times)
+    wanted = exact["theta"][0] + sum(e["theta"][0] * 1e-3**p for p, e in predicted.items())
     assert data.qpos[0] == pytest.approx(wanted, abs=1e-12)
     mujoco.mj_forward(model, data)
     assert data.sensordata[2] == pytest.approx(exact["tension"][0], abs=2e-10)

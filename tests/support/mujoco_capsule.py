@@ -61,10 +61,10 @@ def loads(name: str, method: str, step: float) -> tuple[Array, Array, Array]:
     """Normal forces [N] of a run, of statics, and what is predicted of their difference: (3, n)."""
     _, run_ = run(name, method, step)
     case = case_of(find_scene(name))
-    told = case.errors.at_step(METHODS[method].scheme, step, run_.times)
+    predicted = case.errors.at_step(METHODS[method].scheme, step, run_.times)
     exact = case.reference.observe(run_.times)
     return (
         np.stack([run_.observables[load] for load in LOADS]),
         np.stack([exact[load] for load in LOADS]),
-        np.stack([told[load] for load in LOADS]),
+        np.stack([predicted[load] for load in LOADS]),
     )
