@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 """The protocol of an exact answer: observables, their uncertainty, nonlinearity."""
-=======
-"""What an exact answer offers: observables, their uncertainty, and how nonlinear it is."""
->>>>>>> errors
 
 from __future__ import annotations
 
