@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule, load_fractions, normal_forces
+from plumbob.analytic.systems.capsule import Capsule, load_shares, normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.equations import Complex
@@ -109,7 +109,7 @@ def missing_loads(problem: CapsuleProblem, motion: Riding, compliance: float) ->
     r, v, w, rate = motion.place, motion.speed, motion.push, motion.rate
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     here, ahead, aside = -compliance * normal_forces(capsule, corners)
-    tilting, central = share_slopes(problem) @ [1.0, 1j], load_fractions(capsule, np.zeros(2))
+    tilting, central = share_slopes(problem) @ [1.0, 1j], load_shares(capsule, np.zeros(2))
 
     def heights(vector: Complex) -> tuple[Array, Array, Complex]:
         """Change of depths (3, n), of C's height and of the gradient with r by `vector`."""

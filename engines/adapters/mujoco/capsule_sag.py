@@ -15,7 +15,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import ROUNDOFF, load_fractions, normal_forces
+from plumbob.analytic.systems.capsule import ROUNDOFF, load_shares, normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
@@ -156,7 +156,7 @@ def _lost(problem: CapsuleProblem, times: Array, sags: Array, slid: Array) -> Ar
     inverse = np.linalg.inv(lift)
     seen = inverse.T @ np.diag([capsule.body_mass, across, across]) @ inverse
     line = np.array([math.cos(setup.direction), math.sin(setup.direction)])
-    parts = load_fractions(capsule, np.asarray(setup.slider) + slid[:, None] * line).T
+    parts = load_shares(capsule, np.asarray(setup.slider) + slid[:, None] * line).T
     body = seen @ _second(sags, times)
     slider = capsule.slider_mass * _second(np.sum(parts * sags, axis=0), times)
     return np.asarray((np.abs(body) + np.abs(parts * slider)).max(axis=1))
@@ -169,7 +169,7 @@ def _second(values: Array, times: Array) -> Array:
 
 def share_slopes(problem: CapsuleProblem) -> Array:
     """Change of each support's share of the load with the centre of pressure [1/m], (3, 2)."""
-    here, x, y = load_fractions(problem.setup.capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
+    here, x, y = load_shares(problem.setup.capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
     return np.column_stack([x - here, y - here])
 
 
