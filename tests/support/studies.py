@@ -29,8 +29,8 @@ def quick() -> Study:
 def made_up(
     errors: Sequence[tuple[Method, Sequence[float], Error]], ns: Sequence[float] = ()
 ) -> Study:
-    """A study of one scene: for each method its step_sizes, and the error at a step; an infinite
-    error is a run that diverged. `ns` are the costs of a step, 1000 ns without."""
+    """A study of one scene: for each method its step_sizes, and the error at a step; an infinite error
+    is a run that diverged. `ns` are the costs of a step, 1000 ns without."""
     scene = find_scene(SCENE)
     convergence = tuple(
         ConvergenceStudy(
