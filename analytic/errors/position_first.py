@@ -19,6 +19,7 @@ they are the position less half a step of the velocity. Derived in THEORY.md, se
 from __future__ import annotations
 
 import cmath
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -31,6 +32,8 @@ from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.equations import mechanics
 from plumbob.analytic.systems.three_points.friction import Start
 
+State = tuple[complex, float, complex, complex, float, complex]
+"""Places of C [m], heading [rad], slider [m]; their rates; in the ground's axes."""
 Motion = tuple[complex, float, complex, complex]  # of C, of the heading, of the slider; its arm
 
 
@@ -53,33 +56,58 @@ def position_first_course(
     after each of `steps` steps of `step` [s], shape (steps + 1, 6), in the ground's axes."""
     inside, moving, targets = _targets(path, step, steps)
     given = mechanics(capsule)
-    supports: list[complex] = given.supports.tolist()
     limits_by = (step * np.vstack([given.centre_limits, given.limit_slopes])).T.tolist()
-    z, psi, omega = complex(*start.position), start.heading, start.angular_velocity
-    speed, turned = complex(*start.velocity), cmath.exp(1j * psi)
-    slip: Slip = (speed + 1j * omega * given.mass_ratio * turned * inside, omega)
-    # A joint that is closed in every step is open at the start by what a step before it opened.
+    body = _Body(capsule, tuple(given.supports.tolist()), tuple(map(tuple, limits_by)))
+    turned, omega = cmath.exp(1j * start.heading), start.angular_velocity
+    state = _started(start, turned, inside, moving, step)
+    slip: Slip = (state[3] + 1j * omega * given.mass_ratio * turned * inside, omega)
+    rows = np.empty((steps + 1, 6))
+    for k in range(steps + 1):
+        z, psi, _, speed, omega, _ = state
+        rows[k] = z.real, z.imag, psi, speed.real, speed.imag, omega
+        if k < steps:
+            state, slip = _advanced(body, state, targets[k], step, slip)
+    return rows
+
+
+@dataclass(frozen=True, slots=True)
+class _Body:
+    """The constants of a capsule as plain numbers, of which a step takes many: its supports in body
+    axes [m], and each one's friction limit over a step [N s], affine in the slider's place."""
+
+    capsule: Capsule
+    supports: tuple[complex, ...]
+    limits_by: tuple[tuple[float, ...], ...]
+
+
+def _started(start: Start, turned: complex, inside: complex, moving: complex, step: float) -> State:
+    """State at the start, the slider `inside` the body [m] and `moving` there [m/s]: a joint that
+    is closed in every step is open then by what a step before it opened."""
+    z, speed, omega = complex(*start.position), complex(*start.velocity), start.angular_velocity
     behind = opened(step * omega)
     slider = z + turned * inside * (1.0 - behind)
     sliding = speed + turned * ((1j * omega + behind / step) * inside + moving)
-    rows = np.empty((steps + 1, 6))
-    rows[0] = z.real, z.imag, psi, speed.real, speed.imag, omega
-    for k, target in enumerate(targets):
-        z, slider, psi = z + step * speed, slider + step * sliding, psi + step * omega
-        turned, behind = cmath.exp(1j * psi), opened(step * omega) / step
-        arm = slider - z
-        inside = arm / turned
-        closing = turned * (target - inside) / step
-        ground = [turned * support for support in supports]
-        limits = [max(c + x * inside.real + y * inside.imag, 0.0) for c, x, y in limits_by]
-        offsets = [behind * place for place in ground]
-        motion = (speed, omega, sliding - closing, arm)
-        slip, centre = _solved(capsule, motion, ground, limits, offsets, slip)
-        omega = slip[1]
-        speed = slip[0] - 1j * omega * centre
-        sliding = speed + 1j * omega * arm + closing
-        rows[k + 1] = z.real, z.imag, psi, speed.real, speed.imag, omega
-    return rows
+    return z, start.heading, slider, speed, omega, sliding
+
+
+def _advanced(
+    body: _Body, state: State, target: complex, step: float, near: Slip
+) -> tuple[State, Slip]:
+    """State and slip after a step that is to bring the slider to `target` in the body [m]."""
+    z, psi, slider, speed, omega, sliding = state
+    z, slider, psi = z + step * speed, slider + step * sliding, psi + step * omega
+    turned, behind = cmath.exp(1j * psi), opened(step * omega) / step
+    arm = slider - z
+    inside = arm / turned
+    closing = turned * (target - inside) / step
+    ground = [turned * support for support in body.supports]
+    limits = [max(c + x * inside.real + y * inside.imag, 0.0) for c, x, y in body.limits_by]
+    offsets = [behind * place for place in ground]
+    motion = (speed, omega, sliding - closing, arm)
+    slip, centre = _solved(body.capsule, motion, ground, limits, offsets, near)
+    omega = slip[1]
+    speed = slip[0] - 1j * omega * centre
+    return (z, psi, slider, speed, omega, speed + 1j * omega * arm + closing), slip
 
 
 def _targets(path: SliderPath, step: float, steps: int) -> tuple[complex, complex, list[complex]]:

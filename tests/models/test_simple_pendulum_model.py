@@ -43,8 +43,8 @@ def test_numbers_are_those_of_the_default_scene() -> None:
 
 
 def test_nothing_is_left_out_that_would_act() -> None:
-    # every flag of the file is one of a disabled pipeline stage; springs, damping and forcing may be
-    # filled in
+    # every flag of the file is one of a disabled pipeline stage; springs, damping and forcing may
+    # be filled in
     model = mujoco.MjModel.from_xml_path(str(MJCF))
     assert model.opt.disableflags
     assert model.opt.disableflags & needless(model) == model.opt.disableflags
