@@ -1,4 +1,4 @@
-"""What an exact answer offers: observables, their uncertainty, and how nonlinear it is."""
+"""The protocol of an exact answer: observables, their uncertainty, nonlinearity."""
 
 from __future__ import annotations
 

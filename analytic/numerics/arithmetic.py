@@ -1,28 +1,35 @@
-"""Double precision: its unit of rounding, and error-free sums and products of doubles."""
+"""Round-off of doubles: its size, and sums and products that keep their rounding errors."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TypeVar
 
 from plumbob.analytic.reference import Array
 
+ROUNDOFF = 2.0**-53  # unit round-off: largest relative error of one rounding
+ULP = 2.0**-52  # machine epsilon: distance from 1 to the next double
+
 Number = TypeVar("Number", float, Array)
 
-ULP = 2.0**-52  # spacing of the doubles next to 1: a unit in the last place, relatively
-ROUNDOFF = 2.0**-53  # largest relative error of one rounding
 SPLITTER = 134217729.0  # 2^27 + 1 halves the 53 bits of a double
 
 
 def two_sum(a: Number, b: Number) -> tuple[Number, Number]:
-    """Return the rounded sum of `a` and `b` and its rounding error, exactly (Knuth 1969)."""
+    """Return the rounded sum of `a` and `b` and its rounding error, exactly (Knuth 1969, The Art of
+    Computer Programming 2, 4.2.2, theorem B)."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
 
 
 def two_product(a: Number, b: Number) -> tuple[Number, Number]:
-    """Return the rounded product of `a` and `b` and its rounding error, exactly (Dekker 1971);
-    magnitudes below 1e150."""
+    """Return the rounded product of `a` and `b` and its rounding error, exactly (Dekker 1971,
+    Numer. Math. 18, 224); magnitudes below 1e150.
+
+    >>> two_product(0.1, 10.0)
+    (1.0, 5.551115123125783e-17)
+    """
     a_high, a_low = _halves(a)
     b_high, b_low = _halves(b)
     product = a * b
@@ -30,6 +37,34 @@ def two_product(a: Number, b: Number) -> tuple[Number, Number]:
 
 
 def _halves(a: Number) -> tuple[Number, Number]:
+    """Two parts of at most 26 bits that add up to `a` exactly."""
     shifted = SPLITTER * a
     high = shifted - (shifted - a)
     return high, a - high
+
+
+@dataclass(frozen=True)
+class CompensatedState:
+    """A position and its rate with the rounding errors of their sums (compensated summation)."""
+
+    position: float
+    rate: float
+    position_low: float = 0.0
+    rate_low: float = 0.0
+
+    def advanced(self, step: float, gain: float, rate_gain: float) -> CompensatedState:
+        """The state after `step`: the rate changes by `rate_gain`, the position by rate times step
+        plus `gain`."""
+        drift, drift_low = two_product(self.rate, step)
+        position, carry = two_sum(self.position, drift)
+        rest = carry + drift_low + self.position_low + self.rate_low * step + gain
+        position, position_low = two_sum(position, rest)
+        rate, carry = two_sum(self.rate, rate_gain)
+        rate, rate_low = two_sum(rate, carry + self.rate_low)
+        return CompensatedState(position, rate, position_low, rate_low)
+
+    def shifted(self, high: float, low: float) -> CompensatedState:
+        """The state with its position moved by `high` plus `low`."""
+        position, carry = two_sum(self.position, high)
+        position, position_low = two_sum(position, carry + self.position_low + low)
+        return CompensatedState(position, self.rate, position_low, self.rate_low)

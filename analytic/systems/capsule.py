@@ -15,7 +15,7 @@ from plumbob.analytic.reference import Array
 
 Point = tuple[float, float]
 
-# Below this height over its longest side a triangle shares a weight to fewer than 7 digits.
+# Below this height over its longest side a triangle gives support loads to fewer than 7 digits.
 FLATTEST = 1e-9
 
 
@@ -80,8 +80,8 @@ Path = Sequence[Segment | Arc]
 
 @dataclass(frozen=True)
 class SourceAssumption:
-    """Whether C, and Q along its whole path, lie inside the triangle: what the source assumes,
-    sufficient for positive normal forces and not necessary."""
+    """Whether C, and Q along its whole path, lie inside the triangle, as the source assumes; this
+    is sufficient for positive normal forces, not necessary."""
 
     com_inside: bool
     slider_inside: bool
@@ -116,8 +116,8 @@ def direction_to(capsule: Capsule, support: int) -> float:
     return math.atan2(y, x)
 
 
-def load_shares(capsule: Capsule, centres: Array) -> Array:
-    """Share of the weight on each support with the combined centre of mass at `centres` [m],
+def load_fractions(capsule: Capsule, centres: Array) -> Array:
+    """Fraction of the weight on each support with the combined centre of mass at `centres` [m],
     shape (n, 2): barycentric coordinates, shape (n, 3), of either sign, with sum 1."""
     corners = np.asarray(capsule.supports)
     ends = corners - np.asarray(centres, dtype=np.float64)[..., None, :]
@@ -127,15 +127,18 @@ def load_shares(capsule: Capsule, centres: Array) -> Array:
     return np.asarray(areas / (ux * vy - uy * vx))
 
 
+load_shares = load_fractions  # former name, until its last callers use the new one
+
+
 def normal_forces(capsule: Capsule, slider_positions: Array) -> Array:
     """Static normal forces N_i [N], shape (n, 3), with the slider at `slider_positions` relative
     to C [m], shape (n, 2): M at C and m at Q weigh as M + m at mu r (Chernousko 2020, eq. 7)."""
     centres = capsule.mass_ratio * np.asarray(slider_positions, dtype=np.float64)
-    return capsule.weight * load_shares(capsule, centres)
+    return capsule.weight * load_fractions(capsule, centres)
 
 
 def load_slopes(capsule: Capsule, direction: float) -> Array:
-    """Change of the N_i as the slider goes along `direction` [rad, from the body's x axis], [N/m],
+    """Change of the N_i as the slider moves along `direction` [rad, from the body's x axis], [N/m],
     shape (3,): the same wherever it is."""
     ahead = [math.cos(direction), math.sin(direction)]
     here, there = normal_forces(capsule, np.array([[0.0, 0.0], ahead]))
@@ -150,7 +153,7 @@ def steepest_load(capsule: Capsule) -> float:
 
 def normal_force_uncertainty(capsule: Capsule, reach: float) -> float:
     """Bound on the error of each N_i [N] from rounded parameters and arithmetic, with the slider
-    within `reach` of C [m]: a quotient of areas, of which a flat triangle leaves few digits."""
+    within `reach` of C [m]: a quotient of areas, which has few digits in a flat triangle."""
     corners = np.asarray(capsule.supports)
     (ux, uy), (vx, vy) = corners[1] - corners[0], corners[2] - corners[0]
     size = float(np.abs(corners).max()) + capsule.mass_ratio * reach
@@ -172,12 +175,12 @@ def friction_moment(capsule: Capsule, slider_positions: Array, directions: Array
 
 
 def _turning_points(capsule: Capsule, piece: Segment | Arc) -> Array:
-    """Slider positions, shape (n, 2), among which every load share has its minimum on `piece`:
-    a share is affine in the position, so a cosine of the angle along an arc."""
+    """Slider positions, shape (n, 2), among which every support load has its minimum on
+    `piece`: a load is affine in the position, so a cosine of the angle along an arc."""
     if isinstance(piece, Segment):
         return np.array([piece.start, piece.end], dtype=np.float64)
     low, high = sorted((piece.start, piece.end))
-    here, x, y = load_shares(capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
+    here, x, y = load_fractions(capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
     steepest_fall = np.arctan2(here - y, here - x)
     inner = low + np.mod(steepest_fall - low, 2 * math.pi)
     angles = np.concatenate([[low, high], inner[inner < high]])
@@ -188,21 +191,21 @@ def _lowest(capsule: Capsule, path: Path, reach: float) -> tuple[Array, Array]:
     if not path:
         raise ParameterError("path", path, "at least one Segment or Arc")
     candidates = np.concatenate([_turning_points(capsule, piece) for piece in path])
-    shares = load_shares(capsule, reach * candidates)
-    where = np.argmin(shares, axis=0)
-    return np.min(shares, axis=0), np.asarray(candidates[where])
+    fractions = load_fractions(capsule, reach * candidates)
+    where = np.argmin(fractions, axis=0)
+    return np.min(fractions, axis=0), np.asarray(candidates[where])
 
 
 def lowest_normal_forces(capsule: Capsule, path: Path) -> tuple[Array, Array]:
     """Exact minimum of each N_i along `path` [N], shape (3,), and the slider's positions there
     relative to C [m], shape (3, 2). Raises ParameterError on an empty path."""
-    shares, where = _lowest(capsule, path, capsule.mass_ratio)
-    return capsule.weight * shares, where
+    fractions, where = _lowest(capsule, path, capsule.mass_ratio)
+    return capsule.weight * fractions, where
 
 
 def validity(capsule: Capsule, path: Path) -> tuple[ParameterError, ...]:
-    """What the equations need of `path` and don't get, as errors to raise or to print: a normal
-    force above zero at every support along the whole path. Empty when all is well."""
+    """Violations on `path` of what the equations require, as errors to raise or to print: a normal
+    force above zero at every support along the whole path. Empty when it is valid."""
     forces, where = lowest_normal_forces(capsule, path)
     return tuple(
         ParameterError(
@@ -220,5 +223,5 @@ def source_assumption(capsule: Capsule, path: Path) -> SourceAssumption:
     """Whether the source's stronger assumption holds along `path` (Chernousko 2020, section
     "Mechanical system")."""
     slider, _ = _lowest(capsule, path, 1.0)
-    com = load_shares(capsule, np.zeros(2))
+    com = load_fractions(capsule, np.zeros(2))
     return SourceAssumption(bool(np.all(com > 0.0)), bool(np.all(slider > 0.0)))

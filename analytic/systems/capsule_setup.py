@@ -1,4 +1,4 @@
-"""What a scene of the capsule asks of an engine: the body, its start, the slider's motion."""
+"""Set-up of a capsule scene for an engine: the body, its start, the slider's motion."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from plumbob.analytic.systems.capsule import Capsule, Point
 
 @dataclass(frozen=True)
 class CapsuleSetup:
-    """A start and what is imposed, the same for every engine.
+    """A start and the imposed motion, the same for every engine.
 
     Body axes have their origin at C and are turned by the heading; the world's coincide with them
-    but for the heading at the start. What is signed along a line is signed along `direction`.
+    but for the heading at the start. Signed quantities are positive along `direction`.
     """
 
     capsule: Capsule
@@ -32,7 +32,7 @@ class CapsuleSetup:
     """Imposed velocity of the slider in the body along `direction` [m/s] at times [s], shape (n,);
     None where it does not move, or not along one line."""
     in_plane: bool = False
-    """Whether x, y, heading and their rates are observed, not what is signed along one line."""
+    """Whether x, y, heading and their rates are observed, not quantities along one line."""
     plane_velocity: Callable[[Array], Array] | None = None
     """Imposed velocity of the slider in the body [m/s], body axes, shape (n, 2), at times [s],
     shape (n,); None where it does not move, or along one line only."""
@@ -42,11 +42,11 @@ class CapsuleSetup:
 
 @dataclass(frozen=True)
 class CapsuleProblem:
-    """A motion of the capsule, the exact answer to it, and what it asks of an engine."""
+    """A motion of the capsule, its reference, and its set-up for an engine."""
 
-    motion: Any  # a `CapsuleMotion`, with whatever else it knows
+    motion: Any  # a `CapsuleMotion`
     """Of analytic: LineManoeuvre, SlowStroke, TiltedHold, RepeatedLine; in the plane
-    ResidualMotion, ThreePointMotion (coasting), RepeatedTurn, Plan. `motion.kind` tells which."""
+    ResidualMotion, ThreePointMotion (coasting), RepeatedTurn, Plan. `motion.kind` names it."""
     reference: Reference
     setup: CapsuleSetup
 

@@ -2,8 +2,8 @@
 
 Sudakov 2015. theta is measured from hanging down, about the axis; the platform turns at a constant
 rate about the vertical. Eq. 9 of the source is not the Legendre transform of its Lagrangian (7): it
-has T + U, which a prescribed rotation does not conserve. Both are here, each under its own name.
-"""
+has T + U, which a prescribed rotation does not conserve. Both are implemented, each under its own
+name."""
 
 from __future__ import annotations
 
@@ -79,7 +79,14 @@ class Equilibrium:
 class ConePendulum:
     """A body on an axis at (pivot_x, pivot_y) [m] of a platform that turns at platform_rate
     [rad/s], under gravity [m/s^2], started at theta [rad] with theta_dot [rad/s], or with `excess`
-    [J] above the highest barrier in the direction of theta_dot. Raises ParameterError."""
+    [J] above the highest barrier in the direction of theta_dot. Raises ParameterError.
+
+    >>> from math import radians
+    >>> body = cone(density=1000.0, height=0.3, apex_angle=radians(30.0))
+    >>> pendulum = ConePendulum(body, 0.0, 0.0, 4.0, gravity=9.8, theta=0.5, theta_dot=0.0)
+    >>> pendulum.motion.regime, round(pendulum.motion.period, 6)
+    ('libration', 1.24948)
+    """
 
     body: Body
     pivot_x: float

@@ -10,17 +10,20 @@ linear companion has theta for sin theta.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Any
+
+import numpy as np
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import PI, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
-from plumbob.analytic.reference import Reference
+from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.analytic.systems.pendulums.rod_tension import MASS, RodMotion
-from plumbob.analytic.systems.pendulums.rounded_start import RoundedStart
 from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 
 
@@ -28,9 +31,16 @@ from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 class SimplePendulum:
     """A mass of 1 kg at `length` [m] under `gravity` [m/s^2], damped at damping_rate [1/s], forced
     with forcing_amplitude [rad/s^2] at forcing_frequency [rad/s], started at theta [rad] with
-    theta_dot [rad/s]; `linear` has theta for sin theta. Next to the top a double of theta has few
-    digits of the distance: `theta_from_top` [rad], the start's angle from pi, stands in for theta
-    where nothing is linear, damped or forced. Raises ParameterError."""
+    theta_dot [rad/s]; `linear` has theta for sin theta. Next to the top, where theta as a double
+    has few digits of the distance, `theta_from_top` [rad], the start's angle from pi, replaces
+    theta, unless the pendulum is linear, damped or forced. Raises ParameterError.
+
+    >>> import math, numpy as np
+    >>> pendulum = SimplePendulum(1.0, 9.81, 0.0, 0.0, 0.0, theta=math.pi / 2, theta_dot=0.0)
+    >>> seen = pendulum.motion.observe(np.array([pendulum.elliptic.period / 4]))
+    >>> print(f"{seen['theta_dot'][0]:.6f} rad/s, {seen['tension'][0]:.2f} N")
+    -4.429447 rad/s, 29.43 N
+    """
 
     length: float
     gravity: float
@@ -90,13 +100,45 @@ class SimplePendulum:
 
     @cached_property
     def motion(self) -> Reference:
-        """The exact motion; that of a rod knows its tension."""
-        beside = self.started
+        """The exact motion; with the tension of the rod unless linear."""
+        rounded = self.started
         angle: Reference = self.elliptic or UnendingMotion(
-            self.rotor, beside.theta, beside.theta_dot
+            self.rotor, rounded.theta, rounded.theta_dot
         )
         if self.linear:
             return angle
-        if beside.elliptic is not None and beside is not self:
-            angle = RoundedStart(angle, beside.elliptic)
+        if rounded.elliptic is not None and rounded is not self:
+            angle = RoundedStart(angle, rounded.elliptic)
         return RodMotion(angle, self.rotor, self.length, self.gravity)
+
+
+@dataclass(frozen=True)
+class RoundedStart:
+    """The `exact` motion, and the one `started` from its start rounded to double, which is where an
+    engine starts; a `Reference`."""
+
+    exact: Any  # a `Reference`
+    started: Reference
+
+    @property
+    def closed_form(self) -> Any:
+        """The exact motion's closed form; None where there is none."""
+        return self.exact.closed_form
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """Observables of the exact motion at `times` [s], shape (n,)."""
+        seen: Mapping[str, Array] = self.exact.observe(times)
+        return seen
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """Effect of double precision on a motion from the rounded start: its uncertainty and the
+        distance of the two motions, at `times` [s], shape (n,)."""
+        seen, rounded = self.exact.observe(times), self.started.observe(times)
+        return {
+            name: uncertain + np.abs(rounded[name] - seen[name])
+            for name, uncertain in self.started.uncertainty(times).items()
+        }
+
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """Nonlinearity of the response to errors on the exact motion."""
+        return float(self.exact.nonlinearity(times, errors))

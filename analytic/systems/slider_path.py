@@ -37,7 +37,7 @@ class Piece(Protocol):
         ...
 
     def track(self) -> Path:
-        """The places that the piece passes through."""
+        """The places that the piece covers."""
         ...
 
 
@@ -167,7 +167,7 @@ class SliderPath:
 
     @property
     def duration(self) -> float:
-        """Time at which the slider stops for good [s]."""
+        """Time from which the slider rests in the body [s]."""
         return float(self.breakpoints[-1])
 
     @property
@@ -191,7 +191,7 @@ class SliderPath:
         return result[0], result[1], result[2]
 
     def track(self) -> Path:
-        """The places that the slider passes through, for `capsule.validity`."""
+        """The places that the slider covers, for `capsule.validity`."""
         return tuple(part for piece in self.pieces for part in piece.track())
 
 
@@ -201,7 +201,7 @@ def concatenate(*paths: SliderPath) -> SliderPath:
 
 
 def fixed(place: Point, duration: float = 0.0) -> SliderPath:
-    """The slider held at `place` relative to C [m] for `duration` [s] (and ever after)."""
+    """The slider fixed at `place` relative to C [m] for `duration` [s] (and afterwards)."""
     return SliderPath((StraightPiece(duration, place, 0.0, 0.0, 0.0, 0.0),))
 
 

@@ -13,7 +13,7 @@ from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.manoeuvres import turn_correction as theory
 from plumbob.analytic.systems.manoeuvres.turn_correction import leading_friction
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
-from plumbob.analytic.systems.three_points import element as three_point_element
+from plumbob.analytic.systems.three_points import sliding as sliding_module
 from plumbob.analytic.systems.three_points.equations import (
     Complex,
     Configuration,
@@ -77,5 +77,5 @@ def test_teeth_of_the_moments_in_the_motion(monkeypatch: pytest.MonkeyPatch) -> 
         rates[:, 2] += extra * rates[:, 3]  # the last rate is that of time
         return rates, derivative
 
-    monkeypatch.setattr(three_point_element, "sliding_rates", about_com)
+    monkeypatch.setattr(sliding_module, "sliding_rates", about_com)
     assert abs(turned(turn) - right) > 1e-4

@@ -1,4 +1,4 @@
-"""Fixed-step schemes on the driven rotor in plain floats: what the error theory is held against."""
+"""Fixed-step schemes on the driven rotor in plain floats, to compare the error theory with."""
 
 from __future__ import annotations
 

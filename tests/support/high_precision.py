@@ -1,5 +1,5 @@
-"""The pendulum's period, action and state by adaptive quadrature with 60 digits, 40 of them to be
-relied on: a witness that shares neither formula nor arithmetic with the closed form.
+"""The pendulum's period, action and state by adaptive quadrature with 60 digits, 40 of them
+reliable: an independent method, with neither formula nor arithmetic of the closed form.
 
 gmpy2's MPFR numbers and not mpmath's, which take six times as long.
 """
@@ -18,7 +18,7 @@ from gmpy2 import mpfr
 
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
 
-gmpy2.get_context().precision = 200  # bits: 20 digits to lose in differences of energies
+gmpy2.get_context().precision = 200  # bits: differences of energies lose 20 digits
 Number = Any  # an mpfr
 Pair = tuple[Number, Number]
 PI: Number = gmpy2.const_pi()
@@ -36,7 +36,7 @@ class Orbit:
     inertia: Number
     theta: Number
     theta_dot: Number
-    agreement: float = 1e-12  # of a Gauss rule with its halves, which are better by far
+    agreement: float = 1e-12  # of a Gauss rule with its two halves, which are far more accurate
 
     def potential(self, theta: Number) -> Number:
         """V(theta)."""
@@ -107,7 +107,7 @@ class Orbit:
 
     def chart(self, u: Number) -> Pair:
         """theta and |dtheta/du| of a parameter that grows with time by 2 pi a period and in which
-        dt/du is smooth: theta = middle + reach sin u takes the square roots of a libration away."""
+        dt/du is smooth: theta = middle + reach sin u removes the square roots of a libration."""
         if self.turning is None:
             return self.theta + self.sense * u, mpfr(1)
         low, high = self.turning
@@ -116,7 +116,7 @@ class Orbit:
         return low + reach + reach * sine, abs(reach * cosine)
 
     def parameter(self, theta: Number, theta_dot: Number) -> Number:
-        """The u of a state, near enough to start Newton's method from."""
+        """The u of a state, as a first guess of Newton's method."""
         if self.turning is None:
             return self.sense * (mpfr(theta) - self.theta)
         low, high = self.turning

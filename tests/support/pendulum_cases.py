@@ -22,7 +22,7 @@ GRAVITY = 9.8
 
 @dataclass(frozen=True)
 class Case:
-    """A rotor, its start, and how long it is followed [s]."""
+    """A rotor, its start, and the duration of its motion [s]."""
 
     rotor: DrivenRotor
     theta: float

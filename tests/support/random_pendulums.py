@@ -1,4 +1,4 @@
-"""Cone pendulums drawn at random, the same ones every time, so many in each regime."""
+"""Cone pendulums drawn at random, reproducibly, with the same number in each regime."""
 
 from __future__ import annotations
 

@@ -95,7 +95,7 @@ def _path(rng: np.random.Generator, capsule: Capsule) -> SliderPath:
 
 
 def slide(seed: int) -> Slide:
-    """A slide of one to seven pieces near the holding threshold, from rest or, three times in ten,
+    """A slide of one to seven pieces near the friction limit, from rest or, three times in ten,
     from any velocity."""
     rng = np.random.default_rng(seed)
     while True:
@@ -110,10 +110,10 @@ def slide(seed: int) -> Slide:
     return Slide(capsule, path, start)
 
 
-def moved_support(capsule: Capsule, share: float) -> Capsule:
-    """`capsule` with its first support moved outward by `share` of its arm."""
+def moved_support(capsule: Capsule, fraction: float) -> Capsule:
+    """`capsule` with its first support moved outward by `fraction` of its arm."""
     (x, y), second, third = capsule.supports
-    return replace(capsule, supports=((x * (1 + share), y * (1 + share)), second, third))
+    return replace(capsule, supports=((x * (1 + fraction), y * (1 + fraction)), second, third))
 
 
 # The coasting check body.
@@ -127,5 +127,5 @@ def pose(motion: ThreePointMotion, time: float) -> Array:
 
 
 def ending(motion: ThreePointMotion) -> float:
-    """A time [s] at which the body rests for good."""
+    """A time [s] after the final rest."""
     return 1.01 * motion.rest_time + 1e-6

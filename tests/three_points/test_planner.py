@@ -1,4 +1,4 @@
-"""The planner: poses reached in the reference, limits kept, time against naive plans, teeth."""
+"""The planner: poses reached, limits observed, time compared with simple plans, sensitivity."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ from plumbob.tests.support.random_capsules import CHECK
 
 PLACES = dict(POSES)
 CASES = tuple(itertools.product(PLACES, ("free", "curve")))
-# The plan is exact: what is left are the reference's own errors, 1e-13 over a hundred segments.
+# The plan is exact: the errors of the reference remain, 1e-13 over a hundred segments.
 REACHED = 1e-11
-# A scalene triangle: nothing is symmetric about C-A1.
+# A scalene triangle, without symmetry about C-A1.
 SCALENE = Capsule(1.3, 0.4, 0.03, ((0.22, 0.03), (-0.09, 0.17), (-0.12, -0.14)), 0.25, 9.81)
 FAR = Limits(acceleration=4000.0, stroke=1.0, radius=0.15)
 
@@ -89,7 +89,7 @@ def test_the_body_rests_between_manoeuvres_and_in_slow_ones(name: str, track: st
     slow = [k for k, one in enumerate(made.manoeuvres) if one.kind == "slow"]
     before = made.motion.at(np.array([one.start for one in made.manoeuvres]))
     after = made.motion.at(made.ends)
-    # A start is rounded by 4e-15 s, and the body then speeds up at some 1e3 rad/s^2 or m/s^2.
+    # A start is rounded by 4e-15 s, and the body then accelerates at some 1e3 rad/s^2 or m/s^2.
     still = 1e-11
     assert np.abs(before.velocity[~moving]).max() <= still
     assert np.abs(before.angular_velocity[~moving]).max() <= still
@@ -130,16 +130,16 @@ def test_least_time_beats_equal_manoeuvres(name: str, track: str, least: float) 
 
 @given(st.floats(1.2, 70.0), st.floats(0.05, 0.9))
 def test_no_push_within_the_limits_is_quicker(push: float, pull: float) -> None:
-    limits, grip = Limits(), CHECK.holding_acceleration
+    limits, threshold = Limits(), CHECK.holding_acceleration
     best = quickest_push(CHECK, limits)
 
     def time(w1: float, w2: float) -> float:
         """For one displacement, with the slow return (Chernousko 2020, eqs. 17, 18, 22)."""
         unit = closed_form(CHECK, w1, w2, 1.0)
-        back = 2.0 * math.sqrt(unit.stroke / (limits.holding * grip))
+        back = 2.0 * math.sqrt(unit.stroke / (limits.holding * threshold))
         return (unit.t2 + back) / math.sqrt(-unit.displacement)
 
-    assert time(best.w1, best.w2) <= time(push * grip, pull * grip)
+    assert time(best.w1, best.w2) <= time(push * threshold, pull * threshold)
 
 
 def test_less_drive_turns_less_in_more_time() -> None:
@@ -150,7 +150,7 @@ def test_less_drive_turns_less_in_more_time() -> None:
 
 
 def quickened(path: SliderPath, factor: float) -> SliderPath:
-    """The same way in less time: every acceleration times `factor`."""
+    """The same path in less time: every acceleration times `factor`."""
     pieces = [p for p in path.pieces if isinstance(p, (ArcPiece, StraightPiece))]
     times = [p.duration / math.sqrt(factor) for p in pieces]
     rates, first = [factor * p.acceleration for p in pieces], pieces[0]
@@ -186,7 +186,7 @@ def test_slow_motions_use_up_friction_and_no_more(body: Capsule) -> None:
 )
 def test_any_pose_from_any_pose(body, track, step, begin, slider) -> None:  # type: ignore[no-untyped-def]
     if body is SCALENE:
-        slider = (0.0, 0.0)  # the other place is off its curve
+        slider = (0.0, 0.0)  # the other place is not on its curve
     start = RestPose(begin[0], begin[1], begin[2], slider)
     goal = RestPose(begin[0] + step[0], begin[1] + step[1], begin[2] + step[2])
     assert max(plan(body, goal, FAR, track, start).error) <= REACHED

@@ -1,4 +1,4 @@
-"""A body that pivots for a moment, on a slide that friction all but holds."""
+"""Short pivots of a body whose load only just exceeds the friction limit."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WHOLE = slow_arc(CHECK, 0.12, 0.3, 2.4, 1.0), slow_arc(OTHER, 0.12, 0.3, 2.4, 1.
 
 
 def hurried(number: int, excess: float) -> SliderPath:
-    """A slow arc that uses friction up, with accelerations larger by a share `excess`."""
+    """A slow arc at the friction limit, with accelerations larger by the fraction `excess`."""
     pieces = [p for p in WHOLE[number].path.pieces if isinstance(p, ArcPiece)]
     drives = [piece.acceleration * (1.0 + excess) for piece in pieces]
     return arc(0.12, 0.3, drives, [p.duration / math.sqrt(1.0 + excess) for p in pieces])
@@ -29,7 +29,7 @@ def hurried(number: int, excess: float) -> SliderPath:
 def heading(number: int, excess: float) -> float:
     motion = three_point_motion((CHECK, OTHER)[number], hurried(number, excess))
     assert [event.mode for event in motion.events] == ["rest", "pivot", "rest"]
-    # As in every slide; the pivot's own forces are all but balanced.
+    # As in every slide, although the forces of the pivot nearly balance.
     found = balance(motion)
     assert max(found.energy, found.momentum, found.angular_momentum) <= 1e-11
     return float(pose(motion, ending(motion))[2])
@@ -37,14 +37,14 @@ def heading(number: int, excess: float) -> float:
 
 @pytest.mark.parametrize("number", [0, 1])
 def test_a_pivot_shorter_than_a_sample_of_its_element(number: int) -> None:
-    """What is gained grows as the cube of the excess: the load is over its limit by so much for a
-    time of that size, which gives a rate of its square for a time as long."""
+    """The angle grows as the cube of the excess: the load exceeds its limit by the excess for a
+    time proportional to it, which gives a rate of its square for a similar time."""
     small, large = heading(number, 1e-4), heading(number, 1e-3)
-    assert small > 1e-14  # a hundred roundings of what went into it
+    assert small > 1e-14  # a hundred roundings of the inputs
     assert large / small == pytest.approx(1000.0, rel=0.01)  # the next power of the excess
 
 
-def test_teeth_of_the_shorter_element(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sensitivity_to_the_shorter_element(monkeypatch: pytest.MonkeyPatch) -> None:
     """If elements are not shortened such a pivot neither begins nor ends."""
     monkeypatch.setattr(pivoting, "SHORTEST", 1.0)  # of any piece
     with pytest.raises(RuntimeError, match="events did not finish"):

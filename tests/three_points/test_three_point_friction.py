@@ -1,4 +1,4 @@
-"""The exact three-point motion against formulas, an independent integrator, balances and itself."""
+"""The exact three-point motion against formulas, an independent integrator and balances."""
 
 from __future__ import annotations
 
@@ -35,14 +35,17 @@ from plumbob.analytic.systems.three_points.smoothed_friction import smoothed_pos
 from plumbob.tests.support.random_capsules import CHECK, LIMIT
 from plumbob.tests.support.random_slides import COAST, ending, moved_support, pose, slide
 
-CENTRE = (0.03, 0.02)  # circumcentre of a triangle, and where Q must be for it to be the centre
+CENTRE = (
+    0.03,
+    0.02,
+)  # circumcentre of a triangle, and the place of Q that makes it the combined centre
 CORNERS = [
     (CENTRE[0] + 0.2 * math.cos(angle), CENTRE[1] + 0.2 * math.sin(angle))
     for angle in (0.3, 2.2, 4.4)
 ]
 ROUND_ABOUT = replace(CHECK, supports=(CORNERS[0], CORNERS[1], CORNERS[2]))
 BALANCED: Point = (CENTRE[0] / CHECK.mass_ratio, CENTRE[1] / CHECK.mass_ratio)
-# Formulas and motion agree to rounding: displacements of some mm, sums of some tens of elements.
+# Formulas and motion agree to round-off: displacements of some mm, sums of some tens of elements.
 ROUND = 1e-14
 
 
@@ -51,7 +54,7 @@ ROUND = 1e-14
     ("capsule", "w1", "w2", "t1"),
     [
         (CHECK, 3 * LIMIT, 0.8 * LIMIT, 0.03),
-        (CHECK, 3 * LIMIT, LIMIT, 0.03),  # held to the last
+        (CHECK, 3 * LIMIT, LIMIT, 0.03),  # sticks to the end
         (CHECK, (1 + 1e-6) * LIMIT, 0.5 * LIMIT, 0.03),  # hardly moved
         (CHECK, (1 + 1e-10) * LIMIT, 0.5 * LIMIT, 0.03),
         (replace(CHECK, slider_mass=1e-3), 2900.0 * 3, 2900.0 * 0.8, 0.003),
@@ -116,8 +119,8 @@ def test_a_hold_that_gives_way_slowly_is_its_formula() -> None:
     speed = float(v @ along)
     brake = StraightPiece(0.01, (float(r[0]), float(r[1])), heading, 0.0, speed, -100.0 * speed)
     motion = three_point_motion(CHECK, SliderPath((SmoothPiece(last, ramp), brake)))
-    mu, grip = CHECK.mass_ratio, CHECK.friction * CHECK.gravity
-    broken = grip / (mu * jerk)
+    mu, limit = CHECK.mass_ratio, CHECK.friction * CHECK.gravity
+    broken = limit / (mu * jerk)
     assert [event.mode for event in motion.events[:2]] == ["rest", "slide"]
     assert motion.events[1].time == pytest.approx(broken, rel=1e-14)
     times = np.linspace(0.0, last, 21)
@@ -126,22 +129,22 @@ def test_a_hold_that_gives_way_slowly_is_its_formula() -> None:
     np.testing.assert_allclose(moved, -mu * jerk * late**3 / 6, rtol=0, atol=ROUND)
 
 
-@pytest.mark.parametrize("share", [0.5, 0.999, 1.0])
-def test_a_slope_below_the_threshold_moves_nothing(share: float) -> None:
-    pull = share * CHECK.friction * CHECK.gravity
+@pytest.mark.parametrize("fraction", [0.5, 0.999, 1.0])
+def test_a_slope_below_the_threshold_moves_nothing(fraction: float) -> None:
+    pull = fraction * CHECK.friction * CHECK.gravity
     motion = three_point_motion(CHECK, fixed((0.05, 0.02)), tilt=(0.0, pull), until=10.0)
     assert [event.mode for event in motion.events] == ["rest"]
     assert not pose(motion, 10.0).any()
 
 
 def test_a_slope_above_the_threshold_pulls_straight_down() -> None:
-    grip = CHECK.friction * CHECK.gravity
-    motion = three_point_motion(CHECK, fixed((0.05, 0.02)), tilt=(0.0, 1.5 * grip), until=2.0)
-    np.testing.assert_allclose(pose(motion, 2.0), [0.0, grip, 0.0], rtol=0, atol=1e-13)
+    limit = CHECK.friction * CHECK.gravity
+    motion = three_point_motion(CHECK, fixed((0.05, 0.02)), tilt=(0.0, 1.5 * limit), until=2.0)
+    np.testing.assert_allclose(pose(motion, 2.0), [0.0, limit, 0.0], rtol=0, atol=1e-13)
 
 
 def gradual(motion: ThreePointMotion) -> bool:
-    """Whether a hold gives way within a piece, under a growing load."""
+    """Whether a load grows through the friction limit within a piece."""
     return any(
         before.mode != "slide"
         and after.mode != "rest"
@@ -151,8 +154,8 @@ def gradual(motion: ThreePointMotion) -> bool:
 
 
 def test_smoothed_friction_finds_the_same_pose(request: pytest.FixtureRequest) -> None:
-    """50 slides with `--profile full`, a few otherwise; 1e-9 is what the smoothed motion is good
-    for, whose own error is seen to be up to 1e-10."""
+    """50 slides with `--profile full`, a few otherwise; 1e-9 is the accuracy of the smoothed
+    motion, whose measured error is up to 1e-10."""
     # 24: a support passes through rest; coasting ends in a pivot.
     seeds = range(50) if request.config.getoption("--profile") == "full" else (24,)
     cases = [*((slide(seed), str(seed)) for seed in seeds), (COAST, "coast")]
@@ -165,15 +168,15 @@ def test_smoothed_friction_finds_the_same_pose(request: pytest.FixtureRequest) -
 
 
 def test_a_thousandth_part_of_a_plan_is_a_plan() -> None:
-    """Twenty line manoeuvres one after another go twenty times as far, and twenty slow returns."""
+    """Twenty line manoeuvres with slow returns give twenty times the displacement."""
     w1, w2, t1 = 3 * LIMIT, 0.8 * LIMIT, 0.03
     out = line_stroke((0.0, 0.0), 0.4, w1, w2, t1)
     stroke = math.hypot(*out.end)
     slow = 0.5 * LIMIT
     half = math.sqrt(stroke / slow)
     back = line_stroke(out.end, 0.4 + math.pi, slow, slow, half)
-    train = concatenate(*(part for _ in range(20) for part in (out, back)))
-    moved = three_point_motion(CHECK, train).at(np.array([train.duration]))
+    path = concatenate(*(part for _ in range(20) for part in (out, back)))
+    moved = three_point_motion(CHECK, path).at(np.array([path.duration]))
     step = LineManoeuvre(CHECK, w1, w2, t1, 0.4).displacement
     expected = 20 * step * np.array([math.cos(0.4), math.sin(0.4)])
     np.testing.assert_allclose(moved.position[0], expected, rtol=0, atol=1e-13)
@@ -189,7 +192,7 @@ def test_a_thousandth_part_of_a_plan_is_a_plan() -> None:
     ],
 )
 def test_teeth(wrong: Capsule, least: float) -> None:
-    """What 1e-9 and 1e-12 above would not let through."""
+    """Wrong motions that the bounds 1e-9 and 1e-12 above exclude."""
     truth = pose(COAST.motion(), 1.0)
     assert np.abs(pose(replace(COAST, capsule=wrong).motion(), 1.0) - truth).max() > least
     path = arc_stroke(0.12, 0.0, 4000.0, 0.015)

@@ -1,4 +1,4 @@
-"""What every three-point motion obeys: Coulomb's law, balances, symmetries, its own error."""
+"""Properties of every three-point motion: Coulomb's law, balances, symmetries, error."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ SEEDS = st.integers(0, 10**6)
 
 @pytest.mark.parametrize("seed", [2, 6, 24, 26, 27, 89, 120, 174])
 def test_energy_and_momentum_balance(seed: int) -> None:
-    """Gauss quadrature of 64 points a segment leaves 1e-12 of what goes through."""
+    """Gauss quadrature of 64 points per segment is accurate to 1e-12 of all that is exchanged."""
     left = balance(slide(seed).motion())
     assert max(left.energy, left.momentum, left.angular_momentum) <= 5e-12
     assert left.friction_work <= 0.0
 
 
 def test_every_mode_is_met() -> None:
-    """The seeds above are worth something: they pivot, slip from a pivot, pass through rest."""
+    """The seeds above cover pivots, slips from a pivot and passages through rest."""
     pairs: set[tuple[str, str]] = set()
     for seed in (2, 24, 26, 27):
         modes = [event.mode for event in slide(seed).motion().events]
@@ -46,10 +46,10 @@ def test_friction_obeys_coulomb_and_the_body_stops(seed: int) -> None:
     assert np.isfinite(motion.rest_time)
     times = np.linspace(0.0, motion.rest_time, 80, endpoint=False)
     for _, load in loading(motion, times):
-        resisting = (load.shares.conjugate() * load.velocities).real
+        resisting = (load.support_forces.conjugate() * load.velocities).real
         assert not np.nanmax(resisting, initial=-1.0) > 1e-15
-        # A pivot may hold up to its limit; a support that slips is judged from an acceleration.
-        assert not np.nanmax(np.abs(load.shares) / load.at.limits, initial=0.0) > 1.0 + 1e-9
+        # A slipping force is from an acceleration; a pivot may stick at its limit.
+        assert not np.nanmax(np.abs(load.support_forces) / load.at.limits, initial=0.0) > 1.0 + 1e-9
     speeds = motion.at(motion.rest_time + np.array([0.0, 1.0]))
     assert not speeds.velocity.any()
     assert not speeds.angular_velocity.any()
@@ -105,7 +105,7 @@ def test_a_mirror_mirrors_the_motion(seed: int) -> None:
 @given(SEEDS)
 @settings(max_examples=3)
 def test_it_knows_its_own_error(seed: int) -> None:
-    """Against 36 nodes, the error is within what the motion says of itself, and that is small."""
+    """The error against 36 nodes is within the error that the motion gives, and that is small."""
     case = slide(seed)
     motion = case.motion()
     better = three_point_motion(case.capsule, case.path, case.start, nodes=36, tolerance=1e-13)
@@ -113,7 +113,7 @@ def test_it_knows_its_own_error(seed: int) -> None:
     own, other, said = motion.at(times), better.at(times), motion.error
     for name in ("position", "heading"):
         off = np.abs(getattr(own, name) - getattr(other, name)).max(axis=0)
-        # A coarser motion may by chance come closer than the fine one is to the truth.
+        # A coarser motion may be more accurate than the fine one by chance.
         assert (off <= 10.0 * getattr(said, name)[0] + 1e-15).all()
         assert getattr(said, name).max() <= 1e-11
 
@@ -123,7 +123,7 @@ def test_a_pose_has_no_jumps_and_its_rate_is_its_velocity() -> None:
     times = np.linspace(0.0, motion.rest_time, 4001)
     at, step = motion.at(times), motion.rest_time / 4000
     between = motion.at(times[:-1] + 0.5 * step)
-    # Midpoint rule: what is left is the third derivative, large only within a step of an event.
+    # The error of the midpoint rule is the third derivative, large only within a step of an event.
     for value, rate in ((at.position, between.velocity), (at.heading, between.angular_velocity)):
         off = np.abs(np.diff(value, axis=0) / step - rate)
         assert np.median(off) <= 1e-7

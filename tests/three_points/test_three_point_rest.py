@@ -1,4 +1,4 @@
-"""The set of wrenches that friction can hold, and how a body starts outside it, by construction."""
+"""The set of wrenches that static friction balances, and how a body starts to move outside it."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def supports(draw: st.DrawFn) -> tuple[Array, Complex]:
     gaps = [draw(st.floats(0.4, 1.0)) for _ in range(3)]
     angles = 2 * math.pi * np.cumsum(gaps) / sum(gaps)
     arms = np.array([draw(st.floats(0.05, 0.5)) for _ in range(3)]) * np.exp(1j * angles)
-    shares = np.array([draw(st.floats(0.02, 1.0)) for _ in range(3)])
-    shares /= shares.sum()
-    return 3.0 * shares, arms - shares @ arms
+    fractions = np.array([draw(st.floats(0.02, 1.0)) for _ in range(3)])
+    fractions /= fractions.sum()
+    return 3.0 * fractions, arms - fractions @ arms
 
 
 def rate(velocity: tuple[float, float, float], arms: Complex) -> Complex:
@@ -50,7 +50,7 @@ def test_a_full_slip_is_the_edge_of_the_set(
     force, torque = wrench(size * limits * velocities / np.abs(velocities), arms)
     factor, worst = load_factor(limits, arms, force, torque)
     assert factor == pytest.approx(size, rel=1e-13)
-    # The direction is a minimum's place: good to the root of what its value is good to.
+    # The direction is the argument of a minimum: accurate to the root of the accuracy of its value.
     along = np.array(slip) / np.linalg.norm(slip)
     assert np.abs(worst / np.linalg.norm(worst) - along).max() <= 1e-5
 
@@ -59,7 +59,7 @@ def test_a_full_slip_is_the_edge_of_the_set(
 def test_a_pivot_is_a_flat_face_of_the_set(
     held: tuple[Array, Complex], about: int, sense: float, angle: float, part: float
 ) -> None:
-    """With a rotation about A_i, its force may be anything in its disc."""
+    """In a rotation about A_i, its force is any in its friction disc."""
     limits, arms = held
     velocities = 1j * sense * (arms - arms[about])
     velocities[about] = part * np.exp(1j * angle)
@@ -105,13 +105,13 @@ def test_a_pivot_starts_about_its_support(
 def test_a_slip_starts_along_the_force_it_lacks(
     limit: float, inertia: float, angle: float, size: float, lean: float
 ) -> None:
-    """a = -B (F_needed + f N a/|a|), with B of any directedness."""
+    """a = -B (F_needed + f N a/|a|), with any anisotropy of B."""
     arm, a = 0.3 * complex(np.exp(1j * lean)), size * complex(np.exp(1j * angle))
     lever = np.array([-arm.imag, arm.real])
     mobility = np.eye(2) / 1.3 + np.outer(lever, lever) / inertia
     pushed = np.linalg.solve(mobility, [a.real, a.imag])
-    share = -complex(*pushed) - limit * a / abs(a)
-    found = slip_onset(1.3, inertia, limit, arm, share)
+    needed = -complex(*pushed) - limit * a / abs(a)
+    found = slip_onset(1.3, inertia, limit, arm, needed)
     assert abs(found - a) <= 1e-9 * (1.0 + abs(a))
 
 

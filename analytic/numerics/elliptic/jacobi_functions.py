@@ -1,8 +1,8 @@
 """Jacobi's functions sn, cn, dn of A tau with the modulus m = 1 - B^2/A^2, 0 <= B <= A, their half
 turn and their inverse: each to its own relative accuracy, for B down to 0.
 
-scipy's `ellipj` takes m alone and loses its period once 1 - m < 1e-10; A and B keep what m rounds
-away. chi = am(A tau) solves dchi/dtau = sqrt(A^2 cos^2 chi + B^2 sin^2 chi).
+scipy's `ellipj` takes m alone and loses the digits of its period where 1 - m < 1e-10; A and B keep
+them. chi = am(A tau) solves dchi/dtau = sqrt(A^2 cos^2 chi + B^2 sin^2 chi).
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ def jacobi(tau: Any, a: Any, b: Any) -> tuple[Array, Array, Array]:
     """sn, cn, dn by the descending Landen transformation (DLMF 22.7.2 to 22.7.4), of cn/sn so that
     nothing is subtracted; arguments broadcast; tau should be reduced to a turn or two."""
     endless = b == 0.0
-    ladder, mean, geometric = [], a, choose(endless, a, b)
+    steps, mean, geometric = [], a, choose(endless, a, b)
     for _ in range(_STEPS):
         half_sum = (mean + geometric) / 2
-        ladder.append((mean, geometric, half_sum))
+        steps.append((mean, geometric, half_sum))
         if everywhere(mean - geometric <= 2e-8 * mean):  # the next two differ by less than 1e-16
             break
         mean, geometric = half_sum, np.sqrt(mean * geometric)
@@ -50,7 +50,7 @@ def jacobi(tau: Any, a: Any, b: Any) -> tuple[Array, Array, Array]:
     sine = np.sin(angle)
     ratio = np.cos(angle) / np.where(sine == 0.0, 1e-100, sine)
     dn: Any = 1.0
-    for mean, geometric, half_sum in reversed(ladder):
+    for mean, geometric, half_sum in reversed(steps):
         square = ratio * ratio * half_sum
         ratio = ratio * dn * (half_sum / mean)
         dn = (square + geometric) / (square + mean)

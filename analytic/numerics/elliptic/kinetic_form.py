@@ -77,7 +77,7 @@ def _fixed_points(energy: Quad, slopes: Vector, real: Any) -> tuple[Direction, D
     w1, w2, w3 = (abs(double(column[i])) for i, column in enumerate(columns))
     best = chosen(w2 > w3, columns[1], columns[2])
     v1, v2, v3 = chosen((w1 >= w2) & (w1 >= w3), columns[0], best)
-    free = (w1 == 0.0) & (w2 == 0.0) & (w3 == 0.0)  # V is constant: any point will do
+    free = (w1 == 0.0) & (w2 == 0.0) & (w3 == 0.0)  # V is constant: any point is one
     v2 = choose(free, _ONE, v2)
     root_disc = np.sqrt(positive(v1 * v1 + v2 * v2 - v3 * v3))
     far = choose(v2 < 0, v2 - root_disc, v2 + root_disc)

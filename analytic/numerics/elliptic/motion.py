@@ -9,9 +9,9 @@ tan(phi/2), chosen by an eigenvector of Q, turns Q into g4 z^4 + g2 z^2 + g0, an
     two_pairs    z = +-r1 dn          (libration in one well of two)
     between      z = z0 exp(A tau)    (from one of two equally high saddles to the other)
 
-of A tau with 1 - m = B^2/A^2 and tau = t/s: a simple pendulum in disguise. Sudakov 2015 has the
-integral (16) and says that no special function inverts it; this one does. E enters as it is, never
-as a difference, so that the period keeps its digits next to a separatrix.
+of A tau with 1 - m = B^2/A^2 and tau = t/s: equivalent to a simple pendulum. Sudakov 2015 gives the
+integral (16) and says that no special function inverts it; these do. E enters directly, never as a
+difference, so that the period keeps its digits next to a separatrix.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ from plumbob.analytic.numerics.quad import PI, Quad, choose, double, quad, split
 from plumbob.analytic.reference import Array
 
 _ONE = quad(1.0)
-# n turns are n 201/32, which is exact, and n times what that leaves of 2 pi.
+_BACK = 1e-14  # of a half turn: how far round-off may put an angle before the start
+# Two parts of 2 pi: n times the first, 201/32, is exact.
 TURN = (201 / 32, double(2 * PI - 201 / 32))
 
 
@@ -119,39 +120,68 @@ class EllipticMotion:
         (n,); NaN where it never does."""
         if self.rest:
             return np.where(double(quad(theta) - self.theta0) == 0.0, 0.0, np.nan)
-        half_angle = (quad(theta) - self.origin) / 2
-        sine, cosine = np.sin(half_angle), np.cos(half_angle)
-        x, y = sine / self.across, cosine - self.along * sine / self.across
-        half, back = self.half, 1e-14  # of a half turn: what rounding may put before the start
         with np.errstate(all="ignore"):
-            side = choose(y < 0, -1.0, 1.0)
-            near = np.arctan2(double(sine * side), double(cosine * side))
-            halves = np.rint((double(half_angle) - near) / np.pi)
+            target = _Target.of(self, theta)
             if self.between:
-                wait = np.log(double(x / (y * self.scale))) / double(self.a)
-                wait = np.where(halves == 0.0, wait, np.nan)
+                wait = self._wait_between(target)
             elif self.rotation:
-                length = np.sqrt((x / self.scale) ** 2 + y**2) * side
-                wait = time_of_point(x / self.scale / length, y / length, self.a, self.b)
-                wait = self.sense * (np.where(halves == 0.0, 0.0, halves * half) + wait - self.tau0)
+                wait = self._wait_rotating(target)
             else:
-                z = x / (y * self.scale)
-                square = z * z
-                # An angle is inside when one that rounds to it is.
-                slack = abs(2 * z / (self.across * self.scale * y * y)) * (1 + abs(quad(theta)))
-                if self.two_pairs:
-                    square = (square - (1 - self.modulus)) / self.modulus
-                    slack = slack / self.modulus
-                inside = abs(square - quad(0.5)) <= 0.5 + 1e-15 + slack * ULP
-                inside &= (halves == 0.0) & ((z > 0) | (not self.two_pairs))
-                square = np.minimum(np.maximum(square, quad(0.0)), quad(1.0))
-                tau = time_of_point(np.sqrt(1 - square), np.sqrt(square), self.a, self.b)
-                if not self.two_pairs:
-                    tau = np.where(z < 0, half - tau, tau)
-                whole = half if self.two_pairs else 2 * half
-                waits = np.stack([np.mod(t - self.tau0, whole) for t in (tau, -tau)])
-                waits = np.where(waits > whole * (1 - back), 0.0, waits)
-                wait = np.where(inside, waits.min(axis=0), np.nan)
-            scale = half if np.isfinite(half) else 1.0 / abs(double(self.a))
-            reached = np.isfinite(wait) & (wait >= -back * scale)
+                wait = self._wait_librating(target)
+            scale = self.half if np.isfinite(self.half) else 1.0 / abs(double(self.a))
+            reached = np.isfinite(wait) & (wait >= -_BACK * scale)
             return np.where(reached, double(self.s) * np.maximum(wait, 0.0), np.nan)
+
+    def _wait_between(self, target: _Target) -> Array:
+        """Amplitude time to a target from one saddle to the other."""
+        wait = np.log(double(target.x / (target.y * self.scale))) / double(self.a)
+        return np.where(target.halves == 0.0, wait, np.nan)
+
+    def _wait_rotating(self, target: _Target) -> Array:
+        """Amplitude time to a target of a rotation, negative where it lies behind the start."""
+        x, y = target.x / self.scale, target.y
+        length = np.sqrt(x**2 + y**2) * choose(y < 0, -1.0, 1.0)
+        wait = time_of_point(x / length, y / length, self.a, self.b)
+        whole = np.where(target.halves == 0.0, 0.0, target.halves * self.half)
+        return np.asarray(self.sense * (whole + wait - self.tau0))
+
+    def _wait_librating(self, target: _Target) -> Array:
+        """Amplitude time to a target of a libration; NaN where it is out of reach."""
+        z = target.x / (target.y * self.scale)
+        square = z * z
+        slack = abs(2 * z / (self.across * self.scale * target.y * target.y)) * target.size
+        if self.two_pairs:
+            square = (square - (1 - self.modulus)) / self.modulus
+            slack = slack / self.modulus
+        # An angle is within reach when one that rounds to it is.
+        inside = abs(square - quad(0.5)) <= 0.5 + 1e-15 + slack * ULP
+        inside &= (target.halves == 0.0) & ((z > 0) | (not self.two_pairs))
+        square = np.minimum(np.maximum(square, quad(0.0)), quad(1.0))
+        tau = time_of_point(np.sqrt(1 - square), np.sqrt(square), self.a, self.b)
+        if not self.two_pairs:
+            tau = np.where(z < 0, self.half - tau, tau)
+        whole = self.half if self.two_pairs else 2 * self.half
+        waits = np.stack([np.mod(t - self.tau0, whole) for t in (tau, -tau)])
+        waits = np.where(waits > whole * (1 - _BACK), 0.0, waits)
+        return np.where(inside, waits.min(axis=0), np.nan)
+
+
+@dataclass(frozen=True)
+class _Target:
+    """Angles to reach, shape (n,), as z = x/y in 34 digits, the half turns of phi/2 from the
+    direction of q to them, and 1 + |theta|."""
+
+    x: Quad
+    y: Quad
+    halves: Array
+    size: Quad
+
+    @classmethod
+    def of(cls, motion: EllipticMotion, theta: Array) -> _Target:
+        half_angle = (quad(theta) - motion.origin) / 2
+        sine, cosine = np.sin(half_angle), np.cos(half_angle)
+        x, y = sine / motion.across, cosine - motion.along * sine / motion.across
+        side = choose(y < 0, -1.0, 1.0)
+        near = np.arctan2(double(sine * side), double(cosine * side))
+        halves = np.rint((double(half_angle) - near) / np.pi)
+        return cls(x, y, halves, 1 + abs(quad(theta)))

@@ -18,7 +18,7 @@ from plumbob.analytic.numerics.elliptic.motion import TURN, EllipticMotion
 from plumbob.analytic.numerics.quad import double, split
 from plumbob.analytic.reference import Array
 
-_BLOCK = 16384  # times handled together, so that the work stays in the cache
+_BLOCK = 16384  # times handled together, so that they stay in the cache
 _PIECES = 16  # of an interval between two nodes
 _DEGREE = 4
 _NODES = 15.0  # per time in which the motion changes: what degree 7 needs for 16 digits, or nearly
@@ -44,7 +44,7 @@ class OrbitTable:
         return self._evaluate(times, (self.theta,))[0]
 
     def _evaluate(self, times: Array, tables: Sequence[Array]) -> list[Array]:
-        """The tables' values, of which the first advances by a turn for each whole period."""
+        """Values of the tables; the first one advances by a turn in each period."""
         high, low = self.period
         last = self.theta.shape[1] - 1
         results = [np.empty_like(times) for _ in tables]
@@ -64,7 +64,7 @@ class OrbitTable:
             rest -= term
             rest *= (last + 1) / (high + low)
             np.floor(rest, out=term)
-            np.clip(term, 0.0, last, out=term)  # rounding may have put a time just outside
+            np.clip(term, 0.0, last, out=term)  # round-off may put a time just outside
             rest -= term
             np.copyto(index, term, casting="unsafe")
             for table, result in zip(tables, results, strict=True):
@@ -84,30 +84,56 @@ class OrbitTable:
 
 def orbit_table(motion: EllipticMotion) -> OrbitTable:
     """Tabulate one period of a single motion of finite period, as finely as round-off allows."""
-    period, inertia, v = double(motion.period), double(motion.inertia), motion.potential
-    a, b, c = double(v.a) / inertia, double(v.b) / inertia, double(v.c) / inertia
-    most = double(motion.kinetic + v.value(motion.theta0)) + v.scale
-    pull = np.sqrt(2 * abs(a) + abs(b) + abs(c))
-    fastest = np.sqrt(2 * max(most, 0.0) / inertia)
-    count = int(np.ceil(_NODES * period * (pull + fastest)))
+    period, force = double(motion.period), _Force.of(motion)
+    rate_scale = force.rate + _fastest(motion)
+    count = int(np.ceil(_NODES * period * rate_scale))
     while True:
         count = min(count, _MOST)
         theta, rate = motion.state(np.linspace(0.0, period, count + 1))
-        sine, cosine = np.sin(theta), np.cos(theta)
-        twice = (2 * a) * sine + b
-        curve = (2 * a) * cosine
-        first = twice * cosine - c * sine
-        slope = (curve - c) * cosine - twice * sine
-        third = (c * sine - (b + (8 * a) * sine) * cosine) * rate**2 + slope * first
-        derivatives = np.array([theta, rate, first, slope * rate, third])
-        pieces, error = _hermite(derivatives, period / count)
-        # Errors are of 1 rad, and of what turns that far.
-        if max(error[0], error[1] / (pull + fastest)) <= 5e-16 or count == _MOST:
+        pieces, error = _hermite(force.derivatives(theta, rate), period / count)
+        # Errors relative to 1 rad and to the rate that turns 1 rad.
+        if max(error[0], error[1] / rate_scale) <= 5e-16 or count == _MOST:
             break
         count *= 2
     turn = round((theta[-1] - theta[0]) / (2 * np.pi))
     high, low = split(motion.period, 20)
     return OrbitTable((float(high), float(low)), float(turn), pieces[0], pieces[1])
+
+
+def _fastest(motion: EllipticMotion) -> float:
+    """Bound on |theta_dot| [rad/s]."""
+    v = motion.potential
+    most = double(motion.kinetic + v.value(motion.theta0)) + v.scale
+    return float(np.sqrt(2 * max(most, 0.0) / double(motion.inertia)))
+
+
+@dataclass(frozen=True)
+class _Force:
+    """The equation of motion theta'' = a sin 2theta + b cos theta - c sin theta [1/s^2]."""
+
+    a: float
+    b: float
+    c: float
+
+    @classmethod
+    def of(cls, motion: EllipticMotion) -> _Force:
+        v, inertia = motion.potential, double(motion.inertia)
+        return cls(double(v.a) / inertia, double(v.b) / inertia, double(v.c) / inertia)
+
+    @property
+    def rate(self) -> float:
+        """Bound on the rate of small oscillations [1/s]."""
+        return float(np.sqrt(2 * abs(self.a) + abs(self.b) + abs(self.c)))
+
+    def derivatives(self, theta: Array, rate: Array) -> Array:
+        """theta and its first four derivatives by time, shape (5, n), at states of shape (n,)."""
+        a, b, c = self.a, self.b, self.c
+        sine, cosine = np.sin(theta), np.cos(theta)
+        twice, curve = (2 * a) * sine + b, (2 * a) * cosine
+        second = twice * cosine - c * sine
+        slope = (curve - c) * cosine - twice * sine
+        bend = (c * sine - (b + (8 * a) * sine) * cosine) * rate**2
+        return np.array([theta, rate, second, slope * rate, bend + slope * second])
 
 
 def _hermite(derivatives: Array, width: float) -> tuple[Array, Array]:

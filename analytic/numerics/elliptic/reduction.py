@@ -9,6 +9,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.elliptic.jacobi_functions import half_turn, time_of_point
 from plumbob.analytic.numerics.elliptic.kinetic_form import (
+    Direction,
     Vector,
     chosen,
     cross,
@@ -68,7 +69,7 @@ def solve(
 
 @dataclass(frozen=True)
 class _Level:
-    """Where the energy lies: over which saddle, by how much [J], and what that allows."""
+    """The energy [J] above the nearest `saddle` [rad] of V, and which motions it allows."""
 
     saddle: Quad
     slopes: Vector
@@ -78,8 +79,8 @@ class _Level:
 
 
 def _level(angles: Vector, slopes: tuple[Vector, Vector], above: tuple[Quad, Quad]) -> _Level:
-    """The level by the saddle that the energy is nearer to; `angles` as `_landscape` gives them,
-    `slopes` and the energy `above` of the two saddles."""
+    """The level over the saddle that is nearest in energy; `angles` as `_landscape` gives them,
+    `slopes` and the energies `above` the two saddles."""
     highest, lower, shallow = angles
     depth = fall(slopes[1], shallow - lower)
     nearest = abs(above[1]) < abs(above[0])  # false where there is no lower barrier
@@ -92,6 +93,94 @@ def _level(angles: Vector, slopes: tuple[Vector, Vector], above: tuple[Quad, Qua
     )
 
 
+@dataclass(frozen=True)
+class _Quartic:
+    """Q = g4 X^4 + g2 X^2 Y^2 + g0 Y^4 in X e_p + Y e_q, and the regime of its motion."""
+
+    p: Direction
+    q: Direction
+    across: Quad  # sine of half the angle from q to p
+    along: Quad  # its cosine
+    g4: Quad
+    g2: Quad
+    g0: Quad
+    rotation: Any
+    two_pairs: Any
+    between: Any
+
+    @classmethod
+    def of(cls, level: _Level) -> _Quartic:
+        p, q, (g4, g2, g0) = diagonal(level.energy, level.slopes, level.rotation | level.two_pairs)
+        between = (level.energy == 0) & (abs(g0) + abs(g4) <= 1e-28 * abs(g2))
+        return cls(
+            *(p, q, cross(p, q), p[0] * q[0] + p[1] * q[1], g4, g2, g0),
+            rotation=level.rotation & np.logical_not(between),
+            two_pairs=level.two_pairs,
+            between=between,
+        )
+
+    @property
+    def size(self) -> Quad:
+        """|g4|."""
+        return abs(self.g4)
+
+    @property
+    def one_pair(self) -> Any:
+        """Whether the motion is a libration between the only two turning points."""
+        return np.logical_not(self.rotation | self.two_pairs | self.between)
+
+
+@dataclass(frozen=True)
+class _Start:
+    """The start as z = x/y, y >= 0; `square` z^2, `drive` z'^2 and `offset` z^2 - |g2|/(2 |g4|),
+    in units of |g4|. They, not the energy, keep the digits of a small swing."""
+
+    x: Quad
+    y: Quad
+    square: Quad
+    drive: Quad
+    offset: Quad
+
+    @classmethod
+    def of(cls, quartic: _Quartic, half: Quad, kinetic: Quad) -> _Start:
+        """From `half` the angle from the saddle [rad] and the `kinetic` energy [J]."""
+        direction = (np.sin(half), np.cos(half))
+        x, y = cross(direction, quartic.q), cross(quartic.p, direction)
+        down = y < 0
+        x, y = choose(down, -x, x), choose(down, -y, y)
+        square, size = (x / y) ** 2, quartic.size
+        drive = positive(kinetic) * (quartic.across / y) ** 4 / size
+        return cls(x, y, square, drive, square - abs(quartic.g2) / (size + size))
+
+    @property
+    def side(self) -> Any:
+        """Sign of z."""
+        return choose(self.x < 0, -1.0, 1.0)
+
+
+@dataclass(frozen=True)
+class _Factors:
+    """Factors of the biquadratic: its discriminant's root, its two roots `plus` and `minus`, and
+    A^2 and |B^2|, `large` and `small`, chosen from them."""
+
+    disc: Quad
+    plus: Quad
+    minus: Quad
+    large: Quad
+    small: Quad
+
+    @classmethod
+    def of(cls, quartic: _Quartic, start: _Start) -> _Factors:
+        g4, g2, g0, size = quartic.g4, quartic.g2, quartic.g0, quartic.size
+        root = np.sqrt(positive(g2 * g2 - 4 * g0 * g4))
+        apart = 2 * size * np.sqrt(start.offset * start.offset + start.drive)
+        disc = choose(quartic.two_pairs, apart, root)
+        plus = (abs(g2) + disc) / 2
+        minus = abs(g0) * size / plus
+        falling = quartic.one_pair & (g2 < 0)
+        return cls(disc, plus, minus, choose(falling, minus, plus), choose(falling, plus, minus))
+
+
 def _motion(
     potential: TrigonometricPotential,
     inertia: Quad,
@@ -101,47 +190,15 @@ def _motion(
     level: _Level,
 ) -> EllipticMotion:
     """The closed form from its level and start."""
-    energy, rotation, two_pairs = level.energy, level.rotation, level.two_pairs
-    p, q, (g4, g2, g0) = diagonal(energy, level.slopes, rotation | two_pairs)
-    across, along = cross(p, q), p[0] * q[0] + p[1] * q[1]
-    size = abs(g4)
-    between = (energy == 0) & (abs(g0) + size <= 1e-28 * abs(g2))
-    rotation = rotation & np.logical_not(between)
-    one_pair = np.logical_not(rotation | two_pairs | between)
-
-    half = (theta - level.saddle) / 2
-    start = (np.sin(half), np.cos(half))
-    x, y = cross(start, q), cross(p, start)
-    down = y < 0
-    x, y = choose(down, -x, x), choose(down, -y, y)
-    square = (x / y) ** 2
-    # z'^2 and z of the start, not the energy, have what a small swing leaves of its digits.
-    drive = positive(kinetic) * (across / y) ** 4 / size
-    offset = square - abs(g2) / (size + size)
-    root = np.sqrt(positive(g2 * g2 - 4 * g0 * g4))
-    disc = choose(two_pairs, 2 * size * np.sqrt(offset * offset + drive), root)
-    plus = (abs(g2) + disc) / 2
-    minus = abs(g0) * size / plus
-    falling = one_pair & (g2 < 0)
-    large = choose(falling, minus, plus)  # A^2 of the biquadratic's factors
-    small = choose(falling, plus, minus)  # |B^2|
-    a = np.sqrt(choose(one_pair, plus + minus, plus))
-    b = choose(energy == 0, _ZERO, np.sqrt(small))  # a separatrix, not round-off
-    s = np.sqrt(inertia + inertia) * across
-    turn = half_turn(a, b)
-
-    lift = drive / (square + small / size)
-    reach = choose(two_pairs, large / size, square + lift)
-    side = choose(x < 0, -1.0, 1.0)
-    scale = choose(rotation, np.sqrt(g0 / large), side * np.sqrt(reach))
-    doubled = unit(np.sqrt(drive), offset)
-    sine, cosine = chosen(two_pairs, _halved(*doubled), unit(np.sqrt(lift), abs(x / y)))
-    sine, cosine = chosen(rotation, unit(x / scale, y), (sine, cosine))
-    sense = choose(rotation, 1.0, choose(forward, -side, side))
-    tau0 = sense * time_of_point(sine, cosine, a, b)
-
-    balance = abs(potential.slope(theta))
-    rest = (abs(kinetic) <= 1e-60 * potential.scale) & (balance <= 1e-30 * potential.scale)
+    quartic = _Quartic.of(level)
+    start = _Start.of(quartic, (theta - level.saddle) / 2, kinetic)
+    factors, between = _Factors.of(quartic, start), quartic.between
+    a = np.sqrt(choose(quartic.one_pair, factors.plus + factors.minus, factors.plus))
+    b = choose(level.energy == 0, _ZERO, np.sqrt(factors.small))  # a separatrix, not round-off
+    scale, sense, tau0 = _amplitude(quartic, start, factors, forward, a, b)
+    turn, s = half_turn(a, b), np.sqrt(inertia + inertia) * quartic.across
+    ahead = start.x * quartic.along + start.y
+    rest = _at_rest(potential, theta, kinetic)
     a = choose(between, -sense * a, a)
     return EllipticMotion(
         potential=potential,
@@ -149,23 +206,45 @@ def _motion(
         theta0=theta,
         kinetic=kinetic,
         forward=forward,
-        excess=energy,
+        excess=level.energy,
         rest=rest,
-        rotation=rotation,
-        two_pairs=two_pairs,
+        rotation=quartic.rotation,
+        two_pairs=quartic.two_pairs,
         between=between,
-        across=across,
-        along=along,
-        origin=theta - 2 * np.arctan2(x * across, x * along + y),
-        scale=choose(between, x / y, scale),
-        modulus=disc / plus,  # for two_pairs
-        a=choose(rest, _ONE, a),  # at rest there is no time scale, nor anything to take place
+        across=quartic.across,
+        along=quartic.along,
+        origin=theta - 2 * np.arctan2(start.x * quartic.across, ahead),
+        scale=choose(between, start.x / start.y, scale),
+        modulus=factors.disc / factors.plus,  # for two_pairs
+        a=choose(rest, _ONE, a),  # at rest there is no time scale
         b=choose(rest, _ONE, b),
         s=s,
         half=double(turn),
         tau0=choose(rest | between, 0.0, tau0),
-        period=s * turn * choose(one_pair, 2.0, 1.0),
+        period=s * turn * choose(quartic.one_pair, 2.0, 1.0),
     )
+
+
+def _amplitude(
+    quartic: _Quartic, start: _Start, factors: _Factors, forward: Any, a: Quad, b: Quad
+) -> tuple[Quad, Any, Any]:
+    """Scale of z, the sign of its motion, and the amplitude time of the start, in double."""
+    rotation, two_pairs, size = quartic.rotation, quartic.two_pairs, quartic.size
+    lift = start.drive / (start.square + factors.small / size)
+    reach = choose(two_pairs, factors.large / size, start.square + lift)
+    scale = choose(rotation, np.sqrt(quartic.g0 / factors.large), start.side * np.sqrt(reach))
+    doubled = unit(np.sqrt(start.drive), start.offset)
+    libration = unit(np.sqrt(lift), abs(start.x / start.y))
+    sine, cosine = chosen(two_pairs, _halved(*doubled), libration)
+    sine, cosine = chosen(rotation, unit(start.x / scale, start.y), (sine, cosine))
+    sense = choose(rotation, 1.0, choose(forward, -start.side, start.side))
+    return scale, sense, sense * time_of_point(sine, cosine, a, b)
+
+
+def _at_rest(potential: TrigonometricPotential, theta: Quad, kinetic: Quad) -> Any:
+    """Whether the start is an equilibrium, to 34 digits."""
+    balance = abs(potential.slope(theta))
+    return (abs(kinetic) <= 1e-60 * potential.scale) & (balance <= 1e-30 * potential.scale)
 
 
 def _landscape(potential: TrigonometricPotential) -> Vector:

@@ -1,4 +1,4 @@
-"""The equation of motion that the pendulums share: an angle in a potential, damped and forced.
+"""The equation of motion of all the pendulums: an angle in a potential, damped and forced.
 
     theta'' = p2 sin 2theta + pc cos theta - ps sin theta - k theta
               - xi theta' + A sin(Omega t + phi)
@@ -118,9 +118,9 @@ class DrivenRotor:
         )
 
     def rate(self, theta_dot: float = 0.0) -> float:
-        """A rate [1/s] that bounds how fast the motion can change when it turns at `theta_dot`
-        [rad/s]; its inverse is the scale of a time step."""
-        pull = 2 * abs(self.sin2) + abs(self.cos) + abs(self.sin) + abs(self.stiffness)
+        """Bound on the rate of change of the motion [1/s] when it turns at `theta_dot` [rad/s]; its
+        reciprocal is the scale of a time step."""
+        stiffness = 2 * abs(self.sin2) + abs(self.cos) + abs(self.sin) + abs(self.stiffness)
         turning = 0.0 if self.linear else abs(theta_dot)
         forced = 0.0 if self.autonomous else abs(self.forcing_frequency)
-        return math.sqrt(pull) + turning + self.damping_rate + forced
+        return math.sqrt(stiffness) + turning + self.damping_rate + forced

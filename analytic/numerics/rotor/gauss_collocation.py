@@ -1,8 +1,9 @@
 """The driven rotor's motion by Gauss collocation of order 24: the second, independent method.
 
-It knows the equation only by its acceleration, has no series and no recurrences, and its steps are
-its own, so that an error in the Taylor series cannot hide in it. Round-off is held down as in
-Hairer, McLachlan and Razakarivony 2008 (BIT 48, 231): iterate to stagnation, sum with compensation.
+It uses the equation only through its acceleration, no series and no recurrences, and chooses its
+own steps, so that an error in the Taylor series shows as a disagreement. Round-off is kept small as
+in Hairer, McLachlan and Razakarivony 2008 (BIT 48, 231): iterate to stagnation, sum with
+compensation.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.numerics.arithmetic import two_product, two_sum
+from plumbob.analytic.numerics.arithmetic import CompensatedState, two_product, two_sum
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, finite, positive
@@ -36,63 +37,59 @@ class Nodes:
 def integrate(rotor: DrivenRotor, theta: float, theta_dot: float, duration: float) -> Nodes:
     """Motion of `rotor` from `theta` [rad], `theta_dot` [rad/s] for `duration` [s], at the ends of
     steps that the method chooses. Raises ParameterError."""
-    x, v = finite("theta", theta), finite("theta_dot", theta_dot)
+    state = CompensatedState(finite("theta", theta), finite("theta_dot", theta_dot))
     positive("duration", duration)
     rule = gauss_collocation(STAGES)
-    gain = rule.weights * (1 - rule.nodes)
-    x_low = v_low = time = 0.0
+    second_moments = rule.weights * (1 - rule.nodes)
     largest = 2.0 ** math.floor(math.log2(duration))
-    smallest = largest * 2.0**-20
-    step = min(largest, 2.0 ** math.floor(math.log2(1.0 / max(rotor.rate(v), 1.0 / duration))))
-    states, turns = [(time, x, v)], 0
+    rate = max(rotor.rate(state.rate), 1.0 / duration)
+    step = min(largest, 2.0 ** math.floor(math.log2(1.0 / rate)))
+    time, turns = 0.0, 0
+    rows = [(time, state.position, state.rate)]
     while time < duration:
-        if step < smallest:
+        if step < largest * 2.0**-20:
             raise ParameterError(
                 "duration", duration, f"shorter: the motion at {time} s is too fast"
             )
         used = min(step, duration - time)
-        a, resolution = _stages(rotor, time, x, v, used)
+        a, resolution = _stages(rotor, time, state, used)
         if resolution > RESOLVED:
             step /= 2
             continue
-        drift, drift_low = two_product(v, used)
-        pull = used * used * float(gain @ a)
-        x, carry = two_sum(x, drift)
-        x, x_low = two_sum(x, carry + drift_low + x_low + v_low * used + pull)
-        v, carry = two_sum(v, used * float(rule.weights @ a))
-        v, v_low = two_sum(v, carry + v_low)
+        gain = used * used * float(second_moments @ a)
+        state = state.advanced(used, gain, used * float(rule.weights @ a))
         time += used
-        if rotor.stiffness == 0.0 and abs(x) > math.pi:
-            # a periodic potential does not count turns, and a small angle rounds finely
-            sign = int(math.copysign(1, x))
+        if rotor.stiffness == 0.0 and abs(state.position) > math.pi:
+            # A periodic potential does not count turns, and a small angle has smaller round-off.
+            sign = int(math.copysign(1, state.position))
             turns += sign
-            x, carry = two_sum(x, -sign * TURN)
-            x, x_low = two_sum(x, carry + x_low - sign * TURN_LOW)
-        states.append((time, _unwound(x, x_low, turns), v))
+            state = state.shifted(-sign * TURN, -sign * TURN_LOW)
+        rows.append((time, _unwound(state, turns), state.rate))
         if resolution < RESOLVED**1.5 and used == step and time % (2 * step) == 0.0:
             step = min(2 * step, largest)
-    return Nodes(*np.array(states).T)
+    return Nodes(*np.array(rows).T)
 
 
-def _unwound(x: float, x_low: float, turns: int) -> float:
+def _unwound(state: CompensatedState, turns: int) -> float:
+    """The angle [rad] with its whole `turns`."""
     whole, low = two_product(float(turns), TURN)
-    total, carry = two_sum(whole, x)
-    return total + (carry + low + turns * TURN_LOW + x_low)
+    total, carry = two_sum(whole, state.position)
+    return total + (carry + low + turns * TURN_LOW + state.position_low)
 
 
 def _stages(
-    rotor: DrivenRotor, time: float, x: float, v: float, step: float
+    rotor: DrivenRotor, time: float, state: CompensatedState, step: float
 ) -> tuple[Array, float]:
-    """Accelerations at the nodes by fixed-point iteration, and the share of their last Legendre
-    coefficients; infinite when the iteration does not settle."""
+    """Accelerations at the nodes by fixed-point iteration, shape (STAGES,), and the relative size
+    of their last Legendre coefficients; infinite where the iteration does not converge."""
     rule = gauss_collocation(STAGES)
     once = step * rule.integral
     twice = once @ once
     times = time + step * rule.nodes
-    straight = x + step * rule.nodes * v
-    a, change = rotor.acceleration(times, straight, np.full(STAGES, v)), math.inf
+    straight = state.position + step * rule.nodes * state.rate
+    a, change = rotor.acceleration(times, straight, np.full(STAGES, state.rate)), math.inf
     for _ in range(ITERATIONS):
-        again = rotor.acceleration(times, straight + twice @ a, v + once @ a)
+        again = rotor.acceleration(times, straight + twice @ a, state.rate + once @ a)
         before, change = change, float(np.abs(again - a).max())
         a = again
         if change == 0.0 or (change >= before and change < 1e-14 * np.abs(a).max()):

@@ -40,15 +40,15 @@ class LinearOscillator:
 
     @property
     def rotor(self) -> DrivenRotor:
-        """The same equation among the driven rotors, for error theory."""
+        """The same equation as a driven rotor, for the error theory."""
         return DrivenRotor(**{field.name: getattr(self, field.name) for field in fields(self)})
 
     def motion(self, theta: float, theta_dot: float, times: Array) -> tuple[Array, Array]:
         """Theta [rad] and theta_dot [rad/s] at `times` [s], any shape, not negative, from `theta`
         [rad] and `theta_dot` [rad/s]."""
         t = np.asarray(times, dtype=float)
-        hold, swing, swing_dot = _free(_Roots.of(self), t)
-        x = theta * hold + theta_dot * swing
+        from_angle, swing, swing_dot = _free(_Roots.of(self), t)
+        x = theta * from_angle + theta_dot * swing
         v = theta_dot * swing_dot - self.stiffness * theta * swing
         if self.forcing_amplitude == 0.0:
             return x, v
@@ -121,17 +121,9 @@ def _free(roots: _Roots, t: Array) -> tuple[Array, Array, Array]:
 def _forced(oscillator: LinearOscillator, frequency: float, t: Array) -> tuple[Complex, Complex]:
     """Motion from rest under exp(i frequency t), and its rate: the divided differences of exp(z t)
     and z exp(z t) over both roots and i frequency."""
-    roots = _Roots.of(oscillator)
-    (near, near_low), drive = roots.near, 1j * frequency
+    roots, drive = _Roots.of(oscillator), 1j * frequency
     _, swing, swing_dot = _free(roots, t)
-    at_drive = _exponential(drive, 0j, t)
-    at_near = _exponential(near, near_low, t)
-    gap = (near - drive) + near_low
-    close = np.abs(gap * t) < 1.0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        pair = np.where(
-            close, t * at_drive * _phi1(np.where(close, gap * t, 0)), (at_near - at_drive) / gap
-        )
+    at_near, pair = _pair(roots, drive, t)
     spread = drive - roots.far
     early = abs(spread) * t < 1.0  # every root times t is then below one
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -139,6 +131,19 @@ def _forced(oscillator: LinearOscillator, frequency: float, t: Array) -> tuple[C
         answer_dot = (drive * pair + at_near - swing_dot) / spread
     series, series_dot = _early(oscillator, drive, np.where(early, t, 0.0))
     return np.where(early, series, answer), np.where(early, series_dot, answer_dot)
+
+
+def _pair(roots: _Roots, drive: complex, t: Array) -> tuple[Complex, Complex]:
+    """exp(z t) at the near root, and its divided difference with that at `drive`."""
+    near, near_low = roots.near
+    at_drive = _exponential(drive, 0j, t)
+    at_near = _exponential(near, near_low, t)
+    gap = (near - drive) + near_low
+    close = np.abs(gap * t) < 1.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        apart = (at_near - at_drive) / gap
+        pair = np.where(close, t * at_drive * _phi1(np.where(close, gap * t, 0)), apart)
+    return at_near, pair
 
 
 def _exponential(rate: complex, rate_low: complex, t: Array) -> Complex:

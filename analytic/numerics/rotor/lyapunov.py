@@ -1,4 +1,4 @@
-"""How fast neighbouring motions part: Lyapunov exponent, and growth of an error up to a time."""
+"""Divergence of neighbouring motions: Lyapunov exponent, and growth of an error up to a time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BATCHES = 16
 
 @dataclass(frozen=True)
 class LyapunovExponent:
-    """Largest Lyapunov exponent [1/s] and the standard error [1/s] that its batches show."""
+    """Largest Lyapunov exponent [1/s] and its standard error [1/s], from the scatter of batches."""
 
     value: float
     standard_error: float
@@ -32,15 +32,15 @@ def largest_exponent(
     duration: float = 2000.0,
     transient: float = 100.0,
 ) -> LyapunovExponent:
-    """Mean rate at which motions near the one from `theta` [rad], `theta_dot` [rad/s] part, over
+    """Mean rate of divergence of motions near the one from `theta` [rad], `theta_dot` [rad/s] over
     `duration` [s] after `transient` [s] (Benettin et al. 1980, Meccanica 15, 9). Raises
     ParameterError.
 
-    A chaotic orbit of this length is not the one that the start determines, but one as typical.
+    A chaotic orbit of this length is not the one that the start determines, but it is as typical.
     """
     positive("duration", duration)
     orbit = integrate(rotor, theta, theta_dot, transient + duration)
-    logarithms = _segments_of(TangentFlow(rotor, orbit).transitions, rotor.rate())
+    logarithms = _growth_logarithms(TangentFlow(rotor, orbit).transitions, rotor.rate())
     inside = orbit.breakpoints[:-1] >= transient
     lengths, logs = np.diff(orbit.breakpoints)[inside], logarithms[inside]
     batches = np.array_split(np.arange(len(logs)), BATCHES)
@@ -50,7 +50,7 @@ def largest_exponent(
     )
 
 
-def _segments_of(transitions: Array, rate: float) -> Array:
+def _growth_logarithms(transitions: Array, rate: float) -> Array:
     """Logarithm of the growth over each step of a tangent vector, theta_dot measured by `rate`."""
     vector, logarithms = np.array([1.0, 0.0]), np.empty(len(transitions))
     for n, transition in enumerate(transitions):

@@ -1,4 +1,4 @@
-"""How a motion answers to its start and to its coefficients, and what rounded inputs do to it."""
+"""Sensitivity of a motion to its start and coefficients, and the effect of rounded inputs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from plumbob.analytic.reference import Array
 
 def sensitivity(rotor: DrivenRotor, theta: float, theta_dot: float, times: Array) -> Array:
     """Derivatives of (theta, theta_dot) at `times` [s], shape (n,), by the start `theta` [rad],
-    `theta_dot` [rad/s], shape (n, 2, 2): row what changes, column what is changed. Raises
+    `theta_dot` [rad/s], shape (n, 2, 2): rows by what changes, columns by what is varied. Raises
     ParameterError."""
     flow = TangentFlow(
         rotor, integrate(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
@@ -38,9 +38,9 @@ def parameter_sensitivity(
 def condition(
     rotor: DrivenRotor, theta: float, theta_dot: float, times: Array
 ) -> Mapping[str, Array]:
-    """Change of theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,), for a relative change
-    of one in every input, added up without sign: times the machine epsilon, what inputs rounded
-    to double may do. Raises ParameterError."""
+    """Condition of theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,): their change for a
+    relative change of one in every input, summed in magnitude; times the machine epsilon, the
+    effect of inputs rounded to double. Raises ParameterError."""
     orbit = integrate(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
     weighted = weighted_response(TangentFlow(rotor, orbit))
     x, v = orbit.at(times)

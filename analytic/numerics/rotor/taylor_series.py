@@ -15,14 +15,14 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import PPoly
 
-from plumbob.analytic.numerics.arithmetic import two_product, two_sum
+from plumbob.analytic.numerics.arithmetic import CompensatedState, two_product, two_sum
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
 
-ORDER = 30  # near the ln(1/2^-53) that makes a step cheapest per second when each term costs alike
+ORDER = 30  # about ln(2^53): the cheapest per second of motion where every term costs the same
 MOST_STEPS = 2**20  # about two minutes of work
-TRUNCATION = 1e-17  # of the largest term of a step: a tenth of the state's rounding
+TRUNCATION = 1e-17  # of the largest term of a step: a tenth of the round-off of the state
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Orbit:
 
     @cached_property
     def _advances(self) -> tuple[PPoly, PPoly]:
-        """What each step adds to the rounded state at its start: small, so it rounds finely."""
+        """What each step adds to the rounded state at its start: small, so its round-off is."""
         degrees = np.arange(1, self.coefficients.shape[1] + 1)
         theta = np.column_stack([self.theta_low[:-1], self.coefficients])
         theta_dot = degrees * self.coefficients
@@ -82,15 +82,14 @@ def integrate(
     Step lengths are binary fractions, so that times carry no round-off, and the state is carried
     with the rounding errors of its sums (compensated summation).
     """
-    x, v = finite("theta", theta), finite("theta_dot", theta_dot)
+    state = CompensatedState(finite("theta", theta), finite("theta_dot", theta_dot))
     positive("duration", duration)
-    x_low = v_low = time = 0.0
-    quantum = 2.0 ** (math.ceil(math.log2(duration)) - 40)
-    step = min(1.0 / max(rotor.rate(v), 1.0 / duration), duration)
-    states, series = [(time, x, v, x_low, v_low)], []
+    time, quantum = 0.0, 2.0 ** (math.ceil(math.log2(duration)) - 40)
+    step = min(1.0 / max(rotor.rate(state.rate), 1.0 / duration), duration)
+    rows, series = [_row(time, state)], []
     while time < duration:
-        terms = _terms(rotor, start + time, x, x_low, v)
-        step = min(_step(terms, step), 1.0 / max(rotor.rate(v), 1.0 / duration))
+        terms = _terms(rotor, start + time, state)
+        step = min(_step(terms, step), 1.0 / max(rotor.rate(state.rate), 1.0 / duration))
         if not step > duration / MOST_STEPS:
             raise ParameterError(
                 "duration", duration, f"shorter: the motion at {time} s is too fast"
@@ -98,25 +97,25 @@ def integrate(
         step = quantum * math.floor(step / quantum)
         end = min(time + step, duration)
         step = end - time
-        gain, gain_dot = _horner(terms, step)
-        drift, drift_low = two_product(v, step)
-        x, carry = two_sum(x, drift)
-        x, x_low = two_sum(x, carry + drift_low + x_low + v_low * step + gain)
-        v, carry = two_sum(v, gain_dot)
-        v, v_low = two_sum(v, carry + v_low)
+        state = state.advanced(step, *_horner(terms, step))
         time = end
-        states.append((time, x, v, x_low, v_low))
+        rows.append(_row(time, state))
         series.append(terms)
-    times, angles, rates, angles_low, rates_low = np.array(states).T
+    times, angles, rates, angles_low, rates_low = np.array(rows).T
     return Orbit(times, angles, rates, angles_low, rates_low, np.array(series))
 
 
-def _terms(rotor: DrivenRotor, time: float, x: float, x_low: float, v: float) -> list[float]:
-    """Taylor coefficients of theta about `time`, degrees 1 to ORDER."""
+def _row(time: float, state: CompensatedState) -> tuple[float, ...]:
+    return time, state.position, state.rate, state.position_low, state.rate_low
+
+
+def _terms(rotor: DrivenRotor, time: float, state: CompensatedState) -> list[float]:
+    """Taylor coefficients of theta about `time` [s], degrees 1 to ORDER."""
+    x, x_low, v = state.position, state.position_low, state.rate
     p2, pc, ps = rotor.sin2, rotor.cos, rotor.sin
     xi, k = rotor.damping_rate, rotor.stiffness
     forcing = _forcing_terms(rotor, time)
-    linear = rotor.linear  # then sines are not wanted, and at a large angle would overflow
+    linear = rotor.linear  # needs no sines, whose series would overflow at a large angle
     sine = [0.0 if linear else math.sin(x) + x_low * math.cos(x)]
     cosine = [0.0 if linear else math.cos(x) - x_low * math.sin(x)]
     theta, theta_dot = [x, v], [v]
@@ -153,7 +152,7 @@ def _forcing_terms(rotor: DrivenRotor, time: float) -> list[float]:
 
 
 def _step(terms: list[float], guess: float) -> float:
-    """Step whose last terms are TRUNCATION of the largest, judged at the step before."""
+    """Step [s] whose last terms are TRUNCATION of the largest one of the step `guess` [s]."""
     largest = max(abs(term) * guess**n for n, term in enumerate(terms[:8], start=1))
     return min(
         (TRUNCATION * largest / abs(terms[n - 1])) ** (1.0 / n) if terms[n - 1] else math.inf
@@ -162,7 +161,7 @@ def _step(terms: list[float], guess: float) -> float:
 
 
 def _horner(terms: list[float], step: float) -> tuple[float, float]:
-    """What the degrees from 2 on add to theta, and those from 1 on to theta_dot."""
+    """Gains of theta by the degrees from 2 on, and of theta_dot by those from 1 on."""
     gain = gain_dot = 0.0
     for n in range(ORDER, 1, -1):
         gain = (gain + terms[n - 1]) * step

@@ -1,7 +1,7 @@
 """Linear response along a motion: w' = J(t) w + q(t), with w = (d theta, d theta_dot).
 
-Everything that is small beside a motion obeys this equation: a change of its start (q = 0), of a
-coefficient (q = the acceleration's partial derivative), a scheme's error (q = its defect).
+Every small deviation from a motion obeys this equation: that by a change of the start (q = 0), of a
+coefficient (q = the partial derivative of the acceleration), by a scheme's error (q = its defect).
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import Orbit
 from plumbob.analytic.reference import Array
 
-STAGES = 10  # on the steps of the Taylor series: the response is good to about 1e-9 of itself
+STAGES = 10  # on the steps of the Taylor series: the response is accurate to about 1e-9, relatively
 
 
 @dataclass(frozen=True)
 class Response:
-    """Solutions w(t) along an orbit, one a column of the forcing that made them."""
+    """Solutions w(t) along an orbit, one for each column of the forcing."""
 
     orbit: Orbit
     starts: Array  # w at the start of each step, shape (steps, 2, columns)

@@ -16,10 +16,10 @@ from plumbob.analytic.systems.capsule import Capsule, Segment, normal_forces, va
 from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.slider_path import SliderPath, line_stroke
 
-# w2 = f g/mu is allowed and w1 = f g/mu is not; as a product of doubles either may come out a few
-# roundings off.
+# w2 = f g/mu is allowed and w1 = f g/mu is not; a product of doubles has an error of a few
+# roundings.
 THRESHOLD_ROUNDING = 4 * Fraction(2) ** -52
-# A time that is a switch's but for some roundings is the switch's: a step that begins there does.
+# A time within round-off of a switch counts as the switch, for a step that begins there.
 SNAP = 2.0**-48
 
 
@@ -42,17 +42,17 @@ def closed_form(capsule: Capsule, w1: float, w2: float, t1: float) -> ClosedForm
     w1, w2 [m/s^2], t1 [s]. Every one is a quotient of polynomials in the parameters, and the
     difference mu w1 - f g loses all its digits in double precision as w1 -> f g/mu. The source
     prints eq. 18 with an angular velocity, omega_2, where its own eq. 17 gives w2.
-    Raises ParameterError naming what breaks of 0 < w2 <= f g/mu < w1 (eq. 15).
+    Raises ParameterError naming the parameter that violates 0 < w2 <= f g/mu < w1 (eq. 15).
     """
     body, slider = Fraction(capsule.body_mass), Fraction(capsule.slider_mass)
     push, pull, time = Fraction(w1), Fraction(w2), Fraction(t1)
-    mu, grip = slider / (body + slider), Fraction(capsule.friction) * Fraction(capsule.gravity)
-    if not mu * push > grip * (1 + THRESHOLD_ROUNDING):
-        raise ParameterError("w1", w1, f"greater than f g/mu = {float(grip / mu)!r} m/s^2")
-    # Without friction t_star = t2: nothing has to hold the body afterwards, and no bound is needed.
-    if grip > 0 and mu * pull > grip * (1 + THRESHOLD_ROUNDING):
-        raise ParameterError("w2", w2, f"at most f g/mu = {float(grip / mu)!r} m/s^2")
-    backward, braking = mu * push - grip, mu * pull + grip
+    mu, limit = slider / (body + slider), Fraction(capsule.friction) * Fraction(capsule.gravity)
+    if not mu * push > limit * (1 + THRESHOLD_ROUNDING):
+        raise ParameterError("w1", w1, f"greater than f g/mu = {float(limit / mu)!r} m/s^2")
+    # Without friction t_star = t2: the body need not stick afterwards, and w2 has no bound.
+    if limit > 0 and mu * pull > limit * (1 + THRESHOLD_ROUNDING):
+        raise ParameterError("w2", w2, f"at most f g/mu = {float(limit / mu)!r} m/s^2")
+    backward, braking = mu * push - limit, mu * pull + limit
     t_star = mu * (push + pull) * time / braking
     try:
         return ClosedForm(
@@ -75,9 +75,15 @@ class LineManoeuvre:
     The slider's acceleration relative to the body is w1 until t1, then -w2 until t2 [m/s^2, s],
     along `direction` [rad, from the body's x axis]; it starts at `start` along that line, from C
     [m]. Displacements, velocities and forces are signed along `direction`. A time at which
-    something switches counts to the interval that it opens. Friction balances about every line
-    through C (`capsule.friction_moment`), so the heading stays. Raises ParameterError
+    something switches belongs to the interval that begins there. Friction has no moment on lines
+    through C (`capsule.friction_moment`), so the heading is constant. Raises ParameterError
     for parameters outside eq. 15, and when a normal force is not positive along the whole path.
+
+    >>> corners = ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15))
+    >>> capsule = Capsule(1.0, 0.3, 0.02, corners, friction=0.3, gravity=9.81)
+    >>> line = LineManoeuvre(capsule, w1=40.0, w2=10.0, t1=0.05)
+    >>> print(f"{1e3 * line.displacement:.3f} mm in {line.t_star:.4f} s")
+    -17.272 mm in 0.1099 s
     """
 
     capsule: Capsule
@@ -141,12 +147,12 @@ class LineManoeuvre:
 
     @cached_property
     def path(self) -> SliderPath:
-        """What the slider does in the body."""
+        """The slider's path in the body."""
         return line_stroke(self.segment.start, self.direction, self.w1, self.w2, self.t1)
 
     @property
     def segment(self) -> Segment:
-        """The places that the slider passes, relative to C."""
+        """The places that the slider covers, relative to C."""
         x, y = (float(c) for c in self.unit)
         end = self.start + self.stroke
         return Segment((self.start * x, self.start * y), (end * x, end * y))
@@ -162,8 +168,8 @@ class LineManoeuvre:
         return np.select([times < self.t1, times < self.t2], [self.w1 * times, braked], 0.0)
 
     def mean_relative_acceleration(self, edges: Array) -> Array:
-        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n,) [m/s^2]; held
-        over the step it brings v exactly to its value at the next edge."""
+        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n,) [m/s^2]:
+        constant over the step, it gives the exact v at the next edge."""
         return np.diff(self.relative_velocity(edges)) / np.diff(edges)
 
     def strokes(self, times: Array) -> Array:
@@ -206,10 +212,10 @@ class LineManoeuvre:
 
     def friction_force(self, times: Array) -> Array:
         """Resultant of friction on the body [N] at `times` [s], shape (n,): f (M + m) g while it
-        slides backward, and at rest what holds it against the actuator, m w (eqs. 1, 8)."""
-        held = self.capsule.slider_mass * self.relative_acceleration(times)
+        slides backward, and static friction m w at rest (eqs. 1, 8)."""
+        sticking = self.capsule.slider_mass * self.relative_acceleration(times)
         sliding = times * (1.0 + SNAP) < self.t_star
-        return np.where(sliding, self.capsule.friction * self.capsule.weight, held)
+        return np.where(sliding, self.capsule.friction * self.capsule.weight, sticking)
 
     def support_friction(self, times: Array) -> Array:
         """Friction f N_i at each support [N] at `times` [s], shape (n, 3), while the body slides
@@ -226,8 +232,8 @@ class LineManoeuvre:
 def printed_body_velocity(manoeuvre: LineManoeuvre, times: Array) -> Array:
     """Velocity of C [m/s] at `times` [s], shape (n,), as eq. 19 is printed (Chernousko 2020).
 
-    Its second line has t where eq. 11 gives t1 in the first term: a misprint, for as printed the
-    body does not stop at t_star (eq. 20, Fig. 2), and if w1 is large enough it never stops.
+    Its second line has t where eq. 11 gives t1 in the first term. This is a misprint: as printed
+    the body does not stop at t_star (eq. 20, Fig. 2), and if w1 is large enough it never stops.
     """
     closed = manoeuvre.closed
     late = np.maximum(times - manoeuvre.t1, 0.0)

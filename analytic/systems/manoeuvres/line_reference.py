@@ -1,4 +1,4 @@
-"""The line manoeuvre as a reference: its observables, and what double precision allows them."""
+"""The line manoeuvre as a reference: its observables and their uncertainty in double precision."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import normal_force_uncertainty
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 
-# Roundings on the longest way from the parameters to an observable, beside those of the parameters.
+# Largest number of roundings between the parameters and an observable.
 ARITHMETIC = 8
 
 
@@ -20,13 +20,13 @@ def condition_number(manoeuvre: LineManoeuvre) -> float:
     """Relative change of the displacement (22) over the largest relative change of M, m, f, g,
     w1, w2 and t1; grows as f g/(mu w1 - f g) when w1 nears its threshold."""
     capsule, closed = manoeuvre.capsule, manoeuvre.closed
-    mu, grip = capsule.mass_ratio, capsule.friction * capsule.gravity
+    mu, limit = capsule.mass_ratio, capsule.friction * capsule.gravity
     push, pull = mu * manoeuvre.w1, mu * manoeuvre.w2
     by_w1 = push / (push + pull) + push / closed.backward
     by_w2 = pull / (push + pull) - pull / closed.braking
-    by_grip = grip / closed.backward + grip / closed.braking
+    by_friction = limit / closed.backward + limit / closed.braking
     by_mass = (1.0 - mu) * abs(by_w1 + by_w2)
-    return abs(by_w1) + abs(by_w2) + 2 * by_mass + 2 * by_grip + 2.0
+    return abs(by_w1) + abs(by_w2) + 2 * by_mass + 2 * by_friction + 2.0
 
 
 @dataclass(frozen=True)
@@ -59,33 +59,25 @@ class LineReference:
         """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
         double, and the arithmetic, may have caused: first order, term by term, in magnitude."""
         line, times = self.manoeuvre, np.asarray(times, dtype=np.float64)
-        capsule, w1, w2, t1 = line.capsule, line.w1, line.w2, line.t1
-        mu, grip = capsule.mass_ratio, capsule.friction * capsule.gravity
-        push, pull = mu * w1, mu * w2
-        pushed = np.minimum(times, t1)
-        late = np.clip(times - t1, 0.0, line.closed.braking_time)
-        long = np.clip(times - t1, 0.0, line.t2 - t1)
-        after = np.where(times < t1, 0.0, t1)
-        # mu w carries three rounded parameters (m, M, w), f g two; a shift of t1 or of the time
-        # changes what is integrated by the jump there, or by the rate.
-        gone = 0.5 * pushed**2 + pushed * late
-        turned = 0.5 * late**2
+        capsule, few, zero = line.capsule, 1 + ARITHMETIC, np.zeros_like(times)
+        spent, body = _Spent.of(line, times), _Accelerations.of(line)
         speed, rate = np.abs(line.body_velocity(times)), np.abs(line.relative_velocity(times))
-        displacement = 3 * (push * gone + pull * turned) + 2 * grip * (gone + turned)
-        velocity = 3 * (push * pushed + pull * late) + 2 * grip * (pushed + late)
-        slid = w1 * (0.5 * pushed**2 + pushed * long) + 0.5 * w2 * long**2
-        slid_rate = w1 * pushed + w2 * long
-        stroke = (1 + ARITHMETIC) * slid + after * (w1 + w2) * long + times * rate
         slack = normal_force_uncertainty(capsule, abs(line.start) + line.stroke)
-        zero = np.zeros_like(times)
+        both = line.w1 + line.w2
+        displacement = few * body.integrated(spent.way_pushed, spent.way_braked)
+        displacement += spent.after * (body.push + body.pull) * spent.late + times * speed
+        velocity = few * body.integrated(spent.pushed, spent.late)
+        velocity += spent.after * (body.push + body.pull)
+        velocity += times * (body.push + body.pull + body.friction)
+        slid = line.w1 * (0.5 * spent.pushed**2 + spent.pushed * spent.long)
+        slid += 0.5 * line.w2 * spent.long**2
+        stroke = few * slid + spent.after * both * spent.long + times * rate
+        slid_rate = line.w1 * spent.pushed + line.w2 * spent.long
         return {
-            "displacement": ROUNDOFF
-            * ((1 + ARITHMETIC) * displacement + after * (push + pull) * late + times * speed),
-            "velocity": ROUNDOFF
-            * ((1 + ARITHMETIC) * velocity + after * (push + pull) + times * (push + pull + grip)),
+            "displacement": ROUNDOFF * displacement,
+            "velocity": ROUNDOFF * velocity,
             "stroke": ROUNDOFF * stroke,
-            "stroke_rate": ROUNDOFF
-            * ((1 + ARITHMETIC) * slid_rate + after * (w1 + w2) + times * (w1 + w2)),
+            "stroke_rate": ROUNDOFF * (few * slid_rate + spent.after * both + times * both),
             "heading": zero,
             "sideways": zero,
             **{f"normal_force_{i + 1}": zero + slack for i in range(3)},
@@ -93,5 +85,56 @@ class LineReference:
         }
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """0: the error of a step does not depend on how far off the motion is."""
+        """0: the error of a step does not depend on earlier errors."""
         return 0.0
+
+
+@dataclass(frozen=True)
+class _Accelerations:
+    """Magnitudes [m/s^2] that add up to the body's acceleration: mu w1, mu w2 and f g."""
+
+    push: float
+    pull: float
+    friction: float
+
+    @classmethod
+    def of(cls, line: LineManoeuvre) -> _Accelerations:
+        mu, friction = line.capsule.mass_ratio, line.capsule.friction * line.capsule.gravity
+        return cls(mu * line.w1, mu * line.w2, friction)
+
+    def integrated(self, pushed: Array, braked: Array) -> Array:
+        """Integral in magnitude, each term as often as it has rounded parameters: mu w has three
+        (m, M, w), f g two. The weights are of the push and of the brake, shape (n,)."""
+        driven = 3 * (self.push * pushed + self.pull * braked)
+        return driven + 2 * self.friction * (pushed + braked)
+
+
+@dataclass(frozen=True)
+class _Spent:
+    """Time [s] spent at `times`, shape (n,): pushed, braked while the body slides (`late`) or the
+    slider moves (`long`), t1 once past (`after`); and the weights [s^2] of the accelerations in the
+    displacement. A shift of t1 or of the time changes an integral by the jump there, or by the
+    rate."""
+
+    pushed: Array
+    late: Array
+    long: Array
+    after: Array
+
+    @classmethod
+    def of(cls, line: LineManoeuvre, times: Array) -> _Spent:
+        t1 = line.t1
+        return cls(
+            np.minimum(times, t1),
+            np.clip(times - t1, 0.0, line.closed.braking_time),
+            np.clip(times - t1, 0.0, line.t2 - t1),
+            np.where(times < t1, 0.0, t1),
+        )
+
+    @property
+    def way_pushed(self) -> Array:
+        return np.asarray(0.5 * self.pushed**2 + self.pushed * self.late)
+
+    @property
+    def way_braked(self) -> Array:
+        return np.asarray(0.5 * self.late**2)

@@ -1,4 +1,4 @@
-"""Many line manoeuvres in a row, the slider brought back by a slow motion after each."""
+"""Repeated line manoeuvres, with a slow return of the slider after each."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class RepeatedLine:
 
     @cached_property
     def path(self) -> SliderPath:
-        """What the slider does in the body, manoeuvre after manoeuvre."""
+        """The slider's path in the body over all manoeuvres."""
         there, back = self.manoeuvre.path, self.returning.path
         once = (there, back, fixed(self.manoeuvre.segment.start, self.pause))
         return concatenate(*(self.count * once))
@@ -68,7 +68,7 @@ class RepeatedLine:
 
     @property
     def duration(self) -> float:
-        """Time until everything rests for good [s]."""
+        """Time from which body and slider rest [s]."""
         return self.count * self.period
 
     @property
@@ -114,11 +114,12 @@ class RepeatedLine:
         return seen
 
     def friction_force(self, times: Array) -> Array:
-        """Friction [N] over what begins at `times`, a start that is late by roundings included."""
+        """Friction [N] on the interval that begins at `times` [s], shape (n,), to within
+        round-off."""
         _, local = self.within(times * (1.0 + SNAP))
-        held = self.manoeuvre.capsule.slider_mass * self.relative_acceleration(times)
+        sticking = self.manoeuvre.capsule.slider_mass * self.relative_acceleration(times)
         moving = local < self.manoeuvre.t_star
-        return np.where(moving, self.manoeuvre.friction_force(local), held)
+        return np.where(moving, self.manoeuvre.friction_force(local), sticking)
 
     def momentum(self, times: Array) -> Array:
         """Momentum of body and slider [kg m/s] at `times` [s], any shape."""
@@ -136,7 +137,7 @@ class RepeatedLine:
         whole = one.uncertainty(np.array([self.manoeuvre.t2]))
         total = {name: there[name] + back[name] for name in there}
         total["displacement"] = total["displacement"] + done * whole["displacement"]
-        # A start after many periods is late or early by roundings of the whole time.
+        # The time of a start after many periods has the round-off of the whole time.
         shift, line, seen = 8 * ROUNDOFF * np.abs(times), self.manoeuvre, self.observe(times)
         fastest = max(line.w1, line.w2, self.returning.acceleration)
         for name, rate in (
@@ -152,5 +153,5 @@ class RepeatedLine:
         return total
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """0: the error of a step does not depend on how far off the motion is."""
+        """0: the error of a step does not depend on earlier errors."""
         return 0.0

@@ -1,4 +1,4 @@
-"""Turn manoeuvres in a row, each from rest: exact, one motion followed and then laid end to end."""
+"""Repeated turn manoeuvres, each from rest: one exact motion, joined end to end."""
 
 from __future__ import annotations
 
@@ -18,16 +18,15 @@ from plumbob.analytic.systems.slider_path import SliderPath, concatenate, fixed
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.motion import Pose, ThreePointMotion
 
-WHOLE = 1e-12  # how far from whole circles, over their number, the slider's way may be
+WHOLE = 1e-12  # largest relative difference of the slider's angle from whole circles
 
 
 @dataclass(frozen=True)
 class RepeatedTurn:
-    """`count` turn manoeuvres alike, the slider held for `pause` [s] after each.
+    """`count` equal turn manoeuvres, the slider fixed for `pause` [s] after each.
 
-    From the second on a turn begins as the first one did, in the body's axes: so several need a
-    slider that goes round whole circles, and a pause in which the residual motion ends. Raises
-    ParameterError.
+    Every turn begins as the first one in body axes: several turns need a slider that moves through
+    whole circles, and a pause in which the residual motion ends. Raises ParameterError.
     """
 
     manoeuvre: TurnManoeuvre
@@ -43,11 +42,12 @@ class RepeatedTurn:
         if self.count == 1:
             return
         if round(circles) == 0 or abs(circles - round(circles)) > WHOLE * abs(circles):
-            need = "whole circles, for more turns than one to be alike"
+            need = "whole circles, for several turns to be equal"
             raise ParameterError("slider_angle", self.manoeuvre.slider_angle, need)
         if self.period < self.single.rest_time:
             least = self.single.rest_time - 2.0 * self.manoeuvre.half_time
-            raise ParameterError("pause", self.pause, f"at least {least:.6g} s, for all to rest")
+            need = f"at least {least:.6g} s, for the body to come to rest"
+            raise ParameterError("pause", self.pause, need)
 
     @property
     def period(self) -> float:
@@ -56,7 +56,7 @@ class RepeatedTurn:
 
     @property
     def duration(self) -> float:
-        """Time at which the body rests for good [s]."""
+        """Time from which the body rests [s]."""
         return (self.count - 1) * self.period + self.single.rest_time
 
     @property
@@ -66,12 +66,12 @@ class RepeatedTurn:
 
     @property
     def capsule(self) -> Capsule:
-        """The body that is turned."""
+        """The body."""
         return self.manoeuvre.capsule
 
     @cached_property
     def path(self) -> SliderPath:
-        """What the slider does in the body, turn after turn."""
+        """The slider's path in the body over all turns."""
         one = self.manoeuvre.path
         if self.count == 1:
             return one
@@ -112,8 +112,8 @@ class RepeatedTurn:
 
     @cached_property
     def error(self) -> Pose:
-        """Largest error over the whole train: that of one turn, once for each; what headings err by
-        carries the places that follow."""
+        """Largest error over all turns: that of one turn for each; an error of heading rotates the
+        displacements that follow."""
         own, n = self.single.error, self.count
         (shift, _), turned = self._gained, n * float(own.heading[0])
         place = n * (own.position + turned * abs(shift))

@@ -1,4 +1,4 @@
-"""Residual motion in closed form: Q fixed, body and slider coast to rest on dry friction."""
+"""Residual motion in closed form: Q fixed, body and slider coast to rest with dry friction."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from plumbob.analytic.systems.capsule import (
 from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.slider_path import SliderPath, fixed
 
-ROUNDINGS = 32  # of the parameters and on the way from them to a place, generously
-ROUND = 1e-12  # how far from equal, over their size, arms that a parameter file gives may be
+ROUNDINGS = 32  # upper bound: of the parameters, and between them and a place
+ROUND = 1e-12  # largest relative difference of arms that count as equal
 
 # Spin and translation are coupled, and in general there is no formula. There is one when each
-# support keeps to a circle on which its friction, f N_i against its motion, adds up to a constant:
+# support moves on a circle and the sum of friction forces, f N_i against its motion, is constant:
 #   translation: any Q, since sum f N_i d passes through the centre of pressure, which is mu r;
 #   spin about the combined centre G = mu r: sum N_i (A_i - G) = 0 always, so the forces cancel only
 #     if the arms |A_i - G| are equal, that is if G is the circumcentre;
-#   pivoting about a support at rest, while what holds it, an affine function of omega^2, stays
-#     within that support's friction disc.
+#   pivoting about a support at rest, while its static friction, an affine function of omega^2,
+#     stays within that support's friction disc.
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class ResidualMotion:
 
     @property
     def path(self) -> SliderPath:
-        """The slider where it stays."""
+        """The fixed slider."""
         return fixed(self.slider)
 
     @property
@@ -130,20 +130,20 @@ class ResidualMotion:
         rate = few * abs(self.coasting.rate)
         arm = 1.0 if self.centre is None else math.hypot(*self.centre)
         turned = 0.0 if self.centre is None else 1.0
-        gone = arm * (way + few * turned)
+        moved = arm * (way + few * turned)
         speed = arm * (rate + turned * (abs(self.coasting.rate) * (way + few)))
-        bounds = (gone, gone, speed, speed, turned * way, turned * rate)
+        bounds = (moved, moved, speed, speed, turned * way, turned * rate)
         return {
             name: still + bound for name, bound in zip(self.observe(still), bounds, strict=True)
         }
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """0: the error of a step does not depend on how far off the motion is."""
+        """0: the error of a step does not depend on earlier errors."""
         return 0.0
 
 
 def _placed(capsule: Capsule, slider: Point) -> Array:
-    """Normal forces [N], shape (3,), with Q at `slider`, once everything is known to be valid."""
+    """Normal forces [N], shape (3,), with Q at `slider`. Raises ParameterError."""
     positive("friction", capsule.friction)
     place = (finite("slider", slider[0]), finite("slider", slider[1]))
     for breach in validity(capsule, (Segment(place, place),)):
@@ -155,9 +155,9 @@ def translation(capsule: Capsule, slider: Point, speed: float, direction: float)
     """Coasting without spin at `speed` [m/s] along `direction` [rad], Q at `slider` relative to C
     [m]: over v0^2/(2 f g) in v0/(f g), wherever Q is. Raises ParameterError."""
     _placed(capsule, slider)
-    grip = capsule.friction * capsule.gravity
+    deceleration = capsule.friction * capsule.gravity
     return ResidualMotion(
-        Coasting(finite("speed", speed), grip), None, finite("direction", direction), slider
+        Coasting(finite("speed", speed), deceleration), None, finite("direction", direction), slider
     )
 
 
@@ -184,31 +184,51 @@ def pivoting(capsule: Capsule, slider: Point, support: int, rate: float) -> Resi
     """Coasting at `rate` [rad/s] about support A_1, A_2 or A_3 at rest, Q at `slider` relative to C
     [m]: J_A omega' = -f sum N_i |A_i - A|, J_A the inertia of body and slider about A.
 
-    Raises ParameterError where the pivot's friction disc does not hold it all the way to rest.
+    Raises ParameterError where the pivot would slip before the body comes to rest.
     Chernousko 2020, eqs. 1-4 with one support at rest.
     """
     normal = _placed(capsule, slider)
     if isinstance(support, bool) or support not in (1, 2, 3):
         raise ParameterError("support", support, "1, 2 or 3")
-    corners, masses = np.asarray(capsule.supports), (capsule.body_mass, capsule.slider_mass)
-    arms = corners - corners[support - 1]
-    lengths = np.hypot(arms[:, 0], arms[:, 1])
-    to_com, to_slider = -corners[support - 1], np.asarray(slider) - corners[support - 1]
-    inertia = capsule.inertia + masses[0] * to_com @ to_com + masses[1] * to_slider @ to_slider
-    coasting = Coasting(finite("rate", rate), float(capsule.friction * normal @ lengths / inertia))
-    others = lengths > 0.0
-    drag = (normal[others] / lengths[others]) @ arms[others]
-    static = masses[0] * to_com + masses[1] * to_slider
-    sense = math.copysign(1.0, coasting.rate)
-    # Turned a quarter, k x arm: friction of the sliding supports, and the tangential acceleration.
-    across = sense * (capsule.friction * drag - coasting.deceleration * static)
-    tangential = np.array([-across[1], across[0]])
+    pivot = _Pivot.of(capsule, slider, support, normal)
+    coasting = Coasting(finite("rate", rate), pivot.deceleration)
+    limit = capsule.friction * normal[support - 1]
     for squared in (0.0, coasting.rate**2):  # its size is convex in omega^2: the ends decide
-        needed = float(np.linalg.norm(tangential - squared * static))
-        if needed > capsule.friction * normal[support - 1]:
-            limit = f"such that support {support} holds: {needed:.6g} N"
-            raise ParameterError(
-                "rate", rate, f"{limit} of {capsule.friction * normal[support - 1]:.6g} N"
-            )
-    pivot = capsule.supports[support - 1]
-    return ResidualMotion(coasting, pivot, slider=slider)
+        needed = pivot.needed_force(coasting, squared)
+        if needed > limit:
+            wanted = f"such that support {support} sticks: {needed:.6g} N of {limit:.6g} N"
+            raise ParameterError("rate", rate, wanted)
+    return ResidualMotion(coasting, capsule.supports[support - 1], slider=slider)
+
+
+@dataclass(frozen=True)
+class _Pivot:
+    """Turning about a support at rest: `deceleration` [rad/s^2] by the sliding supports, their
+    friction `drag` [N], shape (2,), before a quarter turn, and the first `moment` of mass about the
+    support [kg m], shape (2,)."""
+
+    deceleration: float
+    drag: Array
+    moment: Array
+
+    @classmethod
+    def of(cls, capsule: Capsule, slider: Point, support: int, normal: Array) -> _Pivot:
+        corners, masses = np.asarray(capsule.supports), (capsule.body_mass, capsule.slider_mass)
+        arms = corners - corners[support - 1]
+        lengths = np.hypot(arms[:, 0], arms[:, 1])
+        to_com, to_slider = -corners[support - 1], np.asarray(slider) - corners[support - 1]
+        inertia = capsule.inertia + masses[0] * to_com @ to_com + masses[1] * to_slider @ to_slider
+        others = lengths > 0.0
+        return cls(
+            float(capsule.friction * normal @ lengths / inertia),
+            capsule.friction * ((normal[others] / lengths[others]) @ arms[others]),
+            masses[0] * to_com + masses[1] * to_slider,
+        )
+
+    def needed_force(self, coasting: Coasting, squared: float) -> float:
+        """Friction [N] that keeps the support at rest at the `squared` rate [rad^2/s^2]."""
+        sense = math.copysign(1.0, coasting.rate)
+        # Turned a quarter, k x arm: friction of the sliding supports, tangential acceleration.
+        across = sense * (self.drag - coasting.deceleration * self.moment)
+        tangential = np.array([-across[1], across[0]])
+        return float(np.linalg.norm(tangential - squared * self.moment))

@@ -1,4 +1,4 @@
-"""Slow motion: the slider moved while friction holds the body."""
+"""Slow motion: the slider moves while static friction keeps the body at rest."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import SNAP, LineManoeuvre
 from plumbob.analytic.systems.slider_path import SliderPath, straight
 
-ROUNDINGS = 32  # of the parameters and on the way from them to a stroke, generously
+ROUNDINGS = 32  # upper bound: of the parameters, and between them and a stroke
 
 
-def share(name: str, value: float) -> float:
+def proper_fraction(name: str, value: float) -> float:
     """`value` as a fraction above 0 and at most 1; raises ParameterError naming it."""
     if not 0.0 < finite(name, value) <= 1.0:
         raise ParameterError(name, value, "above 0 and at most 1")
@@ -37,12 +37,12 @@ def share(name: str, value: float) -> float:
 
 @dataclass(frozen=True)
 class SlowStroke:
-    """Slider along a line through C, out and if wanted back, while friction holds the body.
+    """Slider along a line through C, out and optionally back, while the body sticks.
 
-    Each way takes +W for half its time and -W for the other half, W = `fraction` f g/mu [m/s^2]:
+    Each stroke has +W for half its time and -W for the other half, W = `fraction` f g/mu [m/s^2]:
     the quickest stroke from rest to rest under |w| <= W. `length` [m] is signed along `direction`
     [rad, from the body's x axis]; the slider starts at `start` [m] along it, from C. At fraction 1
-    friction is used up. Raises ParameterError. Chernousko 2020, eq. 21.
+    static friction is at its limit. Raises ParameterError. Chernousko 2020, eq. 21.
     """
 
     capsule: Capsule
@@ -60,7 +60,7 @@ class SlowStroke:
         for name in ("length", "direction", "start"):
             object.__setattr__(self, name, finite(name, getattr(self, name)))
         positive("friction", self.capsule.friction)
-        share("fraction", self.fraction)
+        proper_fraction("fraction", self.fraction)
         if self.length == 0.0:
             raise ParameterError("length", self.length, "other than 0")
         for breach in validity(self.capsule, (self.segment,)):
@@ -73,7 +73,7 @@ class SlowStroke:
 
     @cached_property
     def path(self) -> SliderPath:
-        """What the slider does in the body."""
+        """The slider's path in the body."""
         half, pull = 0.5 * self.one_way, math.copysign(self.acceleration, self.length)
         pulls, halves = [pull, -pull], [half, half]
         if self.there_and_back:
@@ -82,7 +82,7 @@ class SlowStroke:
 
     @property
     def segment(self) -> Segment:
-        """The places that the slider passes, relative to C."""
+        """The places that the slider covers, relative to C."""
         x, y = math.cos(self.direction), math.sin(self.direction)
         end = self.start + self.length
         return Segment((self.start * x, self.start * y), (end * x, end * y))
@@ -103,15 +103,15 @@ class SlowStroke:
         return self.one_way * (2 if self.there_and_back else 1)
 
     def _outward(self, times: Array) -> tuple[npt.NDArray[np.bool_], Array]:
-        """Whether the slider is on its way back, and the time on the way out at which it is, or
-        was, where it is now [s]: the way back is the way out in reverse."""
+        """Whether the slider is returning, and the time of the outward stroke at which it has the
+        same place [s]: the return is the outward stroke in reverse."""
         spent = np.clip(times, 0.0, self.duration)
         mirrored = self.one_way - np.abs(spent - self.one_way)
         return spent > self.one_way, np.maximum(mirrored, 0.0)
 
     def relative_acceleration(self, times: Array) -> Array:
         """Slider's acceleration in the body w [m/s^2] at `times` [s], shape (n,); a time at which
-        it switches counts to the interval that it opens."""
+        it switches belongs to the interval that begins there."""
         times = times * (1.0 + SNAP)
         back, outward = self._outward(times)
         half = 0.5 * self.one_way
@@ -183,13 +183,13 @@ class SlowStroke:
         return ((0.0, pull), (0.5 * one, -2 * pull), (1.5 * one, 2 * pull), (whole, -pull))
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """0: the error of a step does not depend on how far off the motion is."""
+        """0: the error of a step does not depend on earlier errors."""
         return 0.0
 
 
 def slow_return(manoeuvre: LineManoeuvre, fraction: float = 1.0) -> SlowStroke:
-    """The slow motion that takes the slider back to where `manoeuvre` began. Raises
-    ParameterError. Chernousko 2020, end of the section on rectilinear motions."""
+    """The slow motion of the slider back to where `manoeuvre` began. Raises ParameterError.
+    Chernousko 2020, end of the section on rectilinear motions."""
     return SlowStroke(
         manoeuvre.capsule,
         -manoeuvre.stroke,

@@ -1,4 +1,4 @@
-"""A body held by friction while gravity is tilted, its slider fixed."""
+"""A body at rest by static friction under tilted gravity, its slider fixed."""
 
 from __future__ import annotations
 
@@ -21,19 +21,18 @@ from plumbob.analytic.systems.capsule import (
     validity,
 )
 from plumbob.analytic.systems.capsule_motion import MotionKind
-from plumbob.analytic.systems.manoeuvres.slow_motion import ROUNDINGS, share
+from plumbob.analytic.systems.manoeuvres.slow_motion import ROUNDINGS, proper_fraction
 from plumbob.analytic.systems.slider_path import SliderPath, fixed
 
 
 def tilt_angle(capsule: Capsule, fraction: float = 1.0) -> float:
-    """Tilt of gravity [rad] at which its tangential part is `fraction` of what friction can hold:
+    """Tilt of gravity [rad] at which its tangential part is `fraction` of the friction limit:
     tan(alpha) = fraction f.
 
     Weight acts at the combined centre mu r, which is also the centre of pressure, so every support
-    does its share of N_i and the threshold is the same in every direction and wherever Q is fixed
-    (heights zero: the tilt moves no load). Raises ParameterError.
-    """
-    return math.atan(share("fraction", fraction) * capsule.friction)
+    carries friction in proportion to N_i, and the threshold is the same in every direction and
+    wherever Q is fixed (heights zero: the tilt moves no load). Raises ParameterError."""
+    return math.atan(proper_fraction("fraction", fraction) * capsule.friction)
 
 
 def tilted_gravity(capsule: Capsule, fraction: float, direction: float) -> Array:
@@ -71,12 +70,12 @@ class TiltedHold:
 
     @property
     def path(self) -> SliderPath:
-        """The slider where it stays."""
+        """The fixed slider."""
         return fixed(self.slider)
 
     def observe(self, times: Array) -> Mapping[str, Array]:
-        """Exact observables at `times` [s], shape (n,): nothing moves, friction carries the
-        weight's tangential part (signed along `direction`), the N_i the rest of it."""
+        """Exact observables at `times` [s], shape (n,): nothing moves; friction balances the
+        tangential part of the weight (signed along `direction`), the N_i the normal part."""
         still = np.zeros_like(np.asarray(times, dtype=np.float64))
         angle = tilt_angle(self.capsule, self.fraction)
         forces = math.cos(angle) * normal_forces(self.capsule, np.array([self.slider]))[0]
@@ -98,5 +97,5 @@ class TiltedHold:
         }
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """0: the error of a step does not depend on how far off the motion is."""
+        """0: the error of a step does not depend on earlier errors."""
         return 0.0

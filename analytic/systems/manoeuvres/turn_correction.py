@@ -1,7 +1,7 @@
-"""Second order of the turn manoeuvre: what friction does along its leading-order motion.
+"""Second order of the turn manoeuvre: the effect of friction along its leading-order motion.
 
-Chernousko 2020 stops at eq. 32, the leading order; analytic/README.md derives the rest, by the
-equation numbers used here.
+Chernousko 2020 stops at eq. 32, the leading order; analytic/README.md derives the next one, with
+the equation numbers used here.
 """
 
 from __future__ import annotations
@@ -14,11 +14,14 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, Point, normal_forces
-from plumbob.analytic.systems.manoeuvres.residual_limit import residual_limit
+from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.three_points.equations import Complex
+from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.analytic.systems.three_points.smooth_segment import state_at
 
 CONVERGED = 1e-14  # of the quadrature, relative
-SHARPEST_STEP = 2.0**-7  # a kink between the marked places would end here
+FINEST_STEP = 2.0**-7  # of the tanh-sinh rule: where a discontinuity between marks would stop it
+SLOW = 1e-6  # its square is about the turn of the coasting body [rad], which the limit neglects
 
 
 @dataclass(frozen=True)
@@ -53,10 +56,10 @@ def inertia_ratio(capsule: Capsule, radius: float) -> float:
     return reduced * radius**2 / circle_inertia(capsule, radius)
 
 
-def progress(shares: Array) -> Array:
-    """Part of the slider's way that is done at times `shares` tau, shape (n,), up to 2 tau
+def progress(phases: Array) -> Array:
+    """Fraction of the slider's angle covered at times `phases` tau, shape (n,), up to 2 tau
     (Chernousko 2020, eqs. 26, 29)."""
-    return np.asarray(0.5 * np.square(shares) - np.square(np.maximum(shares - 1.0, 0.0)))
+    return np.asarray(0.5 * np.square(phases) - np.square(np.maximum(phases - 1.0, 0.0)))
 
 
 def leading_friction(
@@ -82,19 +85,19 @@ def leading_friction(
 def turn_correction(
     capsule: Capsule, radius: float, slider_angle: float, start: float = 0.0
 ) -> TurnCorrection:
-    """Coefficients of tau^2 in the pose at 2 tau and at rest (eqs. 3-6), for a slider that goes
-    round by `slider_angle` Z tau^2 [rad] from `start` [rad] on the circle of `radius` [m]."""
+    """Coefficients of tau^2 in the pose at 2 tau and at rest (eqs. 3-6), for a slider that moves
+    by `slider_angle` Z tau^2 [rad] from `start` [rad] on the circle of `radius` [m]."""
     mass, inertia = capsule.body_mass + capsule.slider_mass, circle_inertia(capsule, radius)
     body_angle = -inertia_ratio(capsule, radius) * slider_angle
 
-    def accelerations(shares: Array) -> Complex:
-        done = progress(shares)
+    def accelerations(phases: Array) -> Complex:
+        done = progress(phases)
         force, moment = leading_friction(
             capsule, radius, start + slider_angle * done, math.copysign(1.0, slider_angle)
         )
         push = force * np.exp(1j * body_angle * done) / mass
         spin_up = moment / inertia
-        left = 2.0 - shares
+        left = 2.0 - phases
         return np.stack([push, left * push, spin_up + 0j, left * spin_up])
 
     push, drift, spin, turned = _integral(accelerations, _marks(capsule, slider_angle, start))
@@ -102,7 +105,7 @@ def turn_correction(
     facing = complex(np.exp(1j * body_angle))
     place: Point = (float(end.real), float(end.imag))
     way, turn, lasting = residual_limit(capsule, place, push / facing, spin.real)
-    # C is at -mu r from the combined centre: a further turn swings it about that.
+    # C is at -mu r from the combined centre: a further turn moves it about that.
     arm = capsule.mass_ratio * complex(end) * facing
     at_stop = drift - 1j * arm * turned.real
     at_rest = drift + facing * way - 1j * arm * (turned.real + turn)
@@ -114,8 +117,8 @@ def turn_correction(
 
 
 def _marks(capsule: Capsule, slider_angle: float, start: float) -> list[float]:
-    """Times over tau at which friction turns fastest: where r points away from a support; and where
-    the slider's acceleration is reversed."""
+    """Times over tau at which the direction of friction changes fastest, r pointing away from a
+    support, and at which the slider's acceleration is reversed."""
     marks, reach = {0.0, 1.0, 2.0}, abs(slider_angle)
     for x, y in capsule.supports:
         first = math.copysign(1.0, slider_angle) * (math.atan2(y, x) + math.pi - start)
@@ -127,8 +130,8 @@ def _marks(capsule: Capsule, slider_angle: float, start: float) -> list[float]:
 
 
 def _integral(function: Callable[[Array], Complex], marks: list[float]) -> list[complex]:
-    """Integrals of the rows of `function` over all the marks, by the tanh-sinh rule from mark to
-    mark, which does not mind how sharply a row bends at a mark."""
+    """Integrals of the rows of `function` from the first mark to the last by the tanh-sinh rule
+    from mark to mark, which converges even where derivatives are singular at a mark."""
     edges = np.array(marks)
     middle, half = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
     step, before = 0.25, np.full(4, np.inf + 0j)
@@ -140,6 +143,35 @@ def _integral(function: Callable[[Array], Complex], marks: list[float]) -> list[
         values = function(places) * (half[:, None] * weights).ravel()
         total = values.sum(axis=1)
         settled = np.all(np.abs(total - before) <= CONVERGED * np.abs(values).sum(axis=1))
-        if settled or step <= SHARPEST_STEP:
+        if settled or step <= FINEST_STEP:
             return [complex(value) for value in total]
         step, before = 0.5 * step, total
+
+
+def residual_limit(
+    capsule: Capsule, slider: Point, velocity: complex, omega: float
+) -> tuple[complex, float, float]:
+    """Displacement of the combined centre and turn of the body over lambda^2, and time to rest over
+    lambda, when it coasts from lambda times a velocity and an angular velocity, lambda -> 0.
+
+    `slider` r [m] in body axes; `velocity` of the combined centre [m/s^2], complex, body axes;
+    `omega` [rad/s^2]: each per second of tau. In the limit the body does not turn while it stops
+    and friction depends on the direction of (velocity, omega) alone: the displacement is
+    homogeneous of degree two.
+    """
+    arm = capsule.mass_ratio * complex(*slider)
+    lever = float(max(abs(complex(*point) - arm) for point in capsule.supports))
+    speed = abs(velocity) + lever * abs(omega)
+    if speed == 0.0:
+        return 0j, 0.0, 0.0
+    # A stop from speed v turns the body by about v^2/(f g lever).
+    scale = float(np.sqrt(SLOW**2 * capsule.friction * capsule.gravity * lever)) / speed
+    own = scale * (velocity - 1j * omega * arm)
+    # With the combined centre at the ground's origin its small displacement keeps all its digits.
+    start = Start((-arm.real, -arm.imag), 0.0, (own.real, own.imag), scale * omega)
+    motion = three_point_motion(capsule, fixed(slider), start)
+    last = [segment for segment in motion.segments if segment.coefficients is not None][-1]
+    assert last.coefficients is not None
+    end = state_at(last.coefficients, last.last)
+    way = end.place - motion.segments[0].first.place
+    return way / scale**2, end.heading / scale**2, motion.rest_time / scale

@@ -1,4 +1,4 @@
-"""The turn manoeuvre: the slider runs round a circle and the body turns the other way, to order
+"""The turn manoeuvre: the slider moves round a circle and the body turns the other way, to order
 epsilon^2 (Chernousko 2020, eqs. 24-32; the second order is derived in analytic/README.md)."""
 
 from __future__ import annotations
@@ -30,6 +30,12 @@ class TurnManoeuvre:
     `start` [rad] from the body's x axis, the body at rest with heading 0 and C at the origin.
 
     Raises ParameterError, also when a normal force is not positive along the arc.
+
+    >>> corners = ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15))
+    >>> capsule = Capsule(1.0, 0.3, 0.02, corners, friction=0.3, gravity=9.81)
+    >>> turn = turn_of(capsule, radius=0.12, epsilon=0.1, body_angle=-1.0)
+    >>> print(f"{turn.body_angle:.6f} rad; to second order {turn.corrected_pose.heading:.6f} rad")
+    -1.000000 rad; to second order -0.988798 rad
     """
 
     capsule: Capsule
@@ -82,7 +88,7 @@ class TurnManoeuvre:
 
     @property
     def slider_angle(self) -> float:
-        """delta phi = Z tau^2 [rad], the slider's whole way round the circle (eq. 32)."""
+        """delta phi = Z tau^2 [rad], the slider's whole angle (eq. 32)."""
         return self.angular_acceleration * self.half_time**2
 
     @property
@@ -92,8 +98,8 @@ class TurnManoeuvre:
 
     def slider_angles(self, times: Array) -> Array:
         """phi [rad] from its start at `times` [s], shape (n,) (eqs. 26, 27, 29)."""
-        share = np.clip(np.asarray(times) / self.half_time, 0.0, 2.0)
-        return np.asarray(self.slider_angle * progress(share))
+        phase = np.clip(np.asarray(times) / self.half_time, 0.0, 2.0)
+        return np.asarray(self.slider_angle * progress(phase))
 
     def body_angles(self, times: Array) -> Array:
         """psi = -mu_1 phi [rad] at `times` [s], shape (n,), to leading order (eq. 31)."""
@@ -111,8 +117,8 @@ class TurnManoeuvre:
 
     @cached_property
     def leading_pose(self) -> TurnPose:
-        """Pose at 2 tau, and at rest, to leading order: eq. 32, and C going round the combined
-        centre, which friction has had no time to move."""
+        """Pose at 2 tau, and at rest, to leading order: eq. 32, and C moving round the
+        combined centre, which friction displaces only at second order."""
         first = self._arm(0.0)
         moved = first - np.exp(1j * self.body_angle) * self._arm(self.slider_angle)
         return TurnPose(float(moved.real), float(moved.imag), self.body_angle)
@@ -138,7 +144,7 @@ class TurnManoeuvre:
         return self.half_time * (2.0 + self.correction.residual_time)
 
     def _arm(self, angle: float) -> complex:
-        """mu r [m] with the slider `angle` [rad] along its way."""
+        """mu r [m] with the slider at `angle` [rad] from its start."""
         place = self.radius * np.exp(1j * (self.start + angle))
         return complex(self.capsule.mass_ratio * place)
 
@@ -160,7 +166,7 @@ def turn_of(
     if finite("body_angle", body_angle) == 0.0:
         raise ParameterError("body_angle", body_angle, "other than 0")
     if capsule.friction == 0.0:
-        raise ParameterError("friction", 0.0, "greater than 0, for epsilon to mean anything")
+        raise ParameterError("friction", 0.0, "greater than 0, for epsilon to be defined")
     scale = TurnManoeuvre(capsule, radius, 1.0, 1e-9, start)
     half_time = epsilon * scale.characteristic_time
     drive = -body_angle / (scale.inertia_ratio * half_time**2)

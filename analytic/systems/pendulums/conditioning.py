@@ -1,4 +1,4 @@
-"""How errors act on an exact pendulum motion: of its inputs, of a rounding, of a scheme."""
+"""Response of an exact pendulum motion to errors: of its inputs, of a rounding, of a scheme."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from plumbob.analytic.reference import Array
 
 
 class ExactMotion(Protocol):
-    """What the errors of an exact motion are worked out from."""
+    """The properties of an exact motion that its errors depend on."""
 
     @property
     def inertia(self) -> float: ...
@@ -37,34 +37,33 @@ class ExactMotion(Protocol):
 
 
 def uncertainty(motion: ExactMotion, times: Array) -> Mapping[str, Array]:
-    """What one unit in the last place of every input may do to theta [rad] and theta_dot [rad/s] at
-    `times` [s], shape (n,), the times among them, and as much of the state where the motion is
-    fastest: a start next to a saddle is tiny, and so are its roundings, but those on the way are
-    not."""
+    """Change of theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,), for one unit in the
+    last place of every input, the times included, and of the state where the motion is fastest: a
+    start next to a saddle is small and so are its roundings, but later ones are not."""
     times = np.asarray(times, dtype=float)
     names = ("theta", "theta_dot")
     theta, rate = motion.state(times)
     period = motion.period if np.isfinite(motion.period) else 0.0
-    late = ULP * (np.abs(times) + 2 * period)  # the closed form's own time is rounded four times
+    late = ULP * (np.abs(times) + 2 * period)  # time is rounded four times in the closed form
     bend = np.asarray(motion.rotor.acceleration(times, theta, rate))
     moved = [ULP * np.abs(x) + ULP + late * np.abs(v) for x, v in ((theta, rate), (rate, bend))]
     for values, total in zip(motion.neighbours.state(times[None, :]), moved, strict=True):
         total += np.abs(values[1:] - values[:1]).sum(axis=0)
     if np.isfinite(motion.period):
-        for change, total in zip(_jolted(motion, times), moved, strict=True):
+        for change, total in zip(_rounded_where_fastest(motion, times), moved, strict=True):
             total += change
     return dict(zip(names, moved, strict=True))
 
 
-def _jolted(motion: ExactMotion, times: Array) -> tuple[Array, Array]:
+def _rounded_where_fastest(motion: ExactMotion, times: Array) -> tuple[Array, Array]:
     """Change of theta and theta_dot by a rounding of both where the motion is fastest."""
     first = np.linspace(0.0, motion.period, 128)
     angles, rates = motion.state(first)
     at = int(np.abs(rates).argmax())
     theta, rate = float(angles[at]), float(rates[at])
     ulp = quad(ULP)
-    # An angle that winds up is rounded ever more coarsely, the force with it; late roundings have
-    # less time to act, so that half of the last angle stands for them all.
+    # The rounding of an angle grows with the number of turns, and the force's with it; late
+    # roundings have less time to act, so that half of the last angle represents all of them.
     wound = max(abs(theta), 0.5 * float(np.abs(motion.state(times)[0]).max(initial=0.0)))
     starts = quad(theta) + np.array([[quad(0.0)], [wound * ulp], [quad(0.0)]])
     speeds = quad(rate) + np.array([[quad(0.0)], [quad(0.0)], [rate * ulp]])
@@ -75,13 +74,13 @@ def _jolted(motion: ExactMotion, times: Array) -> tuple[Array, Array]:
 
 
 def nonlinearity(motion: ExactMotion, times: Array, errors: Mapping[str, Array]) -> float:
-    """How far errors of theta and theta_dot, shape (n,) each, leave their linear response: the
-    larger of the angle's own, and the energy's over the kinetic energy or, where that is small,
-    over the distance from the nearest barrier."""
+    """Nonlinearity of the response to errors of theta and theta_dot, shape (n,) each: the larger of
+    the angle's error, and of the energy's error over the kinetic energy plus the distance from the
+    nearest barrier."""
     theta, rate = motion.state(times)
     torque = np.asarray(motion.rotor.acceleration(times, theta, rate)) * motion.inertia
     drift = motion.inertia * rate * errors["theta_dot"] - torque * errors["theta"]
     barriers = motion.barriers
     room = double(np.abs(motion.energy - barriers)).min() if barriers.size else np.inf
-    share = np.abs(drift) / (motion.inertia * rate**2 / 2 + room)
-    return float(max(np.abs(errors["theta"]).max(), share.max()))
+    ratio = np.abs(drift) / (motion.inertia * rate**2 / 2 + room)
+    return float(max(np.abs(errors["theta"]).max(), ratio.max()))

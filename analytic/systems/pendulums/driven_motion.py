@@ -1,4 +1,4 @@
-"""The exact motion of a driven rotor with its own error bar: two independent methods that agree."""
+"""The exact motion of a driven rotor with an error bar from two independent methods."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from plumbob.analytic.reference import Array
 class DrivenMotion:
     """Motion of `rotor` from `theta` [rad], `theta_dot` [rad/s] for `duration` [s]; a `Reference`.
     By the closed form when the equation is linear, by Taylor series when not. Raises
-    ParameterError. Nothing is computed before it is asked for."""
+    ParameterError. Results are computed when first needed."""
 
     rotor: DrivenRotor
     theta: float
@@ -85,7 +85,7 @@ class DrivenMotion:
         return times, {name: np.maximum.accumulate(np.abs(gap)) for name, gap in gaps.items()}
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """The larger of the methods' disagreement and what inputs rounded to double may do, for
+        """The larger of the methods' disagreement and the effect of inputs rounded to double, for
         theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,). Raises ParameterError."""
         nodes, gaps = self.disagreement
         at = np.minimum(np.searchsorted(nodes, times), len(nodes) - 1)
@@ -97,7 +97,7 @@ class DrivenMotion:
 
     @cached_property
     def condition(self) -> Mapping[str, Array]:
-        """Largest value within each step of what `sensitivity.condition` adds up."""
+        """Largest value of `sensitivity.condition` within each step, shape (steps,)."""
         response = weighted_response(self.flow)
         ends = np.concatenate([response.starts[1:], response.end[None]])[:, None]
         values = np.concatenate([response.starts[:, None], response.at_nodes(), ends], axis=1)
@@ -106,14 +106,14 @@ class DrivenMotion:
         x, v = self.orbit.at(times)
         a = self.rotor.acceleration(times, x, v)
         total = np.abs(values).sum(axis=-1)
-        # a rounded time moves along the motion, and the answer is itself rounded
+        # a rounded time shifts the state along the motion, and the result is rounded as well
         theta = total[..., 0] + np.abs(times * v) + np.abs(x)
         theta_dot = total[..., 1] + np.abs(times * a) + np.abs(v)
         return {"theta": theta.max(axis=1), "theta_dot": theta_dot.max(axis=1)}
 
     def horizon(self, tolerance: float) -> float:
-        """Time [s] until which double precision determines theta to `tolerance` [rad]; infinite
-        when it does to the end. Raises ParameterError."""
+        """Time [s] up to which double precision determines theta to `tolerance` [rad]; infinite
+        where that is the end. Raises ParameterError."""
         positive("tolerance", tolerance)
         edges = self.orbit.breakpoints
         beyond = np.flatnonzero(self.uncertainty(edges)["theta"] > tolerance)

@@ -28,16 +28,16 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.conditioning import nonlinearity, uncertainty
 
 Regime = Literal["rest", "libration", "rotation", "separatrix"]
-_FEW = 256  # times fewer than this are not worth a table
+_FEW = 256  # for fewer times a table costs more than it saves
 
 
 @dataclass(frozen=True)
 class PendulumMotion:
     """The motion from theta [rad] and theta_dot [rad/s] of a pendulum with a moment of inertia
-    [kg m^2] in a potential [J]. What a double cannot tell next to a separatrix may be given itself:
-    `excess` [J], the energy above the highest barrier, in place of the magnitude of theta_dot;
-    `theta_from_top` [rad], the start's angle from that barrier, in place of theta, which then only
-    says near which turn. Raises ParameterError."""
+    [kg m^2] in a potential [J]. Next to a separatrix, where a double has too few digits, the
+    start may be given by `excess` [J], the energy above the highest barrier, in place of the
+    magnitude of theta_dot; or by `theta_from_top` [rad], its angle from that barrier, in place of
+    theta, which then only selects the turn. Raises ParameterError."""
 
     potential: TrigonometricPotential  # floats, or 34 digits
     inertia: float
@@ -88,7 +88,7 @@ class PendulumMotion:
         times factors."""
         a, b, c, inertia, angle, last = (quad(f) for f in factors)
         v = self.exact_potential
-        stretched = TrigonometricPotential(v.a * a, v.b * b, v.c * c)
+        scaled = TrigonometricPotential(v.a * a, v.b * b, v.c * c)
         theta, speed, excess, from_top = self.theta, self.theta_dot, self.excess, None
         if self.theta_from_top is None:
             theta = angle * theta
@@ -98,11 +98,11 @@ class PendulumMotion:
             speed = last * speed
         else:
             excess = last * excess
-        return solve(stretched, inertia * self.inertia, theta, speed, excess, from_top)
+        return solve(scaled, inertia * self.inertia, theta, speed, excess, from_top)
 
     @cached_property
     def neighbours(self) -> EllipticMotion:
-        """The motion itself, then one with each input off by a unit in the last place."""
+        """The motion itself, then one for each input changed by a unit in the last place."""
         factors = quad(np.ones((6, 7)))
         for i in range(6):
             factors[i, i + 1] = factors[i, i + 1] + quad(ULP)
@@ -110,7 +110,7 @@ class PendulumMotion:
 
     @property
     def regime(self) -> Regime:
-        """What the motion does."""
+        """Regime of the motion."""
         if bool(self.closed_form.rest):
             return "rest"
         if not np.isfinite(self.period):
@@ -119,7 +119,7 @@ class PendulumMotion:
 
     @property
     def well(self) -> str:
-        """Where a libration goes."""
+        """The well, or wells, of a libration; empty otherwise."""
         if self.regime != "libration":
             return ""
         if bool(self.closed_form.two_pairs):
@@ -150,8 +150,8 @@ class PendulumMotion:
 
     @cached_property
     def _samples(self) -> tuple[Array, Array]:
-        """theta and theta_dot at equal distances in one period, where the trapezoid rule has the
-        mean of theta_dot^2 to the last digit: it converges geometrically."""
+        """theta and theta_dot at equally spaced times of one period, so many that the trapezoid
+        rule, which converges geometrically, gives the mean of theta_dot^2 to round-off."""
         count, last = 32, np.inf
         while True:
             samples = self.closed_form.state(self.period * np.arange(count) / count)
@@ -222,11 +222,11 @@ class PendulumMotion:
         return {"theta": theta, "theta_dot": theta_dot}
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """What double precision allows, see `plumbob.analytic.systems.pendulums.conditioning`."""
+        """Effect of double precision, see `plumbob.analytic.systems.pendulums.conditioning`."""
         return uncertainty(self, times)
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """How far errors leave their linear response, see `pendulums.conditioning`."""
+        """Nonlinearity of the response to errors, see `pendulums.conditioning`."""
         return nonlinearity(self, times, errors)
 
     @property

@@ -1,4 +1,4 @@
-"""The tension of a pendulum's rod beside its motion, errors and all (Pendulo Simples)."""
+"""The tension of a pendulum's rod as a function of its motion (Pendulo Simples)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class RodMotion:
     """A pendulum's `motion`, which obeys `rotor`, with the tension of its rod of `length` [m] under
     `gravity` [m/s^2]; a `Reference`."""
 
-    motion: Any  # a `Reference` of theta and theta_dot, with whatever else it knows of itself
+    motion: Any  # a `Reference` of theta and theta_dot
     rotor: DrivenRotor
     length: float
     gravity: float
@@ -42,14 +42,14 @@ class RodMotion:
         return {**seen, "tension": pull}
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """What double precision allows each observable, shape (n,)."""
-        seen, doubt = self.motion.observe(times), self.motion.uncertainty(times)
+        """Effect of double precision on each observable at `times` [s], shape (n,)."""
+        seen, uncertain = self.motion.observe(times), self.motion.uncertainty(times)
         theta, rate = seen["theta"], seen["theta_dot"]
-        by_theta = np.abs(self.gravity * np.sin(theta)) * doubt["theta"]
-        by_rate = np.abs(2 * self.length * rate) * doubt["theta_dot"]
+        by_theta = np.abs(self.gravity * np.sin(theta)) * uncertain["theta"]
+        by_rate = np.abs(2 * self.length * rate) * uncertain["theta_dot"]
         parts = self.length * rate**2 + self.gravity * np.abs(np.cos(theta))
-        return {**doubt, "tension": MASS * (by_theta + by_rate + 3 * ULP * parts)}
+        return {**uncertain, "tension": MASS * (by_theta + by_rate + 3 * ULP * parts)}
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """How far errors of theta and theta_dot leave their linear response."""
+        """Nonlinearity of the response to errors of theta and theta_dot, shape (n,)."""
         return float(self.motion.nonlinearity(times, errors))

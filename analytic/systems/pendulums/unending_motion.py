@@ -1,4 +1,4 @@
-"""A driven rotor's exact motion for as long as it is asked for, and where errors are not small."""
+"""A driven rotor's exact motion up to any time, and the nonlinearity of its response to errors."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 
-SLACK = 1.05  # of the time asked for: engines reach an end that is a few steps off
+SLACK = 1.05  # of the time requested, because engines may end a few steps later
 
 
 @dataclass(frozen=True)
 class UnendingMotion:
     """Motion of `rotor` from `theta` [rad] and `theta_dot` [rad/s]; a `Reference`. Raises
-    ParameterError. What is computed once is kept, and computed anew only for later times."""
+    ParameterError. A computed motion is kept, and replaced only for later times."""
 
     rotor: DrivenRotor
     theta: float
@@ -46,7 +46,7 @@ class UnendingMotion:
         return self._at(times).observe(times)
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """Disagreement of two methods or what rounded inputs do, the larger, shape (n,)."""
+        """Disagreement of two methods or the effect of rounded inputs, the larger, shape (n,)."""
         return self._at(times).uncertainty(times)
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:

@@ -1,8 +1,8 @@
 """A planner from rest pose to rest pose: turns, then lines, joined by slow motions.
 
-The source shows that any rest pose can be reached (Chernousko 2020, section "Controllability");
-this finds a plan of its kind, of least time under given limits, exact in the event-driven
-reference (`plumbob.analytic.systems.three_points.friction`).
+The source shows that every rest pose can be reached (Chernousko 2020, section "Controllability");
+this module finds such a plan of least time under given limits, exact according to the event-driven
+motion (`plumbob.analytic.systems.three_points.friction`).
 """
 
 from __future__ import annotations
@@ -14,8 +14,6 @@ from dataclasses import replace
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.capsule import Capsule, Segment, validity
-from plumbob.analytic.systems.planner.curve import Curve
-from plumbob.analytic.systems.planner.free_plane import FreePlane
 from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre
 from plumbob.analytic.systems.planner.passages import (
     Passage,
@@ -32,13 +30,13 @@ from plumbob.analytic.systems.planner.problem import (
     too_many,
 )
 from plumbob.analytic.systems.planner.result import Plan, TrackName, pose_error, simulate
-from plumbob.analytic.systems.planner.tracks import Track
+from plumbob.analytic.systems.planner.tracks import Curve, FreePlane, Track
 
 __all__ = ["POSES", "Limits", "Plan", "RestPose", "plan", "pose_error", "simulate"]
 
-SAME = 1e-12  # [m] and [rad]: a pose this near is reached already
-CLOSED = 1e-9  # [m] and [rad]: how near to the goal the reference must end
-AIMS = 3  # before giving up: the first one is right but for what rounding adds up to
+SAME = 1e-12  # [m] and [rad]: a difference of poses this small needs no motion
+CLOSED = 1e-9  # [m] and [rad]: largest distance of the final pose from the goal
+AIMS = 3  # corrections of the goal for accumulated round-off, before giving up
 
 POSES: tuple[tuple[str, RestPose], ...] = (
     ("near", RestPose(0.1, 0.05, 0.5)),
@@ -61,9 +59,9 @@ def plan(
 ) -> Plan:
     """A plan from `start` (None: the origin, slider at C) to `goal`, turning the shorter way round.
 
-    Takes the least time it finds within `limits`; with `equal` it is the naive one instead: as few
-    equal turns and lines as possible, w1 = 3 f g/mu, w2 = 0.8 f g/mu, mu_1 Z = 3 R_0, a slow
-    return after each. Raises ParameterError naming the limit under which a pose can't be reached.
+    The plan has the least time found within `limits`; with `equal` it is a simple one instead: as
+    few equal turns and lines as possible, w1 = 3 f g/mu, w2 = 0.8 f g/mu, mu_1 Z = 3 R_0, a slow
+    return after each. Raises ParameterError naming the limit that makes a pose unreachable.
     """
     limits = limits or Limits()
     start = start or RestPose(0.0, 0.0, 0.0)
@@ -81,7 +79,7 @@ def plan(
         missed = goal.place - found.reached.place
         turned = math.remainder(goal.heading - found.reached.heading, FULL_CIRCLE)
         aim = RestPose(aim.x + missed.real, aim.y + missed.imag, aim.heading + turned, goal.slider)
-    raise RuntimeError(f"the plan ends {found.error} [m, rad] off {goal}")
+    raise RuntimeError(f"the error of the plan is {found.error} [m, rad] at {goal}")
 
 
 def _in_order(made: Iterable[Manoeuvre]) -> tuple[Manoeuvre, ...]:
@@ -96,8 +94,8 @@ def _in_order(made: Iterable[Manoeuvre]) -> tuple[Manoeuvre, ...]:
 def _arranged(
     capsule: Capsule, limits: Limits, track: Track, start: RestPose, aim: RestPose, equal: bool
 ) -> tuple[Manoeuvre, ...]:
-    """Turns to the heading wanted, lines to the place that is then left to go, slider to its own:
-    C moves with every turn, and a translation leaves the heading alone."""
+    """Turns to the heading, then lines to the place, then the slider to its place: C moves with
+    every turn, and a translation does not change the heading."""
     ways = [Passage(begin, begin, ()) for begin in track.places(start.slider)]
     wanted = math.remainder(aim.heading - start.heading, FULL_CIRCLE)
     place, heading = start.place, start.heading

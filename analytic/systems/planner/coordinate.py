@@ -1,4 +1,4 @@
-"""A plan on the single curve as what it is: the motion of one coordinate along the curve."""
+"""A plan on the single curve as the motion of one coordinate, the arc length along it."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.planner.curve import Curve
 from plumbob.analytic.systems.planner.result import Plan
-from plumbob.analytic.systems.planner.tracks import NEAR
+from plumbob.analytic.systems.planner.tracks import NEAR, Curve
 from plumbob.analytic.systems.slider_path import ArcPiece, StraightPiece
 
 
 @dataclass(frozen=True)
 class CurveMotion:
-    """The slider's way along the curve [m], from C by way of C-A1, the circle and C-A2 back to C.
+    """The slider's arc length along the curve [m]: C-A1, the circle, C-A2 back to C.
 
     `begins` [s], shape (n+1,), when each piece begins and the last one ends; `places` [m], `rates`
     [m/s] and `accelerations` [m/s^2] there, shape (n+1,), each acceleration lasting for its piece.

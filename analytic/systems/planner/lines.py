@@ -2,9 +2,8 @@
 
 Body and slider go opposite ways along a line through C (Chernousko 2020, eq. 22). For a given
 displacement a larger w1 and a larger w2 both shorten the stroke and the time, so the quickest
-manoeuvre has them at their limits; its time, return included, goes as the root of the displacement,
-so the quickest way to share a distance is whole strokes and one remainder.
-"""
+manoeuvre has them at their limits; its time, return included, grows as the root of the
+displacement, so whole strokes and one remainder cover a distance quickest."""
 
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ from plumbob.analytic.systems.manoeuvres.line_manoeuvre import ClosedForm, close
 from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre, line
 from plumbob.analytic.systems.planner.problem import Limits, too_many
 
-TO_SPARE = (0.0, 0.5, 1.0)  # where a stroke shorter than the rail begins: shares of what is left
+TO_SPARE = (0.0, 0.5, 1.0)  # fractions of a rail's spare length at which a stroke begins
 
 
 @dataclass(frozen=True)
@@ -54,19 +53,19 @@ class Stroke:
 
 
 def quickest_push(capsule: Capsule, limits: Limits) -> Push:
-    """w1 and w2 as large as allowed."""
+    """The largest w1 and w2 within the limits."""
     return Push(limits.acceleration, limits.holding * capsule.holding_acceleration)
 
 
 def common_push(capsule: Capsule, limits: Limits) -> Push:
-    """Three times what friction holds, and 0.8 of it, as far as allowed."""
+    """Three times the friction limit f g/mu, and 0.8 of it, within the limits."""
     threshold = capsule.holding_acceleration
     return Push(min(3.0 * threshold, limits.acceleration), min(0.8, limits.holding) * threshold)
 
 
 @lru_cache(maxsize=64)
 def unit_line(capsule: Capsule, push: Push) -> ClosedForm:
-    """The line manoeuvre with t1 = 1 s: ways go as t1^2, times as t1."""
+    """The line manoeuvre with t1 = 1 s: displacements scale with t1^2, times with t1."""
     return closed_form(capsule, push.w1, push.w2, 1.0)
 
 
@@ -79,23 +78,24 @@ def push_times(
     *,
     equal: bool,
 ) -> tuple[float, ...]:
-    """t1 [s] of every line manoeuvre that together carry the body over `distance` [m] with strokes
-    of at most `longest` [m]: whole ones and a remainder, or `equal` ones. Raises ParameterError."""
+    """t1 [s] of every line manoeuvre that together move the body by `distance` [m] with strokes
+    of at most `longest` [m]: whole strokes and a remainder, or `equal` ones. Raises
+    ParameterError."""
     unit = unit_line(capsule, push)
     whole = -unit.displacement * longest / unit.stroke
     count = math.ceil(distance / whole * (1.0 - 1e-12))
     if count > limits.manoeuvres:
         raise too_many(limits, count)
-    shares = [distance / count] * count
+    parts = [distance / count] * count
     if not equal:
-        shares = [whole] * (count - 1) + [distance - (count - 1) * whole]
-    return tuple(math.sqrt(share / -unit.displacement) for share in shares)
+        parts = [whole] * (count - 1) + [distance - (count - 1) * whole]
+    return tuple(math.sqrt(part / -unit.displacement) for part in parts)
 
 
 def line_time(
     capsule: Capsule, limits: Limits, push: Push, longest: float, distances: Array
 ) -> Array:
-    """About the time [s], shape (n,), that lines with slow returns take for `distances` [m], shape
+    """Estimated time [s], shape (n,), of lines with slow returns for `distances` [m], shape
     (n,)."""
     unit = unit_line(capsule, push)
     whole = -unit.displacement * longest / unit.stroke
@@ -109,7 +109,7 @@ def strokes(
     capsule: Capsule, rail: Rail, push: Push, times: tuple[float, ...], spare: float
 ) -> tuple[Stroke, ...]:
     """Line manoeuvres on `rail` with t1 each of `times` [s]; one shorter than the rail begins at
-    the share `spare` of what it leaves."""
+    the fraction `spare` of the length it leaves."""
     made = []
     for t1 in times:
         length = closed_form(capsule, push.w1, push.w2, t1).stroke

@@ -21,12 +21,12 @@ from plumbob.analytic.systems.slider_path import (
     straight,
 )
 from plumbob.analytic.systems.three_points.equations import Mechanics, mechanics
-from plumbob.analytic.systems.three_points.holding import excess_load
+from plumbob.analytic.systems.three_points.rest import excess_load
 
 Kind = Literal["slow", "turn", "line", "wait"]
 
 ARC_SAMPLES = 9  # of each piece of a slow arc, for its largest load
-ACROSS = 0.8  # of f g/mu: about what friction holds along a circle; only chooses a profile's shape
+ACROSS = 0.8  # of f g/mu: about the friction limit along a circle; selects a profile's shape
 
 
 @dataclass(frozen=True)
@@ -46,12 +46,12 @@ class Manoeuvre:
 
     @property
     def duration(self) -> float:
-        """How long it lasts [s]."""
+        """Duration [s]."""
         return self.path.duration
 
 
 def wait(place: complex, duration: float) -> Manoeuvre:
-    """The slider held at `place` relative to C [m] for `duration` [s]."""
+    """The slider fixed at `place` relative to C [m] for `duration` [s]."""
     return Manoeuvre("wait", {}, fixed((place.real, place.imag), duration))
 
 
@@ -87,11 +87,12 @@ def _peak_load(body: Mechanics, path: SliderPath, samples: int) -> float:
 @lru_cache(maxsize=1024)
 def slow_line(capsule: Capsule, start: complex, end: complex, holding: float) -> Manoeuvre:
     """The slider from `start` to `end` relative to C [m], straight, as quickly as a constant
-    acceleration and deceleration allow that need no more than `holding` of what friction can give.
+    acceleration and deceleration allow that need at most the fraction `holding` of the friction
+    limit.
 
     Along lines through C the limit is f g/mu (Chernousko 2020, eq. 21); elsewhere the force has a
-    moment about the combined centre too and the limit is that of the rest set. The set of held
-    wrenches is concave in the slider's place, so the ends of each half decide for all of it.
+    moment about the combined centre too, and the limit is that of the set of wrenches that friction
+    can balance. This set is concave in the slider's place, so the ends of each half are decisive.
     """
     body, direction = mechanics(capsule), cmath.phase(end - start)
     place, length = (start.real, start.imag), abs(end - start)
@@ -118,22 +119,22 @@ def slow_arc(
     capsule: Capsule, radius: float, start: float, end: float, holding: float
 ) -> Manoeuvre:
     """The slider from angle `start` to `end` [rad] round the circle, speeding up, coasting and
-    slowing down, needing no more than `holding` of what friction can give.
+    slowing down, needing at most the fraction `holding` of the friction limit.
 
-    Of all shares of the way on which the speed changes the quickest is taken, with the rest set
-    near an ellipse; then the whole motion is stretched in time to its largest true load.
+    The fraction of the arc on which the speed changes is the quickest for a friction limit that is
+    an ellipse; the motion is then scaled in time to its actual largest load.
     """
     body, swing, sense = mechanics(capsule), abs(end - start), math.copysign(1.0, end - start)
-    shares = np.linspace(0.02, 1.0, 99)
-    drives = 1.0 / np.hypot(1.0 / ACROSS, shares * swing)
-    chosen = int(np.argmin((shares**-0.5 + shares**0.5) / np.sqrt(drives)))
-    share, drive = float(shares[chosen]), float(drives[chosen])
+    fractions = np.linspace(0.02, 1.0, 99)
+    drives = 1.0 / np.hypot(1.0 / ACROSS, fractions * swing)
+    chosen = int(np.argmin((fractions**-0.5 + fractions**0.5) / np.sqrt(drives)))
+    ramped, drive = float(fractions[chosen]), float(drives[chosen])
 
     def path(drive: float) -> SliderPath:
-        ramp = math.sqrt(share * swing / drive)
-        if share == 1.0:
+        ramp = math.sqrt(ramped * swing / drive)
+        if ramped == 1.0:
             return arc(radius, start, (sense * drive, -sense * drive), (ramp, ramp))
-        coast = swing * (1.0 - share) / (drive * ramp)
+        coast = swing * (1.0 - ramped) / (drive * ramp)
         drives = (sense * drive, 0.0, -sense * drive)
         return arc(radius, start, drives, (ramp, coast, ramp))
 
@@ -144,6 +145,6 @@ def slow_arc(
         "from_angle": start,
         "to_angle": end,
         "angular_acceleration": sense * drive,
-        "rate": sense * math.sqrt(share * swing * drive),
+        "rate": sense * math.sqrt(ramped * swing * drive),
     }
     return Manoeuvre("slow", given, path(drive))

@@ -34,7 +34,7 @@ class Passage:
 
     @property
     def duration(self) -> float:
-        """How long it lasts [s]."""
+        """Duration [s]."""
         return sum(manoeuvre.duration for manoeuvre in self.manoeuvres)
 
 
@@ -48,15 +48,14 @@ class Turning:
 
 
 def joined(track: Track, first: Passage, second: Passage) -> Passage:
-    """One passage after another, the slider brought slowly from the end of the first to the
-    beginning of the second."""
+    """One passage after another, with slow motions of the slider between them."""
     between = track.route(first.end, second.begin)
     made = (*first.manoeuvres, *between, *second.manoeuvres)
     return Passage(first.begin, second.end, made)
 
 
 def quickest(ways: Iterable[Passage]) -> Passage:
-    """The one that takes least time, the first of equals."""
+    """The passage of least duration, the first of equals."""
     return min(ways, key=lambda way: way.duration)
 
 
@@ -69,9 +68,9 @@ def turning(
     *,
     equal: bool,
 ) -> Turning:
-    """Turns for the heading `wanted` [rad], `displacement` [m] in the body's axes being what they
-    and the lines shall come to; each is followed by a wait for the residual motion to end and,
-    where the next one needs it, by a slow return."""
+    """Turns for the heading `wanted` [rad]; `displacement` [m] in body axes is the total of turns
+    and lines. Each turn is followed by a wait for the residual motion to end and, where the next
+    one needs it, by a slow return."""
     circle = track.circle(-1.0 if wanted > 0.0 else 1.0, returning=equal)
     if equal:
         found = equal_turns(capsule, limits, circle, wanted, common_drive(capsule, limits))
@@ -107,8 +106,8 @@ def translations(
     *,
     equal: bool,
 ) -> list[Passage]:
-    """`ways` gone on along every leg, in each order and from each place on its rail that is worth
-    trying: the quickest to each of the places where the last leg may end."""
+    """`ways` continued along every leg, in each order and from each of a few places on its rail:
+    the quickest to each place where the last leg may end."""
     push = (common_push if equal else quickest_push)(capsule, limits)
     found = list(ways)
     for rail, distance in legs:
@@ -123,7 +122,7 @@ def translations(
 
 
 def _passage(track: Track, made: tuple[Stroke, ...]) -> Passage:
-    """The strokes, the slider slowly brought back from each to the next."""
+    """The strokes, with slow returns of the slider between them."""
     whole = Passage(made[0].begin, made[0].end, (made[0].manoeuvre,))
     for one in made[1:]:
         whole = joined(track, whole, Passage(one.begin, one.end, (one.manoeuvre,)))

@@ -1,4 +1,4 @@
-"""What a plan is asked for: a rest pose to reach, and the limits to keep within."""
+"""The task of a plan: a rest pose to reach, and the limits on its motion."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.systems.capsule import Arc, Capsule, Point, Segment, validity
-from plumbob.analytic.systems.manoeuvres.slow_motion import share
+from plumbob.analytic.systems.manoeuvres.slow_motion import proper_fraction
 
 FULL_CIRCLE = 2.0 * math.pi
 
@@ -39,11 +39,11 @@ class RestPose:
 
 @dataclass(frozen=True)
 class Limits:
-    """What a plan may use; raises ParameterError.
+    """Limits on the motions of a plan; raises ParameterError.
 
-    acceleration: largest |w| [m/s^2]; stroke: longest way of the slider in one manoeuvre of a line
-    or a turn [m]; radius: of the circle about C [m]; holding: share of what friction can give that
-    a slow motion or a brake may need; manoeuvres: most turns and lines together.
+    acceleration: largest |w| [m/s^2]; stroke: longest path of the slider in one line or turn [m];
+    radius: of the circle about C [m]; holding: largest fraction of the friction limit in a slow
+    motion or while braking; manoeuvres: largest number of turns and lines together.
     """
 
     acceleration: float = 1000.0
@@ -55,14 +55,14 @@ class Limits:
     def __post_init__(self) -> None:
         for name in ("acceleration", "stroke", "radius"):
             object.__setattr__(self, name, positive(name, getattr(self, name)))
-        object.__setattr__(self, "holding", share("holding", self.holding))
+        object.__setattr__(self, "holding", proper_fraction("holding", self.holding))
         if isinstance(self.manoeuvres, bool) or not isinstance(self.manoeuvres, int):
             raise ParameterError("manoeuvres", self.manoeuvres, "a whole number")
         positive("manoeuvres", self.manoeuvres)
 
 
 def check_limits(capsule: Capsule, limits: Limits, arc: Arc) -> None:
-    """Raise ParameterError, naming what is wrong, where nothing could be planned: no friction, or a
+    """Raise ParameterError, naming the parameter, where no plan is possible: no friction, or a
     support without load with the slider at C or somewhere on `arc`."""
     positive("friction", capsule.friction)
     at_com = Segment((0.0, 0.0), (0.0, 0.0))
@@ -82,7 +82,7 @@ def check_pushing(capsule: Capsule, limits: Limits) -> None:
 
 
 def too_many(limits: Limits, needed: int) -> ParameterError:
-    """What to raise when a pose needs `needed` manoeuvres and that is more than the limit."""
+    """The error for a pose that needs more manoeuvres, `needed`, than the limit."""
     return ParameterError(
         "manoeuvres",
         limits.manoeuvres,

@@ -1,4 +1,4 @@
-"""A plan: its manoeuvres in order, the slider's motion that they make up, where they lead."""
+"""A plan: its manoeuvres in order, the motion of the slider, and the pose it reaches."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ TrackName = Literal["free", "curve"]
 class Plan:
     """Manoeuvres one after another that carry body and slider from `start` to `goal`.
 
-    What an engine is driven with open-loop: `slider` and `relative_velocity`, or for a step
-    `mean_relative_acceleration`, each by the two coordinates of the slider in body axes.
+    Open-loop input of an engine: `slider` and `relative_velocity`, or for a step
+    `mean_relative_acceleration`, each for the two coordinates of the slider in body axes.
     """
 
     capsule: Capsule
@@ -85,30 +85,30 @@ class Plan:
         return self.path.kinematics(times)[1]
 
     def mean_relative_acceleration(self, edges: Array) -> Array:
-        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n, 2) [m/s^2]; held
-        over the step it brings v exactly to its value at the next edge."""
+        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n, 2) [m/s^2]:
+        constant over the step, it gives the exact v at the next edge."""
         return np.asarray(np.diff(self.relative_velocity(edges), axis=0) / np.diff(edges)[:, None])
 
     @cached_property
     def motion(self) -> ThreePointMotion:
-        """The whole plan followed by the reference."""
+        """The exact motion of the whole plan."""
         return simulate(self.capsule, self)
 
     @property
     def reached(self) -> RestPose:
-        """Where the reference ends up."""
+        """The pose that the exact motion reaches."""
         end = self.motion.at(np.array([max(self.duration, self.motion.rest_time)]))
         (x, y), psi = end.position[0], end.heading[0]
         return RestPose(float(x), float(y), float(psi), self.path.end)
 
     @property
     def error(self) -> tuple[float, float]:
-        """How far that is from `goal`: distance [m] and angle [rad]."""
+        """Distance [m] and angle [rad] between the pose reached and `goal`."""
         return pose_error(self.reached, self.goal)
 
 
 def pose_error(reached: RestPose, goal: RestPose) -> tuple[float, float]:
-    """Distance [m] and angle [rad] between two poses; whole turns don't count."""
+    """Distance [m] and angle [rad] between two poses; modulo whole turns."""
     turned = math.remainder(reached.heading - goal.heading, FULL_CIRCLE)
     return abs(reached.place - goal.place), abs(turned)
 

@@ -1,7 +1,7 @@
-"""Turn manoeuvres of a plan, each followed to rest, and a survey of what turns of any size give.
+"""Turn manoeuvres of a plan, each computed to rest, and a survey of turns of all sizes.
 
-Formulas 24-32 of Chernousko 2020 hold as epsilon -> 0. Under a limit on |w| epsilon is what it is,
-so every turn is followed by `three_points.friction` until the residual motion has ended.
+Formulas 24-32 of Chernousko 2020 apply as epsilon -> 0. A limit on |w| bounds epsilon from below,
+so every turn is computed by `three_points.friction` until the residual motion has ended.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, too_ma
 from plumbob.analytic.systems.three_points.equations import Complex
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 
-WAITING = 1.1  # times the residual motion, so that one a little longer has ended as well
-SURVEYED = 8  # turns followed before choosing, and two more for each doubling beyond a full circle
-SHORTEST = 1 / 24  # of the longest of them, or of a full circle: the least
+WAITING = 1.1  # times the residual motion, as a margin
+SURVEYED = 8  # turns in a survey, and two more for each doubling beyond a full circle
+SHORTEST = 1 / 24  # of the longest of them, or of a full circle
 DENSE = 480  # sizes of turn in a survey
 AGREED = 1e-14  # relative, of the slider's angle in an exact turn
 
@@ -36,7 +36,7 @@ Drive = Callable[[float], float]
 
 @dataclass(frozen=True)
 class Outcome:
-    """A turn manoeuvre followed to rest: heading gained [rad], shift of C in the body axes of its
+    """A turn manoeuvre computed to rest: heading gained [rad], shift of C in the body axes of its
     start [m], time until the body rests [s]."""
 
     manoeuvre: Manoeuvre
@@ -46,13 +46,13 @@ class Outcome:
 
     @property
     def swing(self) -> float:
-        """Angle through which the slider goes [rad]."""
+        """Angle through which the slider moves [rad]."""
         given = self.manoeuvre.parameters
         return given["angular_acceleration"] * given["half_time"] ** 2
 
     @property
     def pause(self) -> float:
-        """What to wait for the residual motion to end [s]."""
+        """Time to wait for the residual motion to end [s]."""
         return WAITING * max(0.0, self.rest_time - self.manoeuvre.duration)
 
 
@@ -73,8 +73,8 @@ class Circle:
 
 
 def quickest_drive(limits: Limits) -> Drive:
-    """Z with which |w| has its limit where it is largest, at half time: there the slider's
-    centripetal acceleration is a Z times its whole angle."""
+    """Z for which the largest |w|, at half time, is at its limit: there the slider's centripetal
+    acceleration is a Z times its whole angle."""
 
     def drive(swing: float) -> float:
         return limits.acceleration / (limits.radius * math.hypot(1.0, swing))
@@ -83,8 +83,8 @@ def quickest_drive(limits: Limits) -> Drive:
 
 
 def common_drive(capsule: Capsule, limits: Limits) -> Drive:
-    """Z of three times what friction's moment can hold, mu_1 Z = 3 R_0 (Chernousko 2020, eq. 28),
-    as far as |w| is allowed to go."""
+    """Z at three times the bound on friction's moment, mu_1 Z = 3 R_0 (Chernousko 2020, eq. 28), as
+    far as the limit on |w| allows."""
     scale = TurnManoeuvre(capsule, limits.radius, 1.0, 1e-9)
     common = 3.0 * scale.friction_bound / scale.inertia_ratio
     quickest = quickest_drive(limits)
@@ -99,7 +99,7 @@ def common_drive(capsule: Capsule, limits: Limits) -> Drive:
 def outcome(
     capsule: Capsule, radius: float, start: float, swing: float, angular_acceleration: float
 ) -> Outcome:
-    """Follow a turn from rest: slider from angle `start` through `swing` [rad], of either sign, at
+    """Compute a turn from rest: slider from angle `start` through `swing` [rad], of either sign, at
     +-`angular_acceleration` [rad/s^2] (positive) in each half."""
     half_time = math.sqrt(abs(swing) / angular_acceleration)
     drive = math.copysign(angular_acceleration, swing)
@@ -111,9 +111,9 @@ def outcome(
 
 @dataclass(frozen=True)
 class Survey:
-    """What turns of one sense give, shape (n,) each, against the slider's angle `swings` [rad] from
-    0 up: size of the heading gained [rad], rising; shift of C [m] for a slider that starts on the
-    body's x axis; time with the residual motion, and for a return of that angle [s]."""
+    """Results of turns of one sense, shape (n,) each, against the slider's angle `swings` [rad]
+    from 0 up: size of the heading gained [rad], rising; shift of C [m] for a slider that starts on
+    the body's x axis; time with the residual motion, and for a return of that angle [s]."""
 
     swings: Array
     headings: Array
@@ -122,16 +122,16 @@ class Survey:
     returns: Array
 
     def swing(self, heading: float) -> float:
-        """The slider's angle [rad] that gives about `heading` [rad]."""
+        """The slider's angle [rad] for the `heading` [rad], interpolated."""
         return float(np.interp(heading, self.headings, self.swings))
 
     def fewest(self, wanted: float) -> int:
-        """How many turns a heading `wanted` [rad] takes at least."""
+        """Least number of turns for a heading `wanted` [rad]."""
         return math.ceil(wanted / float(self.headings[-1]) * (1.0 - 1e-9))
 
 
 def survey(capsule: Capsule, limits: Limits, circle: Circle, drive: Drive) -> Survey:
-    """Follow a few turns between a small one and the longest, and interpolate. Raises
+    """Compute a few turns between a small one and the longest, and interpolate. Raises
     ParameterError, naming the acceleration, if none turns the body the way it should."""
     doublings = max(0, math.ceil(math.log2(circle.longest / FULL_CIRCLE)))
     least = SHORTEST * min(circle.longest, FULL_CIRCLE)
@@ -141,11 +141,11 @@ def survey(capsule: Capsule, limits: Limits, circle: Circle, drive: Drive) -> Su
         for s in map(float, swings)
     ]
     dense = circle.longest * np.arange(DENSE + 1) / DENSE
-    inner = np.maximum(dense, swings[0])
 
     def interpolated(values: list[float], power: float) -> Array:
-        # Over this power of the angle they have a limit at 0 and hardly change.
-        return np.asarray(PchipInterpolator(swings, values / swings**power)(inner) * dense**power)
+        # Divided by this power of the angle they have a limit at 0 and hardly change.
+        curve = PchipInterpolator(swings, values / swings**power)
+        return np.asarray(curve(np.maximum(dense, swings[0])) * dense**power)
 
     headings = interpolated([-circle.sense * f.heading for f in found], 1.0)
     count = int(np.argmax(headings)) + 1
@@ -154,14 +154,21 @@ def survey(capsule: Capsule, limits: Limits, circle: Circle, drive: Drive) -> Su
         raise ParameterError("acceleration", limits.acceleration, need)
     unturned = [f.shift * np.exp(-1j * circle.first) for f in found]
     across, along = ([part(s) for s in unturned] for part in (np.real, np.imag))
-    shifts = interpolated(across, 1.0) + 1j * interpolated(along, 1.0)
-    times = interpolated([f.manoeuvre.duration + f.pause for f in found], 0.5)
-    returns = np.zeros_like(dense)
-    if circle.extent is not None:
-        ends = [(circle.first + f.swing, circle.first) for f in found]
-        back = [slow_arc(capsule, limits.radius, *e, limits.holding).duration for e in ends]
-        returns = interpolated(back, 0.5)
-    return Survey(dense[:count], headings[:count], shifts[:count], times[:count], returns[:count])
+    return Survey(
+        swings=dense[:count],
+        headings=headings[:count],
+        shifts=(interpolated(across, 1.0) + 1j * interpolated(along, 1.0))[:count],
+        times=interpolated([f.manoeuvre.duration + f.pause for f in found], 0.5)[:count],
+        returns=interpolated(_returns(capsule, limits, circle, found), 0.5)[:count],
+    )
+
+
+def _returns(capsule: Capsule, limits: Limits, circle: Circle, found: list[Outcome]) -> list[float]:
+    """Time of the slow return after each turn [s]; 0 where the slider continues all round."""
+    if circle.extent is None:
+        return [0.0] * len(found)
+    ends = [(circle.first + turned.swing, circle.first) for turned in found]
+    return [slow_arc(capsule, limits.radius, *e, limits.holding).duration for e in ends]
 
 
 def exact_turn(

@@ -1,6 +1,6 @@
 """Balances of a motion on three Coulomb points: energy, momentum, angular momentum.
 
-Friction and actuator are integrated along the motion by a quadrature of its own and held against
+Friction and actuator are integrated along the motion by an independent quadrature and compared with
 the change of energy and momentum from first state to last, so that a jump at an event would show.
 """
 
@@ -11,21 +11,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial.legendre import legder, leggauss
 
+from plumbob.analytic.numerics.collocation import evaluate
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.three_points.collocation import evaluate
 from plumbob.analytic.systems.three_points.equations import Mechanics, cross
 from plumbob.analytic.systems.three_points.forces import Loading, moving, resting
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.smooth_segment import SmoothSegment
 
-TINY = 1e-300  # a body at rest throughout divides nothing by nothing
-QUADRATURE = 64  # Gauss points a segment: its polynomials have degree 30 at most
+TINY = 1e-300  # avoids 0/0 for a body at rest throughout
+QUADRATURE = 64  # Gauss points per segment: its polynomials have degree 30 at most
 
 
 @dataclass(frozen=True)
 class Balance:
-    """What is missing over what went through: energy, momentum, angular momentum about the ground's
-    origin; `friction_work` and `actuator_work` [J] are those of the whole motion."""
+    """Relative residuals of energy, momentum and angular momentum about the ground's origin, each
+    over all that was exchanged; `friction_work` and `actuator_work` [J] over the whole motion."""
 
     energy: float
     momentum: float
@@ -35,13 +35,13 @@ class Balance:
 
 
 def actuator_power(body: Mechanics, load: Loading) -> Array:
-    """F . v [W], shape (n,): what the actuator puts in (Chernousko 2020, eq. 3 for F)."""
+    """Power F . v of the actuator [W], shape (n,) (Chernousko 2020, eq. 3 for F)."""
     at, omega, mu = load.at, load.omega, body.mass_ratio
     r, v, w = at.position, at.velocity, at.acceleration
     growth = body.reduced_mass * (2.0 * (r.conjugate() * v).real * omega + cross(r, w))
     spin_up = (load.torque - growth) / at.inertia
     relative = w + 2j * omega * v + 1j * spin_up * r - omega**2 * r
-    # Q is at (1 - mu) r from G; what the slope pulls at Q, it need not push.
+    # Q is at (1 - mu) r from G; the slope pulls at Q too, and that part cancels.
     force = body.mass * mu * (load.force / body.mass + (1.0 - mu) * relative)
     return np.asarray((force.conjugate() * v).real)
 
@@ -65,8 +65,8 @@ def _totals(body: Mechanics, load: Loading) -> Array:
 
 
 def _sizes(body: Mechanics, load: Loading) -> Array:
-    """Largest energy, momentum and angular momentum that body or slider has of itself, shape (3,):
-    what their sums are rounded by."""
+    """Largest energy, momentum and angular momentum of body or slider alone, shape (3,): the scale
+    of the round-off of their sums."""
     at = load.at
     within = np.abs(at.velocity + 1j * load.omega * at.position)
     momentum = body.mass * np.abs(load.centre) + body.reduced_mass * within
@@ -79,7 +79,9 @@ def _sizes(body: Mechanics, load: Loading) -> Array:
 def _rates(body: Mechanics, load: Loading) -> Array:
     """Power of friction and of the actuator [W], total force (2) [N] and its moment about the
     ground's origin [N m], shape (n, 5)."""
-    resisting = np.where(load.velocities == 0.0, 0.0, load.shares.conjugate() * load.velocities)
+    resisting = np.where(
+        load.velocities == 0.0, 0.0, load.support_forces.conjugate() * load.velocities
+    )
     force = load.force * np.exp(1j * load.heading) + body.mass * body.tilt
     return np.column_stack(
         [
@@ -91,37 +93,30 @@ def _rates(body: Mechanics, load: Loading) -> Array:
 
 
 def _loads(
-    motion: ThreePointMotion, segment: SmoothSegment, shares: Array
+    motion: ThreePointMotion, segment: SmoothSegment, fractions: Array
 ) -> tuple[Loading, Array]:
-    """Loading at `shares` of a segment, in [0, 1], and d(time)/d(share) there."""
+    """Loading at `fractions` of a segment, in [0, 1], and d(time)/d(fraction) there [s]."""
     if segment.coefficients is None:
         span = segment.end - segment.start
-        return resting(motion, segment, segment.start + span * shares), np.full(shares.size, span)
+        times = segment.start + span * fractions
+        return resting(motion, segment, times), np.full(fractions.size, span)
     slopes: Array = np.asarray(2.0 * legder(segment.coefficients[:, 3:4]))
-    pace = evaluate(slopes, segment.last * shares)[:, 0] * segment.last
-    return moving(motion, segment, segment.last * shares), pace
+    pace = evaluate(slopes, segment.last * fractions)[:, 0] * segment.last
+    return moving(motion, segment, segment.last * fractions), pace
 
 
 def balance(motion: ThreePointMotion) -> Balance:
-    """Balances over the whole motion, up to where the body rests for good."""
-    x, weights = leggauss(QUADRATURE)
-    shares, weights = 0.5 * (x + 1.0), 0.5 * weights
-    body = motion.body
+    """Balances of `motion` from its first state to its final rest."""
     finite = [s for s in motion.segments if np.isfinite(s.end)]
-    flow, gross, inside = np.zeros(5), np.zeros(5), np.zeros(3)
-    for segment in finite:
-        load, pace = _loads(motion, segment, shares)
-        rates = _rates(body, load) * (weights * pace)[:, None]
-        flow, gross = flow + rates.sum(axis=0), gross + np.abs(rates).sum(axis=0)
-        inside = np.maximum(inside, _sizes(body, load))
     if not finite:
         return Balance(0.0, 0.0, 0.0, 0.0, 0.0)
-    before = _totals(body, _loads(motion, finite[0], np.zeros(1))[0])[0]
-    after = _totals(body, _loads(motion, finite[-1], np.ones(1))[0])[0]
+    flow, gross, inside = _exchanged(motion, finite)
+    before = _totals(motion.body, _loads(motion, finite[0], np.zeros(1))[0])[0]
+    after = _totals(motion.body, _loads(motion, finite[-1], np.ones(1))[0])[0]
     missing = np.abs(after - before - [flow[0] + flow[1], *flow[2:]])
-    went = [gross[:2].sum(), gross[2:4].sum(), gross[4]]
+    exchanged = [gross[:2].sum(), gross[2:4].sum(), gross[4]]
     energy, momentum, angular = (
-        float(g) + float(i) + TINY for g, i in zip(went, inside, strict=True)
+        float(g) + float(i) + TINY for g, i in zip(exchanged, inside, strict=True)
     )
     return Balance(
         energy=float(missing[0]) / energy,
@@ -130,3 +125,19 @@ def balance(motion: ThreePointMotion) -> Balance:
         friction_work=float(flow[0]),
         actuator_work=float(flow[1]),
     )
+
+
+def _exchanged(
+    motion: ThreePointMotion, segments: list[SmoothSegment]
+) -> tuple[Array, Array, Array]:
+    """Integrals over time of `_rates`, shape (5,), and of their magnitudes, and the largest
+    `_sizes`, shape (3,)."""
+    x, weights = leggauss(QUADRATURE)
+    fractions, weights = 0.5 * (x + 1.0), 0.5 * weights
+    flow, gross, inside = np.zeros(5), np.zeros(5), np.zeros(3)
+    for segment in segments:
+        load, pace = _loads(motion, segment, fractions)
+        rates = _rates(motion.body, load) * (weights * pace)[:, None]
+        flow, gross = flow + rates.sum(axis=0), gross + np.abs(rates).sum(axis=0)
+        inside = np.maximum(inside, _sizes(motion.body, load))
+    return flow, gross, inside

@@ -41,7 +41,7 @@ class Mechanics:
 
 @dataclass(frozen=True)
 class Configuration:
-    """What the slider's place and motion fix at n times."""
+    """Terms of the equations that the slider's place and motion determine, at n times."""
 
     position: Complex  # r [m], shape (n,)
     velocity: Complex  # v [m/s]
@@ -111,53 +111,28 @@ def sliding_rates(
     jerk: Complex | None = None,
 ) -> tuple[Array, Array]:
     """Rates of (p_x, p_y, omega, t) while every support slides, shape (n, 4), and their derivatives
-    by (p_x, p_y, omega), shape (n, 4, 3), or with a clock by all four, (n, 4, 4); by t what
-    v_i -> 0 makes large.
+    by (p_x, p_y, omega), shape (n, 4, 3), or with a clock by all four, (n, 4, 4), those by t only
+    as far as they become large where v_i -> 0.
 
     `heading` psi [rad] matters on tilted ground only; `jerk` dw/dt [m/s^3], shape (n,), only in the
-    derivatives. With `clock` = (a, b_i) the rates are not by
-    time but by sigma, d sigma = dt (a + sum b_i/|v_i|): the approach to v_i = 0, where a force is
-    singular in time, takes for ever in sigma and is smooth.
+    derivatives. With `clock` = (a, b_i) the rates are by sigma in place of time, d sigma = dt (a +
+    sum b_i/|v_i|): v_i = 0, where a force is singular in time, is approached as sigma -> infinity,
+    and smoothly.
     """
     point, omega = state[:, 0] + 1j * state[:, 1], state[:, 2]
     velocities = support_velocities(at, point, omega)
     speeds = np.abs(velocities)
     e = velocities / speeds
-    forces = -at.limits * e
-    mu, r, v, w = body.mass_ratio, at.position, at.velocity, at.acceleration
-    push = forces.sum(axis=1) / body.mass - mu * w - 1j * omega * (point + mu * v)
-    if body.tilt:
-        push += body.tilt * np.exp(-1j * heading)
-    widening = 2.0 * body.reduced_mass * (r.conjugate() * v).real
-    rates = np.empty((len(state), 4))
-    rates[:, 0], rates[:, 1] = push.real, push.imag
-    rates[:, 2] = cross(at.arms, forces).sum(axis=1) - body.reduced_mass * cross(r, w)
-    rates[:, 2] = (rates[:, 2] - widening * omega) / at.inertia
-    rates[:, 3] = 1.0
-
-    # How each v_i changes with p_x, p_y, omega and t: across e and, for the clock, along it.
-    count = len(state)
+    rates = _rates(body, at, point, omega, heading, e)
     turned = e.conjugate() * at.arms
-    across = np.empty((count, 3, 4 if clock else 3))
-    across[..., 0], across[..., 1], across[..., 2] = -e.imag, e.real, turned.real
+    drift = None
     if clock:
-        drift = e.conjugate() * (-1j * mu * omega * v)[:, None]
-        across[..., 3] = drift.imag
-    stiffness = (at.limits / speeds)[:, None, :]
-    resisting = np.matmul(across[..., :3].transpose(0, 2, 1) * stiffness, across)
-    derivative = np.zeros((count, 4, across.shape[2]))
-    derivative[:, :2] = resisting[:, :2] / -body.mass
-    derivative[:, 2] = resisting[:, 2] / -at.inertia[:, None]
-    derivative[:, 0, 1] += omega
-    derivative[:, 1, 0] -= omega
-    carried = point + mu * v
-    derivative[:, 0, 2] += carried.imag
-    derivative[:, 1, 2] -= carried.real
-    derivative[:, 2, 2] -= widening / at.inertia
-    if clock is None:
+        drift = e.conjugate() * (-1j * body.mass_ratio * omega * at.velocity)[:, None]
+    derivative = _derivatives(body, at, point, omega, e, turned, speeds, drift)
+    if clock is None or drift is None:
         return rates, derivative
 
-    along = np.empty((count, 3, 4))
+    along = np.empty((len(state), 3, 4))
     along[..., 0], along[..., 1], along[..., 2], along[..., 3] = (
         e.real,
         e.imag,
@@ -168,15 +143,73 @@ def sliding_rates(
     pace = 1.0 / (clock[0] + weights.sum(axis=1))
     gradient = np.matmul((weights / speeds)[:, None, :], along)[:, 0] * (pace * pace)[:, None]
     if jerk is not None:
-        pushed = -mu * (jerk + 1j * omega * w)
-        derivative[:, 0, 3] += pushed.real
-        derivative[:, 1, 3] += pushed.imag
-        swung = (
-            cross(r, jerk)
-            + cross(v, w)
-            + 2.0 * omega * (v.conjugate() * v + r.conjugate() * w).real
-        )
-        derivative[:, 2, 3] -= body.reduced_mass * swung / at.inertia
+        _add_jerk(body, at, omega, jerk, derivative)
     derivative *= pace[:, None, None]
     derivative += rates[:, :, None] * gradient[:, None, :]
     return rates * pace[:, None], derivative
+
+
+def _widening(body: Mechanics, at: Configuration) -> Array:
+    """d/dt of the moment of inertia [kg m^2/s], shape (n,)."""
+    return np.asarray(2.0 * body.reduced_mass * (at.position.conjugate() * at.velocity).real)
+
+
+def _rates(
+    body: Mechanics, at: Configuration, point: Complex, omega: Array, heading: Array, e: Complex
+) -> Array:
+    """Rates of (p_x, p_y, omega, t) by time, shape (n, 4); `e` are the directions of v_i."""
+    forces = -at.limits * e
+    mu, v, w = body.mass_ratio, at.velocity, at.acceleration
+    push = forces.sum(axis=1) / body.mass - mu * w - 1j * omega * (point + mu * v)
+    if body.tilt:
+        push += body.tilt * np.exp(-1j * heading)
+    rates = np.empty((len(omega), 4))
+    rates[:, 0], rates[:, 1] = push.real, push.imag
+    rates[:, 2] = cross(at.arms, forces).sum(axis=1) - body.reduced_mass * cross(at.position, w)
+    rates[:, 2] = (rates[:, 2] - _widening(body, at) * omega) / at.inertia
+    rates[:, 3] = 1.0
+    return rates
+
+
+def _derivatives(
+    body: Mechanics,
+    at: Configuration,
+    point: Complex,
+    omega: Array,
+    e: Complex,
+    turned: Complex,
+    speeds: Array,
+    drift: Complex | None,
+) -> Array:
+    """Derivatives of the rates by (p_x, p_y, omega), shape (n, 4, 3), and with `drift` by t too,
+    (n, 4, 4): each v_i changes across e with p_x, p_y, omega and t."""
+    across = np.empty((*e.shape, 3 if drift is None else 4))
+    across[..., 0], across[..., 1], across[..., 2] = -e.imag, e.real, turned.real
+    if drift is not None:
+        across[..., 3] = drift.imag
+    stiffness = (at.limits / speeds)[:, None, :]
+    resisting = np.matmul(across[..., :3].transpose(0, 2, 1) * stiffness, across)
+    derivative = np.zeros((len(omega), 4, across.shape[2]))
+    derivative[:, :2] = resisting[:, :2] / -body.mass
+    derivative[:, 2] = resisting[:, 2] / -at.inertia[:, None]
+    derivative[:, 0, 1] += omega
+    derivative[:, 1, 0] -= omega
+    carried = point + body.mass_ratio * at.velocity
+    derivative[:, 0, 2] += carried.imag
+    derivative[:, 1, 2] -= carried.real
+    derivative[:, 2, 2] -= _widening(body, at) / at.inertia
+    return derivative
+
+
+def _add_jerk(
+    body: Mechanics, at: Configuration, omega: Array, jerk: Complex, derivative: Array
+) -> None:
+    """Add to the derivatives by t, in place, the part of the slider's `jerk` [m/s^3]."""
+    r, v, w = at.position, at.velocity, at.acceleration
+    pushed = -body.mass_ratio * (jerk + 1j * omega * w)
+    derivative[:, 0, 3] += pushed.real
+    derivative[:, 1, 3] += pushed.imag
+    swung = (
+        cross(r, jerk) + cross(v, w) + 2.0 * omega * (v.conjugate() * v + r.conjugate() * w).real
+    )
+    derivative[:, 2, 3] -= body.reduced_mass * swung / at.inertia

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial.legendre import legder
 
+from plumbob.analytic.numerics.collocation import evaluate
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.three_points.collocation import evaluate
 from plumbob.analytic.systems.three_points.equations import (
     Complex,
     Configuration,
@@ -25,10 +25,10 @@ from plumbob.analytic.systems.three_points.smooth_segment import SmoothSegment, 
 
 @dataclass(frozen=True)
 class Loading:
-    """A segment at n instants: motion and friction, plane vectors complex and in body axes.
+    """Motion and friction of a segment at n times, plane vectors complex and in body axes.
 
-    `shares` F_i [N], shape (n, 3), are not unique while the body rests, and NaN there; their sum
-    `force` [N] and moment `torque` about G [N m] always are.
+    `support_forces` F_i [N], shape (n, 3), are not unique while the body rests, and NaN there;
+    their sum `force` [N] and moment `torque` about G [N m] always are.
     """
 
     at: Configuration
@@ -37,7 +37,7 @@ class Loading:
     heading: Array  # [rad]
     place: Complex  # of G on the ground [m]
     velocities: Complex  # of the supports [m/s], shape (n, 3)
-    shares: Complex
+    support_forces: Complex
     force: Complex
     torque: Array
 
@@ -57,7 +57,7 @@ def resting(motion: ThreePointMotion, segment: SmoothSegment, times: Array) -> L
         heading=heading,
         place=com + body.mass_ratio * at.position * np.exp(1j * heading),
         velocities=np.zeros((times.size, 3), dtype=np.complex128),
-        shares=np.full((times.size, 3), np.nan + 0j),
+        support_forces=np.full((times.size, 3), np.nan + 0j),
         force=-force,
         torque=-torque,
     )
@@ -70,15 +70,15 @@ def moving(motion: ThreePointMotion, segment: SmoothSegment, places: Array) -> L
     px, py, omega, times, heading, x, y = evaluate(segment.coefficients, places).T
     at = configuration(body, motion.piece(segment.piece), times)
     velocities = support_velocities(at, px + 1j * py, omega)
-    shares = sliding_forces(at, velocities)
+    forces = sliding_forces(at, velocities)
     if segment.mode == "pivot":
         velocities[:, segment.support] = 0.0
-        shares = sliding_forces(at, velocities)
+        forces = sliding_forces(at, velocities)
         sense = float(np.sign(omega[np.argmax(np.abs(omega))]))
         turning = pivot_motion(body, at, segment.support, sense, omega, heading)
-        shares[:, segment.support] = turning.share
+        forces[:, segment.support] = turning.needed_force
     elif segment.support >= 0:
-        shares[:, segment.support] += _missing(motion, segment, places, at, shares)
+        forces[:, segment.support] += _missing(motion, segment, places, at, forces)
     return Loading(
         at=at,
         centre=px + 1j * py + body.mass_ratio * at.velocity,
@@ -86,9 +86,9 @@ def moving(motion: ThreePointMotion, segment: SmoothSegment, places: Array) -> L
         heading=heading,
         place=x + 1j * y,
         velocities=velocities,
-        shares=shares,
-        force=shares.sum(axis=1),
-        torque=cross(at.arms, shares).sum(axis=1),
+        support_forces=forces,
+        force=forces.sum(axis=1),
+        torque=cross(at.arms, forces).sum(axis=1),
     )
 
 
@@ -97,12 +97,12 @@ def _missing(
     segment: SmoothSegment,
     places: Array,
     at: Configuration,
-    shares: Complex,
+    forces: Complex,
 ) -> Complex:
-    """Force [N] that the acceleration of a segment shows beside `shares`, shape (n,).
+    """Force [N] that the acceleration of a segment needs in addition to `forces`, shape (n,).
 
     Where a support slips from rest its velocity is at first a difference of nearly equal numbers
-    and has no direction of its own; the motion's second derivative still knows its friction.
+    without a reliable direction; the acceleration of the motion still determines its friction.
     """
     assert segment.coefficients is not None
     body = motion.body
@@ -112,12 +112,12 @@ def _missing(
     change = (slopes[:, 0] + 1j * slopes[:, 1]) / slopes[:, 3]
     push = change + body.mass_ratio * at.acceleration + 1j * omega * carried
     pull = body.tilt * np.exp(-1j * heading)
-    return np.asarray(body.mass * (push - pull) - shares.sum(axis=1))
+    return np.asarray(body.mass * (push - pull) - forces.sum(axis=1))
 
 
 def loading(motion: ThreePointMotion, times: Array) -> list[tuple[Array, Loading]]:
-    """Loadings at `times` [s], shape (n,), one for each segment that any of them falls in, with the
-    times that do."""
+    """Loadings at `times` [s], shape (n,): for each segment that contains some of them, those times
+    and its loading."""
     times = np.atleast_1d(np.asarray(times, dtype=np.float64))
     which = np.clip(np.searchsorted(motion.begins, times, side="right") - 1, 0, None)
     found = []

@@ -1,7 +1,7 @@
 """Exact motion of a body on three Coulomb points with a prescribed slider, event after event.
 
 Modes: all supports slide; one rests and the body pivots about it; all rest (two at rest are all at
-rest). Each is followed smoothly to its event, and the next one is decided by Gauss' principle.
+rest). Each is integrated smoothly to its event, and the next mode is decided by Gauss' principle.
 Chernousko 2020, eqs. 1-4; the mode changes are this project's own.
 """
 
@@ -11,25 +11,31 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from plumbob.analytic.numerics.collocation import radau_collocation
 from plumbob.analytic.parameters import ParameterError, finite
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, validity
 from plumbob.analytic.systems.slider_path import Piece, SliderPath, StraightPiece
-from plumbob.analytic.systems.three_points.collocation import scheme
-from plumbob.analytic.systems.three_points.element import STUCK, Accuracy
-from plumbob.analytic.systems.three_points.equations import Mechanics, configuration, mechanics
-from plumbob.analytic.systems.three_points.events import (
-    Now,
-    begin,
-    leave_later,
-    stopped,
-    with_one_at_rest,
+from plumbob.analytic.systems.three_points.equations import (
+    Configuration,
+    Mechanics,
+    configuration,
+    mechanics,
 )
-from plumbob.analytic.systems.three_points.holding import held_until
 from plumbob.analytic.systems.three_points.motion import Event, ThreePointMotion
-from plumbob.analytic.systems.three_points.pivoting import pivot
-from plumbob.analytic.systems.three_points.sliding import slide
+from plumbob.analytic.systems.three_points.pivoting import pivot, pivot_motion
+from plumbob.analytic.systems.three_points.rest import (
+    EDGE,
+    Onset,
+    held_until,
+    needed_wrench,
+    onset,
+    slip_onset,
+)
+from plumbob.analytic.systems.three_points.sliding import STUCK, Guess, slide
 from plumbob.analytic.systems.three_points.smooth_segment import (
+    Accuracy,
+    Mode,
     SmoothSegment,
     State,
     at_rest,
@@ -37,7 +43,8 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 )
 
 EVENTS = 500  # in one piece, before giving up
-COARSER, COARSER_NODES = 100.0, 6  # the motion that shows the error has a larger one by far
+COARSER, COARSER_NODES = 100.0, 6  # a motion less accurate by far, whose difference is the error
+LATER = 1e-6  # of what is left of a piece: where a start that grows from nothing is examined
 
 
 @dataclass(frozen=True)
@@ -51,48 +58,120 @@ class Start:
     angular_velocity: float = 0.0
 
 
+@dataclass(frozen=True)
+class Now:
+    """A mode about to begin."""
+
+    state: State
+    mode: Mode
+    support: int = -1
+    sense: float = 1.0
+    departure: Guess | None = None
+
+
+def three_point_motion(
+    capsule: Capsule,
+    path: SliderPath,
+    start: Start | None = None,
+    *,
+    tilt: tuple[float, float] = (0.0, 0.0),
+    until: float = np.inf,
+    nodes: int = 24,
+    tolerance: float = 1e-11,
+) -> ThreePointMotion:
+    """Motion of `capsule` from `start` (None: rest at the origin) while the slider follows `path`,
+    until its final rest or `until` [s].
+
+    `tilt` is the in-plane part of gravity along ground axes [m/s^2], at unchanged normal forces;
+    `nodes` and `tolerance` set the discretisation (see `radau_collocation`). Raises
+    ParameterError where a support would lose contact, or if the body would never stop.
+    """
+    start = Start() if start is None else start
+    for name, value in (("x", start.position[0]), ("y", start.position[1])):
+        finite(name, value)
+    finite("heading", start.heading), finite("angular_velocity", start.angular_velocity)
+    for error in validity(capsule, path.track()):
+        raise error
+    if capsule.friction == 0.0 and not np.isfinite(until):
+        raise ParameterError("friction", 0.0, "greater than 0 for a motion without `until`")
+    body = mechanics(capsule, tilt)
+    segments = _integrate(body, path, start, until, Accuracy(radau_collocation(nodes), tolerance))
+
+    def coarser() -> ThreePointMotion:
+        return three_point_motion(
+            capsule,
+            path,
+            start,
+            tilt=tilt,
+            until=until,
+            nodes=nodes - COARSER_NODES,
+            tolerance=COARSER * tolerance,
+        )
+
+    events = _events(segments, path.breakpoints)
+    return ThreePointMotion(capsule, path, body, segments, events, coarser)
+
+
 def _piece_motion(
     body: Mechanics, piece: Piece, number: int, duration: float, now: Now, accuracy: Accuracy
 ) -> tuple[list[SmoothSegment], Now]:
     """All segments of one piece, and the mode at its end."""
     segments: list[SmoothSegment] = []
     for _ in range(EVENTS):
-        state = now.state
-        if now.mode == "rest":
-            broken = held_until(body, piece, state.time, duration, state.heading)
-            end = duration if broken is None else broken
-            if end > state.time:
-                segments.append(SmoothSegment("rest", -1, number, state.time, end, state))
-            com = com_of(body, configuration(body, piece, np.array([state.time])), state)
-            if not np.isfinite(end):
-                return segments, now
-            state = at_rest(body, piece, end, state.heading, com)
-            now = Now(state, "rest")
-            if broken is None:
-                return segments, now
-            now = leave_later(body, piece, state, None, duration)
-        elif now.mode == "pivot":
-            turned = pivot(body, piece, number, duration, state, now.support, now.sense, accuracy)
-            segments += turned.segments
-            if turned.ending == "time":
-                return segments, Now(turned.state, "pivot", now.support, now.sense)
-            if turned.ending == "slip":
-                now = leave_later(body, piece, turned.state, now.support, duration)
-            else:
-                now = stopped(body, piece, turned.state)
-        else:
-            slid = slide(
-                *(body, piece, number, duration, state, accuracy, now.departure, now.support)
-            )
-            segments += slid.segments
-            if not slid.still:
-                return segments, Now(slid.state, "slide")
-            now = (
-                with_one_at_rest(body, piece, slid.state, slid.still[0], 0.0)
-                if len(slid.still) == 1
-                else stopped(body, piece, slid.state)
-            )
+        phase = {"rest": _resting, "pivot": _pivoting, "slide": _sliding}[now.mode]
+        found, now, over = phase(body, piece, number, duration, now, accuracy)
+        segments += found
+        if over:
+            return segments, now
     raise RuntimeError(f"{EVENTS} events did not finish piece {number}")
+
+
+Phase = tuple[list[SmoothSegment], Now, bool]
+"""Segments of one mode, the mode after it, and whether the piece is over."""
+
+
+def _resting(
+    body: Mechanics, piece: Piece, number: int, duration: float, now: Now, accuracy: Accuracy
+) -> Phase:
+    """Rest until static friction no longer suffices."""
+    state = now.state
+    broken = held_until(body, piece, state.time, duration, state.heading)
+    end = duration if broken is None else broken
+    rest = SmoothSegment("rest", -1, number, state.time, end, state)
+    segments = [rest] if end > state.time else []
+    if not np.isfinite(end):
+        return segments, now, True
+    com = com_of(body, configuration(body, piece, np.array([state.time])), state)
+    state = at_rest(body, piece, end, state.heading, com)
+    if broken is None:
+        return segments, Now(state, "rest"), True
+    return segments, _leave_later(body, piece, state, None, duration), False
+
+
+def _pivoting(
+    body: Mechanics, piece: Piece, number: int, duration: float, now: Now, accuracy: Accuracy
+) -> Phase:
+    """Pivot until the turning stops or the support slips."""
+    turned = pivot(body, piece, number, duration, now.state, now.support, now.sense, accuracy)
+    state = turned.state
+    if turned.ending == "time":
+        return turned.segments, Now(state, "pivot", now.support, now.sense), True
+    if turned.ending == "slip":
+        return turned.segments, _leave_later(body, piece, state, now.support, duration), False
+    return turned.segments, _stopped(body, piece, state), False
+
+
+def _sliding(
+    body: Mechanics, piece: Piece, number: int, duration: float, now: Now, accuracy: Accuracy
+) -> Phase:
+    """Slide until a support, or the whole body, comes to rest."""
+    slid = slide(body, piece, number, duration, now.state, accuracy, now.departure, now.support)
+    if not slid.still:
+        return slid.segments, Now(slid.state, "slide"), True
+    if len(slid.still) == 1:
+        later = _with_one_at_rest(body, piece, slid.state, slid.still[0], 0.0)
+        return slid.segments, later, False
+    return slid.segments, _stopped(body, piece, slid.state), False
 
 
 def _initial(body: Mechanics, piece: Piece, start: Start) -> Now:
@@ -120,7 +199,7 @@ def _integrate(
         duration = min(piece.duration, until - began)
         if duration <= 0.0 and number < len(path.pieces):
             continue
-        now = begin(body, piece, now)
+        now = _begin(body, piece, now)
         found, now = _piece_motion(body, piece, number, duration, now, accuracy)
         segments += found
         if until <= began + piece.duration:
@@ -140,44 +219,111 @@ def _events(segments: tuple[SmoothSegment, ...], breakpoints: Array) -> tuple[Ev
     return tuple(events)
 
 
-def three_point_motion(
-    capsule: Capsule,
-    path: SliderPath,
-    start: Start | None = None,
-    *,
-    tilt: tuple[float, float] = (0.0, 0.0),
-    until: float = np.inf,
-    nodes: int = 24,
-    tolerance: float = 1e-11,
-) -> ThreePointMotion:
-    """Motion of `capsule` from `start` (None: rest at the origin) while the slider follows `path`,
-    until the body rests for good or `until` [s].
+def _slide_from_rest(answer: Onset, ramp: float) -> Guess:
+    """First guess of a slide from rest; with `ramp` > 0 [s] its acceleration grows in proportion to
+    time."""
 
-    `tilt` is the in-plane part of gravity along ground axes [m/s^2], at unchanged normal forces;
-    `nodes` and `tolerance` set the discretisation (`three_points.collocation`). Raises
-    ParameterError where a support would lose contact, or if nothing would ever stop the body.
-    """
-    start = Start() if start is None else start
-    for name, value in (("x", start.position[0]), ("y", start.position[1])):
-        finite(name, value)
-    finite("heading", start.heading), finite("angular_velocity", start.angular_velocity)
-    for error in validity(capsule, path.track()):
-        raise error
-    if capsule.friction == 0.0 and not np.isfinite(until):
-        raise ParameterError("friction", 0.0, "greater than 0 for a motion without `until`")
-    body = mechanics(capsule, tilt)
-    segments = _integrate(body, path, start, until, Accuracy(scheme(nodes), tolerance))
+    def guess(times: Array, at: Configuration) -> Array:
+        elapsed = times**2 / (2.0 * ramp) if ramp else times
+        point, omega = answer.linear * elapsed, answer.angular * elapsed
+        return np.column_stack([point.real, point.imag, omega])
 
-    def coarser() -> ThreePointMotion:
-        return three_point_motion(
-            capsule,
-            path,
-            start,
-            tilt=tilt,
-            until=until,
-            nodes=nodes - COARSER_NODES,
-            tolerance=COARSER * tolerance,
+    return guess
+
+
+def _slide_from_pivot(support: int, slip: complex, omega: float, rate: float, ramp: float) -> Guess:
+    """First guess where `support` starts to slip out of a pivot, at `slip` [m/s^2]."""
+
+    def guess(times: Array, at: Configuration) -> Array:
+        elapsed = times**2 / (2.0 * ramp) if ramp else times
+        turning = omega + rate * times
+        point = slip * elapsed - 1j * turning * at.arms[:, support]
+        return np.column_stack([point.real, point.imag, turning])
+
+    return guess
+
+
+def _from_rest(body: Mechanics, piece: Piece, state: State, ramp: float) -> Now:
+    """The mode that follows rest now; with `ramp` > 0 the one that much later [s], where the wrench
+    has just reached the friction limit."""
+    at = configuration(body, piece, np.array([state.time + ramp]))
+    force, torque = needed_wrench(body, at, state.heading)
+    answer = onset(
+        *(body.mass, float(at.inertia[0]), at.limits[0], at.arms[0]),
+        *(complex(force[0]), float(torque[0])),
+    )
+    if answer.mode == "pivot":
+        return Now(state, "pivot", answer.support, float(np.sign(answer.angular)))
+    if answer.mode == "slide":
+        return Now(state, "slide", departure=_slide_from_rest(answer, ramp))
+    return Now(state, "rest")
+
+
+def _with_one_at_rest(
+    body: Mechanics, piece: Piece, state: State, support: int, ramp: float
+) -> Now:
+    """The mode with `support` at rest while the others slide, now or `ramp` [s] later: a pivot
+    while it sticks, else a slide."""
+    at = configuration(body, piece, np.array([state.time]))
+    omega, sense = np.array([state.omega]), float(np.sign(state.omega))
+    motion = pivot_motion(body, at, support, sense, omega, np.array([state.heading]))
+    rate = float(motion.omega_rate[0])
+    if ramp:
+        at = configuration(body, piece, np.array([state.time + ramp]))
+        heading = np.array([state.heading + ramp * state.omega])
+        motion = pivot_motion(body, at, support, sense, omega + ramp * rate, heading)
+    needed, limit = complex(motion.needed_force[0]), float(at.limits[0, support])
+    if abs(needed) <= limit * (1.0 + EDGE):
+        return Now(state, "pivot", support, sense)
+    slip = slip_onset(body.mass, float(at.inertia[0]), limit, complex(at.arms[0, support]), needed)
+    guess = _slide_from_pivot(support, slip, state.omega, rate, ramp)
+    return Now(state, "slide", support, departure=guess)
+
+
+def _time_to_stop(body: Mechanics, piece: Piece, state: State, support: int) -> float:
+    """Time [s] in which the turning about `support` would stop at its present rate of change."""
+    at = configuration(body, piece, np.array([state.time]))
+    omega, sense = np.array([state.omega]), float(np.sign(state.omega))
+    motion = pivot_motion(body, at, support, sense, omega, np.array([state.heading]))
+    return abs(state.omega / float(motion.omega_rate[0]))
+
+
+def _leave_later(
+    body: Mechanics, piece: Piece, state: State, support: int | None, duration: float
+) -> Now:
+    """The mode that follows where a load on `support` (None: on all) has just reached the friction
+    limit and continues to grow."""
+    horizon = duration - state.time
+    if support is not None:
+        horizon = min(horizon, _time_to_stop(body, piece, state, support))
+    ramp = LATER * horizon
+    while ramp <= horizon:
+        now = (
+            _from_rest(body, piece, state, ramp)
+            if support is None
+            else _with_one_at_rest(body, piece, state, support, ramp)
         )
+        if now.mode != ("rest" if support is None else "pivot"):
+            return now
+        ramp *= 4.0
+    if support is not None:
+        return now
+    # The load only touched the limit: the body stays at rest from a little later on.
+    com = com_of(body, configuration(body, piece, np.array([state.time])), state)
+    later = state.time + LATER * horizon
+    return Now(at_rest(body, piece, later, state.heading, com), "rest")
 
-    events = _events(segments, path.breakpoints)
-    return ThreePointMotion(capsule, path, body, segments, events, coarser)
+
+def _stopped(body: Mechanics, piece: Piece, state: State) -> Now:
+    """The mode that follows where the body has come to rest."""
+    com = com_of(body, configuration(body, piece, np.array([state.time])), state)
+    return _from_rest(body, piece, at_rest(body, piece, state.time, state.heading, com), 0.0)
+
+
+def _begin(body: Mechanics, piece: Piece, now: Now) -> Now:
+    """The mode at the start of a piece, where the slider's acceleration may have jumped."""
+    if now.mode == "rest":
+        return _stopped(body, piece, now.state)
+    if now.mode == "pivot":
+        return _with_one_at_rest(body, piece, now.state, now.support, 0.0)
+    return now

@@ -15,10 +15,10 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.slider_path import Piece, SliderPath, StraightPiece
-from plumbob.analytic.systems.three_points.equations import Mechanics, configuration
+from plumbob.analytic.systems.three_points.equations import Complex, Mechanics, configuration
 from plumbob.analytic.systems.three_points.smooth_segment import Mode, SmoothSegment, com_of
 
-ROUNDINGS = 32 * ROUNDOFF  # of a sum of some tens of segments
+ROUNDINGS = 32 * ROUNDOFF  # of a sum over some tens of segments
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Event:
 @dataclass(frozen=True)
 class Pose:
     """Place of C on the ground [m], shape (n, 2), heading psi [rad], velocity of C [m/s], shape
-    (n, 2), angular velocity [rad/s]; shape (n,) where nothing is said."""
+    (n, 2), angular velocity [rad/s]; shape (n,) unless stated otherwise."""
 
     position: Array
     heading: Array
@@ -75,14 +75,14 @@ class ThreePointMotion:
 
     @property
     def rest_time(self) -> float:
-        """Time from which the body rests for good [s], infinite if the motion ends before."""
+        """Time of the final rest [s], infinite if the motion ends before."""
         last = self.events[-1]
         return last.time if last.mode == "rest" else np.inf
 
     @cached_property
     def error(self) -> Pose:
         """Largest difference from a coarser computation, over the whole motion: parts of shape
-        (1, 2) and (1,). It is nearly all the coarser one's own error; round-off is added."""
+        (1, 2) and (1,). Nearly all of it is the error of the coarser one; round-off is added."""
         edges = np.append(self.begins, self.begins[-1])
         times = np.unique(np.concatenate([np.linspace(a, b, 5) for a, b in pairwise(edges)]))
         own, other = self.at(times), self.coarser().at(times)
@@ -107,23 +107,31 @@ class ThreePointMotion:
         heading, omega = np.empty(times.size), np.zeros(times.size)
         for index in np.unique(which):
             here, segment = which == index, self.segments[index]
-            piece = self.piece(segment.piece)
             local = times[here] - self.path.breakpoints[segment.piece]
             if segment.coefficients is None:
-                at = configuration(self.body, piece, np.array([segment.start]))
-                place[here] = com_of(self.body, at, segment.first)
-                heading[here] = segment.first.heading
-                continue
-            local = np.clip(local, segment.start, segment.end)
-            px, py, rate, _, psi, x, y = segment.states(local).T
-            at = configuration(self.body, piece, local)
-            turn, arm = np.exp(1j * psi), self.body.mass_ratio * at.position
-            place[here] = x + 1j * y - arm * turn
-            speed[here] = turn * (px + 1j * py - 1j * rate * arm)
-            heading[here], omega[here] = psi, rate
+                place[here], heading[here] = self._resting(segment)
+            else:
+                local = np.clip(local, segment.start, segment.end)
+                place[here], speed[here], heading[here], omega[here] = self._moving(segment, local)
         return Pose(
             np.column_stack([place.real, place.imag]),
             heading,
             np.column_stack([speed.real, speed.imag]),
             omega,
         )
+
+    def _resting(self, segment: SmoothSegment) -> tuple[complex, float]:
+        """Place of C [m] and heading [rad] of a segment at rest."""
+        at = configuration(self.body, self.piece(segment.piece), np.array([segment.start]))
+        return com_of(self.body, at, segment.first), segment.first.heading
+
+    def _moving(
+        self, segment: SmoothSegment, local: Array
+    ) -> tuple[Complex, Complex, Array, Array]:
+        """Place [m] and velocity [m/s] of C, heading [rad] and its rate [rad/s] at `local` times
+        [s], shape (n,), of a moving segment."""
+        px, py, rate, _, psi, x, y = segment.states(local).T
+        at = configuration(self.body, self.piece(segment.piece), local)
+        turn, arm = np.exp(1j * psi), self.body.mass_ratio * at.position
+        place = x + 1j * y - arm * turn
+        return place, turn * (px + 1j * py - 1j * rate * arm), psi, rate

@@ -7,16 +7,16 @@ is a plain integral over time.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from scipy.optimize import brentq
 
+from plumbob.analytic.numerics.collocation import evaluate
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.slider_path import Piece
-from plumbob.analytic.systems.three_points.collocation import Scheme, evaluate, tail
-from plumbob.analytic.systems.three_points.element import Accuracy
 from plumbob.analytic.systems.three_points.equations import (
     Complex,
     Configuration,
@@ -25,6 +25,7 @@ from plumbob.analytic.systems.three_points.equations import (
     cross,
 )
 from plumbob.analytic.systems.three_points.smooth_segment import (
+    Accuracy,
     SmoothSegment,
     State,
     fitted,
@@ -33,12 +34,11 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 
 SAMPLES = 129  # of an element, for changes of sign
 HEADING_PASSES = 40
-ELEMENTS = 2000
-ROUGH = (
-    1e-3  # speed gained by the least unbalanced start, over what its balanced moments would give
-)
-ROUNDING = 1e-15
-SHORTEST = 1e-13  # element over what is left of the piece: a pivot shorter than that is none
+ELEMENTS = 2000  # in one piece, before giving up
+UNBALANCED = 1e-3  # smallest unbalanced part of the moments as a pivot starts, over their size
+ROUNDING = 1e-15  # of the moments, in omega
+SMALLEST = 1e-14  # element over what is left of the piece, before giving up
+SHORTEST = 1e-13  # element over what is left of the piece: a shorter pivot does not begin
 
 
 Ending = Literal["time", "stop", "slip"]
@@ -46,7 +46,7 @@ Ending = Literal["time", "stop", "slip"]
 
 @dataclass(frozen=True)
 class Pivoted:
-    """What a pivot came to: its segments, the state at its end, and why it ended."""
+    """Result of a pivot: its segments, the state at its end, and why it ended."""
 
     segments: list[SmoothSegment]
     state: State
@@ -55,21 +55,126 @@ class Pivoted:
 
 @dataclass(frozen=True)
 class PivotMotion:
-    """The pivot at n times: d(omega)/dt [rad/s^2], p [m/s], and the force F_i [N], body axes, that
-    keeps the support in its place."""
+    """The pivot at n times: d(omega)/dt [rad/s^2], p [m/s], and the friction force F_i [N] that
+    keeps the support at rest, in body axes."""
 
     omega_rate: Array
     point: Complex
-    share: Complex
+    needed_force: Complex
+
+
+@dataclass(frozen=True)
+class _Pivot:
+    """A pivot about `support` in the direction `sense` during one piece of the slider's path."""
+
+    body: Mechanics
+    piece: Piece
+    support: int
+    sense: float
+
+    def at(self, times: Array) -> Configuration:
+        return configuration(self.body, self.piece, times)
+
+    def about(self, at: Configuration) -> tuple[Complex, Array]:
+        """Slider from A_i [m] and moment of inertia about A_i [kg m^2], each of shape (n,)."""
+        return _about(self.body, at, self.support)
+
+    def moment(self, at: Configuration, heading: Array) -> Array:
+        """Moment about A_i [N m], shape (n,), see `_moment`."""
+        return _moment(self.body, at, self.support, self.sense, heading)
+
+    def motion(self, at: Configuration, omega: Array, heading: Array) -> PivotMotion:
+        """See `pivot_motion`."""
+        return pivot_motion(self.body, at, self.support, self.sense, omega, heading)
+
+    def margins(self, coefficients: Array, places: Array) -> tuple[Array, Array]:
+        """Turning speed [rad/s] and how far |F_i| is below its limit [N] at `places` of an element,
+        shape (n,): each is positive until its event."""
+        _, _, omega, time, heading, *_ = evaluate(coefficients, places).T
+        at = self.at(time)
+        needed = np.abs(self.motion(at, omega, heading).needed_force)
+        return self.sense * omega, at.limits[:, self.support] - needed
 
 
 @dataclass(frozen=True)
 class _Element:
-    """Coefficients of a SmoothSegment, what its degree leaves out, relatively, and rounding of omega."""
+    """Coefficients of a SmoothSegment over `size` [s], their relative truncation error, and the
+    rounding of omega [rad/s]."""
 
+    size: float
     coefficients: Array
-    left_out: float
+    truncation: float
     rounding: float
+
+
+@dataclass(frozen=True)
+class _Event:
+    """The first event in an element: its place in [0, 1] and what happens there."""
+
+    place: float
+    ending: Ending
+
+
+def pivot(
+    body: Mechanics,
+    piece: Piece,
+    number: int,
+    duration: float,
+    state: State,
+    support: int,
+    sense: float,
+    accuracy: Accuracy,
+) -> Pivoted:
+    """Turn about `support` in the direction `sense` from `state` until the turning stops, the
+    support slips, or `duration` [s] of piece `number` is over.
+
+    Raises RuntimeError if no step is small enough.
+    """
+    turning = _Pivot(body, piece, support, sense)
+    segments: list[SmoothSegment] = []
+    size = _first_size(turning, state, duration - state.time)
+    while len(segments) < ELEMENTS:
+        remaining = duration - state.time
+        if remaining <= 0.0:
+            return Pivoted(segments, state, "time")
+        smallest = SMALLEST * min(remaining, 1.0)
+        element = _element(turning, accuracy, state, min(size, remaining), smallest, number)
+        size, event = element.size, _first_event(turning, element, state)
+        if event == _Event(0.0, "stop") and size > SHORTEST * min(remaining, 1.0):
+            # It turns and stops before the first sample, or from rest it would never begin.
+            size *= 0.5
+            continue
+        reached = state_at(element.coefficients, event.place)
+        end = duration if event.ending == "time" and size == remaining else reached.time
+        if event.place > 0.0:
+            segments.append(_segment(turning, number, state.time, end, element, event.place))
+        state = replace(reached, time=end)
+        if event.ending != "time":
+            return Pivoted(segments, state, event.ending)
+        size *= 2.0
+    raise RuntimeError(f"{ELEMENTS} elements did not finish piece {number}")
+
+
+def pivot_motion(
+    body: Mechanics, at: Configuration, support: int, sense: float, omega: Array, heading: Array
+) -> PivotMotion:
+    """Motion, and the friction force at the support at rest, while the body turns at `omega`
+    [rad/s], shape (n,), about `support`, with `heading` [rad], shape (n,); `sense` is the sign of
+    the turning, which decides the friction where omega is 0."""
+    arm, inertia = _about(body, at, support)
+    slider = body.mass * body.mass_ratio
+    growth = 2.0 * slider * (arm.conjugate() * at.velocity).real
+    moment = _moment(body, at, support, sense, heading)
+    rate = (moment - slider * cross(arm, at.acceleration) - growth * omega) / inertia
+    to_centre, mu = -at.arms[:, support], body.mass_ratio
+    acceleration = (1j * rate - omega**2) * to_centre + mu * (
+        2j * omega * at.velocity + at.acceleration
+    )
+    levers = body.supports - body.supports[support]
+    levers = levers / np.where(levers == 0.0, 1.0, np.abs(levers))
+    others = -1j * sense * at.limits @ levers
+    pull = body.mass * body.tilt * np.exp(-1j * heading)
+    return PivotMotion(rate, 1j * omega * to_centre, body.mass * acceleration - others - pull)
 
 
 def _about(body: Mechanics, at: Configuration, support: int) -> tuple[Complex, Array]:
@@ -92,144 +197,120 @@ def _moment(
     return np.asarray(moment)
 
 
-def pivot_motion(
-    body: Mechanics, at: Configuration, support: int, sense: float, omega: Array, heading: Array
-) -> PivotMotion:
-    """Motion and held support's force while the body turns at `omega` [rad/s], shape (n,), about
-    `support`; `sense` is the sign of the turning, which decides the friction where omega is 0."""
-    arm, inertia = _about(body, at, support)
-    slider = body.mass * body.mass_ratio
-    growth = 2.0 * slider * (arm.conjugate() * at.velocity).real
-    moment = _moment(body, at, support, sense, heading)
-    rate = (moment - slider * cross(arm, at.acceleration) - growth * omega) / inertia
-    to_centre, mu = -at.arms[:, support], body.mass_ratio
-    acceleration = (1j * rate - omega**2) * to_centre + mu * (
-        2j * omega * at.velocity + at.acceleration
-    )
-    levers = body.supports - body.supports[support]
-    levers = levers / np.where(levers == 0.0, 1.0, np.abs(levers))
-    others = -1j * sense * at.limits @ levers
-    pull = body.mass * body.tilt * np.exp(-1j * heading)
-    share = body.mass * acceleration - others - pull
-    return PivotMotion(rate, 1j * omega * to_centre, share)
+def _first_size(turning: _Pivot, state: State, remaining: float) -> float:
+    """Length of the first element [s]: the rest of the piece or, where that has no end, more than
+    friction needs to stop the turning."""
+    if np.isfinite(remaining):
+        return remaining
+    here = turning.at(np.array([state.time]))
+    braking = abs(float(turning.moment(here, np.zeros(1))[0]))
+    return 1.5 * abs(state.omega) * float(turning.about(here)[1][0]) / braking
 
 
 def _element(
-    body: Mechanics,
-    piece: Piece,
-    support: int,
-    sense: float,
-    state: State,
-    rule: Scheme,
-    size: float,
+    turning: _Pivot, accuracy: Accuracy, state: State, size: float, smallest: float, number: int
 ) -> _Element:
-    here = configuration(body, piece, np.array([state.time]))
-    turning = _about(body, here, support)[1] * state.omega
-    at = configuration(body, piece, state.time + size * rule.nodes)
-    arm, inertia = _about(body, at, support)
-    driving = -body.mass * body.mass_ratio * cross(arm, at.acceleration)
-    heading = np.full(rule.nodes.size, state.heading)
-    for _ in range(HEADING_PASSES if body.tilt else 1):
-        moment = _moment(body, at, support, sense, heading)
-        omega = (turning + size * rule.integrals @ (driving + moment)) / inertia
-        before, heading = heading, state.heading + size * rule.integrals @ omega
-        if np.abs(heading - before).max() <= 1e-15:
-            break
-    motion = pivot_motion(body, at, support, sense, omega, heading)
-    # What little speed the support had left when it stuck is dropped here.
-    point = -1j * state.omega * complex(here.arms[0, support])
+    """The element from `state` of `size` [s], halved until its truncation error is within the
+    tolerance. Raises RuntimeError where it would be below `smallest` [s]."""
+    while True:
+        element = _solved(turning, accuracy, state, size)
+        if element.truncation <= accuracy.tolerance:
+            return element
+        size *= 0.5
+        if size < smallest:
+            raise RuntimeError(f"no step is small enough at {state.time!r} s of piece {number}")
+
+
+def _solved(turning: _Pivot, accuracy: Accuracy, state: State, size: float) -> _Element:
+    """The element from `state` over `size` [s]."""
+    rule, here = accuracy.rule, turning.at(np.array([state.time]))
+    at = turning.at(state.time + size * rule.nodes)
+    omega, heading, angular_acceleration = _turned(turning, accuracy, state, size, here, at)
+    motion = turning.motion(at, omega, heading)
+    # The round-off speed that the support had as it stuck is set to zero here.
+    point = -1j * state.omega * complex(here.arms[0, turning.support])
+    moved, faster = motion.point - point, omega - state.omega
+    values = np.column_stack([moved.real, moved.imag, faster, size * rule.nodes])
+    slopes: Array = np.asarray(np.linalg.solve(rule.integral, values))
+    gain = size * angular_acceleration
+    rate = max(float(np.abs(omega).max()), UNBALANCED * gain, 1e-300)
+    speed = rate * float(np.abs(here.arms).max())
     start = replace(state, point=point)
-    moved = motion.point - point, omega - state.omega
-    values = np.column_stack([moved[0].real, moved[0].imag, moved[1], size * rule.nodes])
-    slopes: Array = np.asarray(np.linalg.solve(rule.integrals, values))
-    jolt = size * float((np.abs(moment) / inertia).max())
-    spread = max(float(np.abs(omega).max()), ROUGH * jolt, 1e-300)
-    reach = spread * float(np.abs(here.arms).max())
-    scale = np.array([reach, reach, spread, size])
     return _Element(
-        fitted(rule, body, piece, start, slopes), tail(rule, slopes, scale), ROUNDING * jolt
+        size,
+        fitted(rule, turning.body, turning.piece, start, slopes),
+        rule.truncation(slopes, np.array([speed, speed, rate, size])),
+        ROUNDING * gain,
     )
 
 
-def pivot(
-    body: Mechanics,
-    piece: Piece,
-    number: int,
-    duration: float,
-    state: State,
-    support: int,
-    sense: float,
+def _turned(
+    turning: _Pivot,
     accuracy: Accuracy,
-) -> Pivoted:
-    """Turn about `support` in the direction `sense` from `state` until the turning stops, the
-    support slips, or `duration` [s] of piece `number` is over.
+    state: State,
+    size: float,
+    here: Configuration,
+    at: Configuration,
+) -> tuple[Array, Array, float]:
+    """omega [rad/s] and heading [rad] at the nodes, shape (n,), from the angular momentum about the
+    support, and the largest angular acceleration [rad/s^2] that friction alone gives."""
+    integral = accuracy.rule.integral
+    momentum = turning.about(here)[1] * state.omega
+    arm, inertia = turning.about(at)
+    slider = turning.body.mass * turning.body.mass_ratio
+    driving = -slider * cross(arm, at.acceleration)
+    heading = np.full(accuracy.rule.nodes.size, state.heading)
+    for _ in range(HEADING_PASSES if turning.body.tilt else 1):
+        moment = turning.moment(at, heading)
+        omega = (momentum + size * integral @ (driving + moment)) / inertia
+        before, heading = heading, state.heading + size * integral @ omega
+        if np.abs(heading - before).max() <= 1e-15:
+            break
+    return omega, heading, float((np.abs(moment) / inertia).max())
 
-    Raises RuntimeError if no step is small enough.
-    """
-    rule, segments = accuracy.rule, list[SmoothSegment]()
-    size = 0.0
-    while len(segments) < ELEMENTS:
-        remaining = duration - state.time
-        if remaining <= 0.0:
-            return Pivoted(segments, state, "time")
-        here = configuration(body, piece, np.array([state.time]))
-        if size == 0.0:
-            size = remaining
-            if not np.isfinite(remaining):
-                inertia = _about(body, here, support)[1]
-                braking = abs(float(_moment(body, here, support, sense, np.zeros(1))[0]))
-                size = 1.5 * abs(state.omega) * float(inertia[0]) / braking
-        size = min(size, remaining)
-        while True:
-            element = _element(body, piece, support, sense, state, rule, size)
-            if element.left_out <= accuracy.tolerance:
-                break
-            size *= 0.5
-            if size < 1e-14 * min(remaining, 1.0):
-                raise RuntimeError(f"no step is small enough at {state.time!r} s of piece {number}")
 
-        coefficients = element.coefficients
+def _first_event(turning: _Pivot, element: _Element, state: State) -> _Event:
+    """The first event of an element that begins at `state`: the turning stops, the support slips,
+    or neither."""
+    places = np.linspace(0.0, 1.0, SAMPLES)
+    speed, reserve = turning.margins(element.coefficients, places)
+    limits = turning.at(np.array([state.time])).limits
+    events = [_Event(1.0, "time")]
+    rules: tuple[tuple[Ending, int, Array, float], ...] = (
+        ("stop", 0, speed, element.rounding + 1e-14 * float(speed.max())),
+        ("slip", 1, reserve, 1e-11 * float(limits.max())),
+    )
+    for ending, which, values, rounding in rules:
 
-        def watched(places: Array, series: Array = coefficients) -> tuple[Array, Array]:
-            """Turning speed, and how far |F_i| is below its limit: an event is a change of sign."""
-            _, _, omega, time, heading, *_ = evaluate(series, places).T
-            at = configuration(body, piece, time)
-            motion = pivot_motion(body, at, support, sense, omega, heading)
-            return sense * omega, at.limits[:, support] - np.abs(motion.share)
+        def margin(place: float, which: int = which) -> float:
+            return float(turning.margins(element.coefficients, np.array([place]))[which][0])
 
-        places = np.linspace(0.0, 1.0, SAMPLES)
-        turning, margin = watched(places)
-        floors = (element.rounding + 1e-14 * turning.max(), 1e-11 * here.limits.max())
-        found: list[tuple[float, Ending]] = [(1.0, "time")]
-        endings: tuple[Ending, Ending] = ("stop", "slip")
-        for which, values in enumerate((turning, margin)):
-            below = np.flatnonzero(values < -floors[which])
-            if below.size:
-                k = int(below[0])
-                low = max(k - 1, 0)
-                place = float(places[low])
-                if values[low] > 0.0:
-                    place = brentq(
-                        lambda x, which=which: float(watched(np.array([x]))[which][0]),
-                        *(places[low], places[k]),
-                        xtol=1e-16,
-                        rtol=1e-15,
-                    )
-                found.append((place, endings[which]))
-        place, ending = min(found)
-        if ending == "stop" and place == 0.0 and size > SHORTEST * min(remaining, 1.0):
-            # It turns and stops before the first sample, or from rest it would never begin.
-            size *= 0.5
-            continue
-        reached = state_at(coefficients, place)
-        end = duration if ending == "time" and size == remaining else reached.time
-        if place > 0.0:
-            first = state_at(coefficients, 0.0)
-            segments.append(
-                SmoothSegment("pivot", support, number, state.time, end, first, coefficients, place)
-            )
-        state = replace(reached, time=end)
-        if ending != "time":
-            return Pivoted(segments, state, ending)
-        size *= 2.0
-    raise RuntimeError(f"{ELEMENTS} elements did not finish piece {number}")
+        place = _crossing(margin, places, values, rounding)
+        if place is not None:
+            events.append(_Event(place, ending))
+    return min(events, key=lambda event: (event.place, event.ending))
+
+
+def _crossing(
+    margin: Callable[[float], float], places: Array, values: Array, rounding: float
+) -> float | None:
+    """The first place at which `margin`, sampled as `values` at `places`, falls below zero by more
+    than `rounding`; None where it does not."""
+    below = np.flatnonzero(values < -rounding)
+    if not below.size:
+        return None
+    high = int(below[0])
+    low = max(high - 1, 0)
+    if not values[low] > 0.0:
+        return float(places[low])
+    return float(brentq(margin, places[low], places[high], xtol=1e-16, rtol=1e-15))
+
+
+def _segment(
+    turning: _Pivot, number: int, begin: float, end: float, element: _Element, last: float
+) -> SmoothSegment:
+    """The part of an element from local time `begin` to `end` [s], up to the place `last`."""
+    first = state_at(element.coefficients, 0.0)
+    return SmoothSegment(
+        "pivot", turning.support, number, begin, end, first, element.coefficients, last
+    )

@@ -1,4 +1,4 @@
-"""A motion of the body in the plane as an exact answer, in the axes of its start."""
+"""A motion of the body in the plane as a reference, in the axes of its start."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.friction import Start
 from plumbob.analytic.systems.three_points.motion import Pose
 
-ROUNDINGS = 8 * ROUNDOFF  # of parameters and times, and of what turns a pose into the start's axes
+ROUNDINGS = 8 * ROUNDOFF  # of parameters and times, and of the change to the axes of the start
 
 
 class PlaneMotion(Protocol):
-    """A motion of the body in the plane under a prescribed slider, that knows its own error."""
+    """A motion of the body in the plane under a prescribed slider, with its error."""
 
     @property
     def capsule(self) -> Capsule:
@@ -29,7 +29,7 @@ class PlaneMotion(Protocol):
 
     @property
     def path(self) -> SliderPath:
-        """What the slider does in the body."""
+        """The slider's path in the body."""
         ...
 
     def at(self, times: Array) -> Pose:
@@ -44,10 +44,10 @@ class PlaneMotion(Protocol):
 
 @dataclass(frozen=True)
 class PlaneReference:
-    """What is observed of a motion in the plane: C starts at the origin, with heading 0."""
+    """Observables of a motion in the plane: C starts at the origin, with heading 0."""
 
     motion: PlaneMotion
-    closed_form: ClassVar[None] = None  # followed event after event
+    closed_form: ClassVar[None] = None  # integrated from event to event
 
     @cached_property
     def _start(self) -> tuple[complex, float]:
@@ -59,13 +59,13 @@ class PlaneReference:
         [rad/s] at `times` [s], shape (n,); body_angle is the heading by the source's name."""
         now, (place, heading) = self.motion.at(times), self._start
         back = np.exp(-1j * heading)
-        gone = (now.position @ [1.0, 1j] - place) * back
+        moved = (now.position @ [1.0, 1j] - place) * back
         speed = now.velocity @ [1.0, 1j] * back
         turned = now.heading - heading
         return {
             "body_angle": turned,
-            "x": gone.real,
-            "y": gone.imag,
+            "x": moved.real,
+            "y": moved.imag,
             "velocity_x": speed.real,
             "velocity_y": speed.imag,
             "heading": turned,
@@ -73,15 +73,15 @@ class PlaneReference:
         }
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """The motion's own error, and that of rounded inputs, at `times` [s], shape (n,)."""
+        """The error of the motion, and that of rounded inputs, at `times` [s], shape (n,)."""
         own, seen = self.motion.error, self.observe(times)
         place, speed = float(np.abs(own.position).max()), float(np.abs(own.velocity).max())
         heading, rate = float(own.heading[0]), float(own.angular_velocity[0])
-        # Turned into other axes, a place errs in either coordinate by what either does.
-        doubts = (heading, *2 * (2 * place,), *2 * (2 * speed,), heading, rate)
+        # In rotated axes an error of either coordinate affects both.
+        bounds = (heading, *2 * (2 * place,), *2 * (2 * speed,), heading, rate)
         return {
-            name: np.full(np.shape(times), doubt + ROUNDINGS * float(np.abs(values).max()))
-            for (name, values), doubt in zip(seen.items(), doubts, strict=True)
+            name: np.full(np.shape(times), bound + ROUNDINGS * float(np.abs(values).max()))
+            for (name, values), bound in zip(seen.items(), bounds, strict=True)
         }
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:

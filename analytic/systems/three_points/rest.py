@@ -1,4 +1,4 @@
-"""Coulomb points at rest: whether friction holds them, and how they start when it does not.
+"""Coulomb points at rest: whether static friction suffices, until when, and how motion starts.
 
 With every support at rest, Gauss' principle gives the acceleration a = (x, y, angle) of the body as
 the minimum of a convex function,
@@ -6,8 +6,8 @@ the minimum of a convex function,
     (1/2) a.Ma - a.n + sum f N_i |G_i a|,      G_i a: acceleration of support i,
 
 n being the wrench that moves the body. The minimum is 0 (rest), a rotation about one support
-(pivot) or leaves no support at rest (slide): one problem decides mode and direction together. Rest
-holds when a.n <= sum f N_i |G_i a| for every a: n then lies in the sum of the friction discs.
+(pivot) or moves every support (slide): one problem decides mode and direction together. The body
+sticks when a.n <= sum f N_i |G_i a| for every a: n then lies in the sum of the friction discs.
 """
 
 from __future__ import annotations
@@ -18,18 +18,27 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
+from scipy.optimize import brentq
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.three_points.equations import Complex, Configuration, Mechanics, cross
+from plumbob.analytic.systems.slider_path import Piece
+from plumbob.analytic.systems.three_points.equations import (
+    Complex,
+    Configuration,
+    Mechanics,
+    configuration,
+    cross,
+)
 
 NEWTON_STEPS = 80
-EDGE = 1e-12  # a wrench this near the edge of the set, relatively, counts as held
+EDGE = 1e-12  # a wrench this near the friction limit, relatively, counts as within it
+SAMPLES = 65  # of a rest, for the first time at which friction does not suffice
 
 
 @dataclass(frozen=True)
 class Onset:
     """How a body at rest starts to move: linear acceleration of the body's point at G (complex
-    [m/s^2], body axes) and angular acceleration [rad/s^2]; `support` is the one it pivots about."""
+    [m/s^2], body axes) and angular acceleration [rad/s^2]; a pivot is about `support`."""
 
     mode: Literal["rest", "pivot", "slide"]
     support: int = -1
@@ -42,8 +51,8 @@ def lowest(
 ) -> Array:
     """Minimum over y of y.Py/2 - b.y + sum c_i |G_i y + g_i|, by Newton's method with halving.
 
-    P (d, d), b (d,), c (k,); G (k, d) and g (k,) are plane vectors. `start` lies below every place
-    where a norm vanishes, so that no step ever meets one.
+    P (d, d), b (d,), c (k,); G (k, d) and g (k,) are plane vectors. The value at `start` is below
+    that at every point where a norm vanishes, so that no step reaches one.
     """
     y = start
     for _ in range(NEWTON_STEPS):
@@ -56,13 +65,13 @@ def lowest(
         step = -np.linalg.solve(quadratic + (across.T * (limits / norms)) @ across, gradient)
         slope = float(gradient @ step)
         if -slope <= 1e-15 * (abs(height) + float(limits @ norms)):
-            # Newton's step gains less than rounding can show: take it, for it squares the error.
+            # The gain is below round-off; the step is taken all the same, for it squares the error.
             return np.asarray(y + step)
         fraction = 1.0
         while fraction > 1e-12:
-            there = y + fraction * step
-            level = 0.5 * there @ quadratic @ there - linear @ there
-            if level + limits @ np.abs(maps @ there + offsets) <= height + 1e-4 * fraction * slope:
+            trial = y + fraction * step
+            level = 0.5 * trial @ quadratic @ trial - linear @ trial
+            if level + limits @ np.abs(maps @ trial + offsets) <= height + 1e-4 * fraction * slope:
                 break
             fraction *= 0.5
         y = y + fraction * step
@@ -70,7 +79,8 @@ def lowest(
 
 
 def _leave(value: Callable[[Array], float], place: Array, direction: Array, size: float) -> Array:
-    """A point below `place`, a kink of `value`, along a `direction` of descent."""
+    """A point where `value` is less than at `place`, where it is not smooth, along a `direction` of
+    descent."""
     level = value(place)
     while not value(place + size * direction) < level:
         size *= 0.5
@@ -90,20 +100,72 @@ def needed_wrench(
 
 
 def simply_held(at: Configuration, force: Complex, torque: Array) -> npt.NDArray[np.bool_]:
-    """Whether shares N_i (X + Y k x arm_i) hold the wrench, shape (n,): sufficient in general, and
-    exact for a force through G, where all shares have one direction."""
+    """Whether support forces N_i (X + Y k x arm_i) balance the wrench within the friction limits,
+    shape (n,): sufficient in general, and exact for a force through G, where all are parallel."""
     spread = (at.limits * np.abs(at.arms) ** 2).sum(axis=1)
-    shares = (force / at.limits.sum(axis=1))[:, None] + 1j * at.arms * (torque / spread)[:, None]
-    return np.asarray(np.abs(shares).max(axis=1) <= 1.0 + EDGE)
+    ratios = (force / at.limits.sum(axis=1))[:, None] + 1j * at.arms * (torque / spread)[:, None]
+    return np.asarray(np.abs(ratios).max(axis=1) <= 1.0 + EDGE)
 
 
 def _velocity_maps(arms: Complex) -> Complex:
     return np.stack([np.ones(3), 1j * np.ones(3), 1j * arms], axis=1)
 
 
+@dataclass(frozen=True)
+class _Dissipation:
+    """sum f N_i |v_i(q)| on the plane wrench . q = |wrench|, q = normal + basis y: convex in y, and
+    not smooth at each pivot; `flat` (3, 2) and `offsets` (3,) map y to v_i."""
+
+    limits: Array
+    flat: Complex
+    offsets: Complex
+
+    def value(self, y: Array) -> float:
+        return float(self.limits @ np.abs(self.flat @ y + self.offsets))
+
+    def _square(self, support: int) -> Array:
+        """The map of y to v_i as a real matrix, shape (2, 2)."""
+        return np.stack([self.flat[support].real, self.flat[support].imag])
+
+    def lowest_corner(self) -> tuple[Array, int]:
+        """The lowest of y = 0 and the pivots, and the support of the pivot, else -1."""
+        start, corner = np.zeros(2), -1
+        for i in range(3):
+            square = self._square(i)
+            if abs(np.linalg.det(square)) > 1e-12:
+                place = -np.linalg.solve(square, [self.offsets[i].real, self.offsets[i].imag])
+                if self.value(place) <= self.value(start):
+                    start, corner = place, i
+        return start, corner
+
+    def descent(self, place: Array, corner: int) -> Array | None:
+        """A direction of descent from the pivot at `place`; None where it is the minimum, the
+        support needing no more than its friction limit."""
+        others = [i for i in range(3) if i != corner]
+        e = self.flat[others] @ place + self.offsets[others]
+        unit = (e / np.abs(e)).conjugate()[:, None]
+        gradient = self.limits[others] @ (unit * self.flat[others]).real
+        square = self._square(corner)
+        needed = -np.linalg.solve(square.T, gradient)
+        size = np.linalg.norm(needed)
+        if size <= self.limits[corner]:
+            return None
+        return np.asarray(np.linalg.solve(square, needed / size))
+
+    def minimum(self) -> Array:
+        """The y of least dissipation, shape (2,)."""
+        y, corner = self.lowest_corner()
+        if corner >= 0:
+            direction = self.descent(y, corner)
+            if direction is None:
+                return y
+            y = _leave(self.value, y, direction, 1.0 + float(np.linalg.norm(y)))
+        return lowest(np.zeros((2, 2)), np.zeros(2), self.limits, self.flat, self.offsets, y)
+
+
 def load_factor(limits: Array, arms: Complex, force: complex, torque: float) -> tuple[float, Array]:
-    """Gauge of a wrench in the set that the friction discs can give, held when 1 or less, and the
-    velocity (x, y, angle), shape (3,), that it would set in motion.
+    """Load factor of static friction under a wrench (the body sticks when it is 1 or less), and the
+    velocity (x, y, angle), shape (3,), at which the body would start to move.
 
     Largest of (wrench . q)/sum f N_i |v_i(q)| over velocities q; `limits` f N_i [N] and `arms` from
     G [m], shape (3,); `force` [N] and `torque` [N m] about G.
@@ -115,82 +177,79 @@ def load_factor(limits: Array, arms: Complex, force: complex, torque: float) -> 
         return 0.0, np.zeros(3)
     if not limits.any():
         return np.inf, wrench / [1.0, 1.0, length]
-    # On the plane wrench . q = size the dissipation is convex, with a kink at each pivot.
     normal = wrench / size
     maps = _velocity_maps(arms / length)
     basis = np.linalg.svd(normal[None, :])[2][1:].T
-    flat, offsets = maps @ basis, maps @ normal
+    dissipation = _Dissipation(limits, maps @ basis, maps @ normal)
+    y = dissipation.minimum()
+    return size / dissipation.value(y), (normal + basis @ y) / [1.0, 1.0, length]
 
-    def dissipation(y: Array) -> float:
-        return float(limits @ np.abs(flat @ y + offsets))
 
-    start, kink = np.zeros(2), -1
-    for i in range(3):
-        square = np.stack([flat[i].real, flat[i].imag])
-        if abs(np.linalg.det(square)) > 1e-12:
-            place = -np.linalg.solve(square, [offsets[i].real, offsets[i].imag])
-            if dissipation(place) <= dissipation(start):
-                start, kink = place, i
-    y = start
-    if kink >= 0:
-        others = [i for i in range(3) if i != kink]
-        e = flat[others] @ start + offsets[others]
-        gradient = limits[others] @ ((e / np.abs(e)).conjugate()[:, None] * flat[others]).real
-        square = np.stack([flat[kink].real, flat[kink].imag])
-        share = -np.linalg.solve(square.T, gradient)
-        if np.linalg.norm(share) > limits[kink]:
-            direction = np.linalg.solve(square, share / np.linalg.norm(share))
-            y = _leave(dissipation, start, direction, 1.0 + float(np.linalg.norm(start)))
-            kink = -1
-    if kink < 0:
-        y = lowest(np.zeros((2, 2)), np.zeros(2), limits, flat, offsets, y)
-    q = normal + basis @ y
-    return size / dissipation(y), q / [1.0, 1.0, length]
+@dataclass(frozen=True)
+class _Gauss:
+    """Gauss' function of the acceleration a = (x, y, angle), see the module."""
+
+    masses: Array  # shape (3, 3)
+    wrench: Array  # shape (3,)
+    limits: Array
+    maps: Complex  # shape (3, 3)
+
+    def value(self, a: Array) -> float:
+        resisting = self.limits @ np.abs(self.maps @ a)
+        return float(0.5 * a @ self.masses @ a - self.wrench @ a + resisting)
+
+    def pivoting(self, support: int, arm: complex) -> Array | None:
+        """Acceleration of the rotation about `support`; None where friction prevents it."""
+        about = np.array([arm.imag, -arm.real, 1.0])
+        turning = float(self.wrench @ about)
+        resisting = float(self.limits @ np.abs(self.maps @ about))
+        inertia = float(about @ self.masses @ about)
+        rate = np.sign(turning) * max(abs(turning) - resisting, 0.0) / inertia
+        return None if rate == 0.0 else rate * about
+
+    def needed_force(self, support: int, a: Array) -> complex:
+        """Force [N] that `support` must give to stay at rest in the pivoting `a` about it."""
+        moving = self.maps @ a
+        moving[support] = 0.0
+        others = -self.limits * moving / np.where(moving == 0.0, 1.0, np.abs(moving))
+        applied = complex(self.wrench[0], self.wrench[1])
+        return complex(self.masses[0, 0] * complex(a[0], a[1]) - applied - complex(others.sum()))
 
 
 def onset(
     mass: float, inertia: float, limits: Array, arms: Complex, force: complex, torque: float
 ) -> Onset:
-    """How a body at rest answers a wrench about G: `mass` M + m [kg], `inertia` J + mu M r^2
-    [kg m^2], `limits` f N_i [N] and `arms` from G [m], shape (3,), `force` [N], `torque` [N m]."""
+    """How a body at rest starts to move under a wrench about G: `mass` M + m [kg], `inertia`
+    J + mu M r^2 [kg m^2], `limits` f N_i [N] and `arms` from G [m], shape (3,), `force` [N],
+    `torque` [N m]."""
     factor, worst = load_factor(limits, arms, force, torque)
     if factor <= 1.0 + EDGE:
         return Onset("rest")
     maps, masses = _velocity_maps(arms), np.diag([mass, mass, inertia])
-    wrench = np.array([force.real, force.imag, torque])
-
-    def constraint(a: Array) -> float:
-        return float(0.5 * a @ masses @ a - wrench @ a + limits @ np.abs(maps @ a))
-
-    gain = float(wrench @ worst - limits @ np.abs(maps @ worst))
+    gauss = _Gauss(masses, np.array([force.real, force.imag, torque]), limits, maps)
+    gain = float(gauss.wrench @ worst - limits @ np.abs(maps @ worst))
     start = worst * gain / float(worst @ masses @ worst)
     for i in range(3):
-        about = np.array([arms[i].imag, -arms[i].real, 1.0])  # rotates about support i
-        turning, resisting = float(wrench @ about), float(limits @ np.abs(maps @ about))
-        rate = np.sign(turning) * max(abs(turning) - resisting, 0.0) / float(about @ masses @ about)
-        if rate == 0.0:
+        a = gauss.pivoting(i, complex(arms[i]))
+        if a is None:
             continue
-        a = rate * about
-        moving = maps @ a
-        moving[i] = 0.0
-        forces = -limits * moving / np.where(moving == 0.0, 1.0, np.abs(moving))
-        share = mass * complex(a[0], a[1]) - force - complex(forces.sum())
-        if abs(share) <= limits[i] * (1.0 + EDGE):
-            return Onset("pivot", i, complex(a[0], a[1]), rate)
-        if constraint(a) <= constraint(start) * (1.0 - 1e-9):  # both are negative
-            # Not held at i: below this pivot is where the support slips against the share it lacks.
-            slip = -np.array([share.real, share.imag, 0.0]) / abs(share)
-            start = _leave(constraint, a, slip, float(np.linalg.norm(a)))
-    a = lowest(masses, wrench, limits, maps, np.zeros(3, dtype=np.complex128), start)
+        needed = gauss.needed_force(i, a)
+        if abs(needed) <= limits[i] * (1.0 + EDGE):
+            return Onset("pivot", i, complex(a[0], a[1]), a[2])
+        if gauss.value(a) <= gauss.value(start) * (1.0 - 1e-9):  # both are negative
+            # The support slips against the force it lacks, which is a descent from this pivot.
+            slip = -np.array([needed.real, needed.imag, 0.0]) / abs(needed)
+            start = _leave(gauss.value, a, slip, float(np.linalg.norm(a)))
+    a = lowest(masses, gauss.wrench, limits, maps, np.zeros(3, dtype=np.complex128), start)
     return Onset("slide", -1, complex(a[0], a[1]), float(a[2]))
 
 
-def slip_onset(mass: float, inertia: float, limit: float, arm: complex, share: complex) -> complex:
-    """Acceleration [m/s^2] with which a support at rest slips when it needs the force `share` [N]
-    and its `limit` f N [N] is smaller, the rest of the body moving on."""
+def slip_onset(mass: float, inertia: float, limit: float, arm: complex, needed: complex) -> complex:
+    """Acceleration [m/s^2] at which a support at rest slips while the rest of the body moves, where
+    the force it needs, `needed` [N], is more than its `limit` f N [N]; `arm` from G [m]."""
     lever = np.array([-arm.imag, arm.real])
     mobility = np.eye(2) / mass + np.outer(lever, lever) / inertia
-    linear = -np.array([share.real, share.imag])
+    linear = -np.array([needed.real, needed.imag])
     size = float(np.linalg.norm(linear))
     quadratic: Array = np.asarray(np.linalg.inv(mobility))
     unit = linear / size
@@ -198,3 +257,35 @@ def slip_onset(mass: float, inertia: float, limit: float, arm: complex, share: c
     maps = np.array([[1.0, 1j]])
     a = lowest(quadratic, linear, np.array([limit]), maps, np.zeros(1, dtype=np.complex128), start)
     return complex(a[0], a[1])
+
+
+def excess_load(body: Mechanics, piece: Piece, time: float, heading: float) -> float:
+    """Load factor of static friction at local `time` [s], less 1: the body sticks up to 0."""
+    at = configuration(body, piece, np.array([time]))
+    force, torque = needed_wrench(body, at, heading)
+    return load_factor(at.limits[0], at.arms[0], complex(force[0]), float(torque[0]))[0] - 1.0
+
+
+def held_until(
+    body: Mechanics, piece: Piece, start: float, duration: float, heading: float
+) -> float | None:
+    """First local time [s] after `start` at which static friction no longer suffices, or None if it
+    does until `duration` [s]; on a piece of infinite duration nothing changes."""
+    if not np.isfinite(duration):
+        return None
+    fractions = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, SAMPLES)))
+    times = start + (duration - start) * fractions
+    at = configuration(body, piece, times)
+    held = simply_held(at, *needed_wrench(body, at, heading))
+
+    def excess(time: float) -> float:
+        return excess_load(body, piece, time, heading)
+
+    for k in np.flatnonzero(~held):
+        if k == 0 or excess(float(times[k])) <= EDGE:
+            continue
+        low, high = float(times[k - 1]), float(times[k])
+        if excess(low) >= 0.0:
+            return low
+        return float(brentq(excess, low, high, xtol=1e-300, rtol=1.6e-15))
+    return None

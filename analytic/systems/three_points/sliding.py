@@ -3,53 +3,121 @@
 Near v_i = 0 the support obeys dv/dt = alpha - c B v/|v|, with c = f N_i and B its 2 x 2 mobility.
 With v = rho e the direction obeys rho d(theta)/dt = h'(theta), h = e.alpha - (c/2) e.Be, so it
 settles on a maximum of h while rho falls to zero at a finite time, s later: v = s (a + b s^k + ...)
-with an exponent k > 0 that is no integer. There is no change of sign to find, and no power series.
-In sigma (see sliding_rates) rho and the direction's error decay as exponentials, which polynomials
-follow, and a few elements bring rho down to round-off; a near miss is smooth in sigma as well.
+with an exponent k > 0 that is not an integer. There is no change of sign to find, and no power
+series. In sigma (see `sliding_rates`) rho and the error of the direction decay exponentially, which
+polynomials follow, and a few elements reduce rho to round-off; a near miss is smooth in sigma too.
 
-Whether the support then stays is a question of its own (`three_points.rest`): it does when
-|B^-1 alpha| <= c, and then it attracts from every direction, for v.B^-1 v falls. When it does not,
-h may still have a second, lower maximum with rho falling (B must differ between its axes): an open
-set of motions meets v = 0 exactly and leaves it again at once along the other ray.
+Whether the support then sticks is a separate question (`three_points.rest`): it does when
+|B^-1 alpha| <= c, and then v = 0 attracts every direction, because v.B^-1 v falls. When it does
+not, h may still have a second, lower maximum with rho falling (B must differ between its axes): an
+open set of motions meets v = 0 exactly and leaves it again at once along the other ray.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from plumbob.analytic.numerics.collocation import Collocation, collocate, linearised
+from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.slider_path import Piece
-from plumbob.analytic.systems.three_points.element import (
-    FIRST,
-    STOPPED,
-    STUCK,
-    Accuracy,
-    Guess,
-    course,
-    departing,
-    element,
-    support_speeds,
+from plumbob.analytic.systems.three_points.equations import (
+    Complex,
+    Configuration,
+    Mechanics,
+    configuration,
+    sliding_rates,
+    support_velocities,
 )
-from plumbob.analytic.systems.three_points.equations import Mechanics, configuration
 from plumbob.analytic.systems.three_points.smooth_segment import (
+    Accuracy,
     SmoothSegment,
     State,
+    fitted,
     monotone_root,
     speed_scale,
     state_at,
 )
 
+STUCK = 2e-14  # speed of a support over speed_scale: only round-off is left
+STOPPED = 1e-12  # the same for the whole body, over its speed in this piece
+SHORT = 1e-7  # element over the time itself, below which w is constant to round-off
+UNBALANCED = 1e-3  # smallest unbalanced part of the forces as a slide starts, over their size
+STEEPNESS = 0.045  # reciprocal of the power of the element's length in the truncation error
+SMALLEST = 1e-14  # element over the time scale
+LEAST_TRUNCATION = 1e-18  # an element may not grow without bound after an exact one
+GROWTH = (0.2, 0.9)  # least and largest factor on an element that has to be shortened
+FIRST = 2.0  # length in sigma: e-folds of the speed that changes fastest
+NEAR_POLE = 3.0  # time scales from a zero of v_i, within which the element runs in sigma
+REACH = 4.0  # times the time in which the slowest change stops a support
+FLOOR = 0.3  # of the speed at which a support counts as stuck: where an element may end
 ELEMENTS = 2000  # in one piece, before giving up
+
+Guess = Callable[[Array, Configuration], Array]  # times since the start, slider -> states (n, 3)
 
 
 @dataclass(frozen=True)
 class Slid:
-    """What a slide came to: its segments, the state at its end, and the supports then at rest."""
+    """Result of a slide: its segments, the state at its end, and the supports then at rest."""
 
     segments: list[SmoothSegment]
     state: State
     still: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class ElementPlan:
+    """How the next element is to be solved.
+
+    `clock` is that of `sliding_rates` (None: the element runs in time), `longest` the largest
+    length in its variable, `guess` gives first slopes at the nodes for a length. The rest is the
+    size of what the state holds: `time_scale` [s]; `speed` [m/s]; `acceleration` [m/s^2] that the
+    forces would give if they did not balance; `inverse_gyration` [1/m], the reciprocal radius of
+    gyration; `slowing` [m/s^2], the largest |dv_i/dt|.
+    """
+
+    clock: tuple[float, Array] | None
+    longest: float
+    time_scale: float
+    speed: float
+    acceleration: float
+    inverse_gyration: float
+    slowing: float
+    guess: Callable[[float], Array]
+
+
+@dataclass(frozen=True)
+class Element:
+    """A solved element: SmoothSegment coefficients, its length in its variable, and the next
+    one's."""
+
+    coefficients: Array
+    size: float
+    next_size: float
+
+
+@dataclass(frozen=True)
+class _SupportMotion:
+    """Velocities v_i [m/s] and their rates dv_i/dt [m/s^2] at one time, shape (3,)."""
+
+    velocities: Complex
+    rates: Complex
+
+    @property
+    def speeds(self) -> Array:
+        return np.abs(self.velocities)
+
+    @property
+    def slowing(self) -> Array:
+        """|dv_i/dt| [m/s^2]."""
+        return np.abs(self.rates)
+
+    @property
+    def power(self) -> Array:
+        """v_i . dv_i/dt [m^2/s^3]."""
+        return np.asarray((self.velocities.conjugate() * self.rates).real)
 
 
 def slide(
@@ -65,32 +133,25 @@ def slide(
     """Slide from `state` until a support comes to rest or `duration` [s] of piece `number` is over.
 
     `departure` gives first guesses of (p_x, p_y, omega) where a support starts from rest: the
-    equations say nothing of a direction at v_i = 0, and one solution leaves it smoothly. `slipped`
-    is the support that does. Raises RuntimeError when no element is small enough.
+    equations define no direction at v_i = 0, and one solution leaves it smoothly. `slipped` is that
+    support. Raises RuntimeError when no element is small enough.
     """
     segments: list[SmoothSegment] = []
     size, timed, fastest = 0.0, True, 0.0
     while len(segments) < ELEMENTS:
         remaining = duration - state.time
         at = configuration(body, piece, np.array([state.time]))
-        speeds, local = support_speeds(at, state), speed_scale(at, state)
-        fastest = max(fastest, local)
-        if departure is None:
-            if speeds.max() <= STOPPED * fastest:
-                return Slid(segments, state, (0, 1, 2))
-            stuck = np.flatnonzero(speeds <= STUCK * local)
-            if stuck.size:
-                return Slid(segments, state, tuple(int(i) for i in stuck))
-        if remaining <= 0.0:
-            return Slid(segments, state, ())
-
+        fastest = max(fastest, speed_scale(at, state))
+        still = () if departure is not None else _at_rest(at, state, fastest)
+        if still or remaining <= 0.0:
+            return Slid(segments, state, still)
         if departure is not None:
-            plan = departing(body, piece, accuracy.rule, state, remaining, departure)
+            plan = _departing(body, piece, accuracy.rule, state, remaining, departure)
         else:
-            plan = course(body, piece, accuracy.rule, state, remaining, fastest)
+            plan = _continuing(body, piece, accuracy.rule, state, remaining, fastest)
         if size == 0.0 or timed != (plan.clock is None):
-            size, timed = (FIRST if plan.clock else plan.horizon), plan.clock is None
-        found = element(body, piece, accuracy, state, plan, min(size, plan.longest))
+            size, timed = (FIRST if plan.clock else plan.time_scale), plan.clock is None
+        found = _element(body, piece, accuracy, state, plan, min(size, plan.longest))
 
         last, end = 1.0, float(found.coefficients[:, 3].sum())
         if timed and found.size == remaining:
@@ -106,3 +167,167 @@ def slide(
         state = replace(state_at(found.coefficients, last), time=end)
         size, departure, slipped = found.next_size, None, -1
     raise RuntimeError(f"{ELEMENTS} elements did not finish piece {number}")
+
+
+def _at_rest(at: Configuration, state: State, fastest: float) -> tuple[int, ...]:
+    """Supports whose speed is round-off; all of them where the body's is, compared with the
+    `fastest` [m/s] of this piece."""
+    point, omega = np.array([state.point]), np.array([state.omega])
+    speeds = np.abs(support_velocities(at, point, omega)[0])
+    if speeds.max() <= STOPPED * fastest:
+        return (0, 1, 2)
+    return tuple(int(i) for i in np.flatnonzero(speeds <= STUCK * speed_scale(at, state)))
+
+
+def _row(state: State) -> Array:
+    return np.array([state.point.real, state.point.imag, state.omega, state.time])
+
+
+def _acceleration(body: Mechanics, at: Configuration) -> float:
+    """Acceleration [m/s^2] that the forces would give if they did not balance."""
+    push = body.mass_ratio * abs(complex(at.acceleration[0]))
+    return float(at.limits[0].sum()) / body.mass + push + abs(body.tilt)
+
+
+def _departing(
+    body: Mechanics,
+    piece: Piece,
+    rule: Collocation,
+    state: State,
+    remaining: float,
+    departure: Guess,
+) -> ElementPlan:
+    """The element in which a support starts from rest, in time; `remaining` [s] of the piece."""
+    at = configuration(body, piece, np.array([state.time]))
+    speed, acceleration = speed_scale(at, state), _acceleration(body, at)
+    time_scale = remaining if np.isfinite(remaining) else 4.0 * speed / acceleration
+
+    def guess(size: float) -> Array:
+        times = size * rule.nodes
+        later = configuration(body, piece, state.time + times)
+        states = np.column_stack([departure(times, later), state.time + times])
+        return np.asarray(np.linalg.solve(rule.integral, states - _row(state)))
+
+    return ElementPlan(
+        clock=None,
+        longest=time_scale,
+        time_scale=time_scale,
+        speed=speed,
+        acceleration=acceleration,
+        inverse_gyration=float(np.sqrt(body.mass / at.inertia[0])),
+        slowing=0.0,
+        guess=guess,
+    )
+
+
+def _continuing(
+    body: Mechanics,
+    piece: Piece,
+    rule: Collocation,
+    state: State,
+    remaining: float,
+    fastest: float,
+) -> ElementPlan:
+    """The element that continues sliding from `state`; `remaining` [s] of the piece, `fastest`
+    [m/s] the largest speed scale met in it."""
+    at = configuration(body, piece, np.array([state.time]))
+    start, heading = _row(state)[None, :], np.array([state.heading])
+    rates, derivative = sliding_rates(body, at, start, heading, None)
+    supports = _support_motion(body, at, state, rates[0])
+    slowing, speed = supports.slowing, speed_scale(at, state)
+    time_scale = min(remaining, REACH * float((supports.speeds / slowing).max()))
+    clock, longest = None, min(time_scale, remaining)
+    # v_i + t dv_i/dt vanishes at a complex time, |v_i|/|dv_i/dt| from here: a pole of the forces.
+    if (supports.speeds < NEAR_POLE * time_scale * slowing).any():
+        clock = (1.0 / time_scale, slowing)
+        rates, derivative = sliding_rates(body, at, start, heading, clock)
+        longest = _longest_decay(supports, -float(rates[0, 3]), speed, fastest)
+
+    def guess(size: float) -> Array:
+        return size * linearised(rates[0], derivative[0], size * rule.nodes)
+
+    return ElementPlan(
+        clock=clock,
+        longest=longest,
+        time_scale=time_scale,
+        speed=speed,
+        acceleration=_acceleration(body, at),
+        inverse_gyration=float(np.sqrt(body.mass / at.inertia[0])),
+        slowing=float(slowing.max()),
+        guess=guess,
+    )
+
+
+def _support_motion(
+    body: Mechanics, at: Configuration, state: State, rates: Array
+) -> _SupportMotion:
+    """Motion of the supports at one time, from the `rates` of (p_x, p_y, omega, t)."""
+    velocities = support_velocities(at, np.array([state.point]), np.array([state.omega]))[0]
+    sweeping = 1j * state.omega * body.mass_ratio * at.velocity[0]
+    changes = complex(rates[0], rates[1]) + 1j * rates[2] * at.arms[0] - sweeping
+    return _SupportMotion(velocities, changes)
+
+
+def _longest_decay(
+    supports: _SupportMotion, backward_pace: float, speed: float, fastest: float
+) -> float:
+    """Length in sigma over which the fastest decaying support speed falls to round-off of the
+    `speed` scale and of the `fastest` [m/s]; `backward_pace` is -dt/d(sigma) [s]."""
+    speeds = supports.speeds
+    decay = backward_pace * supports.power / speeds**2
+    first = int(np.argmax(decay))
+    if not decay[first] > 0.0:
+        return float(np.inf)
+    floor = FLOOR * max(STUCK * speed, STOPPED * fastest * float(speeds[first] / speeds.max()))
+    return float(np.log(speeds[first] / floor) / decay[first])
+
+
+def _element(
+    body: Mechanics, piece: Piece, accuracy: Accuracy, state: State, plan: ElementPlan, size: float
+) -> Element:
+    """The element from `state` of length `size` or less, shortened until its truncation error is
+    within the tolerance. Raises RuntimeError when none is short enough."""
+    rule, least = accuracy.rule, SMALLEST * (1.0 if plan.clock else plan.time_scale)
+    while size >= least:
+        found = _solution(body, piece, rule, state, plan, size)
+        truncation = np.inf if found is None else max(found[1], LEAST_TRUNCATION)
+        change = 0.9 * (accuracy.tolerance / truncation) ** STEEPNESS
+        if found is not None and truncation <= accuracy.tolerance:
+            coefficients = fitted(rule, body, piece, state, found[0])
+            return Element(coefficients, size, size * change)
+        size *= min(GROWTH[1], max(GROWTH[0], change))
+    raise RuntimeError(f"no step is small enough at {state.time!r} s of a piece")
+
+
+def _solution(
+    body: Mechanics, piece: Piece, rule: Collocation, state: State, plan: ElementPlan, size: float
+) -> tuple[Array, float] | None:
+    """Slopes at the nodes, shape (n, 4), and their relative truncation error; None where Newton's
+    method does not converge."""
+    heading = np.full(rule.nodes.size, state.heading)
+
+    def right_hand_side(states: Array) -> tuple[Array, Array]:
+        at = configuration(body, piece, states[:, 3])
+        jerk = None
+        if plan.clock and at.acceleration.any():
+            passing = rule.derivative @ states[:, 3]
+            if passing.min() > SHORT * abs(states[-1, 3]):
+                jerk = (rule.derivative @ at.acceleration) / passing
+        rates, derivative = sliding_rates(body, at, states, heading, plan.clock, jerk)
+        if body.tilt:
+            heading[:] = state.heading + size * rule.integral @ (states[:, 2] * rates[:, 3])
+        return size * rates, size * derivative
+
+    guess = plan.guess(size)
+    scale = _state_scale(plan, np.abs(rule.integral @ guess).max(axis=0))
+    with np.errstate(all="ignore"):
+        slopes = collocate(rule, right_hand_side, _row(state), guess, scale)
+    return None if slopes is None else (slopes, rule.truncation(slopes, scale))
+
+
+def _state_scale(plan: ElementPlan, change: Array) -> Array:
+    """Size of (p_x, p_y, omega, t) in an element with a first guess of its largest `change`, shape
+    (4,)."""
+    speed = max(plan.speed, float(change[:2].max()), UNBALANCED * plan.acceleration * change[3])
+    time = speed / plan.slowing if plan.clock else plan.time_scale
+    return np.array([speed, speed, speed * plan.inverse_gyration, time])

@@ -7,19 +7,29 @@ from typing import Literal
 
 import numpy as np
 
+from plumbob.analytic.numerics.collocation import Collocation, evaluate
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.slider_path import Piece
-from plumbob.analytic.systems.three_points.collocation import Scheme, evaluate, primitive
 from plumbob.analytic.systems.three_points.equations import Configuration, Mechanics, configuration
 
-CLOSE = 1e-12  # a Newton step so small is followed by none that a double can hold
+CLOSE = 1e-12  # Newton converges quadratically: the step after one this small is below round-off
+NEWTON_STEPS = 8
+BRACKETS = 64  # of a segment, to start Newton's method from
 Mode = Literal["slide", "pivot", "rest"]
 
 
 @dataclass(frozen=True)
+class Accuracy:
+    """Discretisation: the collocation rule, and the relative truncation error of an element."""
+
+    rule: Collocation
+    tolerance: float
+
+
+@dataclass(frozen=True)
 class State:
-    """Where the motion is at local `time` [s] of a piece: velocity p of the body's point at G in
-    body axes [m/s], angular velocity [rad/s], heading psi [rad], place of G on the ground [m]."""
+    """State at local `time` [s] of a piece: velocity p of the body's point at G in body axes
+    [m/s], angular velocity [rad/s], heading psi [rad], place of G on the ground [m]."""
 
     time: float
     point: complex
@@ -60,16 +70,16 @@ class SmoothSegment:
 
 def monotone_root(series: Array, values: Array, last: float = 1.0) -> Array:
     """Places in [0, last], shape (n,), where an increasing Legendre `series`, shape (k,), takes
-    `values`, shape (n,): Newton's method kept inside a shrinking bracket."""
+    `values`, shape (n,), by Newton's method, bisecting where it would leave its bracket."""
     slope = 2.0 * np.polynomial.legendre.legder(series)
-    grid = np.linspace(0.0, last, 65)
+    grid = np.linspace(0.0, last, BRACKETS + 1)
     heights = np.maximum.accumulate(evaluate(series[:, None], grid)[:, 0])
-    where = np.clip(np.searchsorted(heights, values), 1, 64)
+    where = np.clip(np.searchsorted(heights, values), 1, BRACKETS)
     low, high = grid[where - 1], grid[where]
     rise = heights[where] - heights[where - 1]
-    share = np.clip((values - heights[where - 1]) / np.where(rise > 0.0, rise, 1.0), 0.0, 1.0)
-    x = low + share * (high - low)
-    for _ in range(8):
+    ratio = (values - heights[where - 1]) / np.where(rise > 0.0, rise, 1.0)
+    x = low + np.clip(ratio, 0.0, 1.0) * (high - low)
+    for _ in range(NEWTON_STEPS):
         excess = np.polynomial.legendre.legval(2.0 * x - 1.0, series) - values
         low, high = np.where(excess < 0.0, x, low), np.where(excess > 0.0, x, high)
         rate = np.polynomial.legendre.legval(2.0 * x - 1.0, slope)
@@ -80,19 +90,19 @@ def monotone_root(series: Array, values: Array, last: float = 1.0) -> Array:
     return np.asarray(x)
 
 
-def fitted(rule: Scheme, body: Mechanics, piece: Piece, first: State, slopes: Array) -> Array:
-    """Coefficients of a SmoothSegment from the `slopes`, shape (n, 4), of (p_x, p_y, omega, t) at the
-    nodes: heading and place of G are integrals of what follows from them."""
+def fitted(rule: Collocation, body: Mechanics, piece: Piece, first: State, slopes: Array) -> Array:
+    """Coefficients of a SmoothSegment, shape (n + 1, 7), from the `slopes`, shape (n, 4), of (p_x,
+    p_y, omega, t) at the nodes; heading and place of G follow by integration."""
     start = [first.point.real, first.point.imag, first.omega, first.time, first.heading]
     start += [first.place.real, first.place.imag]
-    states = np.array(start[:4]) + rule.integrals @ slopes
+    states = np.array(start[:4]) + rule.integral @ slopes
     turning = slopes[:, 3] * states[:, 2]
-    heading = first.heading + rule.integrals @ turning
+    heading = first.heading + rule.integral @ turning
     velocity = configuration(body, piece, states[:, 3]).velocity
     centre = states[:, 0] + 1j * states[:, 1] + body.mass_ratio * velocity
     drift = slopes[:, 3] * centre * np.exp(1j * heading)
     everything = np.column_stack([slopes, turning, drift.real, drift.imag])
-    return primitive(rule, np.array(start), everything)
+    return rule.primitive(np.array(start), everything)
 
 
 def state_at(coefficients: Array, place: float) -> State:

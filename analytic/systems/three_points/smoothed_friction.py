@@ -2,10 +2,10 @@
 
 Coulomb's v/|v| becomes v/sqrt(v^2 + delta^2), the equations are Newton's (Chernousko 2020, eqs.
 2-4) in ground axes with the slider's acceleration, and Radau integrates them without knowing of any
-event. The error is C delta + O(delta^2 log delta), most of it creep while friction ought to hold:
-two deltas leave the second term. It is worse than that where a hold gives way as its load grows
-through the limit (delta^(4/5): v ~ t^2 and dv/dt ~ delta^2/v^2 there), and where a support passes
-rest at a speed of the order of delta. Shares only the slider's path with the event-driven motion.
+event. The error is C delta + O(delta^2 log delta), most of it drift of the regularised stiction:
+two deltas eliminate the first term. The error is larger where a load grows through the friction
+limit (delta^(4/5): v ~ t^2 and dv/dt ~ delta^2/v^2 there), and where a support passes rest at a
+speed of the order of delta. Only the slider's path is common with the event-driven motion.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
 
 RELATIVE, ABSOLUTE = 1e-9, 1e-13
-TINY = 1e-30  # step of a complex derivative: no difference is taken, so none is lost
+TINY = 1e-30  # complex step of a derivative, free of cancellation
 
 Kinematics = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 Slider = Callable[[float], Kinematics]
@@ -33,7 +33,8 @@ Rates = Callable[[Any, Kinematics], list[Any]]
 
 @dataclass(frozen=True)
 class SmoothedPose:
-    """Extrapolated pose (x [m], y [m], psi [rad]), shape (3,), and how far that moved it."""
+    """Extrapolated pose (x [m], y [m], psi [rad]), shape (3,), and by how much the extrapolation
+    moved it."""
 
     pose: Array
     moved: Array
@@ -64,9 +65,9 @@ def _rates(capsule: Capsule, delta: float) -> Rates:
             px, py = c * ax - s * ay, s * ax + c * ay
             ux, uy = speed_x - omega * py, speed_y + omega * px
             load = constant + by_x * r[0] + by_y * r[1]
-            share = -load / (ux * ux + uy * uy + delta * delta) ** 0.5
-            fx, fy = fx + share * ux, fy + share * uy
-            moment = moment + share * (px * uy - py * ux)
+            friction = -load / (ux * ux + uy * uy + delta * delta) ** 0.5
+            fx, fy = fx + friction * ux, fy + friction * uy
+            moment = moment + friction * (px * uy - py * ux)
         # (M + m) a + m alpha k x r = sum F - m b;  J alpha + m r x (a + alpha k x r + b) = moment.
         gx, gy = fx / mass - mu * bx, fy / mass - mu * by
         inertia = capsule.inertia + m * (1.0 - mu) * (rx * rx + ry * ry)
@@ -89,14 +90,14 @@ def smoothed_motion(
     capsule: Capsule, path: SliderPath, start: Array, duration: float, delta: float
 ) -> Array:
     """Pose and velocity (x, y, psi, v_x, v_y, omega), shape (6,), at `duration` [s] from `start`,
-    shape (6,), with friction smoothed over `delta` [m/s]. Raises RuntimeError if Radau gives up."""
+    shape (6,), with friction smoothed over `delta` [m/s]. Raises RuntimeError if Radau fails."""
     state, rates = np.asarray(start, dtype=np.float64), _rates(capsule, delta)
     begins = [0.0, *(float(t) for t in path.breakpoints[1:] if t < duration)]
     for number, (begin, end) in enumerate(zip(begins, [*begins[1:], duration], strict=True)):
         if end <= begin:
             continue
 
-        @lru_cache(maxsize=16)  # Newton's iterations ask for the same few times again and again
+        @lru_cache(maxsize=16)  # Newton's iterations use the same few times repeatedly
         def slider(t: float, begin: float = begin, number: int = number) -> Kinematics:
             if number == len(path.pieces):
                 return path.end, (0.0, 0.0), (0.0, 0.0)
@@ -131,8 +132,8 @@ def smoothed_pose(
     order: float = 1.0,
 ) -> SmoothedPose:
     """Pose at `duration` [s] from `start` (x, y, psi, v_x, v_y, omega), extrapolated to delta -> 0
-    from `delta` [m/s] and half of it, the error going as delta^`order`: 1, or 4/5 where a hold
-    gives way under a growing load."""
+    from `delta` [m/s] and half of it, the error going as delta^`order`: 1, or 4/5 where a
+    load grows through the friction limit."""
     coarse, fine = (
         smoothed_motion(capsule, path, start, duration, width)[:3] for width in (delta, 0.5 * delta)
     )
