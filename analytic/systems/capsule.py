@@ -127,9 +127,6 @@ def load_fractions(capsule: Capsule, centres: Array) -> Array:
     return np.asarray(areas / (ux * vy - uy * vx))
 
 
-load_shares = load_fractions  # former name, until its last callers use the new one
-
-
 def normal_forces(capsule: Capsule, slider_positions: Array) -> Array:
     """Static normal forces N_i [N], shape (n, 3), with the slider at `slider_positions` relative
     to C [m], shape (n, 2): M at C and m at Q weigh as M + m at mu r (Chernousko 2020, eq. 7)."""

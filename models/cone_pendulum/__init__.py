@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.pendulum_errors import PendulumErrors
+from plumbob.analytic.errors.smooth_motion.pendulum_errors import PendulumErrors
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array

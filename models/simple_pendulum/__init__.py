@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
 
-from plumbob.analytic.errors.pendulum_errors import simple_pendulum_errors
+from plumbob.analytic.errors.smooth_motion.pendulum_errors import simple_pendulum_errors
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known
 from plumbob.analytic.reference import Array, Reference

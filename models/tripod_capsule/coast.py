@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.plane_errors import plane_errors
-from plumbob.analytic.errors.sliding_errors import coasting_errors
+from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
+from plumbob.analytic.errors.sliding_motion.sliding_errors import coasting_errors
 from plumbob.analytic.errors.theory import ErrorTheory, StepErrors
 from plumbob.analytic.parameters import ParameterError, finite
 from plumbob.analytic.reference import Array

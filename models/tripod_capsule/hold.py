@@ -8,7 +8,7 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.errors.sliding_errors import hold_errors, stroke_errors
+from plumbob.analytic.errors.sliding_motion.sliding_errors import hold_errors, stroke_errors
 from plumbob.analytic.errors.theory import ErrorTheory, StepErrors
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.sliding_errors import line_errors
+from plumbob.analytic.errors.sliding_motion.sliding_errors import line_errors
 from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces, source_assumption

@@ -7,7 +7,7 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.errors.sliding_errors import repeated_line_errors
+from plumbob.analytic.errors.sliding_motion.sliding_errors import repeated_line_errors
 from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.plane_errors import plane_errors
+from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
 from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.errors.sliding_errors import step_error
-from plumbob.analytic.errors.soft_contact import SoftContact
+from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
+from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 from plumbob.reports.findings.measurements import case, problem

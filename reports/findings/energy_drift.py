@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.errors.energy_drift import energy_drift_rate
+from plumbob.analytic.errors.smooth_motion.energy_drift import energy_drift_rate
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array

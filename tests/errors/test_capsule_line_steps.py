@@ -10,7 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from plumbob.analytic.errors.schemes import EULER, Scheme
-from plumbob.analytic.errors.sliding_errors import (
+from plumbob.analytic.errors.sliding_motion.sliding_errors import (
     Sampling,
     coasting_step_error,
     leftover_stroke_rate,

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from plumbob.analytic.errors.energy_drift import energy_drift_rate
-from plumbob.analytic.errors.global_error import expansion, leading_error
-from plumbob.analytic.errors.rotor_steps import rotor_step
 from plumbob.analytic.errors.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Control, Scheme
+from plumbob.analytic.errors.smooth_motion.energy_drift import energy_drift_rate
+from plumbob.analytic.errors.smooth_motion.global_error import expansion, leading_error
+from plumbob.analytic.errors.smooth_motion.rotor_steps import rotor_step
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
 from plumbob.analytic.parameters import ParameterError

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.jointed_euler import TERMS, JointedSeries
+from plumbob.analytic.errors.smooth_motion.jointed_euler import TERMS, JointedSeries
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion

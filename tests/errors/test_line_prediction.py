@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
-from plumbob.analytic.errors.sliding_errors import (
+from plumbob.analytic.errors.sliding_motion.sliding_errors import (
     coasting_errors,
     hold_errors,
     line_errors,

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.sliding_errors import step_error
+from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.capsule import whole
 from plumbob.engines.adapters.mujoco.contacts import (

@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.plane_errors import euler_lead
-from plumbob.analytic.errors.soft_contact_plane import missing_loads, plane_motion
+from plumbob.analytic.errors.contact_models.soft_contact_plane import missing_loads, plane_motion
+from plumbob.analytic.errors.sliding_motion.plane_errors import euler_lead
 from plumbob.engines.adapters.mujoco.contacts import PLANE_SOFTENING, contacts
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.study.measurement import measure

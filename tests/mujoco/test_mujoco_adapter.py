@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from plumbob.analytic.errors.added_inertia import platform_error
-from plumbob.analytic.errors.pendulum_errors import PendulumErrors
+from plumbob.analytic.errors.contact_models.added_inertia import platform_error
+from plumbob.analytic.errors.smooth_motion.pendulum_errors import PendulumErrors
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import cone
 from plumbob.engines.adapters.mujoco import ENGINE, model_error, prepare
@@ -45,7 +45,7 @@ def error(method: Method, step: float, **given: Any) -> float:
 
 
 def predicted(method: Method, step: float) -> float:
-    """What the first two terms of the scheme's error say (plumbob.analytic.errors.global_error)."""
+    """What the first two terms of the scheme's error series say."""
     terms = PendulumErrors(DEFAULT.motion).series(method.scheme, END)
     return sum(float(values["theta"][0]) * step**power for power, values in terms.items())
 

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from plumbob.analytic.errors.sequential_impulse import slipping_feet_factor
-from plumbob.analytic.errors.sliding_errors import step_error
+from plumbob.analytic.errors.contact_models.sequential_impulse import slipping_feet_factor
+from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.engines.adapters.pymunk import ENGINE, capsule

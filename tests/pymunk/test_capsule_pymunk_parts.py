@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.sequential_impulse import (
+from plumbob.analytic.errors.contact_models.sequential_impulse import (
     MOST_ITERATIONS,
     TARGET,
     feet_factor,

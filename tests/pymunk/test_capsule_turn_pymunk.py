@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors import position_first
-from plumbob.analytic.errors.implicit_friction import Slip
+from plumbob.analytic.errors.sliding_motion import position_first
+from plumbob.analytic.errors.sliding_motion.implicit_friction import Slip
 from plumbob.engines.adapters.pymunk import capsule, slider_drive
 from plumbob.engines.adapters.pymunk.assembly import Assembly
 from plumbob.engines.adapters.pymunk.capsule_above import SetLimits, friction_limits

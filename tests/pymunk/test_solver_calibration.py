@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from plumbob.analytic.errors.sequential_impulse_line import STALLED, USED_UP, LineRun
+from plumbob.analytic.errors.contact_models.sequential_impulse_line import STALLED, USED_UP, LineRun
 from plumbob.engines.adapters.pymunk.capsule import described
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import scene, system_of

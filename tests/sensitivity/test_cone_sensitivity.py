@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.analytic.errors.pendulum_errors import PendulumErrors
+from plumbob.analytic.errors.smooth_motion.pendulum_errors import PendulumErrors
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import scene as find_scene

@@ -9,7 +9,7 @@ from functools import cache
 
 import pytest
 
-from plumbob.analytic.errors import soft_contact
+from plumbob.analytic.errors.contact_models import soft_contact
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.models.registry import case_of, scene, system_of

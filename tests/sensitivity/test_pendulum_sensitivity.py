@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.analytic.errors.global_error import RotorErrors
-from plumbob.analytic.errors.pendulum_errors import RodErrors
+from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
+from plumbob.analytic.errors.smooth_motion.pendulum_errors import RodErrors
 from plumbob.analytic.errors.theory import ErrorTheory
 from plumbob.analytic.reference import Reference
 from plumbob.analytic.systems.pendulums.rod_tension import RodMotion

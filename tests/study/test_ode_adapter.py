@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.global_error import leading_error
-from plumbob.analytic.errors.pendulum_errors import PendulumErrors
+from plumbob.analytic.errors.smooth_motion.global_error import leading_error
+from plumbob.analytic.errors.smooth_motion.pendulum_errors import PendulumErrors
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.parameters import ParameterError

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from plumbob.analytic.errors.soft_contact import SoftContact
+from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import Engine, Method, Simulation

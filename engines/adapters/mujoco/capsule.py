@@ -14,8 +14,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plumbob.analytic.errors import soft_contact_line, soft_contact_plane
-from plumbob.analytic.errors.soft_contact import without_formula
+from plumbob.analytic.errors.contact_models import soft_contact_line, soft_contact_plane
+from plumbob.analytic.errors.contact_models.soft_contact import without_formula
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.engines.adapters.mujoco import capsule_reduced, options

@@ -17,9 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.plane_steps import FRICTION_LEADS
+from plumbob.analytic.errors.contact_models.soft_contact import (
+    NormalContact,
+    SoftContact,
+    without_formula,
+)
 from plumbob.analytic.errors.schemes import EULER, RK4
-from plumbob.analytic.errors.soft_contact import NormalContact, SoftContact, without_formula
+from plumbob.analytic.errors.sliding_motion.plane_steps import FRICTION_LEADS
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.models.registry import unknown

@@ -12,7 +12,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plumbob.analytic.errors.added_inertia import bob_error
+from plumbob.analytic.errors.contact_models.added_inertia import bob_error
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.engines.adapters.divergence import limits

@@ -8,9 +8,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.errors import sequential_impulse_line, sequential_impulse_plane
-from plumbob.analytic.errors.model_error import ModelError
-from plumbob.analytic.errors.sequential_impulse import (
+from plumbob.analytic.errors.contact_models import sequential_impulse_line, sequential_impulse_plane
+from plumbob.analytic.errors.contact_models.model_error import ModelError
+from plumbob.analytic.errors.contact_models.sequential_impulse import (
     SequentialImpulse,
     contacts_factor,
     feet_factor,

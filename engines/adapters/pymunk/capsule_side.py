@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import pymunk
 
-from plumbob.analytic.systems.capsule import load_shares
+from plumbob.analytic.systems.capsule import load_fractions
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.pymunk.assembly import NO_TURNING, Assembly, pin_joint
 
@@ -136,7 +136,7 @@ def _normal_forces(setup: CapsuleSetup, stand: Stand) -> Mapping[str, float]:
     unit = np.array([math.cos(setup.direction), math.sin(setup.direction)])
     across = capsule.mass_ratio * (unit[0] * y - unit[1] * x)
     centre = reach * unit + across * np.array([-unit[1], unit[0]])
-    forces = both * load_shares(capsule, centre)
+    forces = both * load_fractions(capsule, centre)
     return {f"normal_force_{i + 1}": float(forces[i]) for i in range(3)}
 
 

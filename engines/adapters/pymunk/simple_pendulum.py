@@ -10,7 +10,7 @@ from typing import Any
 
 import pymunk
 
-from plumbob.analytic.errors.sequential_impulse import opening_error
+from plumbob.analytic.errors.contact_models.sequential_impulse import opening_error
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.engines.adapters.divergence import fastest, limits
 from plumbob.engines.adapters.pymunk.methods import CLOSING_RATE

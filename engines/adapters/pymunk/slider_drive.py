@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from plumbob.analytic.errors.position_first import switches_on_grid
+from plumbob.analytic.errors.sliding_motion.position_first import switches_on_grid
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.analytic.systems.slider_path import SliderPath

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from plumbob.analytic.errors.discontinuities import trapezoid_error
+from plumbob.analytic.errors.sliding_motion.discontinuities import trapezoid_error
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings import measurements

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.errors.plane_errors import euler_lead
+from plumbob.analytic.errors.sliding_motion.plane_errors import euler_lead
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS, PARTS
 from plumbob.reports.findings.capsule_turn.exact_motion import formula_errors, slope

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.errors.jointed_euler import JointedSeries
+from plumbob.analytic.errors.smooth_motion.jointed_euler import JointedSeries
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study

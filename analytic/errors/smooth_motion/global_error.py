@@ -23,8 +23,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from plumbob.analytic.errors.rotor_steps import RotorStep, StepSeries, exact, rotor_step
 from plumbob.analytic.errors.schemes import Scheme
+from plumbob.analytic.errors.smooth_motion.rotor_steps import (
+    RotorStep,
+    StepSeries,
+    exact,
+    rotor_step,
+)
 from plumbob.analytic.errors.theory import Coefficients
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import integrate

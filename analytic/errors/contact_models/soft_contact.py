@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import load_shares
+from plumbob.analytic.systems.capsule import load_fractions
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 
 # Calibrated; tests/sensitivity/test_contact_calibration.py holds both from both sides.
@@ -58,7 +58,9 @@ def without_formula(problem: CapsuleProblem) -> bool:
 
 def load_fraction_slopes(problem: CapsuleProblem) -> Array:
     """Change of each support's fraction of the load with the centre of pressure [1/m], (3, 2)."""
-    here, x, y = load_shares(problem.setup.capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
+    here, x, y = load_fractions(
+        problem.setup.capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    )
     return np.column_stack([x - here, y - here])
 
 

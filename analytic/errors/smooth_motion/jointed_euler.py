@@ -29,7 +29,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.polynomial import legendre
 
-from plumbob.analytic.errors.rotor_steps import StepSeries, exact
+from plumbob.analytic.errors.smooth_motion.rotor_steps import StepSeries, exact
 from plumbob.analytic.errors.theory import Coefficients
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor

@@ -35,17 +35,17 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors import soft_contact
-from plumbob.analytic.errors.added_inertia import slider_in_the_plane
-from plumbob.analytic.errors.model_error import Bounds, ModelError, by_observable
-from plumbob.analytic.errors.soft_contact import (
+from plumbob.analytic.errors.contact_models import soft_contact
+from plumbob.analytic.errors.contact_models.added_inertia import slider_in_the_plane
+from plumbob.analytic.errors.contact_models.model_error import Bounds, ModelError, by_observable
+from plumbob.analytic.errors.contact_models.soft_contact import (
     NormalContact,
     SoftContact,
     load_fraction_slopes,
     shortest_arm,
 )
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule, load_shares, normal_forces
+from plumbob.analytic.systems.capsule import Capsule, load_fractions, normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.equations import Complex
@@ -177,7 +177,7 @@ def missing_loads(
     moment = capsule.slider_mass * lifted * motion.place
     moment += _gyration(motion.rate, spun, bent, tilt_inertia, capsule.inertia)
     moment += -over * drawn - bent.height * dragged + 0.5 * (bent.depths * friction).sum(axis=0)
-    tilting, central = _tilting(problem), load_shares(capsule, np.zeros(2))
+    tilting, central = _tilting(problem), load_fractions(capsule, np.zeros(2))
     return np.asarray(np.outer(central, total) + (tilting.conjugate()[:, None] * moment).real)
 
 
@@ -191,7 +191,7 @@ def _quasi_static(problem: CapsuleProblem, motion: PlaneMotion, compliance: floa
     capsule = problem.setup.capsule
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     here, ahead, aside = -compliance * normal_forces(capsule, corners)
-    tilting, central = _tilting(problem), load_shares(capsule, np.zeros(2))
+    tilting, central = _tilting(problem), load_fractions(capsule, np.zeros(2))
 
     def linear(vector: Complex) -> tuple[Array, Array, Complex]:
         """Change of depths (3, n), of C's height and of the gradient with r by `vector`."""

@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.model_error import NORMAL_FORCES
+from plumbob.analytic.errors.contact_models.model_error import NORMAL_FORCES
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.numerics.rotor.variational import TangentFlow
 from plumbob.analytic.reference import Array

@@ -16,17 +16,22 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.errors import soft_contact
-from plumbob.analytic.errors.added_inertia import slider_on_a_line
-from plumbob.analytic.errors.model_error import NORMAL_FORCES, Bounds, ModelError, by_observable
-from plumbob.analytic.errors.soft_contact import (
+from plumbob.analytic.errors.contact_models import soft_contact
+from plumbob.analytic.errors.contact_models.added_inertia import slider_on_a_line
+from plumbob.analytic.errors.contact_models.model_error import (
+    NORMAL_FORCES,
+    Bounds,
+    ModelError,
+    by_observable,
+)
+from plumbob.analytic.errors.contact_models.soft_contact import (
     NormalContact,
     SoftContact,
     load_fraction_slopes,
     shortest_arm,
 )
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import ROUNDOFF, load_shares, normal_forces
+from plumbob.analytic.systems.capsule import ROUNDOFF, load_fractions, normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 
@@ -325,7 +330,7 @@ def _inertial_loads(
     # Forces at the supports that give the body its vertical and its two angular accelerations.
     lift = np.linalg.inv(np.column_stack([np.ones(3), corners[:, 1], -corners[:, 0]]))
     inertia = np.diag([capsule.body_mass, normal.tilt_inertia, normal.tilt_inertia])
-    fractions = load_shares(capsule, np.asarray(setup.slider) + slid[:, None] * motion.along).T
+    fractions = load_fractions(capsule, np.asarray(setup.slider) + slid[:, None] * motion.along).T
     body = lift.T @ inertia @ lift @ _second(depths, times)
     slider = capsule.slider_mass * _second(np.sum(fractions * depths, axis=0), times)
     return np.asarray((np.abs(body) + np.abs(fractions * slider)).max(axis=1))

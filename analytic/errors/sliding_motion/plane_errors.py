@@ -27,9 +27,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from plumbob.analytic.errors.plane_steps import COLUMNS, course
-from plumbob.analytic.errors.position_first import position_first_course
 from plumbob.analytic.errors.schemes import Scheme
+from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, course
+from plumbob.analytic.errors.sliding_motion.position_first import position_first_course
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
 from plumbob.analytic.systems.three_points.reference import PlaneReference

@@ -23,9 +23,13 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.errors.implicit_friction import FrictionProblem, Slip, after_friction
 from plumbob.analytic.errors.schemes import EULER as EULER
 from plumbob.analytic.errors.schemes import RK4 as RK4
+from plumbob.analytic.errors.sliding_motion.implicit_friction import (
+    FrictionProblem,
+    Slip,
+    after_friction,
+)
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath

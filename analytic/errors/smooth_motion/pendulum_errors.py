@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from plumbob.analytic.errors.global_error import RotorErrors
-from plumbob.analytic.errors.jointed_euler import JointedSeries
 from plumbob.analytic.errors.schemes import Scheme
+from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
+from plumbob.analytic.errors.smooth_motion.jointed_euler import JointedSeries
 from plumbob.analytic.errors.theory import Coefficients, ErrorTheory
 from plumbob.analytic.numerics.truncated_series import constant, product, sine_cosine
 from plumbob.analytic.reference import Array

@@ -13,8 +13,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from plumbob.analytic.errors.rotor_steps import StepSeries, rotor_step
 from plumbob.analytic.errors.schemes import Scheme
+from plumbob.analytic.errors.smooth_motion.rotor_steps import StepSeries, rotor_step
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import integrate

@@ -24,8 +24,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from plumbob.analytic.errors.discontinuities import GRID
-from plumbob.analytic.errors.implicit_friction import FrictionProblem, Slip, after_friction
+from plumbob.analytic.errors.sliding_motion.discontinuities import GRID
+from plumbob.analytic.errors.sliding_motion.implicit_friction import (
+    FrictionProblem,
+    Slip,
+    after_friction,
+)
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath

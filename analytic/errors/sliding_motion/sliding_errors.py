@@ -8,13 +8,13 @@ from typing import Literal
 
 import numpy as np
 
-from plumbob.analytic.errors.discontinuities import (
+from plumbob.analytic.errors.schemes import RK4, Scheme
+from plumbob.analytic.errors.sliding_motion.discontinuities import (
     GRID,
     rk4_stop,
     trapezoid_error,
     trapezoid_errors,
 )
-from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import load_slopes

@@ -17,14 +17,14 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.model_error import (
+from plumbob.analytic.errors.contact_models.model_error import (
     Bounds,
     ModelError,
     by_observable,
     radius_of_gyration,
     support_arm,
 )
-from plumbob.analytic.errors.sequential_impulse import ROUNDINGS, SequentialImpulse
+from plumbob.analytic.errors.contact_models.sequential_impulse import ROUNDINGS, SequentialImpulse
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 

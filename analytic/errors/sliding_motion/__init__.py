@@ -1,0 +1,1 @@
+"""Discretisation errors where friction switches inside a step: errors of a step as it is."""

@@ -1,0 +1,1 @@
+"""Discretisation errors where nothing switches: power series in the step."""
