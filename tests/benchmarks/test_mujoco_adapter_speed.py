@@ -1,4 +1,4 @@
-"""What the MuJoCo adapter costs beside a bare loop, and what leaving out idle stages saves.
+"""Cost of the MuJoCo adapter relative to a bare loop, and the saving by disabled pipeline stages.
 
 Both sides of a ratio are timed in turn, by processor time, and compared turn by turn, so that a
 slower machine or a busy one moves them together.
@@ -45,7 +45,7 @@ def adapted(simulation: MujocoSimulation) -> float:
 
 @pytest.mark.parametrize("name", ["mujoco/euler", "mujoco/rk4"])
 def test_adapter_costs_little(name: str) -> None:
-    # 1.1 is what the adapter is allowed; it takes 0.97 to 1.03, the recording being done in C
+    # The limit is 1.1; measured are 0.97 to 1.03, as recording is done in C.
     simulation = compiled(SYSTEM.case(scene()), METHODS[name], 1e-4)
     ratio = statistics.median(adapted(simulation) / bare(simulation) for _ in range(41))
     print(f"\n{name}: adapter / bare loop = {ratio:.3f}")
@@ -54,7 +54,7 @@ def test_adapter_costs_little(name: str) -> None:
 
 @pytest.mark.parametrize("name", [m.name for m in METHODS.values() if meant(m, scene())])
 def test_trimming_saves_and_changes_nothing(name: str) -> None:
-    # 29 to 39 % on every integrator; a tenth would say that a stage came back
+    # Measured: 29 to 39 % on every integrator. Only 10 % would mean that a stage is enabled again.
     measured = trimming(SYSTEM.case(scene()), METHODS[name])
     flags = 1 - measured.ns_flags / measured.ns_default
     trimmed = 1 - measured.ns_trimmed / measured.ns_default

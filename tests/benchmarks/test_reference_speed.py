@@ -1,4 +1,4 @@
-"""What the pendulum's closed form costs beside a Taylor integrator and an explicit Runge-Kutta.
+"""Cost of the pendulum's closed form relative to a Taylor integrator and an explicit Runge-Kutta.
 
 The sides are timed in turn, by processor time, so that a busy machine moves them together.
 """
@@ -34,13 +34,13 @@ def seconds(run: Callable[[], Any]) -> float:
 
 
 def in_turn(runs: dict[str, Callable[[], Any]], rounds: int) -> dict[str, float]:
-    """Median processor time [s] of each, timed one after another, over and over."""
+    """Median processor time [s] of each; they are timed alternately."""
     taken = [{name: seconds(run) for name, run in runs.items()} for _ in range(rounds)]
     return {name: statistics.median(row[name] for row in taken) for name in runs}
 
 
 def solved() -> PendulumMotion:
-    """The motion with all that it takes to answer for many times."""
+    """The motion with everything it needs to be evaluated at many times."""
     motion = PENDULUM.motion
     fresh = PendulumMotion(motion.potential, motion.inertia, motion.theta, motion.theta_dot)
     assert fresh.table.theta.shape[1] > 0
@@ -82,7 +82,7 @@ def worst_error(theta: Array) -> float:
 
 
 def test_a_million_times_against_heyoka() -> None:
-    # 3 is what was asked for; 4 to 8 was found
+    # Required: 3; measured: 4 to 8.
     table = PENDULUM.motion.table
     grids = {f"heyoka, tol {tol:g}": heyoka_grid(tol) for tol in (1e-16, 0.0)}
     found = in_turn({"closed form": lambda: table.angle(TIMES), **grids}, rounds=7)
@@ -95,7 +95,7 @@ def test_a_million_times_against_heyoka() -> None:
 
 
 def test_a_million_times_against_dop853() -> None:
-    # 100 is what was asked for
+    # Required: 100.
     table = PENDULUM.motion.table
 
     def integrated() -> Any:
@@ -123,7 +123,7 @@ def test_a_late_time_costs_what_an_early_one_does() -> None:
 
 
 def test_building_the_solution_takes_a_millisecond() -> None:
-    # the least of many: the machine is shared, and interruptions only add
+    # The smallest of many: the machine is shared, and interruptions only add.
     solved()
     whole = min(seconds(solved) for _ in range(200))
     motion = PENDULUM.motion.closed_form

@@ -1,7 +1,7 @@
-"""What a second process saves in the error half of a study, and that costs do not feel it.
+"""Time saved by a second process in the error half of a study; costs do not depend on it.
 
-Wall times tell only on a machine with nothing else to do; what each process computed tells on any.
-Run alone: pytest -s tests/benchmarks/test_study_speed.py
+Wall times are significant only on an idle machine, the processor time of each process on any. Run
+alone: pytest -s tests/benchmarks/test_study_speed.py
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from plumbob.models.registry import scenes
 
 SCENES = "simple-pendulum,linear-pendulum"
 COSTED = "mujoco,pymunk/default,ode/rk4,ode/dop853"
-SAVED = 1.7  # times faster with two processes, asked for
-QUIET = 0.9  # of a wall second that a process computes for, where nothing else runs
+SAVED = 1.7  # required speed-up by two processes
+QUIET = 0.9  # processor time per wall time of a process on an idle machine
 
 
 def _study(jobs: int = 1, timed: bool = False, pattern: str = "*") -> Study:
@@ -52,7 +52,7 @@ def test_the_error_half_on_two_processes() -> None:
         assert alone / both >= SAVED
 
 
-def test_costs_do_not_feel_a_second_process() -> None:
+def test_costs_do_not_depend_on_a_second_process() -> None:
     one, two = (_study(jobs, timed=True, pattern=COSTED) for jobs in (1, 2))
     apart, ratios = [], []
     for key, first in one.costs.items():

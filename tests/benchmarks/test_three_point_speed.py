@@ -1,6 +1,6 @@
-"""What the exact three-point motion costs: a turn manoeuvre to rest, and a hundred of them.
+"""Cost of the exact three-point motion: a turn manoeuvre to rest, and a hundred of them.
 
-Processor time of one thread, the best of a few runs: what a busy machine adds is not the code's.
+Processor time of one thread, the smallest of a few runs: a busy machine only adds to it.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ def test_evaluating_a_motion_is_cheap() -> None:
     assert cost(lambda: motion.at(times)) <= MOST
 
 
-def test_turns_in_a_row_cost_as_much_each_and_lose_nothing() -> None:
-    """Back and forth fifty times, each to rest: the time adds up and the error hardly does."""
+def test_repeated_turns_cost_the_same_each_and_stay_exact() -> None:
+    """Back and forth fifty times, each to rest: times add up, errors hardly accumulate."""
     drive, half = 4000.0, 0.015
     out, back = arc_stroke(0.12, 0.0, drive, half), arc_stroke(0.12, drive * half**2, -drive, half)
     parts = (out, fixed(out.end, 0.1), back, fixed((0.12, 0.0), 0.1))

@@ -1,4 +1,4 @@
-"""The capsule: normal forces, what makes a path valid, and why every line through C will do."""
+"""The capsule: normal forces, valid paths, and why any line through C is possible."""
 
 from __future__ import annotations
 
@@ -55,8 +55,8 @@ def test_friction_balances_about_every_line_through_c(
     np.testing.assert_allclose(moments, [0.0, friction_limit * across], rtol=0, atol=slack * reach)
 
 
-def test_the_moment_would_show_a_wrong_share() -> None:
-    """Sensitivity: with two supports' loads swapped the balance about 50 degrees is gone."""
+def test_the_moment_would_show_a_wrong_load() -> None:
+    """Sensitivity: with two supports' loads swapped, the moments at 50 degrees do not balance."""
     heading = math.radians(50.0)
     place = 0.05 * np.array([[math.cos(heading), math.sin(heading)]])
     assert abs(friction_moment(CHECK, place, np.array([heading]))[0]) < 1e-15
@@ -88,11 +88,11 @@ def test_lowest_normal_forces_are_exact(
             continue
         np.testing.assert_allclose(np.hypot(*where.T), radius, rtol=1e-15)
         since = np.mod(np.arctan2(where[:, 1], where[:, 0]) - min(start, end), 2 * math.pi)
-        past = np.minimum(since, 2 * math.pi - since)  # an end of the arc may round to before it
+        past = np.minimum(since, 2 * math.pi - since)  # an end may be rounded to before the arc
         assert np.all((since <= abs(end - start) + 1e-14) | (past <= 1e-14))
 
 
-def test_validity_speaks_by_name() -> None:
+def test_validity_names_the_support_that_lifts() -> None:
     assert validity(CHECK, (LINE.segment,)) == ()
     # The turn of physics takes Q out of the triangle, and every support stays loaded.
     around = (Arc(0.12, 0.0, 7.0),)
@@ -106,11 +106,11 @@ def test_validity_speaks_by_name() -> None:
 
 
 def test_edge_of_the_triangle() -> None:
-    """The combined centre within a hair of an edge is valid, on it is not."""
+    """The combined centre just inside an edge is valid, on the edge it is not."""
     edge = -0.1 / CHECK.mass_ratio
     near = (Segment((0.0, 0.0), (edge * (1 - 1e-12), 0.0)),)
     lowest, _ = lowest_normal_forces(CHECK, near)
-    # 1e-12 of the load that support 1 has with Q at C, to what rounding leaves of it.
+    # 1e-12 of the load on support 1 with Q at C, up to rounding.
     assert lowest[0] == pytest.approx(1e-12 * CHECK.weight / 3, rel=1e-3)
     assert validity(CHECK, near) == ()
     assert [b.name for b in validity(CHECK, (Segment((0, 0), (edge * 1.0001, 0)),))] == [

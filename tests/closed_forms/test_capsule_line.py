@@ -20,7 +20,7 @@ from plumbob.analytic.systems.manoeuvres.line_reference import LineReference, co
 from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE, lines
 
 LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
-ONE_ROUNDING = 2.0**-53 * (1 + 1e-12)  # of the result, and what comparing loses
+ONE_ROUNDING = 2.0**-53 * (1 + 1e-12)  # of the result, and the rounding of the comparison
 
 
 def parameters(line: LineManoeuvre) -> dict[str, mpmath.mpf]:
@@ -63,9 +63,9 @@ def loads(
 
 
 def agrees(line: LineManoeuvre, names: tuple[str, ...] = ("displacement", "stroke")) -> bool:
-    """Whether the manoeuvre has the numbers that physics gives the check parameters: the decimals
-    of seven parameters are rounded, w1 and w2 twice more, and the condition number says how much
-    of that reaches the result."""
+    """Whether the manoeuvre has the numbers of physics.md for the check parameters: the decimals of
+    seven parameters are rounded, w1 and w2 twice more, and the condition number gives the effect on
+    the result."""
     allowed = 3 * condition_number(LINE) * 2.0**-53
     assert allowed < 1e-14
     wanted = {"displacement": -0.0055917, "stroke": 0.0817786125, "t2": 0.1425, "t_star": 0.19 / 3}
@@ -89,7 +89,7 @@ def test_sensitivity(changes: dict[str, Any], unlike: str) -> None:
 
 
 def test_sensitivity_of_the_condition_number() -> None:
-    """It is the largest relative change of the displacement over that of the parameters."""
+    """The largest relative change of the displacement over that of the parameters."""
     small, changes = 1e-7, []
     for name in ("body_mass", "slider_mass", "friction", "gravity"):
         wrong = replace(CHECK, **{name: getattr(CHECK, name) * (1 + small)})
@@ -115,7 +115,7 @@ def test_closed_form_has_one_rounding(line: LineManoeuvre) -> None:
 def test_histories_within_their_uncertainty(
     line: LineManoeuvre, parts: list[float], signs: int
 ) -> None:
-    """With every parameter and time moved by one rounding, each its own way."""
+    """With every parameter and time changed by one rounding, in its own direction."""
     times = np.array([0.0, line.t1, line.t_star, line.t2, *(p * line.t2 for p in parts)])
     reference = LineReference(line)
     found, slack = reference.observe(times), reference.uncertainty(times)
@@ -131,7 +131,7 @@ def test_histories_within_their_uncertainty(
 
 
 def test_uncertainty_is_small() -> None:
-    """A bound that forgives everything would pass above."""
+    """An excessive bound would pass the test above."""
     times = np.linspace(0.0, 0.2, 50)
     observed = LineReference(LINE).observe(times)
     for name, slack in LineReference(LINE).uncertainty(times).items():
@@ -161,7 +161,7 @@ def test_equations_of_motion(line: LineManoeuvre) -> None:
 
 @given(lines(friction=0.0))
 def test_without_friction_the_combined_centre_stays(line: LineManoeuvre) -> None:
-    """Eq. 15's upper bound on w2 has no purpose then, for the body stops with the slider."""
+    """Eq. 15's upper bound on w2 then has no effect, because the body stops with the slider."""
     times = np.linspace(0.0, 1.5 * line.t2, 40)
     centre = line.body_displacement(times) + line.capsule.mass_ratio * line.strokes(times)
     assert np.abs(centre).max() <= 8 * 2.0**-52 * line.stroke  # the roundings of either term

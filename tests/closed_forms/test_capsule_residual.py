@@ -83,7 +83,7 @@ def smoothed(capsule: Capsule, slider: Point, rates: Array, time: float, delta: 
 def test_closed_form_is_where_smoothing_tends(
     capsule: Capsule, slider: Point, motion: ResidualMotion
 ) -> None:
-    """The difference goes with delta: linearly for a support held at rest, faster without one."""
+    """The difference vanishes with delta: linearly for a support at rest, faster without one."""
     time = 0.7 * motion.duration
     seen = motion.observe(np.array([0.0, time]))
     start, wanted = np.array([seen[name] for name in STATE]).T
@@ -135,7 +135,7 @@ def test_spin_about_the_body_centre() -> None:
     seen = motion.observe(np.linspace(0.0, 2 * motion.duration, 20))
     assert np.abs(seen["x"]).max() == np.abs(seen["y"]).max() == 0.0
     assert seen["heading"][-1] == pytest.approx(-18.0 / motion.coasting.deceleration, rel=1e-14)
-    step = motion.duration / 100  # it stops on the grid: the lead is all there is
+    step = motion.duration / 100  # It stops on the grid: the lead is the only error.
     error = coasting_errors(motion, Scheme(EULER), step, np.array([motion.duration]))
     assert error["heading"][0] / step == pytest.approx(3.0, rel=1e-13)
 
@@ -164,7 +164,7 @@ def test_velocities_are_those_of_the_places(motion: ResidualMotion) -> None:
         (lambda: translation(CHECK, (0.0, 0.0), math.nan, 0.0), "speed"),
     ],
 )
-def test_where_there_is_no_formula_it_says_so(
+def test_a_motion_without_a_formula_is_refused(
     build: Callable[[], ResidualMotion], name: str
 ) -> None:
     with pytest.raises(ParameterError) as caught:

@@ -25,11 +25,12 @@ angles, spans = st.floats(-7.0, 7.0), st.floats(-0.2, 0.2)
 
 
 @given(capsules(), angles, spans, angles, st.floats(0.0, 6.0))
-def test_friction_holds_to_the_threshold_and_no_further(
+def test_a_body_rests_up_to_the_threshold_and_no_further(
     capsule: Capsule, place: float, span: float, pull: float, distance: float
 ) -> None:
-    """A force through the combined centre is held if no rotation about any point gains by it: its
-    work is at most the dissipation there, and equal to it in the limit of a translation."""
+    """Friction balances a force through the combined centre if no rotation about any point gains
+    energy: the work of the force is at most the dissipation, with equality in the limit of a
+    translation."""
     slider = span * np.array([math.cos(place), math.sin(place)])
     centre = capsule.mass_ratio * slider
     limits = capsule.friction * normal_forces(capsule, slider[None])[0]
@@ -69,7 +70,7 @@ def test_slow_stroke_is_the_motion_of_its_acceleration(
     )
 
 
-def test_tilted_gravity_pulls_as_asked() -> None:
+def test_tilted_gravity_pulls_as_specified() -> None:
     pull = tilted_gravity(CHECK, 0.9, 0.7)
     assert math.hypot(*pull) == pytest.approx(9.81, rel=1e-15)
     assert math.hypot(pull[0], pull[1]) / -pull[2] == pytest.approx(0.9 * 0.3, rel=1e-15)
@@ -102,7 +103,7 @@ def test_a_repeated_motion_repeats_itself() -> None:
     mean = repeated.mean_relative_acceleration(edges)
     steps = mean * np.diff(edges)
     np.testing.assert_allclose(np.cumsum(steps), repeated.relative_velocity(edges)[1:], atol=1e-13)
-    # every switch is on the grid of steps this small but for 1e-12 of the stroke
+    # With steps this small every switch is on the grid, up to 1e-12 of the stroke.
     step = 1e-9
     lead = repeated_line_errors(repeated, Scheme(EULER), step, times)["stroke"] / step
     np.testing.assert_allclose(lead, 0.5 * first["stroke_rate"], rtol=1e-12, atol=1e-7)
@@ -147,7 +148,7 @@ def test_bad_input_is_named(build: Callable[[], object], name: str) -> None:
 def test_rounding_allowances_are_small(
     motion: SlowStroke | TiltedHold | ResidualMotion,
 ) -> None:
-    """A bound that forgives everything would pass all the others."""
+    """An excessive bound would pass all the other tests."""
     times = np.linspace(0.0, 0.5, 200)
     observed = motion.observe(times)
     for name, slack in motion.uncertainty(times).items():

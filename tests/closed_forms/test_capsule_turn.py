@@ -1,4 +1,4 @@
-"""Turns and spins as scenes: exact answers, repeated turns, what steps make of them."""
+"""Turns and spins as scenes: exact answers, repeated turns, errors of a fixed step."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def exact(case: Scene) -> PlaneReference:
 
 @pytest.mark.parametrize("epsilon", EPSILONS)
 def test_a_turn_says_its_angles(epsilon: float) -> None:
-    """The source's angle, and it corrected: off by 0.888 epsilon^4 and, at rest, 2.37 epsilon^4
-    ln(1/epsilon) with a remainder of the same power; below 1e-10 nothing can be predicted."""
+    """The source's angle, also corrected: the error is 0.888 epsilon^4 and, at rest, 2.37 epsilon^4
+    ln(1/epsilon) with a remainder of the same power; below 1e-10 nothing is predicted."""
     case = scene(f"capsule-turn/{epsilon}")
     facts = system_of(case).facts(system_of(case).problem(case.parameters))
     assert facts["epsilon"] == pytest.approx(epsilon, rel=1e-14)
@@ -61,8 +61,8 @@ def test_samples_fall_on_the_slider_s_stop(case: Scene) -> None:
             assert round(stop) in sampled(round(steps))
 
 
-def test_turns_laid_end_to_end_are_the_whole_motion() -> None:
-    """Against the repeated followed as one path; what is left are both motions' own errors."""
+def test_consecutive_turns_are_the_whole_motion() -> None:
+    """Against the same turns followed as one path; the difference is the error of both motions."""
     repeated = RepeatedTurn(WHOLE, 3, 3.0 * WHOLE.half_time)
     motion = three_point_motion(CHECK, repeated.path)
     assert repeated.duration == pytest.approx(motion.rest_time, rel=1e-12)
@@ -87,7 +87,7 @@ def test_turns_laid_end_to_end_are_the_whole_motion() -> None:
         ({"spin": 1.0}, "^spin = "),
     ],
 )
-def test_what_cannot_be_is_refused_by_name(changes: dict[str, float], message: str) -> None:
+def test_impossible_parameters_are_refused_by_name(changes: dict[str, float], message: str) -> None:
     with pytest.raises(ParameterError, match=message):
         scene("capsule-turn/0.3", changes)
 
@@ -122,7 +122,7 @@ def test_a_reference_is_in_the_axes_of_its_start() -> None:
 def test_the_error_of_steps_is_of_first_order(
     name: str, scheme: Scheme, observable: str, coefficient: float
 ) -> None:
-    """Coefficients, from halved steps: what is left after it is of second order, and a sawtooth."""
+    """Coefficients, from halved steps: the remainder is of second order, and a sawtooth."""
     case = scene(name)
     reference, steps = exact(case), [case.duration / n for n in (1000, 2000)]
     grid = np.array([0.0, case.duration])

@@ -1,5 +1,5 @@
 """The cone pendulum's mass properties, potential, equilibria and motion: the numbers that Sudakov
-2015 prints, recomputed to 17 digits, and what its formulas require of their arguments."""
+2015 prints, recomputed to 17 digits, and the restrictions on the arguments of its formulas."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_equilibrium_of_the_source(found: Any, expected: tuple[float, float, str
 
 
 @pytest.mark.parametrize("name", ["density", "height", "apex_angle", "platform_rate", "gravity"])
-def test_a_change_of_1e_11_goes_red(name: str) -> None:
+def test_a_change_of_1e_11_is_detected(name: str) -> None:
     given = {"density": 8000.0, "height": 0.3, "apex_angle": math.radians(30.0)}
     other = {"platform_rate": 26.0, "gravity": 9.8}
     for group in (given, other):
@@ -95,7 +95,7 @@ def test_a_change_of_1e_11_goes_red(name: str) -> None:
 
 
 def test_printed_hamiltonian_is_another_problem() -> None:
-    """Eq. 9 leaves the motion of the Lagrangian (7) that it stands beside by radians in 0.5 s."""
+    """Eq. 9 departs from the motion of its Lagrangian, eq. 7, by radians in 0.5 s."""
     theta = PRINTED.state(np.array([0.5]))[0][0]
     assert abs(theta - NUMBERS["theta(0.5)"][1]) > 6.0
     still = RESTING.printed_motion().state(np.array([0.5]))[0][0]
@@ -103,7 +103,7 @@ def test_printed_hamiltonian_is_another_problem() -> None:
 
 
 def test_general_body_turns_by_its_i_y() -> None:
-    """The source's I_x for I_y is right for a symmetric body alone."""
+    """The source's I_x in place of I_y is correct for a symmetric body only."""
     moments = {"inertia_y": STEEL.inertia_y + 0.03}
     pendulum = replace(TURNING, body=replace(STEEL, **moments))
     assert at(pendulum, 0.5, 0) == pytest.approx(19.729448, abs=5e-7)
@@ -142,7 +142,7 @@ def test_equilibria_against_40_digits() -> None:
 def test_pitchfork(rate: float, kinds: list[str]) -> None:
     level = replace(TURNING, pivot_y=0.0, platform_rate=rate * TURNING.pitchfork_rate)
     found = [e.kind for e in level.equilibria if abs(e.theta) > 1e-7 or rate != 1.0]
-    # At the pitchfork what rounding leaves of it: one equilibrium at 0, or three within 1e-7.
+    # At the pitchfork rounding decides: one equilibrium at 0, or three within 1e-7.
     near = [e for e in level.equilibria if abs(e.theta) <= 1e-7 and rate == 1.0]
     assert found == (kinds if rate != 1.0 else ["saddle"])
     assert {e.kind for e in near} <= {"degenerate"}

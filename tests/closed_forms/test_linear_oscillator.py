@@ -1,4 +1,4 @@
-"""The linear oscillator's closed form against 60 digits, where roots meet and where they do not."""
+"""The linear oscillator's closed form against 60 digits, with separate and with double roots."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 
 DIGITS = 60
 TIMES = np.concatenate([np.linspace(0.0, 50.0, 26), 10.0 ** np.linspace(-9.0, 0.9, 20)])
-# Each formula is a handful of products of factors good to half an ulp (1.1e-16 relative): 1e-15
-# of the largest part holds ten roundings.
+# Each formula is a product of a few factors with errors of half an ulp (1.1e-16 relative): 1e-15 of
+# the largest part covers ten roundings.
 ROUNDING = 1e-15
 
 OSCILLATORS: Mapping[str, LinearOscillator] = MappingProxyType(
@@ -52,9 +52,9 @@ OSCILLATORS: Mapping[str, LinearOscillator] = MappingProxyType(
 
 
 def parts(oscillator: LinearOscillator, theta: float, theta_dot: float, time: float) -> mp.matrix:
-    """What the start's angle, its rate and a complex forcing each add to theta and theta_dot, as
-    columns, with 60 digits: roots and partial fractions, roots that meet moved 1e-25 apart, which
-    changes the result by as much."""
+    """Contributions of the initial angle, the initial rate and a complex forcing to theta and
+    theta_dot, as columns, with 60 digits: by partial fractions, with double roots moved 1e-25
+    apart, which changes the result by as much."""
     k, xi, frequency = (
         mp.mpf(value)
         for value in (oscillator.stiffness, oscillator.damping_rate, oscillator.forcing_frequency)
@@ -100,7 +100,9 @@ def worst(oscillator: LinearOscillator, theta: float, theta_dot: float, times: A
 
 @pytest.mark.parametrize("start", [(0.7, -0.4), (0.0, 0.0)], ids=["moving", "from rest"])
 @pytest.mark.parametrize("name", OSCILLATORS)
-def test_the_closed_form_has_the_digits_of_a_double(name: str, start: tuple[float, float]) -> None:
+def test_the_closed_form_is_accurate_to_double_precision(
+    name: str, start: tuple[float, float]
+) -> None:
     assert worst(OSCILLATORS[name], *start, TIMES) < ROUNDING
 
 
@@ -122,7 +124,7 @@ def test_a_short_time_loses_nothing(name: str) -> None:
     ),
     start=st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0)),
 )
-def test_any_oscillator_has_the_digits_of_a_double(
+def test_any_oscillator_is_accurate_to_double_precision(
     oscillator: LinearOscillator, start: tuple[float, float]
 ) -> None:
     assert worst(oscillator, *start, np.linspace(0.0, 20.0, 9)) < ROUNDING
@@ -137,7 +139,7 @@ def test_any_oscillator_has_the_digits_of_a_double(
         ("critical", {"stiffness": 9.0 * (1 + 1e-9)}),
     ],
 )
-def test_a_coefficient_off_by_1e_9_is_seen(name: str, change: dict[str, float]) -> None:
+def test_a_coefficient_error_of_1e_9_is_detected(name: str, change: dict[str, float]) -> None:
     right = OSCILLATORS[name]
     wrong = replace(right, **change)
     x, _ = wrong.motion(0.7, -0.4, TIMES)

@@ -1,5 +1,6 @@
-"""A pendulum let go next to its top, by the complement of its angle: the exact motion against 40
-digits, scipy's functions beside it, and where engines start that hold the angle in a double."""
+"""A pendulum released next to its top, by the complement of its angle: the exact motion against 40
+digits, scipy's functions for comparison, and the start of engines that store the angle as a
+double."""
 
 from __future__ import annotations
 
@@ -22,7 +23,7 @@ from plumbob.models.registry import system_of
 from plumbob.tests.support.high_precision import PI, Orbit
 
 ULP = 2.0**-52
-EXACT = 1e-12  # what is asked of the period, relative, and of theta(t), times its condition number
+EXACT = 1e-12  # required of the period, relative, and of theta(t), times its condition number
 
 
 def problem(name: str, **changes: Any) -> SimplePendulum:
@@ -57,20 +58,20 @@ def test_against_forty_digits(k: int) -> None:
     assert given.theta_from_top == -float(f"1e-{k}")
     period, theta = misses(given, independent(given))
     assert period <= EXACT
-    # far below what is asked: no more than an ulp of every input does
+    # far below the requirement: no more than the effect of an ulp of every input
     assert theta <= ULP < EXACT
 
 
 @pytest.mark.parametrize("k", [1, 6, 12])
-def test_a_complement_off_by_1e_9_is_seen(k: int) -> None:
-    # the period goes as ln of the distance, 1/28 at least of what is put in; and of what theta's
-    # condition number adds up, this is one input among eight
+def test_a_complement_error_of_1e_9_is_detected(k: int) -> None:
+    # The period depends on ln of the distance: at least 1/28 of the relative change shows. Theta's
+    # condition number adds up eight inputs, of which this is one.
     given = problem(f"near-top-1e-{k}")
     assert min(misses(given, independent(given, off=1e-9))) > EXACT
 
 
 def by_scipy(theta: float, rate: float, times: Array) -> tuple[Array, float]:
-    """theta(t) from rest at `theta` in (0, pi) by the textbook's formula in scipy's functions, and
+    """theta(t) from rest at `theta` in (0, pi) by the textbook formula with scipy's functions, and
     the period: 2 arcsin(k sn(K - w t, m)), m = k^2 = sin^2(theta/2)."""
     parameter = math.sin(theta / 2) ** 2
     quarter = float(scipy.special.ellipk(parameter))
@@ -82,7 +83,7 @@ def by_scipy(theta: float, rate: float, times: Array) -> tuple[Array, float]:
     # smallest error of theta [rad] over a period: as measured, rounded down to a power of ten
     ("k", "angle"), [(2, 1e-13), (3, 1e-11), (4, 1e-10), (5, 1.0), (6, 1.0), (7, 1.0)],
 )  # fmt: skip
-def test_scipy_loses_it(k: int, angle: float) -> None:
+def test_scipy_is_less_accurate(k: int, angle: float) -> None:
     motion = problem(f"near-top-1e-{k}").elliptic
     assert motion is not None
     times = np.linspace(0.0, motion.period, 201)
@@ -90,7 +91,7 @@ def test_scipy_loses_it(k: int, angle: float) -> None:
     assert np.abs(theta - motion.observe(times)["theta"]).max() > angle
 
 
-def test_scipy_has_no_parameter_left() -> None:
+def test_scipy_loses_the_parameter_to_rounding() -> None:
     # m = sin^2(theta/2) rounds to 1 from here on, and the quarter period is infinite
     assert not np.isfinite(by_scipy(math.pi - 1e-8, math.sqrt(9.8), np.zeros(1))[1])
 
@@ -106,8 +107,8 @@ def test_engines_start_at_the_nearest_double(k: int, method: str) -> None:
     assert theta == wanted == problem(f"near-top-1e-{k}").started.theta
 
 
-def test_the_error_bar_holds_what_rounding_the_start_does() -> None:
-    # an integrator with an error of 1e-15 shows nothing else; and 4.2e-4 rad of it at 1e-12
+def test_the_error_bar_covers_rounding_of_the_start() -> None:
+    # The error of an integrator of accuracy 1e-15 is this one; at 1e-12 it is 4.2e-4 rad.
     pytest.importorskip("heyoka")
     for k, size in ((6, 3.6e-10), (9, 4.1e-7), (12, 4.2e-4)):
         scene, how = find_scene(f"simple-pendulum/near-top-1e-{k}"), find_method("heyoka/taylor")
@@ -116,7 +117,7 @@ def test_the_error_bar_holds_what_rounding_the_start_does() -> None:
         assert error.largest < error.uncertainty < 10 * error.largest
 
 
-def test_theta_and_its_complement_take_each_other_s_place() -> None:
+def test_theta_and_its_complement_are_interchangeable() -> None:
     near, far = problem("near-top-1e-3"), problem("free-large", theta_from_top=-1e-3)
     assert near.elliptic.period == far.elliptic.period  # type: ignore[union-attr]
     back = problem("near-top-1e-3", theta=-2.0)
@@ -136,6 +137,6 @@ def test_theta_and_its_complement_take_each_other_s_place() -> None:
      ("simple-pendulum/forced-large", {"theta_from_top": 1e-3}),
      ("linear-pendulum/free-large", {"theta_from_top": 1e-3})],
 )  # fmt: skip
-def test_where_the_complement_says_nothing(name: str, changes: dict[str, Any]) -> None:
+def test_an_undefined_complement_is_refused(name: str, changes: dict[str, Any]) -> None:
     with pytest.raises(ParameterError, match="theta_from_top"):
         find_scene(name, changes)

@@ -1,5 +1,5 @@
-"""The pendulum where its motion has no period, or none worth the name; and what its solution
-gives beside the state: the time of an angle, momentum, phase, condition numbers, uncertainty."""
+"""The pendulum where its motion has no period, or a degenerate one; and other results of the
+solution: the time of an angle, momentum, phase, condition numbers, uncertainty."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ def test_time_of_an_angle(index: int) -> None:
     again, rate = motion.closed_form.state(reached)
     span = 1.0 + np.abs(rate) * motion.period
     assert (np.abs(again - theta) <= 1e-14 * span).all()
-    # At a turning point a rounding of the angle is as much as its square root of the time.
+    # At a turning point a rounding of the angle changes the time by its square root.
     rounding = np.sqrt(1e-15 * (1.0 + np.abs(theta)) / np.ptp(theta))
     assert (reached <= times + rounding * motion.period).all()
     assert np.isnan(motion.time_at(theta[:1] - 7.0 * np.sign(pendulum.theta_dot or 1.0))).all()
@@ -160,7 +160,7 @@ INPUTS = ("a", "b", "c", "inertia", "theta", "theta_dot")
 
 
 def nudged(motion: PendulumMotion, name: str, by: float) -> PendulumMotion:
-    """The motion with one input a relative `by` off, and all as doubles."""
+    """The motion with one input changed by the relative amount `by`, and all as doubles."""
     v = motion.potential
     values = {"a": double(v.a), "b": double(v.b), "c": double(v.c), "inertia": motion.inertia,
               "theta": motion.theta, "theta_dot": motion.theta_dot}  # fmt: skip
@@ -184,7 +184,7 @@ def test_condition_numbers_are_those_of_finite_changes(start: tuple[float, float
 
 @pytest.mark.parametrize("theta_dot", [37.0, 5.0, 20.9, 0.0])
 @pytest.mark.parametrize("which", INPUTS)
-def test_an_input_off_by_an_ulp_moves_no_more_than_the_uncertainty(
+def test_an_input_error_of_an_ulp_stays_within_the_uncertainty(
     which: str, theta_dot: float
 ) -> None:
     motion = nudged(replace(STEEL, theta=0.3, theta_dot=theta_dot).motion, "", 0.0)
@@ -196,7 +196,7 @@ def test_an_input_off_by_an_ulp_moves_no_more_than_the_uncertainty(
         assert (np.abs(moved[name] - values) <= 3 * uncertain[name]).all(), name
 
 
-def test_uncertainty_is_not_a_blank_cheque() -> None:
+def test_uncertainty_is_not_excessive() -> None:
     times = np.array([0.5, 50.0])
     theta = STEEL.motion.uncertainty(times)["theta"]
     assert (theta <= 1e-13 * (1 + STEEL.motion.phase(times))).all()

@@ -1,7 +1,7 @@
 """The closed form of the pendulum against 40-digit quadrature, in every regime.
 
-Bounds are what double precision leaves of a result: the set-up has 34 digits, so that nothing is
-said of condition numbers, which would excuse more.
+Bounds are those of double precision: the set-up has 34 digits, so that condition numbers, which
+would allow larger errors, do not enter.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ EACH = 28  # of every regime
 PERIODS = np.array([0.31, -1.7, 50.3])  # after the start
 # Rounded once from 34 digits: 1.1e-16 in theory.
 PERIOD = 1e-15
-# A mean of up to 2^16 samples, each some units in the last place off.
+# A mean of up to 2^16 samples, each with an error of some units in the last place.
 ACTION = 1e-14
-# Relative to 1 rad and the phase; for the rate to the fastest in the orbit, and for the table's,
-# which is made of angles, to what turns through 1 rad. Round-off of a time in a period as long as
-# ln(1e12) is 1e-14 of what moves in it.
+# Relative to 1 rad and the phase; for the rate relative to the largest in the orbit, and for the
+# table's rate, which is made of angles, to that of a turn by 1 rad. Round-off of a time in a period
+# as long as ln(1e12) is 1e-14.
 ANGLE = 1e-13
 
 STEEL = ConePendulum(cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
@@ -75,7 +75,7 @@ def assert_exact(motion: PendulumMotion, orbit: Orbit, times: Array | None = Non
 
 
 def simple(theta: float, theta_dot: float, **given: float) -> tuple[PendulumMotion, Orbit]:
-    """A simple pendulum and its independent."""
+    """A simple pendulum and its independent method."""
     motion = PendulumMotion(SIMPLE, 1.0, theta, theta_dot, **given)
     orbit = Orbit(mpfr(0), mpfr(0), mpfr(9.8), mpfr(1), mpfr(theta), mpfr(theta_dot))
     return motion, started(orbit, given.get("excess"), given.get("theta_from_top"))
@@ -93,7 +93,7 @@ def test_random_parameters(regime: str) -> None:
             assert_exact(pendulum.motion, orbit_of(pendulum))
 
 
-def test_random_parameters_reach_far() -> None:
+def test_random_parameters_cover_wide_ranges() -> None:
     bodies = [p.body for _, p in drawn()]
     assert len(bodies) >= 300
     assert sum(b.inertia_x < b.inertia_z for b in bodies) >= 30
@@ -121,7 +121,7 @@ def test_simple_pendulum_next_to_its_top(k: int, sign: float) -> None:
 
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["before", "beyond"])
 @pytest.mark.parametrize("k", range(1, 13))
-def test_simple_pendulum_let_go_at_its_top(k: int, sign: float) -> None:
+def test_simple_pendulum_released_at_its_top(k: int, sign: float) -> None:
     """theta0 = pi - 10^-k, by its complement."""
     assert_exact(*simple(math.pi, 0.0, theta_from_top=-sign * 10.0**-k))
 
@@ -153,7 +153,7 @@ def test_hard_case(case: str) -> None:
 
 @pytest.mark.parametrize("offset", [1e-3, 1e-6, 1e-9, 1e-12, 0.0, -1e-12, -1e-6])
 def test_deeper_well_at_the_height_of_the_shallower(offset: float) -> None:
-    """Where the other two turning points are about to vanish, and the map is about to fold."""
+    """Where the other two turning points are about to vanish, and the map is nearly singular."""
     level = min(e.potential for e in STEEL.equilibria[:3]) + 500.0 * offset
     depth = float(double(STEEL.potential.value(1.0)))
     speed = math.sqrt(2 * (level - depth) / STEEL.body.inertia_x)
@@ -190,7 +190,7 @@ def test_a_rotation_without_any_force() -> None:
 
 @pytest.mark.parametrize("change", ["a", "b", "c", "inertia"])
 @pytest.mark.parametrize("theta_dot", [37.0, 5.0])
-def test_a_change_of_2e_11_goes_red(change: str, theta_dot: float) -> None:
+def test_a_change_of_2e_11_is_detected(change: str, theta_dot: float) -> None:
     pendulum = replace(STEEL, theta_dot=theta_dot)
     orbit = orbit_of(pendulum)
     orbit = replace(orbit, **{change: getattr(orbit, change) * mpfr("1.00000000002")})
@@ -200,7 +200,7 @@ def test_a_change_of_2e_11_goes_red(change: str, theta_dot: float) -> None:
 
 
 @pytest.mark.parametrize("name", ["excess", "theta_from_top"])
-def test_a_change_of_5e_11_next_to_the_top_goes_red(name: str) -> None:
+def test_a_change_of_5e_11_near_the_top_is_detected(name: str) -> None:
     motion, _ = simple(math.pi, 1.0 if name == "excess" else 0.0, **{name: 1e-9})
     _, orbit = simple(math.pi, 1.0 if name == "excess" else 0.0, **{name: 1e-9 * (1 + 5e-11)})
     found = errors(motion, orbit, PERIODS * motion.period)

@@ -24,7 +24,7 @@ potentials = st.builds(TrigonometricPotential, forces, forces, forces)
 
 
 def motions() -> st.SearchStrategy[PendulumMotion]:
-    """Pendulums of all regimes that chance finds, from forces of nothing to 100 J."""
+    """Pendulums drawn at random, of all regimes, with potentials from zero to 100 J."""
     inertias, angles = st.floats(0.01, 100.0), st.floats(-10.0, 10.0)
     return st.builds(PendulumMotion, potentials, inertias, angles, signed)
 
@@ -36,7 +36,7 @@ def energies(motion: PendulumMotion, theta: Array, theta_dot: Array) -> Array:
 
 
 def scale(motion: PendulumMotion) -> float:
-    """What energies are rounded against: the potential and the kinetic energy [J]."""
+    """Scale of the rounding of energies: the potential and the kinetic energy [J]."""
     return float(motion.exact_potential.scale) + motion.inertia * motion.theta_dot**2
 
 
@@ -68,7 +68,7 @@ def test_state_carries_on_from_any_of_its_states(motion: PendulumMotion, share: 
     later = float(times[-1]) * share / 3.0
     theta, theta_dot = (float(v[0]) for v in motion.state(np.array([later])))
     onward = replace(motion, theta=theta, theta_dot=theta_dot)
-    # The state on the way is an input of what follows, exact to some units of what it swings by.
+    # The intermediate state is an input of what follows, exact to some units of the amplitude.
     errors = {name: float(v[0]) for name, v in motion.uncertainty(np.array([later])).items()}
     off = (
         replace(onward, theta=theta + 1e-15 * (1.0 + abs(theta)) + errors["theta"]),
@@ -102,7 +102,7 @@ def test_mirror_image(motion: PendulumMotion) -> None:
 
 
 def close(motion: PendulumMotion, times: Array, angle: Array, rate: Array) -> None:
-    """Differences of two solutions of one problem are their roundings."""
+    """Two solutions of one problem differ by rounding only."""
     allowed = motion.uncertainty(times)
     assert (np.abs(angle) <= 5 * allowed["theta"]).all()
     assert (np.abs(rate) <= 5 * allowed["theta_dot"]).all()

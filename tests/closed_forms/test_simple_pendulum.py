@@ -76,9 +76,9 @@ def test_the_error_of_the_notebook(case: str, method: str) -> None:
         assert error.predicted.largest == pytest.approx(error.largest, rel=1e-2)
 
 
-# What theory says of each observable, on a motion: the error of RK4 is C4 h^4 + C5 h^5, and an
-# energy drift of h^5 rules where nothing damps a large swing. The band is the fit's own interval,
-# or what a second term does to it over the steps used.
+# Predicted order of each observable on a motion: the error of RK4 is C4 h^4 + C5 h^5, and an energy
+# drift of h^5 dominates for a large undamped swing. The band is the interval of the fit, or the
+# effect of a second term over the steps used.
 ORDERS = [
     ("free-small", "ode/rk4", 4.0, 0.05),
     ("free-large", "ode/rk4", 5.0, 0.4),
@@ -103,7 +103,7 @@ ORDERS = [
 @pytest.mark.parametrize(("case", "method", "order", "band"), ORDERS)
 def test_order(case: str, method: str, order: float, band: float) -> None:
     fourth = method == "ode/rk4" or (method == "mujoco/rk4" and "forced" not in case)
-    coarse = 0.05 if fourth else 0.02  # where the expansion still says it all
+    coarse = 0.05 if fourth else 0.02  # where the expansion is complete
     step_sizes = tuple(coarse / 2**n for n in range(4))
     scene = replace(find_scene(SIMPLE + case), duration=50.0 if fourth else 20.0)
     found = convergence_study(scene, find_method(method), 20_000, step_sizes)
@@ -136,7 +136,7 @@ def test_linear_errors_are_within_their_budget(case: str, method: str) -> None:
 
 
 def test_the_spring_of_discrete_is_implicit() -> None:
-    # judged as if it were not, it fails: it damps a free swing, by k h / 2 of its size a second
+    # Judged as if it were not, it fails: it damps a free swing at the relative rate k h / 2.
     how = find_method("mujoco/discrete")
     assert how.scheme.implicit_spring
     plain = replace(how, scheme=replace(how.scheme, implicit_spring=False))
@@ -145,7 +145,7 @@ def test_the_spring_of_discrete_is_implicit() -> None:
 
 
 @pytest.mark.parametrize("name", ["length", "damping_rate", "gravity", "theta"])
-def test_a_parameter_off_by_a_millionth(name: str) -> None:
+def test_a_parameter_error_of_a_millionth(name: str) -> None:
     scene = find_scene(SIMPLE + "damped-large")
     system, how = system_of(scene), find_method("mujoco/rk4")
     wrong = find_scene(scene.name, {name: scene.parameters[name] * (1 + 1e-6)})
@@ -155,7 +155,7 @@ def test_a_parameter_off_by_a_millionth(name: str) -> None:
 
 
 @pytest.mark.parametrize("method", ["mujoco/rk4+midpoint", "mujoco/euler+midpoint"])
-def test_a_forcing_half_a_step_off(method: str) -> None:
+def test_a_forcing_shifted_by_half_a_step(method: str) -> None:
     how = find_method(method)
     early = replace(how, settings={**how.settings, "control_at": 0.0})
     assert judged(SIMPLE + "forced-large", how, 1e-3, duration=20.0).verdict == "pass"
@@ -170,18 +170,18 @@ def test_midpoint_methods_are_for_what_is_forced() -> None:
 
 @pytest.mark.parametrize("case", ["rotating-fast", "free-large", "forced-large"])
 def test_force_sensor_tells_the_tension(case: str) -> None:
-    # of the engine's own state, to round-off: ten products and sums of numbers up to 120 N
+    # Of the engine's state, up to round-off: ten products and sums of numbers up to 120 N.
     found, trajectory = measured(SIMPLE + case, "mujoco/euler", 1e-2, duration=10.0)
     seen = trajectory.observables
     own = tension(1.0, 9.8, seen["theta"], seen["theta_dot"])
     np.testing.assert_allclose(seen["tension"], own, rtol=0, atol=10 * 2**-52 * 120)
-    assert found.errors["tension"].largest > 1e-2  # so it is not the reference that it was read off
+    assert found.errors["tension"].largest > 1e-2  # so it was not taken from the reference
     assert own.min() < 0.0 or case != "free-large"  # a rod that is pushed
 
 
 @pytest.mark.parametrize("method", ["mujoco/rk4", "ode/rk4"])
 def test_energy_drifts_as_averaging_predicts(method: str) -> None:
-    # 1e5 steps: the drift per step is D5 h^6, and C4 h^4 only comes and goes: 1 % of it here
+    # 1e5 steps: the drift per step is D5 h^6, and C4 h^4 only oscillates: 1 % of it here
     scene, _ = run(SIMPLE + "free-large", method, 5e-3, duration=500.0)
     problem = system_of(scene).problem(scene.parameters)
     rates = energy_drift_rate(
@@ -196,8 +196,8 @@ def test_energy_drifts_as_averaging_predicts(method: str) -> None:
 
 
 @pytest.mark.parametrize("method", ["mujoco/euler", "ode/leapfrog"])
-def test_energy_of_a_symplectic_method_comes_and_goes(method: str) -> None:
-    # no trend over 2e4 steps: both halves reach equally far, to what 500 samples may miss of it
+def test_energy_of_a_symplectic_method_oscillates(method: str) -> None:
+    # No trend over 2e4 steps: both halves have equal maxima, up to what 500 samples may miss.
     _, trajectory = measured(SIMPLE + "free-large", method, 5e-3, duration=100.0)
     seen = trajectory.observables
     energy = seen["theta_dot"] ** 2 / 2 - 9.8 * np.cos(seen["theta"])
@@ -217,7 +217,7 @@ def test_a_step_too_large_is_a_result() -> None:
     assert whole.measurements[-1].status == "done"
 
 
-def test_adaptive_methods_go_through_their_tolerances() -> None:
+def test_adaptive_methods_run_at_each_of_their_tolerances() -> None:
     for how in methods("ode,heyoka,exact"):
         assert how.control == "step" or (how.step_sizes and max(how.step_sizes) < 1e-2), how.name
 

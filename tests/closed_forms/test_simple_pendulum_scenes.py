@@ -1,4 +1,4 @@
-"""The simple pendulum's scenes: their references, the facts about them, which parameters may be."""
+"""The simple pendulum's scenes: references, facts, and parameters that are allowed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
 
 @pytest.mark.parametrize("name", [s.name for s in scenes(SIMPLE + "[df]*")])
 def test_two_methods_agree_on_the_reference(name: str) -> None:
-    # 3e-12 is wanted over 50 s; in chaos within the horizon that the scene states
+    # Required: 3e-12 over 50 s; for chaotic motion within the horizon that the scene states.
     scene = find_scene(name)
     problem = system_of(scene).problem(scene.parameters)
     motion = UnendingMotion(problem.rotor, problem.theta, problem.theta_dot)
@@ -75,7 +75,7 @@ def test_bad_parameters_are_named(name: str, value: object) -> None:
      {"damping_rate": 20.0}, {"forcing_amplitude": 5.0}, {"theta": 1e-8}],
 )  # fmt: skip
 @pytest.mark.parametrize("system", ["simple-pendulum", "linear-pendulum"])
-def test_odd_parameters_have_an_answer(system: str, changes: dict[str, float]) -> None:
+def test_unusual_parameters_have_an_answer(system: str, changes: dict[str, float]) -> None:
     scene = find_scene(system, changes)
     owner = system_of(scene)
     problem = owner.problem(scene.parameters)

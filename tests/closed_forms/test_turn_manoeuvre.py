@@ -21,7 +21,8 @@ from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.tests.support.random_capsules import CHECK
 
 EPSILONS = (0.1, 0.03, 0.01, 0.003)
-# The check manoeuvre; one that turns half a radian the other way from another place; one more.
+# The check manoeuvre; one that turns by half a radian in the other sense from another place;
+# another.
 TURNS = [
     lambda epsilon: turn_of(CHECK, 0.12, epsilon),
     lambda epsilon: turn_of(CHECK, 0.05, epsilon, 0.5, 1.0),
@@ -96,7 +97,7 @@ def test_the_error_of_the_corrected_pose_is_of_higher_order(number: int) -> None
 
 @pytest.mark.parametrize("number", range(len(TURNS)))
 def test_every_coefficient_of_the_pose_is_right(number: int) -> None:
-    """Each of x, y and psi, to the fourth order that is left at epsilon = 0.003: 1e-5 of them,
+    """Each of x, y and psi, up to the remaining fourth order at epsilon = 0.003: 1e-5 relative,
     times a logarithm and a factor of ten."""
     turn = TURNS[number](0.003)
     for found, coefficients in zip(
@@ -125,8 +126,8 @@ def test_without_friction_the_formula_is_exact() -> None:
     assert not numbers(turn.correction.at_rest).any()
 
 
-def test_a_small_turn_within_the_hold_turns_nothing() -> None:
-    """Where eq. 30 fails altogether friction holds the body, and eq. 32 is 100 % off."""
+def test_a_small_turn_below_the_friction_limit_turns_nothing() -> None:
+    """Where eq. 30 fails completely the body sticks, and the error of eq. 32 is 100 %."""
     turn = TurnManoeuvre(CHECK, 0.12, 5.0, 0.2)
     assert turn.epsilon > 1.0
     assert exact(turn)[1][2] == 0.0
@@ -140,13 +141,13 @@ def test_a_small_turn_within_the_hold_turns_nothing() -> None:
     st.sampled_from([-1.0, 1.0]),
 )
 @settings(max_examples=12)
-def test_the_body_turns_against_the_slider_and_friction_takes_some_back(
+def test_the_body_turns_against_the_slider_and_friction_reduces_the_angle(
     radius: float, epsilon: float, angle: float, start: float, sense: float
 ) -> None:
     try:
         turn = turn_of(CHECK, radius, epsilon, sense * angle, start)
     except ParameterError:
-        return  # a support would lift
+        return  # a support would lift off
     stop, rest = exact(turn)
     assert math.copysign(1.0, rest[2]) == math.copysign(1.0, -turn.angular_acceleration)
     # Eq. 28: no torque above R_0, so over 2 tau no more than 2 R_0 tau^2 of angle.

@@ -1,1 +1,1 @@
-"""The capsule's manoeuvres in closed form: line, turn, slow motion, holding, coasting, trains."""
+"""The capsule's motions in closed form: line, turn, slow, held, coasting and repeated ones."""
