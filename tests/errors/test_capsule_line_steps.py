@@ -1,4 +1,4 @@
-"""What a fixed step does to capsule motions: theory against the scheme run step by step."""
+"""Effect of a fixed step on capsule motions: theory against the scheme run step by step."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def run_line(
 
 
 def rounding(line: LineManoeuvre, run: Run) -> float:
-    """Each step rounds v to its size, and x carries that on to the end."""
+    """Each step rounds v, and x accumulates that to the end."""
     mu, friction_limit = line.capsule.mass_ratio, line.capsule.friction * line.capsule.gravity
     reach = (mu * (line.w1 + line.w2) + friction_limit) * line.t2**2
     return 4 * run.x.size * 2.0**-53 * reach
@@ -90,7 +90,7 @@ def test_step_error_is_that_of_the_scheme(
 ) -> None:
     """Any step, t1 and t2 off the grid, down to steps longer than the push."""
     step = max(line.t1 / steps, line.t2 / 3000)
-    # With the middle of a step on a switch, which w it reads is rounding's choice.
+    # With the middle of a step on a switch, rounding decides which w it reads.
     assume(all(abs((switch / step) % 1 - 0.5) > 1e-9 for switch in (line.t1, line.t2)))
     run = run_line(line, step, sampling, position_first)
     found = run.x[-1] - line.displacement
@@ -106,7 +106,7 @@ def test_on_the_grid_the_error_is_a_sawtooth(line: LineManoeuvre, count: int) ->
     part = (line.t_star / step) % 1.0
     tooth = -0.5 * part * (1 - part) * line.closed.braking * step**2
     envelope = float(step_error_envelope(line, step))
-    # The fraction is what is left of t_star/dt, which is a few roundings off.
+    # The fraction is that of t_star/dt, which has a few roundings.
     near = 1e-14 * (line.t_star / step + 1) * envelope + 1e-14 * abs(line.displacement)
     assume(line.t2 - line.t_star > step)  # or the pull may be cut short before the body rests
     assert abs(float(step_error(line, step)) - tooth) <= near
@@ -119,7 +119,7 @@ def test_on_the_grid_the_error_is_a_sawtooth(line: LineManoeuvre, count: int) ->
     [False, True],
 )
 def test_leading_error_while_moving(position_first: bool) -> None:
-    """t1 on the grid; until t_star the first order is all there is."""
+    """t1 on the grid; until t_star the error is of first order only."""
     step = LINE.t1 / 37
     run = run_line(LINE, step, "middle", position_first)
     times = grid(step, run.x.size - 1)
@@ -133,7 +133,8 @@ def test_leading_error_while_moving(position_first: bool) -> None:
 
 
 def test_sensitivity() -> None:
-    """Friction or mass off by 1e-4 moves the result by more than the whole error of a fine step."""
+    """A friction or mass error of 1e-4 changes the result by more than the whole error of a fine
+    step."""
     step = 1e-5
     run = run_line(LINE, step, "middle")
     found = run.x[-1] - LINE.displacement

@@ -67,9 +67,9 @@ def test_both_methods_reach_the_32_digits(name: str) -> None:
     for found in (endpoint(case), (second.theta[-1], second.theta_dot[-1])):
         for value, digits, unit in zip(found, AFTER_50[name], ("theta", "theta_dot"), strict=True):
             error = abs(float(mp.mpf(float(value)) - mp.mpf(digits)))
-            # one's own arithmetic stays below what the rounding of the inputs alone may do
+            # its own arithmetic stays below the effect of rounding the inputs
             assert error <= spread[unit]
-            # and, growth along the chaotic orbit (430) included, below the project's 1e-13
+            # and, with the growth along the chaotic orbit (430), below the required 1e-13
             assert error <= 1e-13
 
 
@@ -107,8 +107,8 @@ def test_undamped_swings_and_turns_are_those_of_jacobi(name: str) -> None:
 
 def test_the_cone_has_its_check_values() -> None:
     case = CASES["cone"]
-    # physics.md gives 17 digits; 37 rad/s for half a second is 20 rad, half an ulp of it 1.8e-15,
-    # and the three coefficients carry roundings that the motion doubles
+    # physics.md gives 17 digits; 37 rad/s for half a second is 20 rad, half an ulp of which is
+    # 1.8e-15, and the motion doubles the roundings of the three coefficients
     assert endpoint(case) == pytest.approx([19.655093168749575, 45.196918078698202], rel=1e-15)
 
 
@@ -126,7 +126,7 @@ def test_the_two_methods_agree_on_any_rotor(case: Case) -> None:
     exact = motion(case)
     _, gaps = exact.disagreement
     floor = np.finfo(float).eps * exact.condition["theta"].max()
-    # each method rounds about as the inputs do, a few hundred times, with random signs
+    # each method has a few hundred roundings of random sign, each of the size of an input's
     assert gaps["theta"][-1] <= 30 * floor + 1e-15
 
 
@@ -145,11 +145,11 @@ def test_energy_is_constant_without_damping_and_forcing(case: Case) -> None:
     [
         ({"damping_rate": 0.2 * (1 + 1e-6)}, "damped-rotating"),
         ({"sin": 9.8 * (1 + 1e-6)}, "free-large"),
-        ({"sin": 9.8 / (1 + 1e-6)}, "forced-large"),  # a length off by 1e-6
+        ({"sin": 9.8 / (1 + 1e-6)}, "forced-large"),  # a length error of 1e-6
         ({"forcing_phase": 2.8 * 0.5 * 1e-5}, "forced-large"),  # half a step of 1e-5 s
     ],
 )
-def test_a_small_wrong_stands_out_of_the_error_bar(change: dict[str, float], name: str) -> None:
+def test_a_small_mistake_exceeds_the_error_bar(change: dict[str, float], name: str) -> None:
     case = CASES[name]
     times = np.linspace(0.0, 50.0, 501)
     right, wrong = motion(case), motion(replace(case, rotor=replace(case.rotor, **change)))

@@ -73,7 +73,7 @@ def test_the_coefficients_make_up_the_error(name: str, scheme: Scheme) -> None:
     steps = 2000 if found.order_on(case.rotor) == 1 else 200  # the error far above round-off
     error, _, second, _, fourth = remainders(case, scheme, steps, case.rotor, terms=4)
     assert np.all(second < 0.02 * error)  # two orders predict the error to 2 %
-    # and what they leave is the next two orders: nothing else is missing, nothing is doubled
+    # and the remainder consists of the next two orders: no term is missing or counted twice
     assert np.all(fourth < 0.1 * second + 1e-14 * steps)
 
 
@@ -86,7 +86,7 @@ def test_the_error_of_euler_is_half_the_acceleration_at_both_ends(name: str) -> 
     matrix = sensitivity(case.rotor, case.theta, case.theta_dot, times)
     first = 0.5 * case.rotor.acceleration(0.0, case.theta, case.theta_dot)
     last = 0.5 * case.rotor.acceleration(times, exact["theta"], exact["theta_dot"])
-    # semi-implicit Euler is leapfrog whose rate is read half a step late, at either end
+    # semi-implicit Euler is leapfrog with the rate read half a step late, at both ends
     assert lead["theta"] == pytest.approx(first * matrix[:, 0, 1], rel=1e-7, abs=1e-9)
     assert lead["theta_dot"] == pytest.approx(first * matrix[:, 1, 1] - last, rel=1e-7, abs=1e-7)
 
@@ -100,7 +100,7 @@ def test_a_symmetric_scheme_has_no_odd_powers(name: str) -> None:
     terms = expansion(motion.flow, replace(leapfrog, symmetric=False), terms=3)
     sizes = {order: np.abs(term.at_nodes()).max() for order, term in terms.items()}
     assert set(sizes) == {2, 3, 4}
-    assert sizes[3] < 1e-5 * sizes[2]  # what differentiating collocation polynomials leaves
+    assert sizes[3] < 1e-5 * sizes[2]  # the error of differentiating collocation polynomials
     even = expansion(motion.flow, leapfrog)
     assert np.abs(even[4].at_nodes() - terms[4].at_nodes()).max() < 1e-5 * sizes[4]
 
@@ -140,14 +140,14 @@ def test_the_notebooks_own_errors_are_predicted(name: str, stated: float) -> Non
     assert largest == pytest.approx(stated, rel=0.03)  # two digits are stated
     assert np.abs(predicted - error["theta"]).max() < 0.03 * largest
     fourth, fifth = (np.abs(step**p * terms[p]["theta"]).max() for p in (4, 5))
-    # the order that a fit at this step finds: 5 where energy drifts over many turns
+    # the fitted order at this step: 5 where energy drifts over many turns
     assert (fifth > fourth) == (
         name in ("free-large", "rotating-slow", "rotating-fast", "damped-rotating")
     )
 
 
 @pytest.mark.parametrize("scheme", FREE)
-def test_gravity_off_by_two_percent_spoils_the_prediction(scheme: Scheme) -> None:
+def test_a_gravity_error_of_two_percent_spoils_the_prediction(scheme: Scheme) -> None:
     case = replace(CASES["free-large"], duration=5.0)
     wrong = replace(case.rotor, sin=1.02 * GRAVITY)
     steps = 200 if scheme.integrator == RK4 else 4000
@@ -175,8 +175,9 @@ def test_rk4_loses_energy_at_the_averaged_rate(name: str) -> None:
     case = CASES[name]
     turn = CONE_PERIOD if name == "cone" else period(case)
     rates = energy_drift_rate(case.rotor, case.theta, case.theta_dot, turn, Scheme(RK4))
-    # A pendulum's motion looks the same played backwards, which kills the even powers. The cone
-    # that turns over a potential without a mirror does not: its energy drifts with h^4 already.
+    # A pendulum's motion is symmetric under time reversal, so that even powers vanish. That of a
+    # cone that rotates in a potential without mirror symmetry is not: its energy drifts with h^4
+    # already.
     assert (rates[4] == 0.0) == (name != "cone")
     assert rates[5] < 0.0
     per_turn, turns = 120, 300
@@ -184,7 +185,7 @@ def test_rk4_loses_energy_at_the_averaged_rate(name: str) -> None:
     x, v = run(case.rotor, case.theta, case.theta_dot, step, per_turn * turns, Scheme(RK4))
     energy = case.rotor.energy(x, v)[::per_turn]
     measured = float(energy[-1] - energy[0]) / (turns * turn)
-    # left: h^8, the change of the orbit itself over 300 turns, round-off 1e-16 a step
+    # The remainder: h^8, the change of the orbit itself over 300 turns, round-off of 1e-16 a step.
     assert sum(rate * step**p for p, rate in rates.items()) == pytest.approx(measured, rel=5e-3)
 
 
@@ -221,7 +222,7 @@ def test_unknown_schemes_have_no_theory_and_wrong_options_are_named() -> None:
     assert rotor_step(Scheme("velocity-verlet", implicit_damping=True)) is None
 
 
-def test_nothing_has_gone_wrong_at_the_start() -> None:
+def test_the_error_is_zero_at_the_start() -> None:
     case = CASES["free-large"]
     terms = leading_error(case.rotor, case.theta, case.theta_dot, np.array([0.0]), Scheme(RK4))
     assert not any(term[q].any() for term in terms.values() for q in NAMES)

@@ -1,4 +1,4 @@
-"""The theory of Euler's step on a jointed bob against the step itself, in complex arithmetic."""
+"""Theory of Euler's step on a bob with a joint against the step itself, in complex arithmetic."""
 
 from __future__ import annotations
 
@@ -64,21 +64,21 @@ def left_over(case: str, closing: float, step: float, rotor: DrivenRotor | None 
 
 @pytest.mark.parametrize("closing", RUNS)
 @pytest.mark.parametrize("case", ["free-large", "damped-large", "forced-large", "damped-rotating"])
-def test_each_term_takes_one_order_away(case: str, closing: float) -> None:
+def test_each_term_removes_one_order(case: str, closing: float) -> None:
     _, coarse, fine = RUNS[closing]
     first, second = left_over(case, closing, coarse), left_over(case, closing, fine)
     # theta rounds at 1e-14; the opening too, and the joint's pull divides that by h^2
     above = second > np.array([1e-12, 1e-11, 1e-15 / fine**2])
     assert above[:2].all()
     for terms in range(1, TERMS + 1):
-        # halving the step divides what is left by 2^(terms + 1), but for the term after it; after
-        # a start in motion, right to h^3 alone, the fourth power may stay
+        # Halving the step divides the remainder by 2^(terms + 1), apart from the next term; after a
+        # start in motion, which is accurate to h^3 only, the fourth power may remain.
         orders = np.log2(first[terms] / second[terms])[above[terms]]
         assert (orders > min(terms, TERMS - 1) + 0.5).all(), (terms, orders)
 
 
 @pytest.mark.parametrize("closing", RUNS)
-def test_a_coefficient_off_by_a_thousandth_is_seen(closing: float) -> None:
+def test_a_coefficient_error_of_a_thousandth_is_detected(closing: float) -> None:
     # three terms leave 1e-6 of the error or less; a damping rate wrong by 0.1 %, 1e-4
     given = CASES["forced-large"].rotor
     off = DrivenRotor(sin=given.sin, damping_rate=given.damping_rate * (1 + 1e-3),
@@ -90,7 +90,7 @@ def test_a_coefficient_off_by_a_thousandth_is_seen(closing: float) -> None:
 
 
 def test_a_joint_that_closes_fast_is_one_that_closes_in_a_step() -> None:
-    # 1 - e^(-40) is 1 to double precision; the first pull tells that one was closed at the start
+    # 1 - e^(-40) is 1 in double precision; the first pull shows that one was closed at the start.
     given = CASES["free-large"]
     start = (given.rotor, given.theta, given.theta_dot, 1e-3, 2000)
     tight, fast = stepped(*start, math.inf), stepped(*start, 40e3)
@@ -98,7 +98,7 @@ def test_a_joint_that_closes_fast_is_one_that_closes_in_a_step() -> None:
     np.testing.assert_allclose(tight[2, 2:], fast[2, 2:], rtol=0, atol=1e-15 / 1e-3**2)
 
 
-def test_later_times_are_worked_out_anew() -> None:
+def test_later_times_are_computed_anew() -> None:
     given = CASES["free-large"]
     series = JointedSeries(given.rotor, given.theta, given.theta_dot)
     early, late = np.array([0.5, 1.0]), np.array([0.5, 5.0])

@@ -37,7 +37,7 @@ OFF_GRID = replace(LINE, t1=0.0317)
 
 
 def friction(v: float, w: float, step: float) -> float:
-    """Acceleration by Coulomb friction that asks for rest within `step`, against mu w."""
+    """Acceleration by Coulomb friction that aims at rest within `step`, against mu w."""
     return float(np.clip(-v / step + CHECK.mass_ratio * w, -LIMITING, LIMITING))
 
 
@@ -73,7 +73,7 @@ def simulated(
 def left(
     motion: Any, reference: Any, theory: Theory, step: float, scheme: str, end: float
 ) -> dict[str, float]:
-    """Largest part of each observable's error [SI] that neither theory nor rounding explains."""
+    """Largest part of each observable's error [SI] not explained by theory or rounding."""
     times = np.arange(round(end / step) + 1, dtype=np.float64) * step
     found = simulated(motion.mean_relative_acceleration(times), step, scheme)
     exact, predicted = reference.observe(times), theory(Scheme(scheme), step, times)

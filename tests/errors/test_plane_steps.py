@@ -53,7 +53,7 @@ def test_coasting_in_a_line_is_as_its_own_theory_says() -> None:
 
 @pytest.mark.parametrize("angle", [-1.0, 0.4])
 def test_a_turn_leaks_angular_momentum(angle: float) -> None:
-    # Of first order to 0.5 % at tau/1600; extrapolated, but for h^2 and friction of epsilon^2 1e-5.
+    # Of first order to 0.5 % at tau/1600; extrapolated, up to h^2 and friction of epsilon^2 = 1e-5.
     turn = turn_of(CHECK, 0.12, 0.003, angle)
     lead = euler_lead(turn)
     assert lead * angle < 0.0  # opposite to the turn
@@ -68,9 +68,9 @@ def test_a_turn_leaks_angular_momentum(angle: float) -> None:
 
 
 def test_the_error_of_rk4_is_that_of_a_held_control() -> None:
-    # The slider goes by trapezoids: off by h^2/12 of what w has changed, but for the jump at tau.
-    # Without friction psi' = -mu M (r x v)/(J + mu M r^2) along that path. 0.5 %: the h^4 that
-    # follows, and friction, of epsilon^2 = 1e-5.
+    # The slider follows the trapezoidal rule: its error is h^2/12 times the change of w, without
+    # the jump at tau. Without friction psi' = -mu M (r x v)/(J + mu M r^2) along that path. 0.5 %:
+    # the h^4 that follows, and friction, of epsilon^2 = 1e-5.
     turn, parts = turn_of(CHECK, 0.12, 0.003), 200
     mu_m, tau, step = CHECK.mass_ratio * CHECK.body_mass, turn.half_time, turn.half_time / parts
     gained, off = 0.0, 0j
@@ -88,7 +88,7 @@ def test_the_error_of_rk4_is_that_of_a_held_control() -> None:
     assert end[HEADING] - turn.corrected_pose.heading == pytest.approx(gained, rel=5e-3)
 
 
-def test_what_it_covers() -> None:
+def test_schemes_that_it_covers() -> None:
     reference, times = PlaneReference(RepeatedTurn(turn_of(CHECK, 0.12, 0.3))), np.array([0.0, 0.1])
     damped = Scheme(EULER, "mean", implicit_damping=True)
     ends = {
@@ -114,7 +114,7 @@ POINT = st.builds(complex, SIZE, SIZE)
     POINT,
     SIZE,
 )
-def test_friction_finds_the_least_value(
+def test_friction_finds_the_minimum(
     mass: float,
     inertia: float,
     limits: tuple[float, float, float],
@@ -122,8 +122,8 @@ def test_friction_finds_the_least_value(
     point: complex,
     rate: float,
 ) -> None:
-    # corners of the value included: with limits as large as the momenta most of these bodies end
-    # at rest or on one support; no neighbour at any distance lies lower, but for rounding
+    # corners of the value included: with limits as large as the momenta most of these bodies end at
+    # rest or on one support; no neighbour at any distance has a smaller value, apart from rounding
     (a, b, c), free = arms, (point, rate)
     if abs(((b - a).conjugate() * (c - a)).imag) < 1e-2:
         return

@@ -1,4 +1,4 @@
-"""Schemes as data: their words and leads, and a scheme that no theory knows."""
+"""Schemes as data: their names and leads, and a scheme without theory."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ def test_phase_area_shrinks_at_the_damping_rate(case: Case) -> None:
     matrix = sensitivity(case.rotor, case.theta, case.theta_dot, times)
     area = np.exp(-case.rotor.damping_rate * times)
     products = np.abs(matrix[:, 0, 0] * matrix[:, 1, 1]) + np.abs(matrix[:, 0, 1] * matrix[:, 1, 0])
-    # the determinant is a difference of products that chaos makes large; collocation gives 1e-9
+    # The determinant is a difference of products that are large in chaos; collocation gives 1e-9.
     assert np.all(np.abs(np.linalg.det(matrix) - area) <= 1e-9 * (products + 1))
 
 
@@ -75,7 +75,8 @@ def test_chaos_has_a_positive_exponent_and_a_horizon() -> None:
 def test_damping_alone_shrinks_errors_at_half_its_rate() -> None:
     case = CASES["damped-small"]
     found = lyapunov.largest_exponent(case.rotor, case.theta, case.theta_dot, 400.0)
-    # exact for the linear equation; a batch of 25 s holds 12.5 turns of a vector that is not round
+    # exact for the linear equation; a batch of 25 s covers 12.5 turns of the vector, whose length
+    # varies within a turn
     assert found.value == pytest.approx(-0.04, abs=2e-3)
     growth = lyapunov.growth(case.rotor, case.theta, case.theta_dot, np.array([20.0, 40.0]))
     assert growth[1] / growth[0] == pytest.approx(math.exp(-0.8), rel=0.1)

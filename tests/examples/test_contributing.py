@@ -74,8 +74,8 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(tree: Path, where: Path, *command: str) -> str:
-    """Output of a command in the folder `where`, with the copy's plumbob; fails with all that it
-    wrote unless it exits with 0."""
+    """Output of a command in the folder `where`, with the copy's plumbob; fails with its whole
+    output unless it exits with 0."""
     environment = {**os.environ, "PYTHONPATH": str(tree.parent)}
     done = subprocess.run(
         command, cwd=where, env=environment, check=False, capture_output=True, text=True

@@ -1,5 +1,5 @@
-"""The capsule's MJCF files: their literal numbers, what they do alone, what the adapter makes of
-them, and the scenes that stand beside them."""
+"""The capsule's MJCF files: their literal numbers, their motion outside the package, what the
+adapter builds from them, and their scenes."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def numbers(model: mujoco.MjModel) -> dict[str, float]:
 
 
 def wanted() -> dict[str, float]:
-    """The same of physics' check values."""
+    """The same for the check values of physics.md."""
     return {
         **{name: getattr(CHECK, name) for name in ("body_mass", "slider_mass", "inertia")},
         "gravity": CHECK.gravity,
@@ -96,7 +96,7 @@ def test_reduced_and_planar_have_the_same_numbers() -> None:
 
 
 def test_contacts_are_those_of_the_profile_without_what_mjcf_cannot_say() -> None:
-    # S = 1: nothing to change after compiling, and what a user may copy
+    # S = 1: nothing is changed after compiling, so that a user may copy the file
     for file in (FULL, PLANAR):
         model = load(file)
         for name, value in coulomb_pair(STEP, softening=1.0).items():
@@ -112,7 +112,7 @@ def displacement(file: Path) -> float:
     data = mujoco.MjData(model)
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, data, 0)
-    with collected():  # a remark of its line search is no fault of the motion
+    with collected():  # a message of its line search is no error of the motion
         _drive(model, data)
     assert not any(warning.number for warning in data.warning)
     return float(data.qpos[0])
@@ -128,7 +128,7 @@ def _drive(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     ("name", "bound"),
     [
         # what static penetration and the drift of regularised stiction add with S = 1, 6.0e-8
-        # relative; and friction loss at an impedance of 0.9999, whose drift takes 3.3e-7 back
+        # relative; and friction loss at an impedance of 0.9999, whose drift subtracts 3.3e-7
         ("tripod_capsule", 1e-7),
         ("scene", 1e-7),
         ("reduced", 5e-7),
@@ -145,14 +145,17 @@ def test_rebuilt_at_the_default_parameters_it_is_the_file() -> None:
     problem = system_of(default).problem(default.parameters)
     file, rebuilt = load(FULL), whole(FULL, problem).compile()
     compared = 0
-    contacts = {"pair_solref", "pair_solimp"}  # softened further, for what a compiled model takes
+    contacts = {
+        "pair_solref",
+        "pair_solimp",
+    }  # softened further, because the armature of a compiled model needs it
     for name in dir(file):
         if name in contacts or name.startswith(("key_", "name_", "names", "_", "text")):
             continue
         if isinstance(given := getattr(file, name), np.ndarray) and given.dtype.kind in "fiub":
             np.testing.assert_allclose(getattr(rebuilt, name), given, 1e-12, 1e-18, err_msg=name)
             compared += given.size > 0
-    assert compared > 50  # so that the loop does look at something
+    assert compared > 50  # so that the loop is not empty
 
 
 def test_free_inertias_are_possible_and_large_enough() -> None:
@@ -172,7 +175,7 @@ def test_scenes_describe_problems_and_facts(name: str) -> None:
     assert any(case.profile == "quick" for case in system.scenes)
     for case in system.scenes:
         if name == "capsule-plan" and case.profile != "quick":
-            continue  # seconds each, and the planner's own tests make them all
+            continue  # These take seconds each, and the planner's tests make all of them.
         problem = system.problem(case.parameters)
         facts = system.facts(problem)
         assert facts.get("t_rest", 0.0) <= case.duration * (1 + 1e-12)
@@ -213,7 +216,7 @@ def test_support_and_direction_exclude_each_other() -> None:
         ("capsule-train", {"count": 0}, "^count = 0"),
     ],
 )
-def test_what_cannot_be_is_refused_by_name(
+def test_impossible_parameters_are_refused_by_name(
     name: str, changes: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(ParameterError, match=message):
@@ -226,7 +229,7 @@ def test_picture_is_small() -> None:
     assert len(picture) < 60_000
 
 
-def test_readme_tells_every_number_and_profile() -> None:
+def test_readme_states_every_number_and_profile() -> None:
     text = (FOLDER / "README.md").read_text("utf-8")
     for number in re.findall(r'(?:mass|armature)="([\d.e]+)"', FULL.read_text("utf-8")):
         assert number in text, number

@@ -1,4 +1,4 @@
-"""The cone pendulum's MJCF: its literal numbers, its scene, and what the adapter makes of it."""
+"""The cone pendulum's MJCF: its literal numbers, its scene, and what the adapter builds from it."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def found(model: mujoco.MjModel) -> dict[str, float]:
 
 
 def wrong(model: mujoco.MjModel) -> set[str]:
-    """Numbers that differ by more than 1e-12, relatively: they are written to 16 digits."""
+    """Numbers with relative differences above 1e-12: they are written with 16 digits."""
     numbers = found(model)
     return {name for name, x in expected().items() if not abs(numbers[name] - x) <= 1e-12 * abs(x)}
 
@@ -97,7 +97,7 @@ def _scaled(name: str) -> Callable[[mujoco.MjSpec], None]:
 
 
 @pytest.mark.parametrize("name", ["mass", "com", "pivot_y", "gravity", "inertia_z"])
-def test_a_number_off_in_the_twelfth_digit_is_seen(name: str) -> None:
+def test_an_error_in_the_twelfth_digit_is_detected(name: str) -> None:
     changed = spec()
     _scaled(name)(changed)
     assert name in wrong(changed.compile())
@@ -115,8 +115,8 @@ def test_cone_is_drawn_where_it_is() -> None:
     assert corners[:, 0].max() == pytest.approx(HEIGHT * math.tan(HALF_ANGLE), rel=1e-6)
 
 
-def test_nothing_is_left_out_that_would_act() -> None:
-    # every flag set in the file is one of a disabled pipeline stage, and each of those has its flag
+def test_only_what_has_no_effect_is_left_out() -> None:
+    # The flags set in the file are exactly those of the disabled pipeline stages.
     model = mujoco.MjModel.from_xml_path(str(MJCF))
     assert model.opt.disableflags == needless_stages(model)
     assert not model.geom_contype.any()
@@ -124,14 +124,14 @@ def test_nothing_is_left_out_that_would_act() -> None:
 
 
 def test_rebuilt_at_the_default_parameters_it_is_the_file() -> None:
-    # inertia_x - M S^2 loses a digit that the file's own formula does not: a few 1e-15
+    # inertia_x - M S^2 loses a digit that the file's formula keeps: a few 1e-15
     file, rebuilt = mujoco.MjModel.from_xml_path(str(MJCF)), whole(MJCF, DEFAULT).compile()
     compared = 0
     for name in dir(file):
         if isinstance(given := getattr(file, name), np.ndarray) and given.dtype.kind in "fiub":
             np.testing.assert_allclose(getattr(rebuilt, name), given, 1e-14, 1e-18, err_msg=name)
             compared += given.size > 0
-    assert compared > 50  # so that the loop does look at something
+    assert compared > 50  # so that the loop is not empty
     assert rebuilt.opt.disableflags == file.opt.disableflags
     np.testing.assert_array_equal(rebuilt.opt.gravity, file.opt.gravity)
 
@@ -154,7 +154,7 @@ def test_picture_is_small() -> None:
     assert len(picture) < 60_000
 
 
-def test_readme_tells_every_number_of_the_file() -> None:
+def test_readme_states_every_number_of_the_file() -> None:
     text = (FOLDER / "README.md").read_text("utf-8")
     for number in re.findall(r'(?:mass|armature)="([\d.e]+)"', MJCF.read_text("utf-8")):
         assert number in text or float(number) == 1.0, number

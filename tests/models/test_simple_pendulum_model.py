@@ -1,4 +1,5 @@
-"""The simple pendulum's MJCF: its literal numbers, its scene, and what the adapter makes of it."""
+"""The simple pendulum's MJCF: its literal numbers, its scene, and what the adapter builds from
+it."""
 
 from __future__ import annotations
 
@@ -42,9 +43,9 @@ def test_numbers_are_those_of_the_default_scene() -> None:
     assert model.actuator("forcing").gear[0] == MASS * given.length**2
 
 
-def test_nothing_is_left_out_that_would_act() -> None:
-    # every flag of the file is one of a disabled pipeline stage; springs, damping and forcing may
-    # be filled in
+def test_only_what_has_no_effect_is_left_out() -> None:
+    # The flags of the file are those of disabled pipeline stages; springs, damping and forcing may
+    # be added.
     model = mujoco.MjModel.from_xml_path(str(MJCF))
     assert model.opt.disableflags
     assert model.opt.disableflags & needless_stages(model) == model.opt.disableflags
@@ -60,7 +61,7 @@ def test_rebuilt_at_the_default_parameters_it_is_the_file() -> None:
         if isinstance(given := getattr(file, name), np.ndarray) and given.dtype.kind in "fiub":
             np.testing.assert_allclose(getattr(rebuilt, name), given, 1e-15, 0, err_msg=name)
             compared += given.size > 0
-    assert compared > 50  # so that the loop does look at something
+    assert compared > 50  # so that the loop is not empty
 
 
 def test_every_parameter_reaches_the_model() -> None:
@@ -108,7 +109,7 @@ def test_picture_is_small() -> None:
     assert len(picture) < 60_000
 
 
-def test_readme_tells_every_number_of_the_file() -> None:
+def test_readme_states_every_number_of_the_file() -> None:
     text = Path(FOLDER / "README.md").read_text("utf-8").replace("\u2212", "-")
     for number in re.findall(r'(?:mass|qpos|diaginertia)="([-\d.e]+)', MJCF.read_text("utf-8")):
         assert number in text, number

@@ -1,4 +1,4 @@
-"""A headless Chromium on a local file: what it drew, what it complained of, what it looks like."""
+"""A headless Chromium on a local file: its document, its console messages and a picture."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def screenshot(page: Path, picture: Path, profile: Path) -> tuple[bytes, ...]:
 
 
 def rows(png: bytes) -> tuple[bytes, ...]:
-    """The rows of a PNG with 8 bits a channel, filtered as they stand there: like rows are alike
-    where their neighbours are."""
+    """The rows of a PNG with 8 bits a channel, still filtered: equal rows are equal where their
+    neighbours are."""
     width, channels = int.from_bytes(png[16:20]), {2: 3, 6: 4}[png[25]]
     place, packed = 8, b""
     while place < len(png):

@@ -1,4 +1,4 @@
-"""Cases for sensitivity tests: one scene is run and held against what is true of another."""
+"""Cases for sensitivity tests: one scene is run and compared with the answer to another."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ from plumbob.models.scene import Case
 
 
 def held_against(case: Case, other: Case) -> Case:
-    """The case with the exact motion of `other`, and with what is predicted of that."""
+    """The case with the exact motion of `other` and its predictions."""
     return replace(case, reference=other.reference, errors=other.errors)

@@ -15,12 +15,12 @@ from plumbob.models.registry import scene as find_scene
 
 @cache
 def made(request: Request) -> Result:
-    """The result of a request with the method that its name stands for."""
+    """The result of a request, with the method found by its name."""
     return make(request, find_method(request.method))
 
 
 def plan_of(study: Study) -> StudyPlan:
-    """What a study had planned to run."""
+    """The planned runs of a study."""
     return StudyPlan(study.profile, study.scenes, study.methods)
 
 
@@ -31,7 +31,7 @@ def declared(study: Study, *requests: Requests) -> Study:
 
 
 def nothing() -> Study:
-    """A study of nothing, in the quick profile."""
+    """An empty study in the quick profile."""
     return Study("quick", (), (), (), {}, 1.0, {"errors": 0.0, "costs": 0.0})
 
 

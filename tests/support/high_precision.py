@@ -36,7 +36,7 @@ class Orbit:
     inertia: Number
     theta: Number
     theta_dot: Number
-    agreement: float = 1e-12  # of a Gauss rule with its two halves, which are far more accurate
+    agreement: float = 1e-12  # between a Gauss rule and its two halves, far more accurate
 
     def potential(self, theta: Number) -> Number:
         """V(theta)."""

@@ -26,7 +26,7 @@ LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
 def run(
     name: str, method: str, step: float, other: Any = None, **changes: Any
 ) -> tuple[Measurement, Trajectory]:
-    """One run of a scene, held against its own answer or that of `other`, and its samples."""
+    """One run of a scene, compared with its own answer or that of `other`, and its samples."""
     scene = find_scene(name, changes)
     system = system_of(scene)
     case = system.case(scene)
@@ -51,14 +51,14 @@ def problem(name: str, **changes: Any) -> CapsuleProblem:
 
 
 def displaced(name: str, method: str, step: float, **changes: Any) -> tuple[float, float]:
-    """Error of the displacement at the end of a run [m], and what is predicted of it."""
+    """Error of the displacement at the end of a run [m], and its prediction."""
     error = run(name, method, step, **changes)[0].errors["displacement"]
     assert error.predicted is not None
     return error.end, error.predicted.end
 
 
 def loads(name: str, method: str, step: float) -> tuple[Array, Array, Array]:
-    """Normal forces [N] of a run, of statics, and what is predicted of their difference: (3, n)."""
+    """Normal forces [N] of a run, of statics, and the prediction of their difference: (3, n)."""
     _, run_ = run(name, method, step)
     case = case_of(find_scene(name))
     predicted = case.errors.at_step(METHODS[method].scheme, step, run_.times)

@@ -1,4 +1,4 @@
-"""A body on one hinge, to be filled in: its joint, whether its geom touches, what else there is."""
+"""Template of a body on one hinge: its joint, whether its geom collides, other elements."""
 
 HINGE = """
 <mujoco>

@@ -1,4 +1,4 @@
-"""A page as a test reads it: without running its scripts."""
+"""A page read by a test, without running its scripts."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 class Document(HTMLParser):
-    """What of a page matters here: ids, links, what is loaded, plots, and the text of tables."""
+    """Parts of a page for tests: ids, links, loaded files, plots, and the text of tables."""
 
     def __init__(self, text: str) -> None:
         super().__init__()

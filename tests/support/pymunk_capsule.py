@@ -24,7 +24,7 @@ GOOD = ("feet", "side")
 def run(
     name: str, model: str, step: float, other: Any = None, **changes: Any
 ) -> tuple[Measurement, Trajectory]:
-    """One run of a scene, held against its own answer or that of `other`, and its samples."""
+    """One run of a scene, compared with its own answer or that of `other`, and its samples."""
     scene = find_scene(name, changes)
     system = system_of(scene)
     case = system.case(scene)
@@ -46,12 +46,12 @@ def last(name: str, model: str, step: float, **changes: Any) -> float:
 
 
 def moved(line: LineManoeuvre, model: str, step: float) -> Mapping[str, float]:
-    """What is read off a line manoeuvre once everything rests, two steps after t2."""
+    """Readings of a line manoeuvre at rest, two steps after t2."""
     return ended(problem_of(line), model, step, math.ceil(line.t2 / step) + 2)
 
 
 def problem_of(line: LineManoeuvre) -> CapsuleProblem:
-    """A line manoeuvre as engines get it."""
+    """A line manoeuvre in the form that engines take."""
     setup = CapsuleSetup(
         line.capsule,
         line.segment.start,
@@ -63,7 +63,7 @@ def problem_of(line: LineManoeuvre) -> CapsuleProblem:
 
 
 def ended(problem: CapsuleProblem, model: str, step: float, steps: int) -> Mapping[str, float]:
-    """What is read off after so many steps."""
+    """Readings after so many steps."""
     built = capsule.build(problem, METHODS[model], step)
     for n in range(steps):
         if built.act is not None:

@@ -37,7 +37,7 @@ def pendulums(count: int, seed: int = 2015) -> Iterator[tuple[str, ConePendulum]
 
 def _platform(rng: np.random.Generator) -> ConePendulum:
     """A body at rest on a platform: half of them cones, apex angles to 170 degrees, where
-    I_x < I_z; half with moments all apart; at 0 to 1000 rad/s."""
+    I_x < I_z; half with different moments; at 0 to 1000 rad/s."""
     if rng.random() < 0.5:
         apex = math.radians(rng.uniform(5.0, 170.0))
         body = cone(rng.uniform(500.0, 9000.0), rng.uniform(0.05, 2.0), apex)

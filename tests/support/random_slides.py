@@ -46,8 +46,8 @@ class Slide:
 
 
 def _capsule(rng: np.random.Generator) -> Capsule:
-    """Any triangle about C, m/M from 0.05 to 6; J small in every second one, which makes a support
-    far easier to move along one direction than across it."""
+    """Any triangle about C, m/M from 0.05 to 6; J is small in every second one, which makes the
+    mobility of a support strongly anisotropic."""
     while True:
         angles = np.sort(rng.uniform(0.0, 2 * math.pi, 3))
         arms = rng.uniform(0.05, 0.25, 3)

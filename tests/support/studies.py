@@ -1,4 +1,4 @@
-"""Studies for the tests of what is said of one: a small measured one, and made-up ones."""
+"""Studies for tests of reports: a small measured one, and made-up ones."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def planned(name: str, track: str) -> Plan:
 
 
 def ends_off(body: Capsule, made: Plan) -> float:
-    """Larger of the two errors of `body` carried through a plan [m or rad]."""
+    """Larger of the two errors of `body` after a plan [m or rad]."""
     motion = simulate(body, made)
     end = motion.at(np.array([max(made.duration, motion.rest_time)]))
     (x, y), heading = end.position[0], end.heading[0]
@@ -122,7 +122,9 @@ def test_a_mean_acceleration_held_over_steps_gives_the_velocity_at_every_edge() 
 @pytest.mark.parametrize(
     ("name", "track", "least"), [("half-turn", "free", 7.0), ("ahead", "curve", 1.6)]
 )
-def test_least_time_beats_equal_manoeuvres(name: str, track: str, least: float) -> None:
+def test_minimum_time_is_below_that_of_equal_manoeuvres(
+    name: str, track: str, least: float
+) -> None:
     naive = plan(CHECK, PLACES[name], track=track, equal=True)  # type: ignore[arg-type]
     assert max(naive.error) <= REACHED
     assert naive.duration >= least * planned(name, track).duration
@@ -142,7 +144,7 @@ def test_no_push_within_the_limits_is_quicker(push: float, pull: float) -> None:
     assert time(best.w1, best.w2) <= time(push * threshold, pull * threshold)
 
 
-def test_less_drive_turns_less_in_more_time() -> None:
+def test_a_weaker_drive_turns_less_in_more_time() -> None:
     full = quickest_drive(Limits())(1.0)
     at_limit, below = (outcome(CHECK, 0.12, 0.3, 1.0, drive) for drive in (full, 0.8 * full))
     assert abs(below.heading) < abs(at_limit.heading)
@@ -160,7 +162,7 @@ def quickened(path: SliderPath, factor: float) -> SliderPath:
 
 
 @pytest.mark.parametrize("body", [CHECK, SCALENE])
-def test_slow_motions_use_up_friction_and_no_more(body: Capsule) -> None:
+def test_slow_motions_reach_the_friction_limit_and_no_more(body: Capsule) -> None:
     a = 0.12
     for slow in (
         slow_line(body, 0j, a + 0j, 1.0),
@@ -186,13 +188,13 @@ def test_slow_motions_use_up_friction_and_no_more(body: Capsule) -> None:
 )
 def test_any_pose_from_any_pose(body, track, step, begin, slider) -> None:  # type: ignore[no-untyped-def]
     if body is SCALENE:
-        slider = (0.0, 0.0)  # the other place is not on its curve
+        slider = (0.0, 0.0)  # the other position is not on its curve
     start = RestPose(begin[0], begin[1], begin[2], slider)
     goal = RestPose(begin[0] + step[0], begin[1] + step[1], begin[2] + step[2])
     assert max(plan(body, goal, FAR, track, start).error) <= REACHED
 
 
-def test_a_plan_does_not_care_where_north_is() -> None:
+def test_a_plan_does_not_depend_on_the_axes() -> None:
     goal, turned = PLACES["near"], 1.234
     place = goal.place * complex(math.cos(turned), math.sin(turned)) + 3.0
     start = RestPose(3.0, 0.0, turned)
@@ -215,6 +217,6 @@ def test_a_pose_already_taken_needs_no_manoeuvre() -> None:
         replace(CHECK, supports=((0.2 * (1 + 1e-4), 0.0), *CHECK.supports[1:])),
     ],
 )
-def test_teeth_another_body_misses(body: Capsule) -> None:
+def test_sensitivity_to_the_body(body: Capsule) -> None:
     assert ends_off(CHECK, planned("near", "free")) <= REACHED
     assert ends_off(body, planned("near", "free")) > 1e-6

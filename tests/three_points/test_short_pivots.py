@@ -19,7 +19,7 @@ OTHER = Capsule(1.3, 0.4, 0.03, ((0.22, 0.03), (-0.09, 0.17), (-0.12, -0.14)), 0
 WHOLE = slow_arc(CHECK, 0.12, 0.3, 2.4, 1.0), slow_arc(OTHER, 0.12, 0.3, 2.4, 1.0)
 
 
-def hurried(number: int, excess: float) -> SliderPath:
+def accelerated(number: int, excess: float) -> SliderPath:
     """A slow arc at the friction limit, with accelerations larger by the fraction `excess`."""
     pieces = [p for p in WHOLE[number].path.pieces if isinstance(p, ArcPiece)]
     drives = [piece.acceleration * (1.0 + excess) for piece in pieces]
@@ -27,7 +27,7 @@ def hurried(number: int, excess: float) -> SliderPath:
 
 
 def heading(number: int, excess: float) -> float:
-    motion = three_point_motion((CHECK, OTHER)[number], hurried(number, excess))
+    motion = three_point_motion((CHECK, OTHER)[number], accelerated(number, excess))
     assert [event.mode for event in motion.events] == ["rest", "pivot", "rest"]
     # As in every slide, although the forces of the pivot nearly balance.
     found = balance(motion)
@@ -48,4 +48,4 @@ def test_sensitivity_to_the_shorter_element(monkeypatch: pytest.MonkeyPatch) -> 
     """If elements are not shortened such a pivot neither begins nor ends."""
     monkeypatch.setattr(pivoting, "SHORTEST", 1.0)  # of any piece
     with pytest.raises(RuntimeError, match="events did not finish"):
-        three_point_motion(CHECK, hurried(0, 3e-4))
+        three_point_motion(CHECK, accelerated(0, 3e-4))

@@ -54,7 +54,7 @@ ROUND = 1e-14
     ("capsule", "w1", "w2", "t1"),
     [
         (CHECK, 3 * LIMIT, 0.8 * LIMIT, 0.03),
-        (CHECK, 3 * LIMIT, LIMIT, 0.03),  # sticks to the end
+        (CHECK, 3 * LIMIT, LIMIT, 0.03),  # sticks at the end
         (CHECK, (1 + 1e-6) * LIMIT, 0.5 * LIMIT, 0.03),  # hardly moved
         (CHECK, (1 + 1e-10) * LIMIT, 0.5 * LIMIT, 0.03),
         (replace(CHECK, slider_mass=1e-3), 2900.0 * 3, 2900.0 * 0.8, 0.003),
@@ -106,7 +106,7 @@ def test_a_residual_motion_is_its_formula(
     assert motion.rest_time == pytest.approx(known.duration, rel=1e-12)
 
 
-def test_a_hold_that_gives_way_slowly_is_its_formula() -> None:
+def test_a_slow_onset_of_sliding_is_its_formula() -> None:
     """w = k t along a line through C: rest until mu k t = f g, then dv/dt = -mu k t + f g."""
     jerk, last, heading = 400.0, 0.05, 0.4
     along = np.array([math.cos(heading), math.sin(heading)])
@@ -191,8 +191,8 @@ def test_a_thousandth_part_of_a_plan_is_a_plan() -> None:
         (replace(CHECK, inertia=CHECK.inertia * (1 + 1e-6)), 1e-8),
     ],
 )
-def test_teeth(wrong: Capsule, least: float) -> None:
-    """Wrong motions that the bounds 1e-9 and 1e-12 above exclude."""
+def test_sensitivity_of_the_motion(wrong: Capsule, least: float) -> None:
+    """Wrong motions, excluded by the bounds 1e-9 and 1e-12 above."""
     truth = pose(COAST.motion(), 1.0)
     assert np.abs(pose(replace(COAST, capsule=wrong).motion(), 1.0) - truth).max() > least
     path = arc_stroke(0.12, 0.0, 4000.0, 0.015)

@@ -23,13 +23,13 @@ SEEDS = st.integers(0, 10**6)
 
 @pytest.mark.parametrize("seed", [2, 6, 24, 26, 27, 89, 120, 174])
 def test_energy_and_momentum_balance(seed: int) -> None:
-    """Gauss quadrature of 64 points per segment is accurate to 1e-12 of all that is exchanged."""
+    """Gauss quadrature of 64 points per segment is accurate to 1e-12 of the total exchange."""
     left = balance(slide(seed).motion())
     assert max(left.energy, left.momentum, left.angular_momentum) <= 5e-12
     assert left.friction_work <= 0.0
 
 
-def test_every_mode_is_met() -> None:
+def test_every_mode_occurs() -> None:
     """The seeds above cover pivots, slips from a pivot and passages through rest."""
     pairs: set[tuple[str, str]] = set()
     for seed in (2, 24, 26, 27):
@@ -113,7 +113,7 @@ def test_it_knows_its_own_error(seed: int) -> None:
     own, other, said = motion.at(times), better.at(times), motion.error
     for name in ("position", "heading"):
         off = np.abs(getattr(own, name) - getattr(other, name)).max(axis=0)
-        # A coarser motion may be more accurate than the fine one by chance.
+        # A coarser motion may accidentally be more accurate than the fine one.
         assert (off <= 10.0 * getattr(said, name)[0] + 1e-15).all()
         assert getattr(said, name).max() <= 1e-11
 
@@ -130,8 +130,8 @@ def test_a_pose_has_no_jumps_and_its_rate_is_its_velocity() -> None:
         assert off.max() * step <= 1e-6
 
 
-def test_the_balance_has_teeth() -> None:
-    """A millionth of the friction missing from the body's constants shows in the balance."""
+def test_sensitivity_of_the_balance() -> None:
+    """A friction too small by a millionth shows in the balance."""
     motion = COAST.motion()
     body = replace(motion.body, centre_limits=motion.body.centre_limits * (1 + 1e-6))
     assert balance(replace(motion, body=body)).energy > 1e-7

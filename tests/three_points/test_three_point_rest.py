@@ -102,7 +102,7 @@ def test_a_pivot_starts_about_its_support(
 
 
 @given(st.floats(0.1, 2.0), st.floats(0.001, 1.0), ANGLES, st.floats(1e-6, 10.0), ANGLES)
-def test_a_slip_starts_along_the_force_it_lacks(
+def test_a_slip_starts_along_the_missing_force(
     limit: float, inertia: float, angle: float, size: float, lean: float
 ) -> None:
     """a = -B (F_needed + f N a/|a|), with any anisotropy of B."""
@@ -115,7 +115,7 @@ def test_a_slip_starts_along_the_force_it_lacks(
     assert abs(found - a) <= 1e-9 * (1.0 + abs(a))
 
 
-def test_nothing_needed_is_held_and_nothing_holds_without_friction() -> None:
+def test_load_factor_without_load_and_without_friction() -> None:
     arms = np.array([0.2, -0.1 + 0.15j, -0.1 - 0.15j])
     assert load_factor(np.ones(3), arms, 0j, 0.0)[0] == 0.0
     assert load_factor(np.zeros(3), arms, 1 + 0j, 0.0)[0] == math.inf

@@ -1,6 +1,6 @@
-"""What is recommended for a scene is confirmed by a fresh run, asked for 1e-2, 1e-4 and 1e-6
-in the unit of the leading observable. The quick profile takes a few scenes and a method of each
-kind; every scene with every method: pytest tests/validation/test_recommended.py --profile full."""
+"""Recommendations for a scene are confirmed by fresh runs, for errors of 1e-2, 1e-4 and 1e-6 in the
+unit of the leading observable. The quick profile takes a few scenes and a method of each kind;
+every scene with every method: pytest tests/validation/test_recommended.py --profile full."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 def _option(config: pytest.Config, name: str, few: str) -> str:
-    """What an option chooses; a few in a quick run that chooses nothing."""
+    """The choice of an option; a few in a quick run without options."""
     given: str = config.getoption(name)
     return few if (given, config.getoption("profile")) == ("*", "quick") else given
 
 
 def _stored(scene: Scene, pattern: str, folder: Path) -> Study:
-    """A quick study of a scene, as it comes back from its file."""
+    """A quick study of a scene, read back from its file."""
     file = folder / store.FILE
     store.save(run_study([scene], find_methods(pattern)), file)
     study = store.load(file, scene=scene.name)
@@ -55,7 +55,7 @@ def _stored(scene: Scene, pattern: str, folder: Path) -> Study:
 
 def _offered(study: Study, scene: str, wanted: float) -> Iterator[Choice]:
     found = cheapest(study, scene, wanted)
-    if found.choice is None:  # then nothing measured reaches it, and the best is said
+    if found.choice is None:  # then no measured run reaches it, and the best is stated
         assert found.best is None or found.best.error > wanted
     offered = (found.choice, found.runner_up, *found.by_engine)
     yield from dict.fromkeys(choice for choice in offered if choice is not None)
@@ -70,5 +70,5 @@ def test_a_fresh_run_reaches_it(scene: Scene, tmp_path: Path, pytestconfig: pyte
             error = run.errors[leading].largest
             print(f"{wanted:g}: {choice.method} at {choice.step:g} error {error:.3g}")
             assert error <= wanted
-            # What was said; the last digits of a run differ between machines.
+            # The stated error; the last digits of a run differ between machines.
             assert error <= choice.error * (1 + 1e-6)
