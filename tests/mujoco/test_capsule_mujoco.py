@@ -39,7 +39,7 @@ EXACT = -0.0055917  # [m], eq. 22 at physics' check values
         ("euler+coulomb", 1e-5, 1.1e-8),
         ("euler+coulomb+noslip", 1e-3, 1.13e-4),
         ("implicitfast+coulomb", 1e-4, 1.12e-6),
-        ("rk4+coulomb", 1e-3, 4.9e-4),  # its late stop: 4.74e-4
+        ("rk4+coulomb", 1e-3, 4.9e-4),  # from the late stop: 4.74e-4
         ("rk4+reduced", 1e-3, 4.75e-4),
     ],
 )
@@ -59,7 +59,7 @@ def test_reduced_error_is_the_sawtooth(step: float) -> None:
 
 @pytest.mark.parametrize("step", RANDOM_STEPS)
 def test_what_the_full_model_adds_is_its_vertical_displacement(step: float) -> None:
-    # f times the vertical displacement of the common centre of mass until t*, contacts being
+    # f times the vertical displacement of the common centre of mass until t*, as contacts are
     # springs; 10 % of it for their lag at the coarsest step, and the drift of stiction
     error, predicted = displaced("capsule-line/ca1", "euler+coulomb", float(step))
     added = deflection_error(problem("capsule-line/ca1"), step)
@@ -69,9 +69,10 @@ def test_what_the_full_model_adds_is_its_vertical_displacement(step: float) -> N
 @pytest.mark.parametrize("method", ["euler+reduced", "euler+coulomb"])
 def test_error_at_random_steps_is_the_parabola(method: str) -> None:
     # with t1 on the grid, -p (1 - p)(mu w2 + f g) dt^2/2, p the fraction of t_star/dt, within 5 %
-    # wherever that is a fifth of its top or more; t_star/t1 is no simple ratio at this w2, for then
-    # p would take a few values only. The full model's vertical displacement is taken
-    # off, which is explained above; 5 % are for its drift and lag, 0.1 % for those of the reduced.
+    # where that is at least a fifth of its maximum. t_star/t1 is no simple ratio at this w2,
+    # otherwise p would take a few values only. The effect of the full model's vertical
+    # displacement, explained above, is subtracted; 5 % allow for its drift and lag, 0.1 % for those
+    # of the reduced model.
     posed = problem("capsule-line/ca1", w2=9.7)
     line, seen = posed.motion, 0
     for count in np.random.default_rng(31).integers(12, 150, 8):
@@ -101,8 +102,8 @@ def deflection_error(posed: CapsuleProblem, step: float) -> float:
     ("name", "within"),
     [
         ("capsule-line/at-123", 1e-9),
-        # MuJoCo's inverse weight of the body is that of a push at C, which also turns a body whose
-        # slider is elsewhere
+        # MuJoCo's inverse weight of the body is that of a force at C, which also turns a body with
+        # its slider elsewhere.
         ("capsule-turn/0.3", 0.03),
     ],
 )
@@ -125,7 +126,7 @@ def test_the_record_for_theory_says_how_far_contacts_deflect(
 
 
 def test_isotropy() -> None:
-    for step, bar in ((1e-3, 1e-12), (1e-4, 1e-10)):  # of 1: rounding, over depths of 1e-5, 1e-7 m
+    for step, bar in ((1e-3, 1e-12), (1e-4, 1e-10)):  # rounding over depths of 1e-5, 1e-7 m
         errors = [
             displaced(f"capsule-line/heading-{angle:03d}", "euler+coulomb", step)[0] / EXACT
             for angle in range(0, 360, 15)
@@ -169,7 +170,7 @@ def test_the_reason_is_contact_chatter(method: str) -> None:
     ],
 )
 def test_holding_at_0999_of_the_threshold(method: str, bar: float) -> None:
-    # a drift of 1e-5 dt F/(3 (M + m)), none with noslip; wanted: 1e-6 and 1e-9 m in 10 s
+    # a drift of 1e-5 dt F/(3 (M + m)), none with noslip; required: 1e-6 and 1e-9 m in 10 s
     found, held = run("capsule-hold/0.999", method, 1e-3)
     assert np.abs(held.observables["displacement"]).max() < bar
     assert verdict(found, method) == "pass"
@@ -182,8 +183,9 @@ def test_other_contacts_drift(method: str, least: float) -> None:
 
 
 def test_loads_at_rest_are_those_of_statics() -> None:
-    # at rest to the solver's accuracy; while slip and slider speed up, to 6e-7 and then by what
-    # half a step of the slider's way makes, which is predicted, and inertia, in the step's square
+    # At rest accurate to the solver's accuracy; while slip and slider accelerate, to 6e-7 at first,
+    # then up to the effect of half a step of slider travel, which is predicted, and of inertia,
+    # which is of second order.
     for name in ("capsule-line/at-123", "capsule-line/off-centroid"):
         found, exact, predicted = loads(name, "euler+coulomb", 1e-4)
         relative = np.abs(found / exact - 1.0)
@@ -194,7 +196,7 @@ def test_loads_at_rest_are_those_of_statics() -> None:
 
 
 def test_without_friction_the_centre_of_mass_stays() -> None:
-    # the actuator is inside: 1e-12 m is wanted
+    # the actuator is internal; required: 1e-12 m
     for method in (*DEFAULT_SETTINGS, *GOOD):
         _, free = run("capsule-line/frictionless", method, 1e-3)
         assert np.ptp(free.channels["centre_of_mass"]) < 1e-12
@@ -213,8 +215,8 @@ def test_momentum_changes_by_friction_alone(method: str) -> None:
 
 @pytest.mark.parametrize("method", ["euler+coulomb", "euler+reduced"])
 def test_repeated_manoeuvres_add_up(method: str) -> None:
-    # a thousand of them, for which 1e-3 is allowed: the error of one, t_star being two thirds into
-    # its step, and a tenth of it for the full model's deflection
+    # A thousand of them, for which 1e-3 is allowed: the error of one, with t_star at two thirds of
+    # a step, and a tenth of it for the full model's deflection.
     error, predicted = displaced("capsule-train/thousand", method, 2e-3)
     assert predicted / (1000 * EXACT) == pytest.approx(4.21e-4, rel=1e-2)
     assert error / (1000 * EXACT) == pytest.approx(4.21e-4, rel=0.1)
@@ -234,6 +236,7 @@ HARD = ("w2-threshold", "w1-threshold", "light-slider", "heavy-slider", "near-ed
 @pytest.mark.parametrize("case", [*HARD, "off-grid", "off-centroid"])
 @pytest.mark.parametrize("method", ["euler+coulomb", "euler+coulomb+noslip", "rk4+coulomb"])
 def test_hard_cases_are_as_predicted(case: str, method: str) -> None:
-    # A push at the threshold moves the body by 1.3 nm, less than contacts deflect at coarser steps.
+    # A push at the threshold moves the body by 1.3 nm, less than the contact deflection at coarser
+    # steps.
     step = {"light-slider": 1e-5, "w1-threshold": 1e-4}.get(case, 5e-4)
     assert verdict(run(f"capsule-line/{case}", method, step)[0], method) == "pass"

@@ -28,9 +28,9 @@ def step_of(name: str, parts: int) -> float:
 
 
 @pytest.mark.parametrize("epsilon", [0.3, 0.03])
-def test_a_turn_to_a_ten_thousandth(epsilon: float) -> None:
-    # the bar for epsilon of 0.03 and more: 7.9e-5 at rest is friction half a step late,
-    # 5.2e-6 elsewhere what holding the control does to the slider's path
+def test_a_turn_is_accurate_to_a_ten_thousandth(epsilon: float) -> None:
+    # The requirement for epsilon of 0.03 and more: 7.9e-5 at rest is from friction half a step
+    # late, 5.2e-6 elsewhere from the effect of holding the control on the slider's path.
     _, moved = run(f"capsule-turn/{epsilon}", RK4, step_of(f"capsule-turn/{epsilon}", FINEST))
     exact = problem(f"capsule-turn/{epsilon}").reference.observe(moved.times)["body_angle"]
     error = moved.observables["body_angle"] - exact
@@ -42,8 +42,8 @@ def test_a_turn_to_a_ten_thousandth(epsilon: float) -> None:
 
 @pytest.mark.parametrize("epsilon", [0.03, 0.001])
 def test_euler_leaks_what_theory_says(epsilon: float) -> None:
-    # 4.4e-3 rad at tau/800: above the bar at every epsilon, for a reason with a formula;
-    # friction and the next power of the step are 0.5 % of it
+    # 4.4e-3 rad at tau/800: above the requirement at every epsilon, by a known formula; friction
+    # and the next power of the step are 0.5 % of it.
     name = f"capsule-turn/{epsilon}-stop"
     step = step_of(name, FINEST)
     error = run(name, EULER, step)[0].errors["body_angle"].end
@@ -68,8 +68,8 @@ def test_turns_are_as_predicted(name: str, parts: int, method: str) -> None:
 
 @pytest.mark.parametrize("method", [EULER, RK4])
 def test_spin_and_translation_at_once(method: str) -> None:
-    # Of first order over a decade, with these coefficients in rad/s, which what is predicted has to
-    # six digits (the verdict); 2 % for the second order at the coarser step.
+    # Of first order over a decade, with these coefficients in rad/s, which the prediction has to
+    # six digits (see the verdict); 2 % for the second order at the coarser step.
     coefficient, finest = {EULER: (-2.191, 1e-4), RK4: (0.3964, 2e-4)}[method]
     for step, within in ((1e-3, 0.02), (finest, 2e-3)):
         found, _ = run("capsule-coast/spin", method, step)
@@ -77,7 +77,7 @@ def test_spin_and_translation_at_once(method: str) -> None:
         assert found.errors["heading"].end == pytest.approx(coefficient * step, rel=within)
 
 
-def test_the_default_is_off_at_any_step() -> None:
+def test_default_settings_have_large_errors_at_any_step() -> None:
     for step in (1e-3, 2e-4):
         found, moved = run("capsule-coast/spin", "euler", step)
         assert 5e-3 < found.errors["heading"].largest < 3e-2
@@ -98,7 +98,8 @@ def test_implicitfast_takes_another_step_with_a_lone_body() -> None:
 
 
 def test_a_plan_open_loop() -> None:
-    # the pose at its end, a millimetre and a thousandth of a radian off at the coarsest step
+    # the pose at its end, with errors of a millimetre and a thousandth of a radian at the coarsest
+    # step
     found, _ = run("capsule-plan/near-free", RK4, 1e-3)
     assert verdict(found, RK4) == "pass"
     assert abs(found.errors["heading"].end) < 1e-3
@@ -106,9 +107,9 @@ def test_a_plan_open_loop() -> None:
 
 
 def test_armatures_of_a_turning_body_bring_no_force_of_their_own() -> None:
-    # Without friction the centre of mass and the angular momentum stay; RK4 keeps both as far as
-    # holding the control lets it, and Euler to its leak. An armature of 1e10 that took part in
-    # centripetal forces would show as such.
+    # Without friction the centre of mass and the angular momentum are constant; RK4 keeps both up
+    # to the effect of holding the control, and Euler up to its leak. An armature of 1e10 that took
+    # part in centripetal forces would show as such.
     one = problem("capsule-turn/0.1").motion.manoeuvre
     errors = {}
     for method in (EULER, RK4):
@@ -125,7 +126,7 @@ def test_armatures_of_a_turning_body_bring_no_force_of_their_own() -> None:
 
 @pytest.mark.parametrize("name", ["0.3", "0.03"])
 def test_bounds_are_not_loose(name: str) -> None:
-    # within the lag that they leave, for the angle that leads; places inherit the angle's
+    # within the lag of contacts for the angle, which leads; positions inherit its error
     found, _ = run(f"capsule-turn/{name}", EULER, step_of(f"capsule-turn/{name}", 100))
     error = found.errors["body_angle"]
     assert error.predicted is not None
@@ -133,7 +134,7 @@ def test_bounds_are_not_loose(name: str) -> None:
     assert 1.0 <= sum(error.model.values()) / error.predicted.missed < 6.0
 
 
-def test_loads_lack_nothing_where_nothing_deflects() -> None:
+def test_loads_are_exact_where_nothing_deflects() -> None:
     posed = problem("capsule-turn/0.3")
     motion, across = plane_motion(posed, 0.1), 0.046
     np.testing.assert_array_equal(missing_loads(posed, motion, 0.0, across), 0.0)
@@ -150,7 +151,8 @@ def test_loads_lack_nothing_where_nothing_deflects() -> None:
     ],
 )
 def test_a_wrong_parameter_is_seen(wrong: dict[str, Any]) -> None:
-    # a parameter that friction goes with off by 1e-4, or one that drives the turn by 1e-5, is seen
+    # an error of 1e-4 in a parameter of friction, or of 1e-5 in one that drives the turn, is
+    # detected
     name = "capsule-turn/0.3"
     step = step_of(name, 800)
     found, _ = run(name, RK4, step, other=scene(name, wrong))
@@ -158,7 +160,8 @@ def test_a_wrong_parameter_is_seen(wrong: dict[str, Any]) -> None:
 
 
 def test_with_the_softening_of_a_line_a_fast_turn_chatters() -> None:
-    # what PLANE_SOFTENING is for: at 1e2 slip over step alters the loads by more than they are
+    # The reason for PLANE_SOFTENING: at 1e2 slip over step changes the loads by more than their
+    # size.
     case, method = scene("capsule-turn/0.01-stop"), METHODS[EULER]
     posed = problem(case.name)
     assert contacts(posed, method.settings).softening == PLANE_SOFTENING

@@ -67,7 +67,7 @@ def test_options_are_taken(integrator: str, tmp_path: Path) -> None:
     assert spec.option.impratio == 30.0
     assert found.settings["contact"]["tolerance"] == 1e-11  # with the contacts: scaled there
     assert (spec.option.iterations, spec.option.noslip_iterations) == (77, 4)
-    # what a scene is, and how long its step, is not the user's file's to say
+    # the scene and the step are not taken from the user's file
     assert [*spec.option.gravity, spec.option.density] == before
     assert spec.option.timestep == 0.5
     assert not spec.option.disableflags & int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
@@ -107,8 +107,8 @@ def test_a_user_method_is_measured_as_any_other(
     assert judge(run, system, found).verdict == "pass"
     if name == "cone-pendulum" or integrator == "RK4":
         return
-    # damping explicit or implicit makes the difference: the error is what the one predicts, to
-    # the nonlinear part of it, and not what the other does
+    # Explicit or implicit damping makes the difference: the error is that predicted for the one, up
+    # to its nonlinear part, and not that of the other.
     other, _ = measure(system.case(scene), _with_damping_the_other_way(found), found.step_sizes[0])
     error, wrong = run.errors["theta"].predicted, other.errors["theta"].predicted
     assert error is not None

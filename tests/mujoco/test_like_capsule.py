@@ -1,4 +1,4 @@
-"""A user's contacts on the capsule: the file's own, and every system that MuJoCo can do."""
+"""A user's contacts on the capsule: those of the file, and every system that MuJoCo supports."""
 
 from __future__ import annotations
 

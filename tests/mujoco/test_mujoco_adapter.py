@@ -38,7 +38,7 @@ def run(
 
 
 def error(method: Method, step: float, **given: Any) -> float:
-    """Error of theta [rad] at 0.5 s of the default scene, whatever was run instead."""
+    """Error of theta [rad] at 0.5 s relative to the default scene, for any scene that was run."""
     trajectory = run(method, step, **given)
     assert trajectory.times[-1] == pytest.approx(0.5, abs=1e-12)
     return float(trajectory.observables["theta"][-1]) - THETA
@@ -56,8 +56,8 @@ def slope(steps: Array, errors: Array) -> float:
 
 
 def test_rk4_reaches_the_exact_motion() -> None:
-    # 20 000 steps: C4 h^4 + C5 h^5 is 2e-15 and round-off 2e-13, both at theta = 20; 1e-10
-    # would do. The rate is not to drift by as much either; it does not change at all.
+    # 20 000 steps: C4 h^4 + C5 h^5 is 2e-15 and round-off 2e-13, both at theta = 20; 1e-10 would
+    # do. The rate must not drift by as much either; it does not change.
     trajectory = run(step=2.5e-5)
     exact = DEFAULT.motion.observe(trajectory.times)
     assert np.abs(trajectory.observables["theta"] - exact["theta"]).max() < 2e-12
@@ -75,9 +75,9 @@ SKEW = replace(DEFAULT.body, inertia_y=DEFAULT.body.inertia_y + 0.03)
 @pytest.mark.parametrize(
     ("given", "duration", "tolerance"),
     [
-        ({}, 0.5, 1e-11),  # DOP853's own 1e-13 a step, grown over its hundred and fifty steps
+        ({}, 0.5, 1e-11),  # DOP853's 1e-13 a step, accumulated over about 150 steps
         ({"platform_rate": 0.0, "theta_dot": 13.0}, 1.0, 1e-11),
-        ({"pivot_x": 0.2}, 0.5, 1e-11),  # X has no part in the motion
+        ({"pivot_x": 0.2}, 0.5, 1e-11),  # X does not affect the motion
         ({"body": WIDE}, 0.5, 1e-11),  # I_x < I_z
         ({"body": SKEW}, 0.5, 1e-11),  # I_x, I_y and I_z all differ
         ({"platform_rate": 1000.0}, 0.05, 3e-10),  # seven turns of 26 000 rad/s^2
@@ -130,7 +130,8 @@ def test_rk4_has_the_error_of_its_two_leading_terms() -> None:
 
 
 def test_the_first_order_integrators_take_the_same_steps() -> None:
-    # what sets `implicit` apart acts between platform and cone, and the platform keeps its rate
+    # the additional terms of `implicit` act between platform and cone, and the platform keeps its
+    # rate
     ends = {
         name: run(method, 1e-3).observables["theta"]
         for name, method in METHODS.items()

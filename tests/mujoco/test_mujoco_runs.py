@@ -48,7 +48,7 @@ PUSHED = """
 
 
 def simulation(xml: str, translation: dict[str, Any], steps: int) -> MujocoSimulation:
-    """A model of one's own as the adapter would run it, its first coordinate and rate observed."""
+    """Any model as the adapter would run it, with its first coordinate and rate observed."""
     model = mujoco.MjModel.from_xml_string(xml)
     model.opt.disableflags |= int(BIT.mjDSBL_AUTORESET)
     given: dict[str, Any] = {
@@ -86,7 +86,7 @@ def test_samples_do_not_depend_on_how_the_steps_are_grouped(steps: int) -> None:
 
 @pytest.mark.parametrize("method", METHODS.values(), ids=lambda method: method.name)
 def test_a_step_far_too_large_is_a_divergence(method: Method) -> None:
-    # the torque is bounded, so a step of half a turn kicks the body beyond any speed it can have
+    # the torque is bounded, so a step of half a turn exceeds any speed the body can have
     trajectory = prepare(SYSTEM.case(scene(duration=200.0)), method, 0.5).run()
     assert trajectory.diverged_at is not None
     assert 0.0 < trajectory.diverged_at < 200.0
@@ -115,7 +115,7 @@ def test_the_engines_own_alarm_ends_the_run(
 def test_without_capture_the_engine_would_write_a_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # sensitivity: the warning above does reach the disk when nobody collects it
+    # sensitivity: the warning above does reach the disk if it is not captured
     monkeypatch.chdir(tmp_path)
     model = mujoco.MjModel.from_xml_string(HINGE.format(joint="", contype=0, more=""))
     data = mujoco.MjData(model)
@@ -154,7 +154,8 @@ def test_limits_cut_a_run_that_the_engine_itself_is_content_with() -> None:
 def test_controls_are_held_over_each_step(
     control_at: float, block: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # on contacts, so that the solver's warm start must survive from block to block, bit for bit
+    # With contacts, so that the solver's warm start must pass from block to block without changing
+    # a bit.
     def control(times: Array) -> Array:
         return 20 * np.sin(40 * times)[:, None]
 

@@ -1,5 +1,5 @@
-"""The capsule in pymunk: on feet and from the side it does what theory says of the step, on bare
-pivots it does not."""
+"""The capsule in pymunk: on feet and from the side errors are as predicted, on bare pivots they are
+not."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ HARD = ("w1-threshold", "w2-threshold", "near-edge", "near-vertex")
     ],
 )
 def test_every_observable_is_as_predicted(name: str, model: str, step: float) -> None:
-    # The verdict holds each sample to what theory says of this very step, up to rounding and the
-    # model-error bounds; the two tests below say that these are small where it matters.
+    # The verdict compares each sample with the prediction for this step, up to rounding and the
+    # model-error bounds; the two tests below show that these are small where necessary.
     if (name, model) == ("capsule-coast/rotation", "side"):
         return
     found, _ = run(name, model, step)
-    # Feet may miss by more than the micrometre that a push at the threshold moves the body.
+    # The error of feet may exceed the micrometre by which a push at the threshold moves the body.
     hollow = (name, model) == ("capsule-line/w1-threshold", "feet")
     assert verdict(found, model) == ("coarse" if hollow else "pass"), judge(
         found, system_of(find_scene(name)), METHODS[model]
@@ -66,7 +66,7 @@ def test_every_observable_is_as_predicted(name: str, model: str, step: float) ->
 @pytest.mark.parametrize("model", GOOD)
 @pytest.mark.parametrize("case", ["ca1", "at-50", "at-222", "off-centroid"])
 def test_final_displacement(case: str, model: str) -> None:
-    # the bounds wanted; what the sawtooth predicts is 1.05e-4 and 1.05e-6
+    # the required bounds; the sawtooth predicts 1.05e-4 and 1.05e-6
     exact = find_scene(f"capsule-line/{case}")
     whole = system_of(exact).problem(exact.parameters).motion.displacement
     assert last(exact.name, model, 1e-3) == pytest.approx(whole, rel=2e-4)
@@ -76,9 +76,9 @@ def test_final_displacement(case: str, model: str) -> None:
 @pytest.mark.parametrize("model", GOOD)
 def test_error_at_random_steps(model: str) -> None:
     # With t1 on the grid -p (1 - p) (mu w2 + f g) dt^2/2, t1/dt a whole number drawn at random; off
-    # it with the discontinuity at t1. 5 % is asked for; 50 iterations leave 3e-4 of the largest
-    # such error, and 30 over two contacts nothing. At this w2 t_star/t1 is no simple ratio; LINE's
-    # would make p a ninth part, whatever the step.
+    # it with the discontinuity at t1. Required: 5 %; the residual of 50 iterations is 3e-4 of the
+    # largest such error, that of 30 over two contacts is zero. At this w2 t_star/t1 is no simple
+    # ratio; with LINE's p would be a multiple of 1/9 at any step.
     rng, line = np.random.default_rng(4), replace(LINE, direction=0.87, w2=9.7)
     near = {"feet": 1e-3, "side": 1e-6}[model]
     envelope = line.closed.braking / 8
@@ -95,8 +95,9 @@ def test_error_at_random_steps(model: str) -> None:
 
 @pytest.mark.parametrize("model", GOOD)
 def test_model_error_bounds_are_small(model: str) -> None:
-    # less than the sawtooth's largest value, so that a fault of the size of the step's error shows:
-    # 50 iterations with one sticking foot leave 2 % of what the stop asks of them, contacts nothing
+    # Less than the sawtooth's largest value, so that a fault of the size of the step's error is
+    # detected: 50 iterations with one sticking foot leave 2 % of the velocity change at the stop,
+    # contacts leave nothing.
     part = {"feet": 0.6, "side": 1e-3}[model]
     for step in (1e-3, 1e-4):
         bounds = capsule.model_error(problem_of(LINE), 0.15, METHODS[model], step)
@@ -104,14 +105,15 @@ def test_model_error_bounds_are_small(model: str) -> None:
 
 
 def test_every_heading_alike() -> None:
-    # a joint's largest force is a disc, so only rounding tells headings apart; 1e-12 is asked for
+    # The force limit of a joint is a disc, so that headings differ by rounding only; required:
+    # 1e-12.
     for step in (1e-3, 5e-4):
         ends = [last(f"capsule-line/heading-{a:03d}", "feet", step) for a in range(0, 360, 15)]
         assert np.ptp(ends) < 1e-12 * abs(ends[0])
 
 
 def test_bare_pivots_do_not_converge() -> None:
-    # 7.2 % off along this line, whatever the step and however many iterations
+    # an error of 7.2 % along this line, at any step and number of iterations
     line, method = replace(LINE, direction=math.radians(50)), METHODS["pivots"]
     for step in (1e-3, 2e-4):
         for iterations in (10, 300):
@@ -127,23 +129,23 @@ def test_bare_pivots_do_not_converge() -> None:
 
 
 def test_drift_in_ten_seconds() -> None:
-    # 1e-6 m is asked for at 0.999 of the threshold; pivots slide away
+    # Required: 1e-6 m at 0.999 of the threshold; pivots slide away.
     for model, most in (("feet", 1e-15), ("side", 1e-15)):
         assert abs(last("capsule-hold/0.999", model, 1e-3)) < most
     assert last("capsule-hold/0.999", "pivots", 1e-3) > 1.0
 
 
 def test_normal_forces_from_the_side() -> None:
-    # at rest the contacts' own are those of statics to 1e-6, and better: what the solver leaves
+    # at rest those of the contacts are those of statics to 1e-6 or better: the solver's residual
     found, _ = run("capsule-hold/0.5", "side", 1e-3)
     for i in (1, 2, 3):
         error = found.errors[f"normal_force_{i}"]
         assert error.largest < 1e-9 * error.scale
-    # while the slider goes, those of the place where it is, half a step behind where it is to be:
-    # rounding by dt^2 is all that is left (the heights are zero, its acceleration moves no load)
+    # While the slider moves, those of its actual place, half a step behind its target: the only
+    # difference is rounding over dt^2 (at zero heights its acceleration shifts no load).
     for step in (1e-3, 1e-4):
         found, trajectory = run("capsule-line/at-50", "side", step)
-        # contacts and gravity are all that changes the momentum, to its rounding over a step
+        # only contacts and gravity change the momentum, up to its rounding over a step
         assert np.abs(trajectory.channels["momentum_residual"]).max() < 1e-15 / step
         for i in (1, 2, 3):
             error = found.errors[f"normal_force_{i}"]
@@ -155,7 +157,7 @@ def test_normal_forces_from_the_side() -> None:
 
 @pytest.mark.parametrize("model", ["feet", "side"])
 def test_many_manoeuvres(model: str) -> None:
-    # 1e-3 of the whole is asked for; the error of one, 50 times
+    # required: 1e-3 of the total; the error is 50 times that of one
     repeated = RepeatedLine(LINE, 50, 0.9, 0.32 - RepeatedLine(LINE, 1, 0.9).period)
     setup = replace(problem_of(LINE).setup, relative_velocity=repeated.relative_velocity)
     seen = ended(CapsuleProblem(repeated, repeated, setup), model, 2e-3, 8000)

@@ -1,4 +1,4 @@
-"""Any capsule in pymunk: bodies drawn at random, momentum, and what must turn a verdict red."""
+"""Any capsule in pymunk: random bodies, momentum, and mistakes that must fail the verdict."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE
 
 @st.composite
 def ordinary_lines(draw: st.DrawFn) -> LineManoeuvre:
-    """Line manoeuvres of bodies that are not extreme, on triangles of any shape that is not."""
+    """Line manoeuvres of bodies and triangles that are not extreme."""
     gaps = [draw(st.floats(0.7, 1.0)) for _ in range(3)]
     angles = [2 * math.pi * sum(gaps[: i + 1]) / sum(gaps) for i in range(3)]
     arms = [draw(st.floats(0.1, 0.3)) for _ in range(3)]
@@ -69,13 +69,14 @@ def test_any_line_manoeuvre(line: LineManoeuvre, part: float, model: str) -> Non
     rounded = (1 + 2 * part**-0.5) * float(problem.reference.uncertainty(times)["displacement"][0])
     seen, predicted = moved(line, model, step), float(step_error(line, step, "mean"))
     assert abs(seen["displacement"] - line.displacement - predicted) <= allowed + rounded
-    assert allowed < 0.25 * line.closed.braking * step**2 + 1e-12  # and that says something
+    assert allowed < 0.25 * line.closed.braking * step**2 + 1e-12  # and the bound is not excessive
     if model == "feet":
         assert abs(seen["heading"]) <= sum(bounds["heading"].values())
 
 
 def test_friction_sets_the_unit_of_time_alone() -> None:
-    # What the iterations leave is the same part of the way for every f: no friction is hard.
+    # The residual of the iterations is the same fraction of the displacement for every f: no
+    # friction is difficult.
     ends = []
     for friction in (0.1, 1.0):
         line = uneven(friction)
@@ -83,7 +84,7 @@ def test_friction_sets_the_unit_of_time_alone() -> None:
     assert ends[0] == pytest.approx(ends[1], rel=1e-12)
 
 
-def test_light_feet_leave_the_last_one_to_stop_the_body() -> None:
+def test_with_light_feet_one_sticking_foot_stops_the_body() -> None:
     # The bound is that of one sticking foot; with two of them the same body would exceed it.
     line, method = uneven(1.0), METHODS["feet"]
     step, problem = 0.03 * line.t2, problem_of(line)
@@ -103,7 +104,7 @@ def test_light_feet_leave_the_last_one_to_stop_the_body() -> None:
 def test_without_friction_the_common_centre_stays(model: str, slider_mass: float) -> None:
     body = replace(CHECK, friction=0.0, slider_mass=slider_mass)
     line = LineManoeuvre(body, 3 * LIMIT, 0.8 * LIMIT, 0.03, 0.87)
-    # 1e-12 m is asked for
+    # required: 1e-12 m
     seen = moved(line, model, 3e-4)
     assert abs(seen["displacement"] + body.mass_ratio * seen["stroke"]) < 1e-14
     assert abs(seen["displacement"]) > 1e-4
@@ -114,7 +115,7 @@ CHANGES = [("friction", 1.0 + 1e-4), ("slider_mass", 1.0 + 1e-4), ("w1", 1.0 + 1
 
 @pytest.mark.parametrize("model", GOOD)
 @pytest.mark.parametrize(("name", "factor"), CHANGES)
-def test_a_parameter_off_by_a_ten_thousandth(name: str, factor: float, model: str) -> None:
+def test_a_parameter_error_of_a_ten_thousandth(name: str, factor: float, model: str) -> None:
     right = find_scene("capsule-line/at-50")
     changed: Scene = find_scene(right.name, {name: right.parameters[name] * factor})
     assert verdict(run(right.name, model, 1e-3)[0], model) == "pass"

@@ -44,7 +44,7 @@ def step_on(assembly: Assembly, step: float, count: int) -> Assembly:
 
 
 @pytest.mark.parametrize("fraction", [1.0, 0.05, 0.001])
-def test_feet_and_body_weigh_and_turn_as_the_capsule(fraction: float) -> None:
+def test_feet_and_body_have_the_mass_and_inertia_of_the_capsule(fraction: float) -> None:
     corners = ((0.2, 0.0), (-0.05, 0.15), (-0.12, -0.1))  # their centroid is not C
     body = replace(CHECK, supports=corners, inertia=CHECK.inertia * fraction)
     found = on_feet(CapsuleSetup(body), 1e-3, turning=True)
@@ -62,7 +62,7 @@ def test_feet_and_body_weigh_and_turn_as_the_capsule(fraction: float) -> None:
 def test_pins_that_close_strain_the_feet_they_pin() -> None:
     # Closing pins strain sticking feet: an unsettled start leaves gaps of 1e-8 m, the pins pull at
     # them in every step, and the body drifts by 0.1 mm where friction is nearly used up. Pins that
-    # do not close keep the gaps of the start, and no more.
+    # do not close only keep the gaps of the start.
     scene = find_scene("capsule-hold/0.999")
     setup = system_of(scene).problem(scene.parameters).setup
     drifted = {}
@@ -93,7 +93,8 @@ def test_normal_forces_at_the_wrong_feet() -> None:
 def test_solver_iterations() -> None:
     bodies = [replace(CHECK, slider_mass=m) for m in (1.0, 1e2, 1e4)]
     left = [feet_factor(body, foot_mass(body), np.zeros(2)) for body in bodies]
-    # the heavier the slider, the more an iteration leaves: in the end all but feet/slider
+    # the heavier the slider, the larger the residual of an iteration, its limit
+    # 1 - feet/slider
     assert left == sorted(left)
     assert 1 - left[-1] == pytest.approx((1 - left[-2]) / 100, rel=0.05)
     count = iterations_needed(left[0], 1)
@@ -132,7 +133,7 @@ def turn(
 
 def test_turn_manoeuvre() -> None:
     # small epsilon: friction has little time, and the error of the step is of second order; 1e-4
-    # rad is asked for at tau/800, of which 1.6e-4 at tau/200 leaves a sixteenth
+    # rad is required at tau/800; 1.6e-4 at tau/200 becomes a sixteenth of that
     errors = []
     for steps in (50, 100, 200):
         assembly, exact, _ = turn(CHECK, 0.03, steps)
@@ -161,8 +162,8 @@ def test_a_turn_without_friction_makes_no_momentum() -> None:
 
 
 def test_spin_and_translation() -> None:
-    # first order: half a step of turning and what follows of it; the places are those of half a
-    # step before, the start excepted
+    # first order: half a step of turning and its consequences; positions are those of half a step
+    # before, except at the start
     start = Start(velocity=(0.4, 0.2), angular_velocity=6.0)
     exact = three_point_motion(CHECK, fixed((CIRCLE, 0.0)), start).at(np.array([0.2]))
     errors = []

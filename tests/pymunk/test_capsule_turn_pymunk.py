@@ -24,7 +24,7 @@ from plumbob.tests.support.pymunk_capsule import run, verdict
 from plumbob.tests.support.random_capsules import CHECK
 from plumbob.tests.support.random_slides import moved_support
 
-CASES = (  # a scene, steps in a half time (or a step [s]), and what of its error may be the model's
+CASES = (  # scene, steps in a half time (or a step [s]), part of the error that the model may add
     ("capsule-turn/0.3", 200, 0.02),
     ("capsule-turn/0.1-stop", 100, 0.03),
     ("capsule-turn/0.001", 50, 0.05),
@@ -43,8 +43,8 @@ def step_of(name: str, parts: float) -> float:
 
 @pytest.mark.parametrize(("name", "parts", "part"), CASES)
 def test_the_error_of_feet_is_as_predicted(name: str, parts: float, part: float) -> None:
-    """Within what the step does to the motion and what the model adds, which is far less (except
-    where a growing load overcomes friction, and iterations stall)."""
+    """Within the error of the step plus the model-error bound, which is much smaller (except where
+    a growing load overcomes friction, and iterations stall)."""
     found, _ = run(name, "feet", step_of(name, parts))
     assert verdict(found, "feet") == "pass"
     leading = next(iter(found.errors.values()))
@@ -67,8 +67,8 @@ def test_a_turn_ends_within_1e_4_rad_at_800_steps_in_a_half_time(epsilon: float)
 
 
 def test_a_spin_s_error_is_of_first_order_with_the_coefficient_predicted() -> None:
-    """3.184 rad/s times the step, over a decade of steps; the rest is of second order, as is what
-    feet add: 10 rad/s^2 times its square."""
+    """3.184 rad/s times the step, over a decade of steps; the remainder is of second order, as is
+    the effect of feet: 10 rad/s^2 times its square."""
     for step in (1e-3, 5e-4, 2e-4, 1e-4):
         end = run("capsule-coast/spin", "feet", step)[0].errors["heading"].end
         assert end / step == pytest.approx(3.184, abs=0.001 + 20.0 * step)
@@ -108,7 +108,7 @@ def test_sensitivity_to_friction_and_of_the_supports(
 def test_sensitivity_to_the_moment_about_the_combined_centre(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """With CA_i for CA_i - mu r in eq. 25 the engine is not what is predicted."""
+    """With CA_i for CA_i - mu r in eq. 25 the prediction fails."""
     solved: Callable[..., tuple[Slip, complex]] = position_first._solved
 
     def about_com(
@@ -124,7 +124,7 @@ def test_sensitivity_to_the_moment_about_the_combined_centre(
 
 
 def still(set_limits: SetLimits) -> SetLimits:
-    """Loads as if the slider stayed where it begins."""
+    """Loads as if the slider stayed at its start."""
     return lambda x, y: set_limits(0.12, 0.0)
 
 
@@ -134,7 +134,8 @@ def test_sensitivity_to_loads_that_follow_the_slider(monkeypatch: pytest.MonkeyP
 
 
 def test_sensitivity_to_where_the_slider_is_held(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Held where it was to go, and not where it is, it makes a torque while the body turns."""
+    """A slider held at its target instead of its actual place exerts a torque while the body
+    turns."""
 
     def straight(
         assembly: Assembly, targets: Any, step: float, set_limits: SetLimits
@@ -146,7 +147,7 @@ def test_sensitivity_to_where_the_slider_is_held(monkeypatch: pytest.MonkeyPatch
 
 
 def test_a_turn_of_the_whole_scene_turns_the_same_way() -> None:
-    """At heading 2: the engine knows no directions. Rounding alone, a random walk."""
+    """At heading 2: the engine is isotropic. Only rounding differs, a random walk."""
     name, step = "capsule-turn/0.3", step_of("capsule-turn/0.3", 100)
     plain, turned = (run(name, "feet", step, heading=h)[1].observables for h in (0.0, 2.0))
     for seen in ("x", "y", "body_angle"):

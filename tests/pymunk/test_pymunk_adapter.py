@@ -48,8 +48,8 @@ STEPS = {"pymunk/default": 1e-4, "pymunk/tight": 2e-4}
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("case", CASES)
 def test_errors_are_what_the_joint_makes_them(name: str, case: str) -> None:
-    # theta, theta_dot and the tension from the joint's impulse, all within their budget; the
-    # budget is the theory's error and its last two terms, so a tenth of it more is a failure
+    # theta, theta_dot and the tension from the joint's impulse, all within their budget; the budget
+    # is the theory's error and its last two terms, so that an increase by a tenth is a failure
     found, _ = run(case, METHODS[name], STEPS[name], duration=2.0)
     assert verdict(found, METHODS[name]) == "pass", found
     assert set(found.errors) == {"theta", "theta_dot", "tension"}
@@ -72,7 +72,7 @@ def test_the_other_joint_is_not_this_one(name: str) -> None:
 
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("parameter", ["gravity", "length", "forcing_amplitude", "damping_rate"])
-def test_a_parameter_off_by_a_thousandth(name: str, parameter: str) -> None:
+def test_a_parameter_error_of_a_thousandth(name: str, parameter: str) -> None:
     # first order: the budget at this step is a hundredth of an error of 1e-4 to 1e-3
     scene = replace(find_scene("simple-pendulum/forced-large"), duration=5.0)
     wrong = find_scene(scene.name, {parameter: scene.parameters[parameter] * 1.001})
@@ -101,7 +101,8 @@ def test_joints_with_default_settings_lose_energy_at_first_order() -> None:
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("iterations", [2, 50])
 def test_iterations_change_nothing(name: str, iterations: int) -> None:
-    # one joint is solved exactly at once, but for the digits that the small moment of the bob costs
+    # One joint is solved exactly in one iteration, apart from the digits lost by the small moment
+    # of inertia of the bob.
     _, ten = run("free-large", METHODS[name], 1e-3, duration=2.0)
     _, other = run("free-large", METHODS[name], 1e-3, duration=2.0, iterations=iterations)
     np.testing.assert_allclose(
@@ -126,7 +127,7 @@ def test_joint_stays_open_while_the_bob_turns(step: float) -> None:
 
 @pytest.mark.parametrize("case", ["free-large", "rotating-fast"])
 def test_impulse_gives_the_tension_late(case: str) -> None:
-    # by m g h theta_dot sin theta, to first order; and of a rod that is pushed it keeps the sign
+    # by m g h theta_dot sin theta, to first order; for a rod under compression it keeps the sign
     gaps = []
     for step in (4e-4, 2e-4):
         _, trajectory = run(case, TIGHT, step, duration=2.0)

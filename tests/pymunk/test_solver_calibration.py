@@ -1,4 +1,4 @@
-"""Calibrated constants of sequential impulses, each held from both sides by what pymunk does."""
+"""Calibrated constants of sequential impulses, each confirmed from both sides by runs of pymunk."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def residual(name: str, step: float, iterations: int, **changes: Any) -> tuple[f
 
 
 def test_residual_where_friction_is_used_up() -> None:
-    """STALLED is at most twice what 50 iterations leave; of 200 it is still three times what they
-    leave, far above one sticking foot's bound."""
+    """STALLED is at most twice the residual of 50 iterations; it is still three times that of 200,
+    far above the bound of one sticking foot."""
     few = [residual(name, step, 50)[0] for name, step in USED_UP_SCENES]
     assert 0.5 * STALLED < max(few) < STALLED
     left, one_foot = residual("capsule-line/w2-threshold", 1e-3, 200)
@@ -47,8 +47,8 @@ def test_residual_where_friction_is_used_up() -> None:
 
 
 @pytest.mark.parametrize("iterations", [100, 200])
-def test_friction_to_spare_at_which_iterations_stall(iterations: int) -> None:
-    """With USED_UP of the friction to spare, and with half of it, the bound of one sticking foot
+def test_friction_reserve_at_which_iterations_stall(iterations: int) -> None:
+    """With a friction reserve of USED_UP, and with half of it, the bound of one sticking foot
     holds; with a twentieth it does not."""
     line = system_of(scene("capsule-line/w2-threshold")).problem(
         scene("capsule-line/w2-threshold").parameters

@@ -1,4 +1,4 @@
-"""MuJoCo's capsule: what is slightly wrong is seen, bounds are not loose, random bodies hold."""
+"""MuJoCo's capsule: small mistakes are detected, bounds are not loose, random bodies pass."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ FINE = ("euler+coulomb", "euler+coulomb+noslip", "euler+reduced", "rk4+coulomb")
 
 @pytest.mark.parametrize("method", FINE)
 @pytest.mark.parametrize("name", ["friction", "slider_mass", "w1", "gravity"])
-def test_a_parameter_off_by_a_ten_thousandth(name: str, method: str) -> None:
+def test_a_parameter_error_of_a_ten_thousandth(name: str, method: str) -> None:
     right = scene("capsule-line/ca1")
     assert verdict(run(right.name, method, 1e-3)[0], method) == "pass"
     wrong = scene(right.name, {name: right.parameters[name] * (1 + 1e-4)})
@@ -47,7 +47,7 @@ def test_loads_swapped_between_two_supports(method: str) -> None:
 
 
 def test_the_reaction_on_the_body_dropped() -> None:
-    # the slider's mass moved to the body: the weight is the same, and nothing pushes
+    # the slider's mass moved to the body: the weight is the same, without a reaction
     case = scene("capsule-line/ca1")
     simulation = compiled(LINE.case(case), METHODS["euler+coulomb"], 1e-3)
     model, data = simulation.model, mujoco.MjData(simulation.model)
@@ -71,7 +71,7 @@ def test_a_step_twice_as_large_is_seen() -> None:
 
 
 def tight(found: Measurement, name: str) -> float:
-    """Bound of what the model adds over what is not predicted."""
+    """Model-error bound over the unpredicted part of the error."""
     error = found.errors[name]
     assert error.predicted is not None
     assert error.predicted.missed is not None
@@ -80,7 +80,7 @@ def tight(found: Measurement, name: str) -> float:
 
 @pytest.mark.parametrize("step", [1e-3, 1e-4])
 def test_bounds_are_not_loose(step: float) -> None:
-    # within what they leave for phases and for an underdamped contact's oscillations
+    # within their allowance for phases and for oscillations of an underdamped contact
     found, _ = run("capsule-line/at-123", "euler+coulomb", step)
     for name in ("displacement", "velocity", "heading", "friction_force", *LOADS):
         assert 1.0 <= tight(found, name) < 15.0, name
@@ -93,7 +93,7 @@ def test_the_slider_follows_its_control_but_for_its_armature() -> None:
     exact = case.reference
     predicted = case.errors.at_step(Scheme(EULER), 1e-3, moved.times)["stroke"]
     off = moved.observables["stroke"] - exact.observe(moved.times)["stroke"] - predicted
-    # m/A = 3e-11 of the slider's way in space, 0.076 m
+    # m/A = 3e-11 of the slider's travel in space, 0.076 m
     assert off[-1] == pytest.approx(-3e-11 * (0.0817786 - 0.0055917), rel=1e-3)
 
 
@@ -124,7 +124,7 @@ def test_trimming_changes_no_bit(name: str, model: str) -> None:
     assert found.identical
 
 
-def test_what_is_not_meant_for_a_scene_says_so() -> None:
+def test_a_method_not_meant_for_a_scene_says_so() -> None:
     found, trajectory = measure(LINE.case(scene("capsule-line/ca1")), METHODS["euler+planar"], 1e-3)
     assert found.status == "unsupported"
     assert "not meant" in found.reason
@@ -194,8 +194,9 @@ def test_any_body_moves_as_predicted(given: dict[str, Any], method: str, fine: f
     assert judgement.verdict == "pass", judgement.reason
 
 
-def test_unscaled_the_solvers_tolerance_is_no_tolerance() -> None:
-    # 1e-8 of a trace that the armature makes 1e10: the solver keeps the last step's answer
+def test_an_unscaled_solver_tolerance_has_no_effect() -> None:
+    # 1e-8 of a trace that is 1e10 because of the armature: the solver keeps the result of the last
+    # step
     case, method = scene("capsule-line/ca1"), METHODS["implicitfast+coulomb"]
     simulation = compiled(LINE.case(case), method, 1e-3)
     simulation.model.opt.tolerance = 1e-12

@@ -1,5 +1,5 @@
-"""What is slightly wrong turns the verdicts red: gravity, the platform's rate, the Hamiltonian, the
-step. A tolerance that let these pass would be no tolerance."""
+"""Small mistakes fail the verdicts: gravity, the platform's rate, the Hamiltonian, the step. A
+tolerance that lets these pass has no purpose."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ METHODS = [("mujoco/rk4", 5e-4), ("ode/rk4", 5e-4), ("mujoco/rk4", 1e-4), ("ode/
 
 @pytest.mark.parametrize(("method", "step"), METHODS)
 @pytest.mark.parametrize("name", ["gravity", "platform_rate", "pivot_y", "theta_dot"])
-def test_a_parameter_off_by_a_millionth(name: str, method: str, step: float) -> None:
+def test_a_parameter_error_of_a_millionth(name: str, method: str, step: float) -> None:
     right = find_scene("cone-pendulum/rotating-base")
     system, how = system_of(right), find_method(method)
     assert judge(measure(system.case(right), how, step)[0], system, how).verdict == "pass"
@@ -54,7 +54,7 @@ def test_a_step_ten_times_too_large(method: str, scene_name: str) -> None:
 
 
 def test_the_inertia_that_the_source_prints() -> None:
-    """I_x for I_y in the centrifugal term: the same for a cone, wrong for a general body."""
+    """I_x for I_y in the centrifugal term: equal for a cone, wrong for a general body."""
     scene = find_scene("cone-pendulum/unequal-inertia")
     system, how = system_of(scene), find_method("mujoco/rk4")
     printed = find_scene(scene.name, {"inertia_y": scene.parameters["inertia_x"]})
@@ -64,7 +64,7 @@ def test_the_inertia_that_the_source_prints() -> None:
 
 
 def test_a_bound_wider_than_the_motion_is_no_bound() -> None:
-    """Near a separatrix what a loose solver is allowed exceeds all that the motion can do."""
+    """Near a separatrix the tolerance of a loose solver exceeds the range of the motion."""
     scene = find_scene("cone-pendulum/above-barrier-1e-6")
     system, how = system_of(scene), find_method("ode/radau")
     found, _ = measure(system.case(scene), how, 1e-5)
@@ -72,8 +72,8 @@ def test_a_bound_wider_than_the_motion_is_no_bound() -> None:
     assert judge(found, system, how).verdict == "coarse"
 
 
-def test_a_step_that_leads_elsewhere_claims_nothing() -> None:
-    """What a model adds is reckoned along the exact motion, and holds near that alone."""
+def test_a_run_far_from_the_exact_motion_has_no_bound() -> None:
+    """Model-error bounds are computed along the exact motion and hold near it only."""
     scene = find_scene("capsule-line/ca1")
     system, how = system_of(scene), find_method("mujoco/euler+coulomb")
     found, _ = measure(system.case(scene), how, 1e-3)

@@ -1,5 +1,5 @@
-"""The calibrated factors of soft contacts are held from both sides: smaller ones are refuted by
-runs, larger ones are looser than bounds may be."""
+"""The calibrated factors of soft contacts are tested from both sides: runs refute smaller ones,
+larger ones give bounds that are too loose."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from plumbob.reports.judge.verdict import judge
 from plumbob.tests.support.mujoco_capsule import LOADS, METHODS
 
 QUASI_STATIC, OVERSHOOT = "QUASI_STATIC_FACTOR", "OVERSHOOT_FACTOR"
-LOOSE = {"line": 15.0, "turn": 6.0}  # as the tests of tightness have it
+LOOSE = {"line": 15.0, "turn": 6.0}  # as in the tests of tightness
 LINE = ("capsule-line/at-123", "rk4+coulomb", 1e-3)
 OFF_CENTROID = ("capsule-line/off-centroid", "euler+coulomb", 1e-3)
 TURNS = tuple((f"capsule-turn/{ratio}", "euler+coulomb", 100) for ratio in (0.3, 0.1, 0.03))
@@ -27,7 +27,7 @@ Run = tuple[str, str, float]  # scene, method, step [s] or parts of the half tim
 
 @cache
 def measured(run: Run) -> tuple[Case, Measurement]:
-    """A run, whatever the factors are."""
+    """A run, independent of the factors."""
     name, method, step = run
     chosen = scene(name)
     if step >= 1.0:
@@ -37,7 +37,7 @@ def measured(run: Run) -> tuple[Case, Measurement]:
 
 
 def again(run: Run) -> Measurement:
-    """The run with its bounds worked out by the factors as they are now."""
+    """The run with bounds from the present factors."""
     case, found = measured(run)
     bounds = ENGINE.model_error(case, METHODS[run[1]], found.step)
     errors = {
@@ -47,12 +47,12 @@ def again(run: Run) -> Measurement:
 
 
 def verdict(run: Run) -> str:
-    """The verdict on a run by the factors as they are now."""
+    """The verdict on a run with the present factors."""
     return judge(again(run), system_of(scene(run[0])), METHODS[run[1]]).verdict
 
 
 def looseness(run: Run) -> Mapping[str, float]:
-    """{observable: the model's bound over what prediction misses}."""
+    """{observable: model-error bound over the unpredicted error}."""
     return {
         name: sum(error.model.values()) / error.predicted.missed
         for name, error in again(run).errors.items()
@@ -61,7 +61,7 @@ def looseness(run: Run) -> Mapping[str, float]:
 
 
 @pytest.mark.parametrize("run", [LINE, OFF_CENTROID, *TURNS])
-def test_as_they_are_runs_pass_and_bounds_are_not_loose(run: Run) -> None:
+def test_with_the_present_factors_runs_pass_and_bounds_are_not_loose(run: Run) -> None:
     assert verdict(run) == "pass"
     if run in TURNS:
         assert 1.0 <= looseness(run)["body_angle"] < LOOSE["turn"]

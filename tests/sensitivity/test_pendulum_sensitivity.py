@@ -1,5 +1,5 @@
-"""What is slightly wrong with a pendulum turns its verdict red: damping rate and length off by a
-millionth, a push half a step early; for every kind of exact answer."""
+"""Small mistakes in a pendulum fail its verdict: damping rate or length wrong by a millionth, a
+push half a step early; for every kind of exact answer."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.reports.judge.verdict import judge
 
-# Jacobi functions, Taylor series damped and forced, closed form damped and forced: RK4 at this
-# step errs by 1e-9 to 1e-6 rad over 20 s, a millionth of a parameter does ten times as much
+# Jacobi functions, Taylor series damped and forced, closed form damped and forced: the error of RK4
+# at this step is 1e-9 to 1e-6 rad over 20 s, that of a parameter wrong by a millionth ten times as
+# large
 SCENES = {
     "simple-pendulum/free-small": 5e-3,
     "simple-pendulum/free-large": 5e-3,
@@ -39,7 +40,7 @@ Exact = tuple[Reference, ErrorTheory]
 
 
 def verdict(name: str, method: str, step: float, exact: Exact | None = None) -> str:
-    """The verdict on one run, held against its own reference or another."""
+    """The verdict on one run, compared with its own reference or another."""
     scene, how = replace(find_scene(name), duration=DURATION), find_method(method)
     case = system_of(scene).case(scene)
     if exact is not None:
@@ -49,7 +50,7 @@ def verdict(name: str, method: str, step: float, exact: Exact | None = None) -> 
 
 @pytest.mark.parametrize("parameter", ["length", "damping_rate"])
 @pytest.mark.parametrize("name", SCENES)
-def test_a_parameter_off_by_a_millionth(name: str, parameter: str) -> None:
+def test_a_parameter_error_of_a_millionth(name: str, parameter: str) -> None:
     right, step = find_scene(name), SCENES[name]
     value = right.parameters[parameter]
     if not value:
@@ -62,7 +63,7 @@ def test_a_parameter_off_by_a_millionth(name: str, parameter: str) -> None:
 
 
 def early(problem: SimplePendulum, time: float) -> Exact:
-    """The exact motion, and what is predicted of it, under a push that comes `time` [s] early."""
+    """The exact motion and its prediction, under a push that comes `time` [s] early."""
     rotor = replace(problem.rotor, forcing_phase=problem.forcing_frequency * time)
     start = (problem.theta, problem.theta_dot)
     angle, errors = UnendingMotion(rotor, *start), RotorErrors(rotor, *start)

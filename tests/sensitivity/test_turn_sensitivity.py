@@ -1,4 +1,4 @@
-"""What is wrong by a little in a turn manoeuvre shows, in its formulas and in its exact motion."""
+"""Small mistakes in a turn manoeuvre are detected, in its formulas and in its exact motion."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def turned(turn: TurnManoeuvre) -> float:
     "wrong",
     [replace(CHECK, friction=CHECK.friction * (1 + 1e-4)), moved_support(CHECK, 1e-4)],
 )
-def test_teeth_of_the_check_values(wrong: Capsule) -> None:
-    """1e-4 of the friction, or of a support's arm, is seen at 1e-8."""
+def test_sensitivity_of_the_check_values(wrong: Capsule) -> None:
+    """1e-4 of the friction, or of a support's arm, is detected at 1e-8."""
     turn = turn_of(CHECK, 0.12, 0.1)
     other = TurnManoeuvre(wrong, 0.12, turn.angular_acceleration, turn.half_time)
     assert abs(turned(other) - turned(turn)) > 1e-8
@@ -45,8 +45,10 @@ def test_teeth_of_the_check_values(wrong: Capsule) -> None:
     assert abs(other.correction.at_stop.heading / coefficient - 1) > 5e-6
 
 
-def test_teeth_of_the_moment_about_the_combined_centre(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With CA_i for CA_i - mu r in eq. 25 the coefficient is another one."""
+def test_sensitivity_to_the_moment_about_the_combined_centre(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With CA_i for CA_i - mu r in eq. 25 the coefficient changes."""
     turn = turn_of(CHECK, 0.12, 0.1)
     right = turn.characteristic_time**2 * turn.correction.at_stop.heading
 
@@ -62,8 +64,8 @@ def test_teeth_of_the_moment_about_the_combined_centre(monkeypatch: pytest.Monke
     assert abs(turn.characteristic_time**2 * wrong - right) > 0.1
 
 
-def test_teeth_of_the_moments_in_the_motion(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same in eq. 23: the exact motion is another one, and no longer the formula's."""
+def test_sensitivity_to_the_moments_in_the_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same in eq. 23: the exact motion changes and no longer agrees with the formula."""
     turn = turn_of(CHECK, 0.12, 0.1)
     right = turned(turn)
 
