@@ -137,6 +137,8 @@ BROKEN: tuple[tuple[Contract, Mapping[str, str]], ...] = (
     (wording.forbidden_words, {"engines/method.py": "FINE_RUN" + "GS = ()\n"}),
     (wording.forbidden_words, {"engines/method.py": "class Yard" + "stick: ...\n"}),
     (wording.forbidden_words, {"engines/method.py": "# joints as they\n# " + "come lose energy\n"}),
+    (wording.forbidden_words, {"engines/method.py": "# Euler er" + "rs by h\n"}),
+    (wording.forbidden_words, {"engines/method.py": "# to " + "err by h\n"}),
 )
 CONTRACTS = tuple(dict.fromkeys(contract for contract, _ in BROKEN))
 
@@ -164,7 +166,7 @@ def test_good_tree_is_left_alone(contract: Contract, tmp_path: Path) -> None:
     BROKEN,
     ids=[f"{contract.__name__}-{number}" for number, (contract, _) in enumerate(BROKEN)],
 )
-def test_contract_is_red_on_a_broken_tree(
+def test_contract_fails_on_a_broken_tree(
     contract: Contract, change: Mapping[str, str], tmp_path: Path
 ) -> None:
     assert contract(write(tmp_path, {**GOOD, **change}))

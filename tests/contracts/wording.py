@@ -27,7 +27,7 @@ TERMS = (  # pattern, what to write in its place; a space stands for any white s
     (r"stretch(es)?", "smooth segment"),
     (r"staging|staged", "set-up"),
     (r"grip(s|ped|ping)?", "friction limit, sticks"),
-    (r"errs?|erred", "the error is"),
+    (r"errs|erred|erring|(to|may|can|will|must) err", "the error is"),  # `err` alone is stderr
     (r"(is|are|was|were|be|how far) off by", "the error is"),
     (r"least (error|wrong|exact)", "smallest error, at which step"),
     (r"dear(er|est|ly)?", "expensive, costs more"),
