@@ -12,7 +12,7 @@ from hypothesis import settings
 
 from plumbob.tests.contracts.second_copies import second_copies
 
-# Machines differ in speed, so no deadline; the same examples every time, so that red stays red.
+# Machines differ in speed, so no deadline; the same examples every time, so that failures repeat.
 settings.register_profile("repeatable", deadline=None, derandomize=True, print_blob=True)
 settings.register_profile("search", deadline=None, max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))

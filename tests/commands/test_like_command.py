@@ -1,4 +1,4 @@
-"""`--like` on the command line: how wrong a user's settings are, and what would be better."""
+"""`--like` on the command line: the error of a user's settings, and better methods."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def written(folder: Path, integrator: str) -> str:
     return str(path)
 
 
-def test_validate_says_how_wrong_and_what_is_better(
+def test_validate_reports_the_error_and_better_methods(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     like, out = written(tmp_path, "Euler"), str(tmp_path / "out")
@@ -106,7 +106,7 @@ def test_without_scenes_the_line_is_run_at_four_headings() -> None:
 
 @pytest.mark.parametrize("words", [["validate"], ["run", PENDULUM], ["recommend", PENDULUM]])
 @pytest.mark.parametrize("text", [None, "notes", '<robot name="a"><link name="b"/></robot>'])
-def test_what_is_no_mjcf_ends_in_one_line(
+def test_a_file_that_is_no_mjcf_gives_a_one_line_error(
     words: list[str], text: str | None, tmp_path: Path, capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip

@@ -23,7 +23,7 @@ from plumbob.reports.cli import main
     ],
 )
 @pytest.mark.parametrize("track", ["free", "curve"])
-def test_what_stands_in_the_way_is_named(
+def test_the_parameter_that_rules_a_plan_out_is_named(
     name: str, change: str, track: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     options = ["--set", change]

@@ -1,4 +1,4 @@
-"""What the page says of the capsule's line, holding, coasting and repeated manoeuvres is so."""
+"""Statements of the page on the capsule's line, holding, coasting and repeated manoeuvres hold."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_figure_of_the_source() -> None:
     assert max(v) == pytest.approx(1.14777, rel=1e-3)
     assert min(v_c) == pytest.approx(-0.17658, rel=1e-3)
     assert x[-1] == pytest.approx(EXACT, rel=1e-3)
-    for panel in panels[:2]:  # dots on the corner's own curve, but for its four digits
+    for panel in panels[:2]:  # dots on the curve of that corner, up to its four digits
         assert max(panel.traces[1]["y"], key=abs) == pytest.approx(
             max(panel.traces[0]["y"], key=abs), rel=0.02
         )
@@ -74,7 +74,7 @@ def test_errors_and_what_explains_them() -> None:
         assert 0.99 < coarse[name] / coarse[theory] < most
         assert 0.99 < fine[name] / fine[theory] < most
     assert coarse["mujoco/euler"] > 0.02 < fine["mujoco/euler"]
-    # what is unexplained: 4 % for the contacts' delay at the coarse step, and the armature
+    # the unexplained part: 4 % for the contacts' delay at the coarse step, and the armature
     for line in found.tables[1].rows:
         beyond, *_, left = (float(cell.text) for cell in line[2:])
         assert abs(left) < 0.04 * abs(beyond) + 4e-13

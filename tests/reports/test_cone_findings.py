@@ -1,4 +1,4 @@
-"""What the page says of the cone pendulum's source, and of its hard cases, is so."""
+"""Statements of the page on the cone pendulum's source and its hard cases hold."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from plumbob.tests.support.studies import quick
 
 def test_finding_printed_hamiltonian() -> None:
     found = hamiltonian.finding(declared(nothing(), hamiltonian.requests))
-    # Sudakov's eqs. 7 and 9 integrated with 40 digits part by this much at 0.5 s.
+    # Difference between Sudakov's eqs. 7 and 9 at 0.5 s, integrated with 40 digits.
     assert "6.27 rad" in found.summary
     mutual = [float(line[1].text) for line in found.tables[1].rows]
     assert len(mutual) == 3
-    assert max(map(abs, mutual)) < 1e-11  # what RK4 at 1e-4 and DOP853 at 1e-13 leave
+    assert max(map(abs, mutual)) < 1e-11  # the errors of RK4 at 1e-4 and DOP853 at 1e-13
     correct, printed = (float(cell.text) for cell in found.tables[2].rows[0][1:])
     assert correct < 1e-8 < 1000.0 < printed
 
@@ -38,7 +38,7 @@ def test_claims_in_numbers() -> None:
     right, printed = source_claims.speeds(turning.correct), source_claims.speeds(turning.printed)
     assert (right.lowest, right.highest) == pytest.approx((33.45358, 49.40424), abs=1e-4)
     assert (right.spread, printed.spread) == pytest.approx((0.4311, 0.7161), abs=1e-4)
-    # Energy alone: from 37 rad/s at the bottom of a resting base to the top.
+    # From energy only: 37 rad/s at the bottom, on a resting base, to the top.
     level = replace(turning.problem, platform_rate=0.0)
     arm = level.body.mass * level.body.com_distance * level.gravity
     top = math.sqrt(37.0**2 - 4 * arm / level.body.inertia_x)
@@ -50,7 +50,7 @@ def test_energy_is_bounded_or_drifts_as_predicted() -> None:
     _, _, drifts = drift_table(given, energy.RUNS, forms(ROTATING).correct)
     assert {name for name, d in drifts.items() if d.secular} == {"mujoco/rk4"}
     drift = drifts["mujoco/rk4"]
-    # Oscillation that a line through whole turns and a part of one does not average out: 0.2 %.
+    # A line through whole turns and a part of one does not average the oscillation out: 0.2 %.
     assert drift.rate == pytest.approx(drift.predicted, rel=0.005)
     assert drift.round_off < 1e-3 * abs(drift.rate)
 

@@ -1,4 +1,4 @@
-"""The page runs no engine: it looks up what its findings declared, all of it and nothing else."""
+"""The page runs no engine: it looks up exactly what its findings declared."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ SAMPLES, ERROR = 240, 1e-6
 
 @dataclass(frozen=True)
 class Asked(Mapping[Request, Result]):
-    """Results of declared requests, with a note of those that were looked up."""
+    """Results of declared requests, with a record of those that were looked up."""
 
     results: Mapping[Request, Result]
     looked_up: set[Request] = field(default_factory=set)
@@ -59,7 +59,7 @@ class Asked(Mapping[Request, Result]):
 
 @pytest.fixture
 def no_engine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Engines that raise when they are asked to prepare a run, or to time one."""
+    """Engines that raise when a run is prepared or timed."""
 
     def refuses(*arguments: object) -> None:
         raise AssertionError("an engine was run")

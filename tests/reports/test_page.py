@@ -1,4 +1,4 @@
-"""The page stands on its own, is written whole or not at all, and says what was measured."""
+"""The page is self-contained, is written completely or not at all, and shows what was measured."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_every_link_leads_somewhere(document: Document) -> None:
     assert {link[1:] for link in document.links} <= set(document.ids)
 
 
-def test_plotly_stands_there_once(document: Document) -> None:
+def test_plotly_is_included_once(document: Document) -> None:
     assert sum(len(script) > 1_000_000 for script in document.scripts) == 1
 
 
@@ -82,7 +82,7 @@ def test_plots_are_light(document: Document) -> None:
             assert 0 < len(trace["x"]) == len(trace["y"]) <= MOST
 
 
-def test_work_precision_hints_tell_method_step_error_cost(document: Document) -> None:
+def test_work_precision_hints_state_method_step_error_cost(document: Document) -> None:
     plots = [f for f in document.figures if "wall time" in f["layout"]["xaxis"]["title"]["text"]]
     assert len(plots) == len(quick().scenes)
     for trace in plots[0]["data"]:
@@ -101,7 +101,7 @@ def test_axes_have_units(document: Document) -> None:
                 assert "[" in title or " / " in title, title
 
 
-def test_what_others_wrote_is_text(tmp_path: Path) -> None:
+def test_markup_from_outside_is_escaped(tmp_path: Path) -> None:
     study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3, 1e-4), lambda h: h)])
     scene = replace(study.scenes[0], summary=HOSTILE)
     convergence_study = study.convergence[0]
@@ -141,10 +141,10 @@ def test_nothing_is_half_written(tmp_path: Path) -> None:
 
 def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
     study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3,), lambda h: h)])
-    (tmp_path / "out").write_text("mine", "utf-8")
+    (tmp_path / "out").write_text("in the way", "utf-8")
     with pytest.raises(OSError, match="out"):
         write_page(study, tmp_path / "out", section=lambda name: None)
-    assert (tmp_path / "out").read_text("utf-8") == "mine"
+    assert (tmp_path / "out").read_text("utf-8") == "in the way"
 
 
 def test_a_system_without_a_section_has_none() -> None:
@@ -159,13 +159,13 @@ def test_methods_keep_their_colours() -> None:
     assert len({(s.colour, s.marker) for s in whole.values()}) == len(methods)
 
 
-def test_front_has_no_point_that_another_beats() -> None:
+def test_front_has_no_dominated_point() -> None:
     costs, errors = (1.0, 2.0, 2.0, 3.0, 4.0), (1.0, 0.5, 0.7, 0.6, 0.1)
     points = [Point("m", 1.0, e, c) for c, e in zip(costs, errors, strict=True)]
     assert [(p.ns_per_second, p.error) for p in front(points)] == [(1, 1), (2, 0.5), (4, 0.1)]
 
 
-def test_a_curve_is_thinned_and_gaps_stay_gaps() -> None:
+def test_a_curve_is_thinned_and_its_gaps_remain() -> None:
     y = np.ones(10_000)
     y[0] = math.nan
     drawn = curve(np.arange(10_000.0), y)
@@ -192,7 +192,7 @@ def test_in_a_browser(page: Path, tmp_path: Path, document: Document) -> None:
         ("Plotly.newPlot(area", "Plotly.noPlot(area", "noPlot"),
     ],
 )
-def test_the_browser_tells_of_a_broken_page(
+def test_the_browser_reports_a_broken_page(
     place: str, change: str, complaint: str, tmp_path: Path
 ) -> None:
     study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3, 1e-4), lambda h: h)])

@@ -1,4 +1,4 @@
-"""What the page says of the simple pendulum is so."""
+"""Statements of the page on the simple pendulum hold."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def texts(found: Finding, table: int = 0) -> list[list[str]]:
 
 
 def test_errors_of_the_notebook_are_those_that_physics_says() -> None:
-    # the seven figures, measured with the notebook's own integrator, to their three digits
+    # the seven figures, measured with the notebook's integrator, to three digits
     found = notebook.finding(study())
     wanted = ["1.29e-4", "0.00777", "0.0417", "0.0597", "2.48e-5", "1.07e-4", "1.64e-4"]
     rows = texts(found)
@@ -57,7 +57,7 @@ def test_errors_of_the_notebook_are_those_that_physics_says() -> None:
     assert [row[4] for row in rows][:2] == wanted[:2]  # predicted, where the study has it
     for row in rows:
         own, linear, apart = (float(row[i]) for i in (3, 5, 6))
-        assert apart > max(own, linear)  # as the summary says of the linear equation
+        assert apart > max(own, linear)  # as the summary states for the linear equation
 
 
 def test_every_case_has_its_plots() -> None:
@@ -87,7 +87,7 @@ def test_orders_are_those_predicted() -> None:
             observed, predicted = cell.split("\n")
             slope, low, high = (float(v.strip("[],")) for v in observed.split())
             assert low <= slope <= high
-            # what the four terms leave out, and what is nonlinear at the coarsest steps
+            # terms beyond the four, and the nonlinear part at the coarsest steps
             assert slope == pytest.approx(float(predicted), abs=0.05)
     slopes = {row[0]: float(row[1].split()[0]) for row in texts(found)}  # of RK4
     assert slopes == pytest.approx({"free-small": 4.0, "free-large": 5.0}, abs=0.4)  # to 0.1 s
@@ -114,7 +114,7 @@ def test_energy_is_bounded_drifts_or_is_lost() -> None:
     _, _, drifts = energy.compared(study())
     assert {name for name, d in drifts.items() if d.secular} == {"ode/rk4", "pymunk/default"}
     rk4 = drifts["ode/rk4"]
-    # a line through whole periods and a part of one: 18 of them leave 0.3 % of the ripple
+    # a line through whole periods and a part of one: after 18 of them 0.3 % of the ripple remain
     assert rk4.rate == pytest.approx(rk4.predicted, rel=5e-3)
     assert energy.predicted_loss(1e-3) == pytest.approx(2 * energy.predicted_loss(5e-4))
     # the first term; the second is 5 % of it at 1e-3 s and halves with the step
@@ -134,7 +134,7 @@ def test_tension_of_the_rod() -> None:
         own = float(row[5])
         assert own < 1e-13 if row[1].startswith("mujoco") else own > 1e-3
         if row[1] == "pymunk/tight":
-            assert float(row[6]) < 0.1 * own  # the delay is what it is said to be
+            assert float(row[6]) < 0.1 * own  # the delay is the stated one
 
 
 def test_how_long_a_reference_is_known() -> None:
@@ -148,7 +148,7 @@ def test_next_to_the_top() -> None:
     rows = {int(row[0]): row for row in texts(exactness.near_top())}
     assert float(rows[5][3]) > 6.0  # scipy's theta, by a turn
     assert rows[8][3] == "not a number"
-    half_ulp = 2.0**-52  # a double between 2 and 4 is as near as this to what it stands for
+    half_ulp = 2.0**-52  # rounding of a double between 2 and 4
     for k, row in rows.items():
         assert abs(float(row[4])) <= half_ulp * 10.0**k * 1.01
     found = exactness.hard(study(), find_scene("simple-pendulum/near-top-1e-6"))

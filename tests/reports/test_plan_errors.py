@@ -31,7 +31,7 @@ def test_the_errors_of_all_manoeuvres_add_up_to_the_error_at_the_end() -> None:
         )
         assert run.found.errors[name].end == pytest.approx(getattr(last, name), abs=1e-13)
     assert set(parts) <= kinds
-    # While friction holds, the only error is what the solver's iterations leave.
+    # While the body sticks, the only error is the residual of the solver's iterations.
     assert parts["slow"].distance < 1e-3 * last.distance
     assert abs(last.heading) < 1e-3
 

@@ -1,5 +1,5 @@
-"""The recommended step has the error that was said, on made-up curves of every kind; fresh runs are
-in tests/validation."""
+"""The recommended step has the stated error, on made-up curves of every kind; fresh runs are in
+tests/validation."""
 
 from __future__ import annotations
 
@@ -44,14 +44,15 @@ def test_convex_curve(c4: float, c5: float, wanted: float) -> None:
     finer = [h for h in STEPS if error(h) <= wanted]
     assert choice.step >= finer[0]
     if finer[0] != STEPS[0]:
-        # At little more cost than needed: order 4 is relied on where a slope of 5 is true, which
-        # over a step of 2.5 costs 2.5^(1/4) at most, the margin 1.05^(1/4), two digits 10 %.
+        # At little more than the necessary cost: assuming order 4 where the slope is 5 costs at
+        # most a factor of 2.5^(1/4) over a step ratio of 2.5, the margin 1.05^(1/4), two
+        # digits 10 %.
         assert error(1.4 * choice.step) > wanted
 
 
 @given(rise=positive, bend=positive, wanted=st.floats(-6, 1).map(lambda x: 10.0**x))
 def test_saturating_curve(rise: float, bend: float, wanted: float) -> None:
-    # Errors near a saddle, or of a motion that has lost its phase, flatten towards coarse steps.
+    # Errors near a saddle, or of a motion out of phase, saturate towards coarse steps.
     def error(h: float) -> float:
         return rise * h / (1 + 100 * bend * h)
 
@@ -66,7 +67,7 @@ def test_saturating_curve(rise: float, bend: float, wanted: float) -> None:
 def test_curve_that_flattens_out_and_rises_again(
     flat: float, bend: float, after: float, at: float
 ) -> None:
-    # C4 h^4 and C5 h^5 of opposite sign: slope 4, then less, then more where other terms rule.
+    # C4 h^4 and C5 h^5 of opposite sign: slope 4, then less, then more where other terms dominate.
     def error(h: float) -> float:
         x, knee = math.log10(h), bend + 0.25
         risen = 4.0 * min(x - bend, 0.0) + flat * min(max(x - bend, 0.0), 0.25)
@@ -77,8 +78,8 @@ def test_curve_that_flattens_out_and_rises_again(
 
 
 @given(phase=st.floats(0, 1), wanted=st.floats(-5, -2).map(lambda x: 10.0**x))
-def test_sawtooth_rung_is_covered(phase: float, wanted: float) -> None:
-    # A switch inside a step: the error is the step times the part of it that is missed.
+def test_a_sawtooth_error_is_covered(phase: float, wanted: float) -> None:
+    # A switch inside a step: the error is the step times its missed fraction.
     def error(h: float) -> float:
         return h * ((phase / h) % 1.0)
 
@@ -89,7 +90,7 @@ def test_sawtooth_rung_is_covered(phase: float, wanted: float) -> None:
         assert found.choice.error >= max(finer)
 
 
-def test_a_lucky_zero_is_no_recommendation() -> None:
+def test_an_accidental_zero_is_not_recommended() -> None:
     def error(h: float) -> float:
         return 1e-12 if h == 1e-3 else h
 
@@ -158,7 +159,7 @@ def test_scene_must_have_been_measured() -> None:
         cheapest(one(FIRST, lambda h: h), "cone-pendulum/deep-well", 1e-3)
 
 
-def test_where_theory_has_no_series_the_rungs_alone_count() -> None:
+def test_without_a_series_only_measured_steps_count() -> None:
     def error(h: float) -> float:
         return 7.0 * h
 
@@ -167,7 +168,7 @@ def test_where_theory_has_no_series_the_rungs_alone_count() -> None:
     assert smooth is not None
     assert not smooth.measured
     (convergence_study,) = study.convergence
-    untold = [
+    unpredicted = [
         replace(m, errors={n: replace(e, predicted=None) for n, e in m.errors.items()})
         for m in convergence_study.measurements
     ]
@@ -181,7 +182,7 @@ def test_where_theory_has_no_series_the_rungs_alone_count() -> None:
         )
         for m in convergence_study.measurements
     ]
-    for runs in (untold, sawtooth):
+    for runs in (unpredicted, sawtooth):
         changed = replace(
             study, convergence=(replace(convergence_study, measurements=tuple(runs)),)
         )

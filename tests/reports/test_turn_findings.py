@@ -1,4 +1,4 @@
-"""What the page says of turns, spins and plans is so."""
+"""Statements of the page on turns, spins and plans hold."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ EULER, FEET, DEFAULT = "mujoco/euler+coulomb", "pymunk/feet", "mujoco/euler"
 
 
 def study(scene: str, methods: tuple[str, ...], *steps: float) -> Study:
-    """A scene with some methods at a few steps, and what findings on turns declare beside it."""
+    """A scene with some methods at a few steps, and the runs that findings on turns declare."""
     return declared(measured(scene, methods, *steps), requests)
 
 
@@ -51,7 +51,7 @@ def test_second_order_of_the_formula() -> None:
     assert seen == pytest.approx(-2.3733, rel=2e-3)
 
 
-def test_angle_and_the_accuracy_asked_for() -> None:
+def test_angle_and_the_required_accuracy() -> None:
     found = known(body_angle.angle(study("capsule-turn/0.3", (EULER,))))
     (table,) = found.tables
     met = {(line[0].text, line[1].text): line[-2].text for line in table.rows}
@@ -91,9 +91,8 @@ def test_a_support_that_stops_and_slides_on() -> None:
     assert time / 0.08 == pytest.approx(1.307, abs=1e-3)
     found = exact_motion.touching()
     assert f"A{support + 1}" in found.summary
-    before, after = (
-        [float(line[n].text) for line in found.tables[0].rows] for n in (3, 4)
-    )  # speed over time: down to nothing and up again, at rates of their own
+    # speed over time: down to zero and up again, at different rates
+    before, after = ([float(line[n].text) for line in found.tables[0].rows] for n in (3, 4))
     assert before[0] == pytest.approx(before[1], rel=1e-2)
     assert after[0] == pytest.approx(after[1], rel=1e-2)
     assert before[0] > 1.5 * after[0] > 0.0

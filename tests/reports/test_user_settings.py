@@ -1,4 +1,4 @@
-"""What is said of a user's settings, on made-up curves: what is cheaper, and what is better."""
+"""Report on a user's settings, on made-up curves: cheaper methods, and more accurate ones."""
 
 from __future__ import annotations
 
@@ -46,20 +46,21 @@ def test_what_costs_less_and_what_is_more_accurate() -> None:
     assert (found.step, found.error) == (2e-3, 2.0)
     assert found.finest == (2.5e-4, 0.25)
     assert found.ns_per_second == pytest.approx(1000 / 2e-3)
-    # 1e8 h^4 is 0.0625 at the coarsest step, and 2 nowhere: that step is the cheapest
+    # 1e8 h^4 is 0.0625 at the coarsest step, below 2 at all steps: the coarsest is the cheapest
     here, anywhere = found.as_exact.here, found.as_exact.anywhere
     assert here is not None
     assert anywhere is not None
     assert (here.method, here.step) == ("mujoco/rk4", 5e-3)
     assert here.ns_per_second / found.ns_per_second == pytest.approx(4000 / 5e-3 * 2e-3 / 1000)
     assert (anywhere.method, anywhere.step) == ("ode/rk4", 5e-3)
-    # 5e5 ns per second buy the one no step, and the other steps of 5e-3 s; closed forms none
+    # 5e5 ns per second are too little for any step of the one, and enough for steps of 5e-3 s of
+    # the other; closed forms do not count
     assert found.better.here is None
     assert found.better.anywhere is not None
     assert (found.better.anywhere.method, found.better.anywhere.step) == ("ode/rk4", 5e-3)
 
 
-def test_it_is_told_in_words_cells_and_data() -> None:
+def test_it_is_reported_in_words_cells_and_data() -> None:
     answer = "\n".join(lines(said(study())))
     assert "error              2 rad; 0.25 at 2.5e-4 s" in answer
     assert "at equal accuracy  mujoco/rk4 at 0.005 s: error 0.0625 rad, 1.6 of your cost" in answer

@@ -1,4 +1,4 @@
-"""What is timed of a scene: a piece that fits the budget, long enough to stand for the whole."""
+"""The timed part of a scene: it fits the budget and is long enough to represent the whole."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_what_fits_the_budget_is_run_whole() -> None:
 
 @dataclass
 class Waiting:
-    """A simulation that says it took 0.1 s, of which it computes as long as it is asked to."""
+    """A simulation that reports 0.1 s and computes for a given part of it."""
 
     computing: float  # [s]
     compile_seconds: float = 0.0

@@ -48,7 +48,7 @@ ALL: tuple[Request, ...] = (
 
 
 def wanted(plan: StudyPlan) -> Sequence[Request]:
-    """Each request twice: as two findings would that need the same run."""
+    """Each request twice, as from two findings that need the same run."""
     return (*ALL, *ALL)
 
 
@@ -159,7 +159,7 @@ def test_two_processes_make_the_same(study: Study) -> None:
 
 
 def test_a_problem_is_made_once_and_a_run_judged_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever makes use of the verdicts: each is worked out once."""
+    """Each verdict is computed once, for all that use it."""
     calls: Counter[str] = Counter()
     system = systems()["cone-pendulum"]
 
@@ -175,7 +175,7 @@ def test_a_problem_is_made_once_and_a_run_judged_once(monkeypatch: pytest.Monkey
         "plumbob.models.registry.systems", lambda: {**systems(), system.name: watched}
     )
     chosen = [
-        # Parameters that no other test has, whose problem is not known yet.
+        # Parameters of no other test, so that the problem is not cached.
         replace(s, steps=(5e-3, 2e-3), parameters={**s.parameters, "height": h})
         for s, h in zip(scenes("cone-pendulum")[:2], (0.30125, 0.29875), strict=True)
     ]

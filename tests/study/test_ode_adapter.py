@@ -48,7 +48,7 @@ def run(method: Method, step: float, duration: float = 0.5, **given: Any) -> Tra
 
 
 def error(method: Method, step: float, **given: Any) -> float:
-    """Error of theta [rad] at 0.5 s of the default scene, whatever was run instead."""
+    """Error of theta [rad] at 0.5 s relative to the default scene, for any scene that was run."""
     trajectory = run(method, step, **given)
     assert trajectory.times[-1] == pytest.approx(0.5, abs=1e-12)
     return float(trajectory.observables["theta"][-1]) - THETA
@@ -58,7 +58,7 @@ def error(method: Method, step: float, **given: Any) -> float:
     ("name", "step", "tolerance"),
     [
         ("ode/rk4", 2.5e-5, 5e-13),  # round-off of 20 000 steps at theta = 20
-        ("ode/dop853", 1e-13, 1e-11),  # its tolerance a step, grown over a hundred and fifty
+        ("ode/dop853", 1e-13, 1e-11),  # its tolerance a step, accumulated over 150
         ("ode/radau", 1e-11, 2e-12),  # of fifth order, it needs small steps, and its error is less
         ("ode/lsoda", 1e-13, 1e-10),  # erratic: 2e-11 here, ten times that at 3e-13
     ],
@@ -78,7 +78,7 @@ def test_solver_reaches_the_exact_motion(name: str, step: float, tolerance: floa
     [("ode/euler", 500, 1), ("ode/leapfrog", 250, 2), ("ode/rk4", 200, 4)],
 )
 def test_order_and_leading_coefficients(name: str, first: int, power: int) -> None:
-    # what the first two terms leave, at the coarsest step: 0.04 %, 0.01 % and 0.6 %
+    # remainder after two terms, at the coarsest step: 0.04 %, 0.01 % and 0.6 %
     method = METHODS[name]
     steps = np.array([0.5 / (first * 2**n) for n in range(5)])
     errors = np.array([error(method, float(step)) for step in steps])
@@ -104,7 +104,7 @@ def test_a_tighter_tolerance_has_a_smaller_error(method: Method) -> None:
 
 @pytest.mark.parametrize(("ours", "theirs"), [("euler", "euler"), ("rk4", "rk4")])
 def test_mujoco_takes_the_same_steps(ours: str, theirs: str) -> None:
-    # the same scheme on the same equation, by two programs: 500 steps of round-off apart
+    # the same scheme on the same equation in two programs: they differ by 500 steps of round-off
     other = next(method for method in MUJOCO.methods if method.name == f"mujoco/{theirs}")
     engine = MUJOCO.prepare(SYSTEM.case(scene()), other, 1e-3).run()
     solver = run(METHODS[f"ode/{ours}"], 1e-3)
@@ -156,7 +156,7 @@ def driven(rotor: DrivenRotor, theta: float, theta_dot: float) -> Equation:
 
 @pytest.mark.parametrize("method", FIXED, ids=lambda method: method.name)
 def test_damping_and_forcing_are_as_predicted(method: Method) -> None:
-    # first two terms of the error, as above; the clock and the damping both count here
+    # first two terms of the error, as above; here time and damping both matter
     rotor = DrivenRotor(
         sin=9.8, damping_rate=0.5, forcing_amplitude=1.5, forcing_frequency=2.8, forcing_phase=0.3
     )
@@ -177,7 +177,7 @@ def exploding(t: float, x: float, v: float) -> float:
 
 
 def sine_of_much(t: float, x: float, v: float) -> float:
-    """A force that grows past all numbers, of which math.sin then refuses the sine."""
+    """A force that overflows, for which math.sin then raises."""
     return math.sin(x) + 1e3 * x
 
 
@@ -203,13 +203,13 @@ def test_divergence_is_a_result(
 
 @pytest.mark.parametrize("method", FIXED, ids=lambda method: method.name)
 def test_a_step_far_too_large_is_a_divergence(method: Method) -> None:
-    # the torque is bounded, so half a second at once kicks the body beyond any speed it can have
+    # the torque is bounded, so one step of half a second exceeds any speed the body can have
     trajectory = run(method, 0.5, 200.0)
     assert trajectory.diverged_at is not None
     assert np.abs(trajectory.observables["theta_dot"]).max() < 620.0
 
 
-def test_no_motion_exceeds_the_speed_that_limits_are_made_of() -> None:
+def test_no_motion_exceeds_the_speed_that_limits_are_based_on() -> None:
     generator = np.random.default_rng(1)
     for _ in range(30):
         rotor = DrivenRotor(*generator.normal(scale=100.0, size=3))

@@ -1,4 +1,4 @@
-"""ODE solvers on systems that are no angle called theta: a falling body and a thrown one."""
+"""ODE solvers on systems without an angle called theta: a falling body and a thrown one."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class Exact:
     problem: Fall | Throw
 
     def observe(self, times: Array) -> Mapping[str, Array]:
-        """See the problem."""
+        """The exact state; see the problem."""
         return self.problem.observe(times)
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:

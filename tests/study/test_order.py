@@ -1,4 +1,5 @@
-"""The fitted order: exact powers come back, noise widens the interval, round-off is left out."""
+"""The fitted order: exact powers are recovered, noise widens the interval, round-off is left
+out."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ STEPS = 0.1 / 2.0 ** np.arange(8)
 
 
 @given(st.floats(0.5, 8.0), st.floats(-8.0, 2.0))
-def test_a_power_comes_back(order: float, size: float) -> None:
+def test_an_exact_power_is_recovered(order: float, size: float) -> None:
     found = fit_order(STEPS, 10.0**size * STEPS**order, np.zeros(8))
     assert found is not None
     # linregress on eight exact points: round-off of logarithms, some 1e-15 of 20, over a span of 3
@@ -21,7 +22,7 @@ def test_a_power_comes_back(order: float, size: float) -> None:
     assert found.high - found.low < 1e-6
 
 
-def test_a_floor_is_left_out_and_would_have_shown() -> None:
+def test_round_off_is_left_out_and_would_bias_the_fit() -> None:
     floor = 1e-9
     errors = np.maximum(STEPS**4, floor)
     clean = fit_order(STEPS, errors, np.full(8, floor))

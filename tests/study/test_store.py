@@ -85,7 +85,7 @@ def test_a_store_of_another_version_is_one_line(
         assert which in captured.err
 
 
-def test_what_floats_there_are_come_back(study: Study, tmp_path: Path) -> None:
+def test_every_kind_of_float_comes_back(study: Study, tmp_path: Path) -> None:
     found = study.convergence[0]
     first = found.measurements[0]
     odd = (math.nan, math.inf, -math.inf, 5e-324, 0.1 + 0.2, -0.0, 1.7976931348623157e308)
@@ -108,7 +108,7 @@ def test_every_scene_and_method_comes_back(study: Study, tmp_path: Path) -> None
     assert back.scenes == whole.scenes
 
 
-def test_compare_tells_what_moved(
+def test_compare_reports_what_changed(
     study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     _save(study, tmp_path / "a")
@@ -156,7 +156,7 @@ print(code, *sorted(set(sys.argv[3:]) & set(sys.modules)))
 def test_recommend_answers_within_a_second(study: Study, tmp_path: Path) -> None:
     _save(study, tmp_path / store.FILE)
     seconds = []
-    for _ in range(3):  # the best of three: others use the machine too
+    for _ in range(3):  # the smallest of three: the machine is shared
         begin = time.perf_counter()
         answer = subprocess.run(
             [sys.executable, "-c", ASK, SCENE, str(tmp_path), *HEAVY],
@@ -164,7 +164,7 @@ def test_recommend_answers_within_a_second(study: Study, tmp_path: Path) -> None
         )  # fmt: skip
         seconds.append(time.perf_counter() - begin)
         assert "use " in answer.stdout
-        # What an answer from a file loads; systems and engines take a second by themselves.
+        # Modules that an answer from a file loads; systems and engines take a second.
         assert answer.stdout.splitlines()[-1] == "0"
     assert min(seconds) < 1.0
 

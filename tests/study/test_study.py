@@ -1,4 +1,4 @@
-"""A study: the same errors by one process, two, or anybody's executor; costs alone; big steps."""
+"""A study: equal errors by one process, two, or any executor; costs timed alone; large steps."""
 
 from __future__ import annotations
 
