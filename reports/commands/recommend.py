@@ -53,7 +53,7 @@ def command(chosen: argparse.Namespace) -> int:
     else:
         _print(found)
         if chosen.like:
-            from plumbob.reports.judge.user_settings import lines
+            from plumbob.reports.view.user_settings import lines
 
             print(*lines(_own_settings(study)), sep="\n")
     return 0 if found.choice else 1

@@ -72,7 +72,7 @@ def no_engine(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("no_engine")
 def test_the_page_of_a_small_study_runs_no_engine_and_asks_for_what_was_declared() -> None:
     asked = Asked(SMALL.extras)
-    page = render(replace(SMALL, extras=asked))
+    page = render(replace(SMALL, extras=asked), section)
     assert "printed-hamiltonian" in page
     assert asked.looked_up == set(requests(plan_of(SMALL)))
 

@@ -32,7 +32,7 @@ HOSTILE = "<script>alert('x')</script><img src=x onerror=alert(1)>"
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_page(quick(), tmp_path_factory.mktemp("page") / "new")
+    return write_page(quick(), tmp_path_factory.mktemp("page") / "new", section)
 
 
 @pytest.fixture(scope="module")
