@@ -17,7 +17,7 @@ from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import Prediction
 from plumbob.engines.study.results import Study
-from plumbob.models.step_sizes import step_sizes
+from plumbob.models.scene import step_sizes
 from plumbob.reports.judge.recommend import cheapest
 from plumbob.tests.support.studies import SCENE, made_up
 
