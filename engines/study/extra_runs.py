@@ -44,8 +44,8 @@ class ExtraConvergence:
 
 @dataclass(frozen=True)
 class TrimmingRun:
-    """A timing of a model with its idle stages and parts and without them: `steps` steps of `step`
-    [s], the median of `repeats`."""
+    """A timing of a model, complete and trimmed of pipeline stages and parts: `steps` steps of
+    `step` [s], the median of `repeats`."""
 
     scene: str
     method: str

@@ -121,12 +121,12 @@ def test_run_answers_with_its_budget(capsys: pytest.CaptureFixture[str]) -> None
 def test_export_copies_and_never_writes_over(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    assert _run(capsys, "models", "export", str(tmp_path / "mine"))[0] == 0
-    copy = tmp_path / "mine" / "cone_pendulum" / "cone_pendulum.xml"
+    assert _run(capsys, "models", "export", str(tmp_path / "copies"))[0] == 0
+    copy = tmp_path / "copies" / "cone_pendulum" / "cone_pendulum.xml"
     assert copy.read_bytes() == systems()["cone-pendulum"].mjcf.read_bytes()
-    assert _run(capsys, "models", "export", str(tmp_path / "mine"))[0] == 0
+    assert _run(capsys, "models", "export", str(tmp_path / "copies"))[0] == 0
     copy.write_text("<mujoco/>")
-    code, _, err = _run(capsys, "models", "export", str(tmp_path / "mine"))
+    code, _, err = _run(capsys, "models", "export", str(tmp_path / "copies"))
     assert code == 2
     assert err.count("\n") == 1
     assert copy.read_text() == "<mujoco/>"
@@ -140,6 +140,6 @@ def test_list_and_cite_name_everything(capsys: pytest.CaptureFixture[str]) -> No
     assert "Sudakov" in out
 
 
-def test_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     code, out, _ = _run(capsys, "--version")
     assert (code, out) == (0, f"plumbob {__version__}\n")

@@ -77,7 +77,7 @@ def test_curve_that_flattens_out_and_rises_again(
 
 
 @given(phase=st.floats(0, 1), wanted=st.floats(-5, -2).map(lambda x: 10.0**x))
-def test_sawtooth_rung_is_covered(phase: float, wanted: float) -> None:
+def test_a_step_on_a_sawtooth_is_covered(phase: float, wanted: float) -> None:
     # A switch inside a step: the error is the step times the part of it that is missed.
     def error(h: float) -> float:
         return h * ((phase / h) % 1.0)
@@ -158,7 +158,7 @@ def test_scene_must_have_been_measured() -> None:
         cheapest(one(FIRST, lambda h: h), "cone-pendulum/deep-well", 1e-3)
 
 
-def test_where_theory_has_no_series_the_rungs_alone_count() -> None:
+def test_where_theory_has_no_series_only_steps_that_were_run_count() -> None:
     def error(h: float) -> float:
         return 7.0 * h
 

@@ -60,7 +60,7 @@ def test_what_costs_less_and_what_is_more_accurate() -> None:
     assert (found.better.anywhere.method, found.better.anywhere.step) == ("ode/rk4", 5e-3)
 
 
-def test_it_is_told_in_words_cells_and_data() -> None:
+def test_it_is_said_in_words_cells_and_data() -> None:
     answer = "\n".join(lines(said(study())))
     assert "error              2 rad; 0.25 at 2.5e-4 s" in answer
     assert "at equal accuracy  mujoco/rk4 at 0.005 s: error 0.0625 rad, 1.6 of your cost" in answer
