@@ -127,7 +127,7 @@ class SmoothPiece:
         return self.motion(times)
 
     def track(self) -> Path:
-        """Chords between samples: see Piece."""
+        """Straight lines between samples: see Piece."""
         places = self.motion(np.linspace(0.0, self.duration, SAMPLES))[0]
         corners = [(float(x), float(y)) for x, y in places]
         return tuple(Segment(a, b) for a, b in itertools.pairwise(corners))

@@ -39,7 +39,7 @@ class UserResult:
     ns_per_second: float  # [ns] of wall time per simulated second; infinite where it diverged
     judgement: Judgement  # on all steps that were run
     finest: tuple[float, float] | None  # the smallest step [s] that was run, and the error there
-    as_exact: Instead  # the cheapest with an error no larger
+    at_equal_accuracy: Instead  # the cheapest with an error no larger
     better: Instead  # the most accurate that costs no more
 
 
@@ -80,7 +80,7 @@ def _of_scene(study: Study, rest: Study, found: ConvergenceStudy, judged: Judgem
         price,
         judged,
         (last.step, last.errors[leading.name].largest) if last and last is not own else None,
-        _as_exact(rest, found.scene, error),
+        _at_equal_accuracy(rest, found.scene, error),
         _better(rest, found.scene, error, price),
     )
 
@@ -98,7 +98,7 @@ def _same(other: ConvergenceStudy, own: Measurement, leading: str) -> bool:
     )  # fmt: skip
 
 
-def _as_exact(rest: Study, scene: str, error: float) -> Instead:
+def _at_equal_accuracy(rest: Study, scene: str, error: float) -> Instead:
     # Beside a run that diverged any error at all is as good.
     within = min(max(error, sys.float_info.min), sys.float_info.max)
     found = cheapest(rest, scene, within)
@@ -131,8 +131,8 @@ def instead(own: Sequence[UserResult]) -> dict[tuple[str, str, float], dict[str,
     """The same as plain data, by scene, method and step."""
     return {
         (found.scene, USER_METHOD, found.step): {
-            "as_exact": asdict(found.as_exact),
-            "no_dearer": asdict(found.better),
+            "at_equal_accuracy": asdict(found.at_equal_accuracy),
+            "at_no_greater_cost": asdict(found.better),
         }
         for found in own
     }

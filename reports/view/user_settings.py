@@ -20,7 +20,7 @@ def table(own: Sequence[UserResult]) -> Table | None:
     for found in own:
         cells = [
             _instead(getattr(kind, place), found)
-            for kind in (found.as_exact, found.better)
+            for kind in (found.at_equal_accuracy, found.better)
             for place in ("here", "anywhere")
         ]
         rows.append(
@@ -62,7 +62,7 @@ def lines(own: Sequence[UserResult]) -> list[str]:
             + f"; {found.judgement.verdict}",
         ]
         for head, kind in (
-            ("at equal accuracy", found.as_exact),
+            ("at equal accuracy", found.at_equal_accuracy),
             ("at no greater cost", found.better),
         ):
             choices = dict.fromkeys(c for c in (kind.here, kind.anywhere) if c is not None)

@@ -48,7 +48,7 @@ def test_what_costs_less_and_what_is_more_accurate() -> None:
     assert found.finest == (2.5e-4, 0.25)
     assert found.ns_per_second == pytest.approx(1000 / 2e-3)
     # 1e8 h^4 is 0.0625 at the coarsest step, and 2 nowhere: that step is the cheapest
-    here, anywhere = found.as_exact.here, found.as_exact.anywhere
+    here, anywhere = found.at_equal_accuracy.here, found.at_equal_accuracy.anywhere
     assert here is not None
     assert anywhere is not None
     assert (here.method, here.step) == ("mujoco/rk4", 5e-3)
@@ -71,13 +71,13 @@ def test_it_is_said_in_words_cells_and_data() -> None:
     assert [cell.text for cell in shown.rows[0]][2:4] == ["2", "0.25 at 2.5e-4 s"]
     ((key, beside),) = instead(said(study())).items()
     assert key == (SCENE, NAME, 2e-3)
-    assert beside["no_dearer"]["here"] is None
+    assert beside["at_no_greater_cost"]["here"] is None
 
 
 def test_a_run_that_diverged_at_the_users_step() -> None:
     (found,) = said(study(largest=math.inf))
     assert found.error == math.inf
-    assert found.as_exact.anywhere is not None
+    assert found.at_equal_accuracy.anywhere is not None
     assert "diverges" in "\n".join(lines(said(study(largest=math.inf))))
 
 
@@ -88,12 +88,12 @@ def test_the_same_setting_by_another_name_is_no_alternative() -> None:
     twin = made_up([(OWN, OWN.step_sizes, error), (find_method("mujoco/euler"), STEPS, error)],
                    ns=(1000.0, 900.0))  # fmt: skip
     (found,) = said(twin)
-    assert (found.as_exact.anywhere, found.better.anywhere) == (None, None)
+    assert (found.at_equal_accuracy.anywhere, found.better.anywhere) == (None, None)
     apart = made_up([(OWN, OWN.step_sizes, error),
                      (find_method("mujoco/euler"), STEPS, lambda h: 0.999 * error(h))],
                     ns=(1000.0, 900.0))  # fmt: skip
     (found,) = said(apart)
-    assert found.as_exact.here is not None
+    assert found.at_equal_accuracy.here is not None
 
 
 def test_nothing_is_said_without_a_users_settings() -> None:
