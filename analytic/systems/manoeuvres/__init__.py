@@ -1,1 +1,1 @@
-"""The capsule's manoeuvres in closed form: line, turn, slow motion, holding, coasting, repetitions."""
+"""The manoeuvres of the capsule in closed form: line, turn, slow motion, holding, coasting."""
