@@ -1,4 +1,4 @@
-"""Which engines there are: every module of `adapters` that has an ENGINE is one."""
+"""Which engines there are (modules of `adapters` with an ENGINE), and their builders of systems."""
 
 from __future__ import annotations
 
@@ -9,17 +9,21 @@ from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.method import Engine, Method
+from plumbob.engines.method import Engine, Method, Unsupported
 from plumbob.models.registry import unknown
+from plumbob.models.scene import System
+
+_ADAPTERS = "plumbob.engines.adapters"
 
 
 @cache
 def engines() -> Mapping[str, Engine]:
     """All engines by name, in the order of their names, installed or not."""
     found = [
-        getattr(import_module(f"plumbob.engines.adapters.{module.name}"), "ENGINE", None)
+        getattr(import_module(f"{_ADAPTERS}.{module.name}"), "ENGINE", None)
         for module in pkgutil.iter_modules([str(Path(__file__).parent / "adapters")])
     ]
     return {e.name: e for e in sorted(filter(None, found), key=lambda engine: engine.name)}
@@ -56,3 +60,15 @@ def engine_of(method: Method) -> Engine:
 
 def _matches(method: Method, pattern: str) -> bool:
     return fnmatch.fnmatchcase(method.name, pattern) or method.engine == pattern
+
+
+def find_builder(engine: str, system: System) -> ModuleType:
+    """The module `adapters/<engine>/<family>.py` that builds `system`; raises Unsupported when
+    the engine has none."""
+    name = f"{_ADAPTERS}.{engine}.{system.family}"
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name != name:
+            raise
+        raise Unsupported(f"{engine} has no builder for {system.name}") from None

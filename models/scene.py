@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -42,6 +43,14 @@ class Scene:
     def system(self) -> str:
         """Name of the system, the part before the slash."""
         return self.name.partition("/")[0]
+
+
+def step_sizes(coarse: float, fine: float) -> tuple[float, ...]:
+    """Steps [s] 1, 2 and 5 times powers of ten, from `coarse` down to `fine`, both included."""
+    decades = range(math.ceil(math.log10(coarse)), math.floor(math.log10(fine)) - 1, -1)
+    # Through decimal text: 5e-4 is the double nearest to 0.0005, 5 * 10**-4 need not be.
+    round_numbers = [float(f"{digit}e{exponent}") for exponent in decades for digit in (5, 2, 1)]
+    return tuple(h for h in round_numbers if fine * (1 - 1e-9) <= h <= coarse * (1 + 1e-9))
 
 
 def replaced(parameters: Parameters, changes: Parameters) -> Parameters:

@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from plumbob.analytic.parameters import known
-from plumbob.engines.method import Method, Unsupported, meant
+from plumbob.engines.method import Method, Trimming, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.engines.trimming import Trimming
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
@@ -45,8 +44,8 @@ class ExtraConvergence:
 
 @dataclass(frozen=True)
 class TrimmingRun:
-    """A timing of a model with the pipeline stages and parts that have no effect, and without them:
-    `steps` steps of `step` [s], the median of `repeats`."""
+    """A timing of a model, complete and trimmed of pipeline stages and parts: `steps` steps of
+    `step` [s], the median of `repeats`."""
 
     scene: str
     method: str

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, Trimming
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.cost import Cost, Key
 from plumbob.engines.study.extra_runs import (
@@ -18,7 +18,6 @@ from plumbob.engines.study.extra_runs import (
 )
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.trajectory import Trajectory
-from plumbob.engines.trimming import Trimming
 from plumbob.models.registry import system_of
 from plumbob.models.scene import Observable, Scene
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, Trimming
 from plumbob.engines.study.codec import from_json, packed, to_json, unpacked
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.cost import Cost, Key
@@ -28,7 +28,6 @@ from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.engines.trimming import Trimming
 from plumbob.models.scene import Observable, Scene
 
 FILE = "studies.sqlite3"  # its name in a folder of results

@@ -17,8 +17,7 @@ from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.models.scene import Observable, Parameters, Scene, System, replaced
-from plumbob.models.step_sizes import step_sizes
+from plumbob.models.scene import Observable, Parameters, Scene, System, replaced, step_sizes
 
 SOURCE = (
     "V. F. Sudakov, Angular velocity of physical pendulum suspended on movable base, "

@@ -14,8 +14,7 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
-from plumbob.models.scene import Observable, Parameters, Scene, System, replaced
-from plumbob.models.step_sizes import step_sizes
+from plumbob.models.scene import Observable, Parameters, Scene, System, replaced, step_sizes
 
 SOURCE = (
     "Pêndulo Simples, course notebook: the simple pendulum, linear and non-linear, free, damped "

@@ -22,8 +22,7 @@ from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
-from plumbob.models.scene import Observable, Parameters, Scene
-from plumbob.models.step_sizes import step_sizes
+from plumbob.models.scene import Observable, Parameters, Scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,

@@ -14,8 +14,7 @@ from plumbob.analytic.parameters import finite
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle
-from plumbob.models.scene import Parameters, Scene
-from plumbob.models.step_sizes import step_sizes
+from plumbob.models.scene import Parameters, Scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,

@@ -18,8 +18,7 @@ from plumbob.analytic.systems.capsule import lowest_normal_forces, source_assump
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import printed_body_velocity
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference, condition_number
-from plumbob.models.scene import Parameters, Scene
-from plumbob.models.step_sizes import step_sizes
+from plumbob.models.scene import Parameters, Scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,

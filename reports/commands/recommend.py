@@ -47,13 +47,13 @@ def command(chosen: argparse.Namespace) -> int:
         study = _with_own(study, name, own)
     found = cheapest(study, name, error)
     if chosen.json:
-        answer = asdict(found) | ({"yours": _yours(study)} if chosen.like else {})
+        answer = asdict(found) | ({"user_settings": _user_settings(study)} if chosen.like else {})
         json.dump(values.plain(answer), sys.stdout, indent=1)
         print()
     else:
         _print(found)
         if chosen.like:
-            from plumbob.reports.judge.user_settings import lines
+            from plumbob.reports.view.user_settings import lines
 
             print(*lines(_own_settings(study)), sep="\n")
     return 0 if found.choice else 1
@@ -87,7 +87,7 @@ def _own_settings(study: Study) -> tuple[UserResult, ...]:
     return user_results(study, judge_study(study))
 
 
-def _yours(study: Study) -> list[dict[str, Any]]:
+def _user_settings(study: Study) -> list[dict[str, Any]]:
     return [
         {name: value for name, value in asdict(found).items() if name != "judgement"}
         | {"verdict": found.judgement.verdict}

@@ -23,9 +23,10 @@ def command(chosen: argparse.Namespace) -> int:
         raise ParameterError("OUT", chosen.out, "where `plumbob validate` has stored a study")
     if study is None:
         raise ParameterError("study", number, f"the number of a study in {chosen.out}")
+    from plumbob.reports.findings import section
     from plumbob.reports.view.page import write_page
 
-    print(write_page(study, Path(chosen.out)))
+    print(write_page(study, Path(chosen.out), section))
     return 0
 
 

@@ -26,7 +26,6 @@ from plumbob.reports.commands.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.like import add_like, beside, own_method
 from plumbob.reports.commands.records import records, write_junit
 from plumbob.reports.judge.expectations import as_expected
-from plumbob.reports.judge.user_settings import lines as own_lines
 from plumbob.reports.judge.user_settings import user_results
 from plumbob.reports.judge.verdict import Judgements, judge_study
 
@@ -62,7 +61,7 @@ def command(chosen: argparse.Namespace) -> int:
     store.usable(out / store.FILE)
     if chosen.junitxml:
         _writable(Path(chosen.junitxml).parent)
-    from plumbob.reports.findings import requests
+    from plumbob.reports.findings import requests, section
     from plumbob.reports.view.page import write_page
 
     line = shlex.join(["plumbob", *sys.argv[1:]])
@@ -76,7 +75,7 @@ def command(chosen: argparse.Namespace) -> int:
     assert study is not None
     judged = judge_study(study)
     own = user_results(study, judged)
-    page = write_page(study, out, judged)
+    page = write_page(study, out, section, judged)
     if chosen.junitxml:
         write_junit(Path(chosen.junitxml), study, judged)
     if chosen.json:
@@ -85,6 +84,8 @@ def command(chosen: argparse.Namespace) -> int:
     else:
         _print(study, judged)
         if own:
+            from plumbob.reports.view.user_settings import lines as own_lines
+
             print(f"\nYour settings, {chosen.like}", *own_lines(own), sep="\n")
         print(f"\n{page}")
     return exit_code(study, judged)

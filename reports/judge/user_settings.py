@@ -15,8 +15,6 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.judge.recommend import EXACT, Choice, cheapest, chosen
 from plumbob.reports.judge.verdict import Judgement, Judgements
 from plumbob.reports.judge.work_precision import Point, points
-from plumbob.reports.view import notation
-from plumbob.reports.view.content import Cell, Table, row
 
 HERE = "mujoco/"  # methods that are other settings of the user's own engine
 
@@ -41,7 +39,7 @@ class UserResult:
     ns_per_second: float  # [ns] of wall time per simulated second; infinite where it diverged
     judgement: Judgement  # on all steps that were run
     finest: tuple[float, float] | None  # the smallest step [s] that was run, and the error there
-    as_exact: Instead  # the cheapest with an error no larger
+    at_equal_accuracy: Instead  # the cheapest with an error no larger
     better: Instead  # the most accurate that costs no more
 
 
@@ -82,7 +80,7 @@ def _of_scene(study: Study, rest: Study, found: ConvergenceStudy, judged: Judgem
         price,
         judged,
         (last.step, last.errors[leading.name].largest) if last and last is not own else None,
-        _as_exact(rest, found.scene, error),
+        _at_equal_accuracy(rest, found.scene, error),
         _better(rest, found.scene, error, price),
     )
 
@@ -100,7 +98,7 @@ def _same(other: ConvergenceStudy, own: Measurement, leading: str) -> bool:
     )  # fmt: skip
 
 
-def _as_exact(rest: Study, scene: str, error: float) -> Instead:
+def _at_equal_accuracy(rest: Study, scene: str, error: float) -> Instead:
     # Beside a run that diverged any error at all is as good.
     within = min(max(error, sys.float_info.min), sys.float_info.max)
     found = cheapest(rest, scene, within)
@@ -129,106 +127,12 @@ def _better(rest: Study, scene: str, error: float, price: float) -> Instead:
     return Instead(most_exact(HERE), most_exact(""))
 
 
-def table(study: Study, judged: Judgements) -> Table | None:
-    """Your settings, a row a scene; None in a study without any."""
-    from plumbob.reports.view.overview import anchor
-    from plumbob.reports.view.tables import verdict_cell
-
-    rows, own = [], user_results(study, judged)
-    for found in own:
-        cells = [
-            _instead(getattr(kind, place), found)
-            for kind in (found.as_exact, found.better)
-            for place in ("here", "anywhere")
-        ]
-        rows.append(
-            row(
-                Cell(found.scene, "scene", "", anchor(found.scene)),
-                f"{found.observable} [{found.unit}]",
-                Cell(_error(found), "number"),
-                Cell(_finest(found), "number"),
-                verdict_cell(found.scene, USER_METHOD, found.judgement, anchor(found.scene)),
-                Cell(notation.times_real(found.ns_per_second), "number"),
-                *cells,
-            )
-        )
-    if not rows:
-        return None
-    step = notation.short(own[0].step)
-    heads = (
-        "scene", "error of", f"at your {step} s", "at a smaller step", "verdict",
-        "real-time factor", "at equal accuracy, cheapest in MuJoCo", "in any engine",
-        "at no greater cost, most accurate in MuJoCo", "in any engine",
-    )  # fmt: skip
-    note = (
-        "Your options and contact defaults, with the scenes' own bodies and friction. A verdict on "
-        "them is no failure of plumbob's. Costs are relative to your setting at your step."
-    )
-    return Table("Your settings", heads, tuple(rows), note)
-
-
 def instead(own: Sequence[UserResult]) -> dict[tuple[str, str, float], dict[str, Any]]:
     """The same as plain data, by scene, method and step."""
     return {
         (found.scene, USER_METHOD, found.step): {
-            "as_exact": asdict(found.as_exact),
-            "no_dearer": asdict(found.better),
+            "at_equal_accuracy": asdict(found.at_equal_accuracy),
+            "at_no_greater_cost": asdict(found.better),
         }
         for found in own
     }
-
-
-def lines(own: Sequence[UserResult]) -> list[str]:
-    """The same for a terminal."""
-    said = []
-    for found in own:
-        smaller = _finest(found)
-        said += [
-            "",
-            f"{found.scene}: {found.observable} with your settings at {found.step:g} s",
-            f"  {'error':<18} {_error(found)} {found.unit}"
-            + (f"; {smaller}" if smaller else "")
-            + f"; {found.judgement.verdict}",
-        ]
-        for head, kind in (
-            ("at equal accuracy", found.as_exact),
-            ("at no greater cost", found.better),
-        ):
-            choices = dict.fromkeys(c for c in (kind.here, kind.anywhere) if c is not None)
-            said += [f"  {head:<18} {_said(c, found)}" for c in choices]
-            if not choices:
-                said.append(f"  {head:<18} nothing else that was measured")
-    return said
-
-
-def _instead(choice: Choice | None, found: UserResult) -> Cell:
-    if choice is None:
-        return Cell("–", "none")
-    text = (
-        f"{choice.method}\n{notation.step(choice.step, choice.control)}, {_factor(choice, found)}"
-    )
-    return Cell(text, "choice", f"an error of {notation.number(choice.error)} {found.unit} or less")
-
-
-def _said(choice: Choice, found: UserResult) -> str:
-    at = notation.step(choice.step, choice.control)
-    error = f"error {notation.number(choice.error)} {found.unit}"
-    return f"{choice.method} at {at}: {error}, {_factor(choice, found)}"
-
-
-def _factor(choice: Choice, found: UserResult) -> str:
-    """The cost of a choice in those of the user's own run."""
-    if not math.isfinite(found.ns_per_second):
-        return notation.times_real(choice.ns_per_second) + " real time"
-    return f"{notation.number(choice.ns_per_second / found.ns_per_second, 2)} of your cost"
-
-
-def _error(found: UserResult) -> str:
-    return notation.number(found.error) if math.isfinite(found.error) else "diverges"
-
-
-def _finest(found: UserResult) -> str:
-    if found.finest is None:
-        return ""
-    step, error = found.finest
-    return f"{notation.number(error)} at {notation.short(step)} s"

@@ -15,8 +15,7 @@ from plumbob.engines.method import Method
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import systems
 from plumbob.models.scene import Scene, System
-from plumbob.reports.findings import section as own_section
-from plumbob.reports.judge.user_settings import table as own_table
+from plumbob.reports.judge.user_settings import user_results
 from plumbob.reports.judge.verdict import Judged, Judgements, Verdict, judge_study
 from plumbob.reports.judge.work_precision import points
 from plumbob.reports.view import notation, overview, tables
@@ -25,8 +24,10 @@ from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plots import scene_figures
 from plumbob.reports.view.trimming import trimming
+from plumbob.reports.view.user_settings import table as own_table
 
 NAME = "index.html"
+Sections = Callable[[str], Section | None]  # what there is to say of one system alone, by its name
 TEMPLATES = Path(__file__).parent / "templates"
 ORDER: tuple[Verdict, ...] = (
     "pass", "fail", "not-converging", "diverged", "coarse", "unsupported", "missing",
@@ -60,13 +61,13 @@ class SystemView:
 def write_page(
     study: Study,
     folder: Path,
+    section: Sections,
     judged: Judgements | None = None,
-    section: Callable[[str], Section | None] = own_section,
 ) -> Path:
-    """Write the page of `study` into `folder`, whole or not at all, and return its path; `judged`
-    are its verdicts where they are known already, `section` finds what there is to say of one
-    system alone. Raises OSError where the folder cannot be written."""
-    text = render(study, judged, section)
+    """Write the page of `study` into `folder`, whole or not at all, and return its path; `section`
+    finds what there is to say of one system alone, `judged` are the study's verdicts where they
+    are known already. Raises OSError where the folder cannot be written."""
+    text = render(study, section, judged)
     folder.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(prefix=".page-", suffix=".html", dir=folder)
     try:
@@ -82,8 +83,8 @@ def write_page(
 
 def render(
     study: Study,
+    section: Sections,
     judged: Judgements | None = None,
-    section: Callable[[str], Section | None] = own_section,
 ) -> str:
     """The page of `study` as HTML: a function of the study alone, which runs no engine."""
     import jinja2
@@ -106,7 +107,7 @@ def render(
         views=views,
         findings=[finding for view in views for finding in view.findings],
         counts=_counts(found.values()),
-        user_settings=own_table(study, found),
+        user_settings=own_table(user_results(study, found)),
         verdicts=[overview.verdicts(view.system, study, found) for view in views],
         recommendations=overview.recommendations(study),
         styles=styles(study.methods),
@@ -142,7 +143,7 @@ def _system(
     study: Study,
     system: System,
     found: Judgements,
-    section: Callable[[str], Section | None],
+    section: Sections,
 ) -> SystemView:
     scenes = [scene for scene in study.scenes if scene.system == system.name]
     own = section(system.name) if scenes else None

@@ -1,4 +1,4 @@
-"""Cost of the MuJoCo adapter relative to a bare loop, and the saving by disabled pipeline stages.
+"""What the MuJoCo adapter costs beside a bare loop, and what disabled pipeline stages save.
 
 Both sides of a ratio are timed in turn, by processor time, and compared turn by turn, so that a
 slower machine or a busy one moves them together.

@@ -54,15 +54,15 @@ def test_the_same_of_a_file_with_rk4(tmp_path: Path, capsys: pytest.CaptureFixtu
     like, out = written(tmp_path, "RK4"), str(tmp_path / "out")
     assert main([*VALIDATE, "--like", like, "--out", out, "--jobs", "1", "--json"]) == 0
     rows: list[dict[str, Any]] = json.loads(capsys.readouterr().out)
-    answer = {row["scene"]: row for row in rows if "as_exact" in row}
+    answer = {row["scene"]: row for row in rows if "at_equal_accuracy" in row}
     assert set(answer) == {PENDULUM, LINE}
     for name, row in answer.items():
         assert (row["method"], row["step"], row["expected"]) == ("mujoco/mine", STEP, None)
         error = row["errors"][next(iter(row["errors"]))]
         assert error == _error(name, like)
-        assert row["as_exact"]["anywhere"]["error"] <= error
-    assert answer[PENDULUM]["as_exact"]["anywhere"]["method"] == "ode/rk4"
-    assert answer[LINE]["as_exact"]["here"]["method"] == "mujoco/euler+coulomb"
+        assert row["at_equal_accuracy"]["anywhere"]["error"] <= error
+    assert answer[PENDULUM]["at_equal_accuracy"]["anywhere"]["method"] == "ode/rk4"
+    assert answer[LINE]["at_equal_accuracy"]["here"]["method"] == "mujoco/euler+coulomb"
     assert main(["recommend", PENDULUM, "--error", "1e-3", "--out", out, "--like", like]) == 0
     assert f"{PENDULUM}: theta with your settings at 0.002 s" in capsys.readouterr().out
 

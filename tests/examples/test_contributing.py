@@ -68,7 +68,7 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
             else:
                 text = (copy / path).read_text("utf-8")
                 assert text.count(f"\n{group} = (\n") == 1
-                added = text.replace(f"\n{group} = (\n", f"\n{group} = (\n{code}")
+                added = text.replace(f"\n{group} = (\n", f"\n{group} = (\n{code.rstrip()},\n")
                 (copy / path).write_text(added, "utf-8")
     return copy
 

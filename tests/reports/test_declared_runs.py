@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from plumbob.engines.method import Trimming
 from plumbob.engines.registry import engines
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.convergence import ConvergenceStudy, chosen_step_sizes
@@ -24,7 +25,6 @@ from plumbob.engines.study.extra_runs import (
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
 from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.engines.trajectory import Trajectory
-from plumbob.engines.trimming import Trimming
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.registry import system_of
@@ -72,7 +72,7 @@ def no_engine(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("no_engine")
 def test_the_page_of_a_small_study_runs_no_engine_and_asks_for_what_was_declared() -> None:
     asked = Asked(SMALL.extras)
-    page = render(replace(SMALL, extras=asked))
+    page = render(replace(SMALL, extras=asked), section)
     assert "printed-hamiltonian" in page
     assert asked.looked_up == set(requests(plan_of(SMALL)))
 

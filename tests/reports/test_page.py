@@ -32,7 +32,7 @@ HOSTILE = "<script>alert('x')</script><img src=x onerror=alert(1)>"
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_page(quick(), tmp_path_factory.mktemp("page") / "new")
+    return write_page(quick(), tmp_path_factory.mktemp("page") / "new", section)
 
 
 @pytest.fixture(scope="module")
@@ -141,10 +141,10 @@ def test_nothing_is_half_written(tmp_path: Path) -> None:
 
 def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
     study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3,), lambda h: h)])
-    (tmp_path / "out").write_text("in the way", "utf-8")
+    (tmp_path / "out").write_text("other", "utf-8")
     with pytest.raises(OSError, match="out"):
         write_page(study, tmp_path / "out", section=lambda name: None)
-    assert (tmp_path / "out").read_text("utf-8") == "in the way"
+    assert (tmp_path / "out").read_text("utf-8") == "other"
 
 
 def test_a_system_without_a_section_has_none() -> None:

@@ -17,7 +17,7 @@ from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import Prediction
 from plumbob.engines.study.results import Study
-from plumbob.models.step_sizes import step_sizes
+from plumbob.models.scene import step_sizes
 from plumbob.reports.judge.recommend import cheapest
 from plumbob.tests.support.studies import SCENE, made_up
 
@@ -78,8 +78,8 @@ def test_curve_that_flattens_out_and_rises_again(
 
 
 @given(phase=st.floats(0, 1), wanted=st.floats(-5, -2).map(lambda x: 10.0**x))
-def test_a_sawtooth_error_is_covered(phase: float, wanted: float) -> None:
-    # A switch inside a step: the error is the step times its missed fraction.
+def test_a_step_on_a_sawtooth_is_covered(phase: float, wanted: float) -> None:
+    # A switch inside a step: the error is the step times the part of it that is missed.
     def error(h: float) -> float:
         return h * ((phase / h) % 1.0)
 
@@ -159,7 +159,7 @@ def test_scene_must_have_been_measured() -> None:
         cheapest(one(FIRST, lambda h: h), "cone-pendulum/deep-well", 1e-3)
 
 
-def test_without_a_series_only_measured_steps_count() -> None:
+def test_where_theory_has_no_series_only_steps_that_were_run_count() -> None:
     def error(h: float) -> float:
         return 7.0 * h
 

@@ -13,9 +13,10 @@ from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import joined
-from plumbob.models.step_sizes import step_sizes
-from plumbob.reports.judge.user_settings import UserResult, instead, lines, table, user_results
+from plumbob.models.scene import step_sizes
+from plumbob.reports.judge.user_settings import UserResult, instead, user_results
 from plumbob.reports.judge.verdict import judge_study
+from plumbob.reports.view.user_settings import lines, table
 from plumbob.tests.support.studies import SCENE, made_up
 
 STEPS = step_sizes(5e-3, 1e-4)
@@ -46,8 +47,8 @@ def test_what_costs_less_and_what_is_more_accurate() -> None:
     assert (found.step, found.error) == (2e-3, 2.0)
     assert found.finest == (2.5e-4, 0.25)
     assert found.ns_per_second == pytest.approx(1000 / 2e-3)
-    # 1e8 h^4 is 0.0625 at the coarsest step, below 2 at all steps: the coarsest is the cheapest
-    here, anywhere = found.as_exact.here, found.as_exact.anywhere
+    # 1e8 h^4 is 0.0625 at the coarsest step, and 2 nowhere: that step is the cheapest
+    here, anywhere = found.at_equal_accuracy.here, found.at_equal_accuracy.anywhere
     assert here is not None
     assert anywhere is not None
     assert (here.method, here.step) == ("mujoco/rk4", 5e-3)
@@ -60,24 +61,24 @@ def test_what_costs_less_and_what_is_more_accurate() -> None:
     assert (found.better.anywhere.method, found.better.anywhere.step) == ("ode/rk4", 5e-3)
 
 
-def test_it_is_reported_in_words_cells_and_data() -> None:
+def test_it_is_said_in_words_cells_and_data() -> None:
     answer = "\n".join(lines(said(study())))
     assert "error              2 rad; 0.25 at 2.5e-4 s" in answer
     assert "at equal accuracy  mujoco/rk4 at 0.005 s: error 0.0625 rad, 1.6 of your cost" in answer
     assert "at no greater cost ode/rk4 at 0.005 s: error 0.0625 rad, 0.8 of your cost" in answer
-    shown = table(study(), judge_study(study()))
+    shown = table(said(study()))
     assert shown is not None
     assert shown.heads[2] == "at your 0.002 s"
     assert [cell.text for cell in shown.rows[0]][2:4] == ["2", "0.25 at 2.5e-4 s"]
     ((key, beside),) = instead(said(study())).items()
     assert key == (SCENE, NAME, 2e-3)
-    assert beside["no_dearer"]["here"] is None
+    assert beside["at_no_greater_cost"]["here"] is None
 
 
 def test_a_run_that_diverged_at_the_users_step() -> None:
     (found,) = said(study(largest=math.inf))
     assert found.error == math.inf
-    assert found.as_exact.anywhere is not None
+    assert found.at_equal_accuracy.anywhere is not None
     assert "diverges" in "\n".join(lines(said(study(largest=math.inf))))
 
 
@@ -88,18 +89,18 @@ def test_the_same_setting_by_another_name_is_no_alternative() -> None:
     twin = made_up([(OWN, OWN.step_sizes, error), (find_method("mujoco/euler"), STEPS, error)],
                    ns=(1000.0, 900.0))  # fmt: skip
     (found,) = said(twin)
-    assert (found.as_exact.anywhere, found.better.anywhere) == (None, None)
+    assert (found.at_equal_accuracy.anywhere, found.better.anywhere) == (None, None)
     apart = made_up([(OWN, OWN.step_sizes, error),
                      (find_method("mujoco/euler"), STEPS, lambda h: 0.999 * error(h))],
                     ns=(1000.0, 900.0))  # fmt: skip
     (found,) = said(apart)
-    assert found.as_exact.here is not None
+    assert found.at_equal_accuracy.here is not None
 
 
 def test_nothing_is_said_without_a_users_settings() -> None:
     without = made_up([(RK4, STEPS, lambda h: 1e8 * h**4)])
     assert (said(without), lines(said(without))) == ((), [])
-    assert table(without, judge_study(without)) is None
+    assert table(said(without)) is None
 
 
 def test_joined_costs_are_those_of_the_first_study() -> None:

@@ -45,7 +45,7 @@ def _option(config: pytest.Config, name: str, few: str) -> str:
 
 
 def _stored(scene: Scene, pattern: str, folder: Path) -> Study:
-    """A quick study of a scene, read back from its file."""
+    """A quick study of a scene, as read back from its file."""
     file = folder / store.FILE
     store.save(run_study([scene], find_methods(pattern)), file)
     study = store.load(file, scene=scene.name)

@@ -6,7 +6,7 @@ joint in turn is satisfied: block Gauss-Seidel on the joint impulses. One iterat
 no friction limit is reached, so what it leaves of a velocity shrinks by the spectral radius of its
 matrix. What that adds to the exact motion, apart from the step's own error, is bounded in
 `sequential_impulse_line` for motions with a closed form and in `sequential_impulse_plane` for those
-in the plane that have none. Derivations: theory_sequential_impulses.md.
+in the plane that have none. Derivations: THEORY.md, section 10.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from plumbob.analytic.systems.capsule import Capsule
 
 TARGET = 1e-5  # residual fraction of a velocity at the end of a step: a choice
 MOST_ITERATIONS = 5000  # in a step, which take half a millisecond: a choice
-ROUNDINGS = 8  # from positions to a velocity: calibrated, see theory_sequential_impulses.md
+ROUNDINGS = 8  # from positions to a velocity: calibrated, see THEORY.md, section 10
 
 
 @dataclass(frozen=True)

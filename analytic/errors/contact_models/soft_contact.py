@@ -2,7 +2,7 @@
 
 What such contacts add to the exact motion, apart from the step's own error, is bounded in
 `soft_contact_line` for motions with a closed form and in `soft_contact_plane` for those of the
-plane that have none. Derivations: theory_soft_contacts.md.
+plane that have none. Derivations: THEORY.md, section 9.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ A contact that deflects by c N lets the common centre of mass stand at z = -c su
 error of the weight on the plane is (M + m) z'', of the velocity of a sliding body f z' and of its
 place f (z - z0). What it takes to move body and slider as the deflections change is missing from
 the N_i, and friction acts at the depth of the deflection. While the body tilts by a, friction has
-the moment f I_a a'' about C, so the body turns by f I_a a/J. Derivations: theory_soft_contacts.md.
+the moment f I_a a'' about C, so the body turns by f I_a a/J. Derivations: THEORY.md, section 9.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ never works with that. So with e the root of twice that energy, and directions d
 
 the errors of the rates are e/I^(1/2) and e/(M + m)^(1/2), of angle and place their integrals. The
 friction of a support that sticks may differ in any direction. The error resets at rest.
-Derivations: theory_soft_contacts.md.
+Derivations: THEORY.md, section 9.
 """
 
 from __future__ import annotations

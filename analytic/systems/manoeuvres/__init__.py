@@ -1,1 +1,1 @@
-"""The capsule's motions in closed form: line, turn, slow, held, coasting and repeated ones."""
+"""The manoeuvres of the capsule in closed form: line, turn, slow motion, holding, coasting."""

@@ -81,6 +81,6 @@ def nonlinearity(motion: ExactMotion, times: Array, errors: Mapping[str, Array])
     torque = np.asarray(motion.rotor.acceleration(times, theta, rate)) * motion.inertia
     drift = motion.inertia * rate * errors["theta_dot"] - torque * errors["theta"]
     barriers = motion.barriers
-    distance = double(np.abs(motion.energy - barriers)).min() if barriers.size else np.inf
-    ratio = np.abs(drift) / (motion.inertia * rate**2 / 2 + distance)
+    margin = double(np.abs(motion.energy - barriers)).min() if barriers.size else np.inf
+    ratio = np.abs(drift) / (motion.inertia * rate**2 / 2 + margin)
     return float(max(np.abs(errors["theta"]).max(), ratio.max()))

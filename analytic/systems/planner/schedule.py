@@ -190,8 +190,8 @@ def turns(
         if done is None or abs(done.heading) > left:
             guess, start, longest = seen.swing(left), now.start, circle.longest
             if circle.extent is not None:
-                limit = max(circle.extent - SPARE * guess, 0.0)
-                start = circle.first + circle.sense * min(abs(start - circle.first), limit)
+                margin = max(circle.extent - SPARE * guess, 0.0)
+                start = circle.first + circle.sense * min(abs(start - circle.first), margin)
                 longest = min(longest, circle.extent - abs(start - circle.first))
             last = exact_turn(capsule, limits, circle, drive, start, longest, guess, left)
             if last is not None:

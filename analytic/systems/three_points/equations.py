@@ -7,8 +7,8 @@ Written for the body's point that the combined centre G = C + mu r is passing, w
     (J + mu M r^2) d(omega)/dt = sum (CA_i - mu r) x F_i - mu M (r x w + 2 (r.v) omega)
     v_i = p + omega k x (CA_i - mu r)
 
-p and omega vanish with the body's motion, so that they keep their digits near its rest. Plane
-vectors are complex numbers x + iy in body axes, so that k x a is ia.
+p and omega vanish with the body's motion, so that they keep their digits near rest.
+Plane vectors are complex numbers x + iy in body axes, so that k x a is ia.
 """
 
 from __future__ import annotations

@@ -263,8 +263,8 @@ def _support_motion(
 ) -> _SupportMotion:
     """Motion of the supports at one time, from the `rates` of (p_x, p_y, omega, t)."""
     velocities = support_velocities(at, np.array([state.point]), np.array([state.omega]))[0]
-    rotation = 1j * state.omega * body.mass_ratio * at.velocity[0]
-    changes = complex(rates[0], rates[1]) + 1j * rates[2] * at.arms[0] - rotation
+    centre_motion = 1j * state.omega * body.mass_ratio * at.velocity[0]
+    changes = complex(rates[0], rates[1]) + 1j * rates[2] * at.arms[0] - centre_motion
     return _SupportMotion(velocities, changes)
 
 

@@ -11,8 +11,7 @@ from pathlib import Path
 from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.mujoco.methods import METHODS
-from plumbob.engines.method import Engine, Method, Simulation
-from plumbob.engines.trimming import Trimming
+from plumbob.engines.method import Engine, Method, Simulation, Trimming
 from plumbob.models.scene import Case
 
 

@@ -11,8 +11,8 @@ import mujoco
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.builders import find_builder
 from plumbob.engines.method import Method
+from plumbob.engines.registry import find_builder
 from plumbob.models.scene import System
 
 Named = Mapping[str, Array]

@@ -12,8 +12,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.adapters.mujoco.translation import Translation, builder
-from plumbob.engines.method import Method
-from plumbob.engines.trimming import Trimming
+from plumbob.engines.method import Method, Trimming
 from plumbob.models.scene import Case
 
 PARTS = (("ngeom", "geom"), ("nmesh", "mesh"), ("njnt", "joint"))  # counted, and their words

@@ -9,8 +9,8 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.builders import find_builder
 from plumbob.engines.method import Method
+from plumbob.engines.registry import find_builder
 from plumbob.models.scene import System
 
 State = tuple[Any, Any]

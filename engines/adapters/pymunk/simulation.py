@@ -12,9 +12,9 @@ import numpy as np
 import pymunk
 
 from plumbob.engines.adapters import sampling
-from plumbob.engines.adapters.builders import find_builder
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.method import Method
+from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case, System
 
