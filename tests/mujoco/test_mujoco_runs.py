@@ -96,6 +96,19 @@ def test_a_step_far_too_large_is_a_divergence(method: Method) -> None:
         assert np.isfinite(values).all()
 
 
+def test_divergence_is_found_at_the_same_step_whatever_the_blocks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    spring = HINGE.format(joint='stiffness="-1e6"', contype=0, more="")
+    at = []
+    for block in (simulations.BLOCK, 7, 3, 1):
+        monkeypatch.setattr(simulations, "BLOCK", block)
+        at.append(simulation(spring, {"qpos": np.array([1e-3])}, 200).run().diverged_at)
+    assert at[0] is not None
+    assert at == [at[0]] * 4
+
+
 def test_the_engines_own_alarm_ends_the_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from plumbob.analytic.reference import Array
@@ -55,6 +55,13 @@ def test_a_full_slip_is_the_edge_of_the_set(
     assert np.abs(worst / np.linalg.norm(worst) - along).max() <= 1e-5
 
 
+AT_ITS_EDGE = (  # rounding puts this pivot's force beyond its friction limit
+    np.array([1.43820225, 1.43820225, 0.12359551]),
+    np.array([0.04962548 + 0.32029965j, -0.07537453 - 0.32921939j, 0.29962548 + 0.10379332j]),
+)
+
+
+@example(AT_ITS_EDGE, 0, -1.0, 0.0, 1.0)
 @given(supports(), st.integers(0, 2), st.sampled_from([-1.0, 1.0]), ANGLES, st.floats(0, 1))
 def test_a_pivot_is_a_flat_face_of_the_set(
     held: tuple[Array, Complex], about: int, sense: float, angle: float, part: float

@@ -148,7 +148,8 @@ class _Dissipation:
         square = self._square(corner)
         needed = -np.linalg.solve(square.T, gradient)
         size = np.linalg.norm(needed)
-        if size <= self.limits[corner]:
+        # At the limit itself rounding decides; what lies below the corner is then of second order.
+        if size <= (1.0 + EDGE) * self.limits[corner]:
             return None
         return np.asarray(np.linalg.solve(square, needed / size))
 

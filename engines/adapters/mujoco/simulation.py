@@ -152,7 +152,7 @@ def take_steps(
         while taken < steps and diverged is None:
             n = min(block, steps - taken)
             out = rows if n == rows.shape[1] else np.empty((1, n, len(start)))
-            first = start if taken == 0 else rows[0, -1]
+            first = start if taken == 0 else rows[0, -1].copy()  # rows are written over
             # each call starts the solver cold, unless given where the last one ended
             warm = data.qacc_warmstart[None].copy() if taken else None
             ctrl = None
