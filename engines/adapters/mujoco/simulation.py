@@ -167,7 +167,7 @@ def take_steps(
             inside = (kept > taken) & (kept <= taken + n)
             states[inside] = out[0, kept[inside] - taken - 1]
             if (bad := _first_bad(data, out[0], first)) is not None:
-                diverged = taken + bad + 1
+                diverged = min(taken + bad + 1, steps)
             rows, taken = out, taken + n
     good = kept < (steps + 1 if diverged is None else diverged)
     return Course(kept[good], states[good], diverged or taken, seconds, diverged)
@@ -211,14 +211,14 @@ def reliable(states: Array) -> bool:
 
 
 def _first_bad(data: mujoco.MjData, rows: Array, before: Array) -> int | None:
-    """Index of the first row that the engine itself rejects: after a warning it repeats a row."""
+    """Index of the first row that the engine itself rejects: after a warning it repeats a row, the
+    first time in the next block where the warning came with the last row of this one."""
     if not any(warning.number for warning in data.warning):
         return None if reliable(rows[-1]) else _first_unreliable(rows)
     stalled = np.flatnonzero(np.diff(rows[:, 0], prepend=before[0]) <= 0.0)
-    found = [len(rows) - 1, _first_unreliable(rows)]
-    return int(min([*found, *stalled[:1]]))
+    return int(min(_first_unreliable(rows), *stalled[:1], len(rows)))
 
 
 def _first_unreliable(rows: Array) -> int:
     good = np.all(np.abs(rows) < LARGEST, axis=1)
-    return int(np.argmin(good)) if not good.all() else len(rows) - 1
+    return int(np.argmin(good)) if not good.all() else len(rows)
