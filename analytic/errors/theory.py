@@ -1,4 +1,4 @@
-"""What a theory of discretisation errors says of one motion, and where it says nothing."""
+"""Predicted discretisation errors of one motion, and where there is no prediction."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class StepErrors:
 
 @dataclass(frozen=True)
 class NoTheory:
-    """An `ErrorTheory` that says nothing of any scheme."""
+    """An `ErrorTheory` without a prediction for any scheme."""
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """Empty."""

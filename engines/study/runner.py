@@ -44,7 +44,7 @@ MOST_STEPS = MappingProxyType({"quick": 25_000, "full": 1_000_000})
 """Of one run; quick: 50 s at MuJoCo's own 2 ms."""
 _REPEATS = MappingProxyType({"quick": 5, "full": 9})
 _BUDGET = MappingProxyType({"quick": 0.004, "full": 0.05})  # [s] of wall time for one timing
-_ADAPTIVE_WORK = 1e5  # steps that the tolerances of an adaptive method are worth, roughly
+_ADAPTIVE_WORK = 1e5  # equivalent number of steps for the tolerances of an adaptive method, roughly
 
 
 @dataclass(frozen=True)

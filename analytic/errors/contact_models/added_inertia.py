@@ -39,7 +39,7 @@ from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_reference import condition_number
 
 DRIVE_ROUNDINGS = 16  # of what drives the slider's joint
-TIME_ROUNDINGS = 4  # of the times at which its velocity is asked for, which grow
+TIME_ROUNDINGS = 4  # of the times at which its velocity is evaluated, at most the duration
 POINTS = 200  # of a pendulum's motion that are looked at
 
 

@@ -29,7 +29,8 @@ ROUNDINGS = 8  # from positions to a velocity: calibrated, see THEORY.md, sectio
 
 @dataclass(frozen=True)
 class SequentialImpulse:
-    """How an engine of sequential impulses models the capsule: all that theory asks it for."""
+    """How an engine of sequential impulses models the capsule: all that theory needs to know of
+    it."""
 
     model: Literal["feet", "pivots", "side"]
     """Supports as small bodies with friction joints and pins; as friction joints on the body; or

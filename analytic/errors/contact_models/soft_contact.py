@@ -35,8 +35,8 @@ class NormalContact:
 
 @dataclass(frozen=True)
 class SoftContact:
-    """Contacts, or a joint's dry friction, regularised at one step: all that theory asks about
-    them. An adapter fills it in from what its engine does."""
+    """Contacts, or a joint's dry friction, regularised at one step: all that theory needs to know
+    of them. An adapter fills it in for its engine."""
 
     step: float  # [s]
     slip_compliance: float  # drift [m/s] of what sticks per friction force on it [N]

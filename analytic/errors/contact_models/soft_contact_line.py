@@ -252,8 +252,8 @@ def _coupled_loads(
 def _deflection(motion: LineMotion, contact: SoftContact, normal: NormalContact) -> Deflection:
     """The quasi-static deflections of `motion`.
 
-    Friction that sets in, or lets go, below C tips the body, and within some steps all is at rest
-    again: nothing is left of it but the tilt, and a turn by f I/J of its part across the motion.
+    Friction that starts or ends, acting below C, tilts the body, which is at rest again within some
+    steps: only the tilt remains, and a turn by f I/J of its part across the motion.
     """
     capsule, compliance = motion.problem.setup.capsule, normal.compliance
     times, loads, slid = motion.loads()

@@ -25,7 +25,7 @@ QUADRATURE = 64  # Gauss points per segment: its polynomials have degree 30 at m
 @dataclass(frozen=True)
 class Balance:
     """Relative residuals of energy, momentum and angular momentum about the ground's origin, each
-    over all that was exchanged; `friction_work` and `actuator_work` [J] over the whole motion."""
+    over the total exchange; `friction_work` and `actuator_work` [J] over the whole motion."""
 
     energy: float
     momentum: float

@@ -34,7 +34,7 @@ IMPEDANCE = 1e-4  # the least that MuJoCo takes: the normal's regularisation is 
 SOFTENING = 1e2  # a factor on that regularisation, set after compiling
 PLANE_SOFTENING = 1e8  # the same in the plane: with 1e2, turns of epsilon 0.03 chatter
 REGULARISATION_RATIO = 1e9  # of the normal's regularisation over friction's
-TOLERANCE = 1e-16  # of the solver: hardly an iteration more than the default 1e-8
+TOLERANCE = 1e-16  # of the solver: takes barely more iterations than the default 1e-8
 DEFAULT_TOLERANCE = 1e-8
 
 JOINT_IMPEDANCE = 0.9999  # of the reduced model's joint friction: the most that MuJoCo takes

@@ -23,7 +23,7 @@ from plumbob.models.scene import Case
 
 SMALLEST = 100 * float(np.finfo(float).eps)  # relative tolerance below which scipy refuses
 SOLVERS: tuple[type[Any], ...] = (DOP853, Radau, LSODA)
-HUGE = 1e10  # a coordinate or rate (SI) beyond which nothing is worth following
+HUGE = 1e10  # a coordinate or rate (SI) beyond which a run has diverged
 
 
 def prepared(case: Case, method: Method, step: float) -> FixedStepSimulation | AdaptiveSimulation:
