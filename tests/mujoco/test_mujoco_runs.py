@@ -130,6 +130,7 @@ def test_without_capture_the_engine_would_write_a_file(
 ) -> None:
     # sensitivity: the warning above does reach the disk if it is not captured
     monkeypatch.chdir(tmp_path)
+    mujoco.set_mju_user_warning(None)  # whatever ran before in this process
     model = mujoco.MjModel.from_xml_string(HINGE.format(joint="", contype=0, more=""))
     data = mujoco.MjData(model)
     data.qpos[0] = np.nan
