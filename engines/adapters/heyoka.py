@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.errors.schemes import ADAPTIVE, Scheme
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.adapters.sampling import SAMPLES
@@ -22,7 +23,7 @@ from plumbob.engines.method import Engine, Method, Simulation, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
-SMALLEST = 2.0**-52
+SMALLEST = ULP
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 17, 2))
 SMOOTH = ("*-pendulum",)
 METHODS = (Method("heyoka/taylor", Scheme(ADAPTIVE), None, "tolerance", {}, TOLERANCES, SMOOTH),)
