@@ -18,6 +18,7 @@ from plumbob.reports.judge.recommend import Choice, Recommendation, cheapest
 
 if TYPE_CHECKING:
     from plumbob.reports.judge.user_settings import UserResult
+    from plumbob.reports.judge.verdict import Judgements
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -45,7 +46,7 @@ def command(chosen: argparse.Namespace) -> int:
         study = store.load(file, scene=name) or _measured(name)
     if own is not None:
         study = _with_own(study, name, own)
-    found = cheapest(study, name, error)
+    found = cheapest(study, name, error, _judged(study))
     if chosen.json:
         answer = asdict(found) | ({"user_settings": _user_settings(study)} if chosen.like else {})
         json.dump(values.plain(answer), sys.stdout, indent=1)
@@ -57,6 +58,12 @@ def command(chosen: argparse.Namespace) -> int:
 
             print(*lines(_own_settings(study)), sep="\n")
     return 0 if found.choice else 1
+
+
+def _judged(study: Study) -> Judgements:
+    from plumbob.reports.judge.verdict import judge_study
+
+    return judge_study(study)
 
 
 def _measured(name: str) -> Study:
@@ -82,9 +89,8 @@ def _with_own(study: Study, name: str, own: Method) -> Study:
 
 def _own_settings(study: Study) -> tuple[UserResult, ...]:
     from plumbob.reports.judge.user_settings import user_results
-    from plumbob.reports.judge.verdict import judge_study
 
-    return user_results(study, judge_study(study))
+    return user_results(study, _judged(study))
 
 
 def _user_settings(study: Study) -> list[dict[str, Any]]:

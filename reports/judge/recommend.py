@@ -9,7 +9,9 @@ is extrapolated.
 
 Only step sizes that were run count where theory has no series in the step for the error, as where
 a discontinuity inside a step makes it a sawtooth; and for an adaptive solver, whose error jumps
-from one tolerance to the next. A closed form is no simulation: it is left out.
+from one tolerance to the next. A closed form is no simulation: it is left out. So is a method whose
+error on the scene does not converge, or is off what theory says: that one of its runs came near the
+exact answer says nothing of the next.
 """
 
 from __future__ import annotations
@@ -23,9 +25,11 @@ from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import DEFAULT, ConvergenceStudy
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import unknown as unknown_name
+from plumbob.reports.judge.verdict import Judgements
 from plumbob.reports.judge.work_precision import Point, of_method, points
 
 DEFAULT_METHOD, DEFAULT_STEP = DEFAULT
+UNTRUSTED = ("fail", "not-converging", "diverged")  # verdicts that rule a method out
 EXACT = "closed-form"  # the scheme of what is no simulation, and is not recommended as one
 _DIGITS = 2  # of an interpolated step, rounded down
 # Between two step sizes a run ends up to half a step earlier or later than theirs do, and its
@@ -61,26 +65,33 @@ class Recommendation:
     defaults: tuple[Choice, ...]  # MuJoCo's default settings, and the chosen method at its step
 
 
-def cheapest(study: Study, scene: str, error: float) -> Recommendation:
+def cheapest(
+    study: Study, scene: str, error: float, judged: Judgements | None = None
+) -> Recommendation:
     """The cheapest method and step that keep `scene` within `error` (in the unit of its leading
-    observable) in the measurements of `study`; raises ParameterError for an error that is not
-    positive and a scene that was not measured."""
+    observable) in the measurements of `study`, of methods that `judged` does not rule out; raises
+    ParameterError for an error that is not positive and a scene that was not measured."""
     positive("error", error)
     names = [s.name for s in study.scenes]
     if scene not in names:
         raise ParameterError("scene", scene, unknown_name(scene, names))
     leading = study.leading(scene)
     exact = {method.name for method in study.methods if method.scheme.integrator == EXACT}
-    found = [p for p in points(study, scene) if p.method not in exact]
+    every = [p for p in points(study, scene) if p.method not in exact]
+    found = [p for p in every if trusted(judged, scene, p.method)]
     curves = [
         (
             method,
-            _envelope(of_method(found, method)),
+            _envelope(of_method(every, method)),
             _steepest(study.convergence, scene, method, leading.name),
         )
         for method in study.methods
     ]
-    reached = [c for curve in curves if (c := _coarsest(*curve, error)) is not None]
+    reached = [
+        c
+        for curve in curves
+        if trusted(judged, scene, curve[0].name) and (c := _coarsest(*curve, error)) is not None
+    ]
     reached.sort(key=lambda choice: choice.ns_per_second)
     choice = reached[0] if reached else None
     by_engine: dict[str, Choice] = {}
@@ -102,6 +113,12 @@ def cheapest(study: Study, scene: str, error: float) -> Recommendation:
         chosen(by_name[best.method], best) if best else None,
         tuple(sorted(defaults, key=lambda c: c.method != DEFAULT_METHOD)),
     )
+
+
+def trusted(judged: Judgements | None, scene: str, method: str) -> bool:
+    """Whether nothing is known against a method on a scene."""
+    pair = (judged or {}).get((scene, method))
+    return pair is None or pair.whole.verdict not in UNTRUSTED
 
 
 def _envelope(curve: Sequence[Point]) -> tuple[Point, ...]:

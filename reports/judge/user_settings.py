@@ -12,7 +12,7 @@ from plumbob.engines.method import USER_METHOD
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Study
-from plumbob.reports.judge.recommend import EXACT, Choice, cheapest, chosen
+from plumbob.reports.judge.recommend import EXACT, Choice, cheapest, chosen, trusted
 from plumbob.reports.judge.verdict import Judgement, Judgements
 from plumbob.reports.judge.work_precision import Point, points
 
@@ -51,7 +51,11 @@ def user_results(study: Study, judged: Judgements) -> tuple[UserResult, ...]:
     rest = replace(
         study,
         methods=tuple(m for m in study.methods if m.name != USER_METHOD),
-        convergence=tuple(c for c in study.convergence if c.method != USER_METHOD),
+        convergence=tuple(
+            c
+            for c in study.convergence
+            if c.method != USER_METHOD and trusted(judged, c.scene, c.method)
+        ),
     )
     return tuple(
         _of_scene(study, rest, c, judged[c.scene, USER_METHOD].whole)

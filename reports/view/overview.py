@@ -57,13 +57,13 @@ def _the_only(verdicts: set[Verdict]) -> Verdict | None:
     return next(iter(verdicts)) if len(verdicts) == 1 else None
 
 
-def recommendations(study: Study) -> Table | None:
+def recommendations(study: Study, judged: Judgements) -> Table | None:
     """The cheapest method for each wanted error, a row a scene; None where nothing was timed."""
     if not study.costs:
         return None
     rows = []
     for scene in study.scenes:
-        found = [cheapest(study, scene.name, error) for error in ERRORS]
+        found = [cheapest(study, scene.name, error, judged) for error in ERRORS]
         unit = f"{found[0].observable} [{found[0].unit}]"
         name = Cell(scene.name, "scene", scene.summary, anchor(scene.name))
         default = next(iter(found[0].defaults), None)
@@ -75,19 +75,20 @@ def recommendations(study: Study) -> Table | None:
              "MuJoCo, default settings")  # fmt: skip
     note = (
         "From measured curves, on their upper envelope, interpolated and never extrapolated. "
+        "Methods that do not converge, or are off what theory says, are left out. "
         "The real-time factor is simulated time over computing time. Hover for the runner-up and "
         "for other engines. MuJoCo's default settings are Euler steps of 2 ms: the error they give."
     )
     return Table("The cheapest method and step for a wanted error", heads, tuple(rows), note)
 
 
-def scene_recommendations(study: Study, scene: str) -> Table | None:
+def scene_recommendations(study: Study, scene: str, judged: Judgements) -> Table | None:
     """The same for one scene, with runner-up, and what MuJoCo's default step gives."""
     if not study.costs:
         return None
     rows = []
     for error in ERRORS:
-        answer = cheapest(study, scene, error)
+        answer = cheapest(study, scene, error, judged)
         wanted = Cell(f"{notation.short(error)} {answer.unit}", "number")
         if answer.choice is None:
             best = answer.best
@@ -111,7 +112,7 @@ def scene_recommendations(study: Study, scene: str) -> Table | None:
                 Cell("; ".join(_said(c) for c in answer.by_engine[1:] if c != second) or "–"),
             )
         )
-    first = cheapest(study, scene, ERRORS[0])
+    first = cheapest(study, scene, ERRORS[0], judged)
     note = "".join(
         f"The error of MuJoCo with default settings ({_said(c)} real time) is "
         f"{notation.number(c.error)} {first.unit}."

@@ -109,7 +109,7 @@ def render(
         counts=_counts(found.values()),
         user_settings=own_table(user_results(study, found)),
         verdicts=[overview.verdicts(view.system, study, found) for view in views],
-        recommendations=overview.recommendations(study),
+        recommendations=overview.recommendations(study, found),
         styles=styles(study.methods),
         provenance=study.provenance,
         number=notation.number,
@@ -170,7 +170,7 @@ def _scene(
     ran = [c.method for c in convergence if any(m.status == "done" for m in c.measurements)]
     first = (
         tables.summary(system, convergence, judged, methods),
-        overview.scene_recommendations(study, scene.name),
+        overview.scene_recommendations(study, scene.name, found),
     )
     rest = (
         tables.orders(convergence, methods),

@@ -19,6 +19,7 @@ from plumbob.engines.study.measurement import Prediction
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import step_sizes
 from plumbob.reports.judge.recommend import cheapest
+from plumbob.reports.judge.verdict import Judged, Judgement, Verdict
 from plumbob.tests.support.studies import SCENE, made_up
 
 STEPS = step_sizes(5e-3, 1e-5)
@@ -189,3 +190,19 @@ def test_where_theory_has_no_series_only_steps_that_were_run_count() -> None:
         choice = cheapest(changed, SCENE, 5e-3).choice
         assert choice is not None
         assert (choice.step, choice.measured) == (5e-4, True)
+
+
+@pytest.mark.parametrize("verdict", ["not-converging", "fail", "diverged"])
+def test_a_method_that_does_not_converge_is_never_recommended(verdict: Verdict) -> None:
+    study = made_up([(FIRST, STEPS, lambda h: 1e-9), (FOURTH, STEPS, lambda h: 1e8 * h**4)])
+    verdicts = {
+        (SCENE, name): Judged(Judgement(found, {}, ""), ())
+        for name, found in ((FIRST.name, verdict), (FOURTH.name, "pass"))
+    }
+    open_to_all = cheapest(study, SCENE, 1e-3)
+    assert open_to_all.choice is not None
+    assert open_to_all.choice.method == FIRST.name
+    found = cheapest(study, SCENE, 1e-3, verdicts)
+    named = (found.choice, found.runner_up, *found.by_engine, found.best)
+    assert {choice.method for choice in named if choice is not None} == {FOURTH.name}
+    assert cheapest(one(FIRST, lambda h: 1e-9), SCENE, 1e-3, verdicts).choice is None
