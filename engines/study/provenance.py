@@ -32,6 +32,15 @@ def provenance(command: str) -> Provenance:
     return Provenance(versions, machine(), date, command)
 
 
+def changed_since(stored: Provenance) -> tuple[str, ...]:
+    """What has another version here than in a stored study, as "mujoco 3.17.0, here 3.18.0"."""
+    return tuple(
+        f"{package} {then}, here {now}"
+        for package, then in stored.versions.items()
+        if package not in ("plumbob", "Python", "plotly") and (now := _version(package)) != then
+    )
+
+
 def machine() -> Mapping[str, str]:
     """Processor, cores and operating system of this machine."""
     return {

@@ -21,6 +21,8 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import system_of
 from plumbob.models.scene import Observable, Scene
 
+Observables = tuple[Observable, ...]
+
 
 @dataclass(frozen=True)
 class Study:
@@ -33,16 +35,20 @@ class Study:
     costs: Mapping[Key, Cost]
     reference_step: float  # [ns] of a bare step of an empty model, in this study
     seconds: Mapping[str, float]  # wall time of the two halves, "errors" and "costs"
-    leads: Mapping[str, Observable] = field(default_factory=dict)
-    """The leading observable of each scene, so that a reader need not load every system."""
+    observed: Mapping[str, Observables] = field(default_factory=dict)
+    """The observables of each scene, so that a reader need not load every system."""
     extras: Mapping[Request, Result] = field(default_factory=dict)  # what findings declared
     provenance: Provenance = field(default_factory=Provenance)
 
+    def observables(self, scene: str) -> Observables:
+        """The observables of a scene, the leading one first."""
+        if scene in self.observed:
+            return self.observed[scene]
+        return system_of(next(s for s in self.scenes if s.name == scene)).observables
+
     def leading(self, scene: str) -> Observable:
         """The observable that orders and verdicts of a scene lead with."""
-        if scene in self.leads:
-            return self.leads[scene]
-        return system_of(next(s for s in self.scenes if s.name == scene)).observables[0]
+        return self.observables(scene)[0]
 
     def recording(self, request: ExtraRun) -> Trajectory | None:
         """The recording of a declared run; None where the engine is missing, the method is not

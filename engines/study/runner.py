@@ -101,7 +101,7 @@ def run_study(
     return Study(
         profile, plan.scenes, plan.methods, tuple(convergence), measured, unit,
         {"errors": between - begin, "costs": time.perf_counter() - between},
-        {scene.name: system_of(scene).observables[0] for scene in scenes},
+        {scene.name: system_of(scene).observables for scene in scenes},
         {request: results[request] for request in asked},
         provenance(command),
     )  # fmt: skip

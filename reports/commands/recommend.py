@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from plumbob.engines.method import Method
 from plumbob.engines.study import store
+from plumbob.engines.study.provenance import changed_since
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.commands import values
@@ -48,16 +49,32 @@ def command(chosen: argparse.Namespace) -> int:
         study = _with_own(study, name, own)
     found = cheapest(study, name, error, _judged(study))
     if chosen.json:
-        answer = asdict(found) | ({"user_settings": _user_settings(study)} if chosen.like else {})
+        study_of = {"date": study.provenance.date, "versions": study.provenance.versions}
+        answer = asdict(found) | {"study": study_of}
+        answer |= {"user_settings": _user_settings(study)} if chosen.like else {}
         json.dump(values.plain(answer), sys.stdout, indent=1)
         print()
     else:
         _print(found)
+        print(f"  measured   {_measured_when(study)}")
         if chosen.like:
             from plumbob.reports.view.user_settings import lines
 
             print(*lines(_own_settings(study)), sep="\n")
+    if changed := changed_since(study.provenance):
+        print(
+            f"plumbob: measured with other versions: {'; '.join(changed)}; "
+            f"run `plumbob validate --scenes {name}` again",
+            file=sys.stderr,
+        )
     return 0 if found.choice else 1
+
+
+def _measured_when(study: Study) -> str:
+    """Date and engine versions of a study, for a reader to doubt."""
+    names = dict.fromkeys(method.engine for method in study.methods)
+    versions = [f"{n} {v}" for n in names if (v := study.provenance.versions.get(n))]
+    return ", ".join([study.provenance.date or "now", *versions])
 
 
 def _judged(study: Study) -> Judgements:

@@ -8,14 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Literal, Protocol
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement, ObservedError, floor
 from plumbob.engines.study.results import Study
-from plumbob.models.registry import systems
-from plumbob.models.scene import System
+from plumbob.models.scene import Observable
 from plumbob.reports.judge.tolerance import Tolerance, missed, tolerance
 
 Verdict = Literal["pass", "fail", "not-converging", "diverged", "unsupported", "missing", "coarse"]
@@ -43,19 +42,36 @@ class Judged:
     runs: tuple[Judgement, ...]
 
 
+class Observed(Protocol):
+    """What has observables, the leading one first: a system, or what a study keeps of it."""
+
+    @property
+    def observables(self) -> tuple[Observable, ...]:
+        """Names and units."""
+        ...
+
+
+@dataclass(frozen=True)
+class StoredObservables:
+    """The observables of a scene as a study keeps them."""
+
+    observables: tuple[Observable, ...]
+
+
 Judgements = Mapping[tuple[str, str], Judged]  # by scene and method
 
 
 def judge_study(study: Study) -> Judgements:
     """The verdicts on everything that a study measured; each run is judged once."""
-    methods, known = {m.name: m for m in study.methods}, systems()
+    methods = {m.name: m for m in study.methods}
+    observed = {s.name: StoredObservables(study.observables(s.name)) for s in study.scenes}
     return {
-        (c.scene, c.method): judged(c, known[c.scene.partition("/")[0]], methods[c.method])
+        (c.scene, c.method): judged(c, observed[c.scene], methods[c.method])
         for c in study.convergence
     }
 
 
-def judged(found: ConvergenceStudy, system: System, method: Method) -> Judged:
+def judged(found: ConvergenceStudy, system: Observed, method: Method) -> Judged:
     """The verdict on a method on a scene, from those on its runs."""
     runs = tuple(judge(m, system, method) for m in found.measurements)
     several = _Runs(found.measurements, runs, system.observables[0].name)
@@ -63,13 +79,13 @@ def judged(found: ConvergenceStudy, system: System, method: Method) -> Judged:
     return Judged(replace(whole, cut=found.cut), runs)
 
 
-def judge_convergence(found: ConvergenceStudy, system: System, method: Method) -> Judgement:
+def judge_convergence(found: ConvergenceStudy, system: Observed, method: Method) -> Judgement:
     """The verdict on a method on a scene: the worst of its runs, but for steps too large for the
     theory, if a finer one is within tolerance."""
     return judged(found, system, method).whole
 
 
-def judge(found: Measurement, system: System, method: Method) -> Judgement:
+def judge(found: Measurement, system: Observed, method: Method) -> Judgement:
     """Compare one run with its tolerances; `coarse` where theory does not reach its step."""
     run = _Run(found, system, method)
     return next(verdict for rule in _RULES_OF_A_RUN if (verdict := rule(run)) is not None)
@@ -80,7 +96,7 @@ class _Run:
     """A run with what its rules ask of it."""
 
     found: Measurement
-    system: System
+    system: Observed
     method: Method
 
     @property

@@ -17,6 +17,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import methods
 from plumbob.engines.study import store
 from plumbob.engines.study.measurement import ObservedError
+from plumbob.engines.study.provenance import provenance
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes
@@ -101,7 +102,7 @@ def test_every_kind_of_float_comes_back(study: Study, tmp_path: Path) -> None:
 
 
 def test_every_scene_and_method_comes_back(study: Study, tmp_path: Path) -> None:
-    whole = replace(study, scenes=scenes(), methods=methods(), leads={})
+    whole = replace(study, scenes=scenes(), methods=methods(), observed={})
     back = store.load(tmp_path / "new", _save(whole, tmp_path / "new"))
     assert back is not None
     assert back.methods == whole.methods
@@ -142,6 +143,20 @@ def test_recommend_answers_from_what_is_stored(
     assert main(["recommend", SCENE, "--error", "1e-30", "--out", str(tmp_path)]) == 1
     assert "the best" in capsys.readouterr().out
     assert main(["recommend", SCENE, "--error", "-1", "--out", str(tmp_path)]) == 2
+
+
+def test_recommend_says_when_and_with_what_was_measured(
+    study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    here = provenance("plumbob validate")
+    old = replace(here, date="1999-12-31 00:00 UTC", versions={**here.versions, "mujoco": "2.0.0"})
+    store.save(replace(study, provenance=old), tmp_path / store.FILE)
+    assert main(["recommend", SCENE, "--error", "1e-6", "--out", str(tmp_path)]) == 0
+    captured = capsys.readouterr()
+    assert "1999-12-31 00:00 UTC" in captured.out
+    assert "mujoco 2.0.0" in captured.out
+    assert f"mujoco 2.0.0, here {here.versions['mujoco']}" in captured.err
+    assert captured.err.count("\n") == 1
 
 
 HEAVY = ("scipy", "mujoco", "pymunk", "numpy_quaddtype", "plotly", "jinja2", "rich")
