@@ -1,4 +1,4 @@
-"""What `validate` tells a person and a CI system: exit codes, JUnit XML, and the terminal."""
+"""What `validate` and `run` tell a person and a CI system: exit codes, JUnit XML, the terminal."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from plumbob.models.scene import Case
 from plumbob.reports.cli import main
 from plumbob.reports.judge import expectations
 from plumbob.reports.judge.expectations import Expectation, as_expected, refused, standing
-from plumbob.reports.judge.verdict import NO_STEP_FITS, Judgement
+from plumbob.reports.judge.verdict import NO_STEP_FITS, Judgement, Verdict
 from plumbob.reports.view import notation
 
 CONE, LINE, TURN = "cone-pendulum/deep-well", "capsule-line/ca1", "capsule-turn/0.3"
@@ -202,3 +202,52 @@ def test_verbose_adds_reasons_intervals_and_costs(validate: Validate) -> None:
     assert "cost of a step" in verbose.out
     assert re.search(r"\d ns$", verbose.out, re.MULTILINE)
     assert re.search(r"stays at \S+, [\d.e+]{1,8} times the round-off level", verbose.out)
+
+
+RUN = ("run", CONE, "ode/rk4", "--step", "1e-3")
+
+
+def test_run_of_an_unexpected_verdict_is_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert main(RUN) == 0
+    declare(monkeypatch, Expectation("cone-*", "ode/rk4", "fail", "a limit of old"))
+    assert main(RUN) == 1
+
+
+def test_run_of_what_is_declared_unsupported_is_as_expected() -> None:
+    assert main(("run", TURN, "exact/closed-form", "--step", "1e-10")) == 0
+
+
+def test_run_of_a_missing_engine_is_exit_code_3(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
+    assert main(RUN) == 3
+
+
+@pytest.mark.parametrize(
+    ("method", "verdict", "cut", "accepted"),
+    [
+        ("ode/rk4", "pass", False, True), ("ode/rk4", "coarse", False, False),
+        ("ode/rk4", "coarse", True, True), ("ode/dop853", "coarse", False, True),
+        ("ode/rk4", "fail", True, False), ("ode/rk4", "not-converging", True, False),
+        ("ode/rk4", "diverged", True, False),
+    ],
+)  # fmt: skip
+def test_what_is_accepted_of_a_scene_that_is_not_hard(
+    method: str, verdict: Verdict, cut: bool, accepted: bool
+) -> None:
+    found = Judgement(verdict, {}, "a reason", cut)
+    assert as_expected(find_scene(CONE), registry.method(method), found) == accepted
+    means = standing(find_scene(CONE), registry.method(method), found)
+    assert (means == "unexpected") == (not accepted)
+    assert (means == "pre-asymptotic") == (accepted and verdict == "coarse")
+
+
+@pytest.mark.parametrize(
+    ("verdict", "cut", "accepted"),
+    [("not-converging", False, True), ("fail", True, True), ("fail", False, False),
+     ("pass", False, False), ("diverged", True, False)],
+)  # fmt: skip
+def test_what_is_accepted_of_a_known_limit(verdict: Verdict, cut: bool, accepted: bool) -> None:
+    found = Judgement(verdict, {}, "a reason", cut)
+    how = registry.method("mujoco/euler")
+    assert as_expected(find_scene(LINE), how, found) == accepted
+    assert standing(find_scene(LINE), how, found) == ("known limit" if accepted else "unexpected")
