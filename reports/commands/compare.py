@@ -1,21 +1,28 @@
-"""plumbob compare: two studies: which errors, verdicts and costs have moved."""
+"""plumbob compare: two studies: versions, and which errors, verdicts and costs have moved."""
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
-from plumbob.engines.study.measurement import floor
+from plumbob.engines.study.cost import Key
+from plumbob.engines.study.measurement import Measurement, floor
+from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
+from plumbob.models.registry import systems
 from plumbob.reports.commands import values
 from plumbob.reports.judge.verdict import judge_study
 
-MOVED = 1e-3  # of an error, beside what rounding explains: the same code gives the same bits
+MOVED = 1e-9  # of an error, beside what rounding explains: the same code gives the same bits
 COSTS_MORE = 1.25  # of a cost in reference step times, beyond the quartiles of both
 
 
@@ -24,22 +31,65 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     word = "a results folder or a file of stored studies; FILE#N for the study of that number"
     parser.add_argument("old", metavar="OLD", help=word)
     parser.add_argument("new", metavar="NEW", help="the same")
+    parser.add_argument(
+        "--fail-above", metavar="PERCENT", dest="above",
+        help="exit with 1 when an error has grown by more than this: 5%%, or 0.05",
+    )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print what moved; 1 when a verdict did."""
+    """Print what moved; 1 when a verdict did, or an error grew by more than is allowed."""
+    above = math.inf if chosen.above is None else _fraction(chosen.above)
     old, new = _study("OLD", chosen.old), _study("NEW", chosen.new)
-    moved = [*_verdicts(old, new), *_errors(old, new), *_costs(old, new)]
+    moved = [*_verdicts(old, new), *_presence(old, new), *_errors(old, new), *_costs(old, new)]
+    versions = _versions(old.provenance, new.provenance)
     if chosen.json:
-        json.dump(values.plain(moved), sys.stdout, indent=1)
+        json.dump(values.plain([*versions, *moved]), sys.stdout, indent=1)
         print()
     else:
+        for name, study in (("old", old), ("new", new)):
+            print(f"{name}: {_made_with(study.provenance)}")
+        for row in versions:
+            print(f"{row['what']}: {row['old']} -> {row['new']}")
         for row in moved:
-            print(f"{row['scene']} {row['method']}: {row['what']} {row['old']} -> {row['new']}")
+            print(f"{row['scene']} {row['method']}: {row['what']} {_said(row)}")
         if not moved:
             print("nothing has moved")
-    return 1 if any(row["what"] == "verdict" for row in moved) else 0
+    if any(row["what"] == "verdict" for row in moved):
+        return 1
+    grown = [row for row in moved if row["growth"] is not None and row["growth"] > above]
+    if grown and not chosen.json:
+        print(f"{len(grown)} errors have grown by more than {chosen.above}")
+    return 1 if grown else 0
+
+
+def _fraction(text: str) -> float:
+    """5% or 0.05 as a fraction, 0 or more; raises ParameterError."""
+    try:
+        found = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+    except ValueError:
+        found = math.nan
+    if not 0.0 <= found < math.inf:
+        raise ParameterError("fail-above", text, "a percentage such as 5%, or a fraction: 0.05")
+    return found
+
+
+def _made_with(found: Provenance) -> str:
+    versions = (f"{name} {v}" for name, v in found.versions.items() if v != "not installed")
+    return ", ".join([found.date or "no date", *versions])
+
+
+def _versions(old: Provenance, new: Provenance) -> list[dict[str, Any]]:
+    names = dict.fromkeys((*old.versions, *new.versions))
+    both = ((n, old.versions.get(n, "unknown"), new.versions.get(n, "unknown")) for n in names)
+    return [_row(("", ""), f"version of {n}", was, now) for n, was, now in both if was != now]
+
+
+def _said(row: Mapping[str, Any]) -> str:
+    growth = row["growth"]
+    known = growth is not None and math.isfinite(growth)
+    return f"{row['old']} -> {row['new']}" + (f" ({100.0 * growth:+.2g} %)" if known else "")
 
 
 def _study(name: str, text: str) -> Study:
@@ -66,20 +116,61 @@ def _judged(study: Study) -> dict[tuple[str, str], str]:
     return {pair: found.whole.verdict for pair, found in judge_study(study).items()}
 
 
-def _errors(old: Study, new: Study) -> list[dict[str, Any]]:
-    before = {(m.scene, m.method, m.step): m for c in old.convergence for m in c.measurements}
+def _presence(old: Study, new: Study) -> list[dict[str, Any]]:
+    """The pairs, and the steps of pairs, that one of the studies alone has."""
+    before, after = ({(c.scene, c.method): _steps(c.measurements) for c in s.convergence}
+                     for s in (old, new))  # fmt: skip
     rows = []
-    for now in (m for c in new.convergence for m in c.measurements):
-        then = before.get((now.scene, now.method, now.step))
-        for name, error in now.errors.items():
-            if then is None or name not in then.errors:
-                continue
-            past = then.errors[name]
-            allowed = MOVED * past.largest + floor(past, then.steps) + floor(error, now.steps)
-            if abs(error.largest - past.largest) > allowed:
-                what = f"{name} error at {now.step:g}"
-                rows.append(_row((now.scene, now.method), what, past.largest, error.largest))
+    for pair in dict.fromkeys((*before, *after)):
+        if pair not in after:
+            rows.append(_row(pair, "measured", "yes", "no"))
+        elif pair not in before:
+            rows.append(_row(pair, "measured", "no", "yes"))
+        elif before[pair] != after[pair]:
+            gone, come = (_listed(a[pair], b[pair]) for a, b in ((before, after), (after, before)))
+            rows.append(_row(pair, "steps of one study alone:", gone, come))
     return rows
+
+
+def _steps(runs: tuple[Measurement, ...]) -> tuple[float, ...]:
+    return tuple(m.step for m in runs)
+
+
+def _listed(steps: tuple[float, ...], others: tuple[float, ...]) -> str:
+    return ", ".join(f"{step:g}" for step in steps if step not in others) or "none"
+
+
+def _errors(old: Study, new: Study) -> Iterator[dict[str, Any]]:
+    """The errors that moved by more than rounding explains, and runs that ended otherwise."""
+    before = {(m.scene, m.method, m.step): m for c in old.convergence for m in c.measurements}
+    known = systems()
+    for now in (m for c in new.convergence for m in c.measurements):
+        if (then := before.get((now.scene, now.method, now.step))) is None:
+            continue
+        pair, system = (now.scene, now.method), known[now.scene.partition("/")[0]]
+        if then.status != now.status:
+            worse = math.inf if then.status == "done" else None
+            yield _row(pair, f"run at {now.step:g}", then.status, now.status, worse)
+        units = {o.name: o.unit for o in system.observables}
+        for name, error in now.errors.items():
+            if name not in then.errors:
+                continue
+            past = then.errors[name].largest
+            grown = error.largest - past
+            rounded = _round_off(then, name, units) + _round_off(now, name, units)
+            if not abs(grown) <= MOVED * past + rounded:
+                growth = grown / past if past > 0.0 else math.inf
+                yield _row(pair, f"{name} error at {now.step:g}", past, error.largest, growth)
+
+
+def _round_off(run: Measurement, name: str, units: Mapping[str, str]) -> float:
+    """The round-off level of an error; an observable that stays zero has that of others of its
+    unit, or of the largest one."""
+    error = run.errors[name]
+    alike = max(e.scale for n, e in run.errors.items() if units.get(n) == units.get(name))
+    scale = alike or max(e.scale for e in run.errors.values())
+    doubt = max(error.uncertainty, ULP * scale)
+    return floor(replace(error, model={}, uncertainty=doubt), run.steps)
 
 
 def _costs(old: Study, new: Study) -> list[dict[str, Any]]:
@@ -94,6 +185,9 @@ def _costs(old: Study, new: Study) -> list[dict[str, Any]]:
     return rows
 
 
-def _row(pair: tuple[str, str], what: str, old: Any, new: Any) -> dict[str, Any]:
-    short = [f"{v:.4g}" if isinstance(v, float) else v for v in (old, new)]
-    return {"scene": pair[0], "method": pair[1], "what": what, "old": short[0], "new": short[1]}
+def _row(pair: Key, what: str, old: Any, new: Any, growth: float | None = None) -> dict[str, Any]:
+    """A line of the answer; `growth` is that of an error, relative to the old one."""
+    short = [f"{v:.6g}" if isinstance(v, float) else v for v in (old, new)]
+    scene, method = pair
+    return {"scene": scene, "method": method, "what": what, "old": short[0], "new": short[1],
+            "growth": growth}  # fmt: skip

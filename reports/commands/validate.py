@@ -21,10 +21,11 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import Progress, pairs, run_study
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.commands import values
+from plumbob.reports.commands.junit import write_junit
 from plumbob.reports.commands.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.like import add_like, beside, own_method
-from plumbob.reports.commands.records import records, write_junit
+from plumbob.reports.commands.records import records
 from plumbob.reports.judge.expectations import as_expected
 from plumbob.reports.judge.user_settings import user_results
 from plumbob.reports.judge.verdict import Judgements, judge_study
@@ -46,6 +47,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add_like(parser)
     parser.add_argument("--jobs", metavar="N", help="processes for errors (default: all cores)")
     parser.add_argument("--out", metavar="DIR", default="plumbob-out", help="where the page goes")
+    parser.add_argument(
+        "-v", "--verbose", action="store_true", help="print reasons, intervals and step costs too"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object a run")
     parser.add_argument("--junitxml", metavar="FILE", help="write verdicts as JUnit XML")
 
@@ -63,6 +67,7 @@ def command(chosen: argparse.Namespace) -> int:
         _writable(Path(chosen.junitxml).parent)
     from plumbob.reports.findings import requests, section
     from plumbob.reports.view.page import write_page
+    from plumbob.reports.view.terminal import summary_lines
 
     line = shlex.join(["plumbob", *sys.argv[1:]])
     with progress() as show:
@@ -82,12 +87,12 @@ def command(chosen: argparse.Namespace) -> int:
         json.dump(values.plain(records(study, judged, own)), sys.stdout, indent=1)
         print()
     else:
-        _print(study, judged)
+        _print(study, judged, chosen.verbose)
         if own:
             from plumbob.reports.view.user_settings import lines as own_lines
 
             print(f"\nYour settings, {chosen.like}", *own_lines(own), sep="\n")
-        print(f"\n{page}")
+        print("", *summary_lines(study, judged, page), sep="\n")
     return exit_code(study, judged)
 
 
@@ -119,33 +124,15 @@ def surprises(study: Study, judged: Judgements) -> set[Pair]:
     }
 
 
-def _print(study: Study, judged: Judgements) -> None:
-    orders = {(c.scene, c.method): c.order for c in study.convergence}
-    best = {
-        (c.scene, c.method): min(
-            (e.largest for m in c.measurements for e in list(m.errors.values())[:1]), default=None
-        )
-        for c in study.convergence
-    }
-    unexpected = surprises(study, judged)
-    width = max(len(method.name) for method in study.methods) + 2
+def _print(study: Study, judged: Judgements, verbose: bool) -> None:
+    from plumbob.reports.view import terminal
+
+    for line in terminal.unexpected_lines(study, judged):
+        print(line)
     for scene in study.scenes:
-        print(f"\n{scene.name}: {scene.summary}")
-        for method in study.methods:
-            pair = (scene.name, method.name)
-            if pair not in judged:
-                continue
-            order, cost, found = orders[pair], study.costs.get(pair), judged[pair].whole
-            line = f"  {method.name:<{width}}{found.verdict:<16}"
-            if best[pair] is not None:
-                line += f"smallest error {best[pair]:.1e}  "
-            if order:
-                line += f"order {order.slope:.2f} ({order.low:.2f} to {order.high:.2f})  "
-            if cost:
-                line += f"{cost.ns_per_step:.0f} ns/step"
-            if pair in unexpected:
-                line += f"  NOT AS EXPECTED: {found.reason}"
-            print(line.rstrip())
+        table = list(terminal.scene_lines(scene, study, judged, verbose))
+        if table:
+            print("", *table, sep="\n")
 
 
 def _jobs(text: str | None) -> int:

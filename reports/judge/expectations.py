@@ -1,13 +1,17 @@
-"""Known limits, with their reasons: strict, so that a limit that disappears is reported."""
+"""Known limits and unsupported pairs, with their reasons: strict, so that a limit that disappears,
+and an engine that refuses a model without having said so, are reported."""
 
 from __future__ import annotations
 
 import fnmatch
 from dataclasses import dataclass
+from typing import Literal
 
 from plumbob.engines.method import USER_METHOD, Method
 from plumbob.models.scene import Scene
-from plumbob.reports.judge.verdict import Judgement, Verdict
+from plumbob.reports.judge.verdict import NO_STEP_FITS, Judgement, Verdict
+
+Standing = Literal["as expected", "known limit", "pre-asymptotic", "not run", "unexpected"]
 
 
 @dataclass(frozen=True)
@@ -65,6 +69,11 @@ _HIDDEN = f"{_CHATTER}; an Euler step's leak of angular momentum may hide that p
 _VARIES = (
     f"{_CHATTER}; where a plan then ends differs from step to step by more than a plateau shows"
 )
+_NO_CLOSED_FORM = "the reference is a series or a quadrature: there is no closed form"
+_NUMERICAL = (  # scenes whose reference is no closed form
+    *("capsule-coast/spin", "capsule-plan/*", "capsule-turn/*", "simple-pendulum/damped-*"),
+    *("simple-pendulum/forced-*", "simple-pendulum/overdamped"),
+)
 _LONE = (
     "with a lone free body implicitfast takes velocity derivatives of centripetal forces into its"
     " step, as implicit does: another scheme, of first order too, with 2.6 times the error"
@@ -90,6 +99,7 @@ EXPECTATIONS: tuple[Expectation, ...] = (
     *(Expectation("capsule-*", m, "not-converging", _CHATTER) for m in _CONTACTS),
     Expectation("capsule-coast/spin", "mujoco/implicitfast+coulomb", "fail", _LONE),
     Expectation("capsule-line/*", "mujoco/euler+planar", "fail", _EQUAL_LOADS),
+    *(Expectation(s, "exact/closed-form", "unsupported", _NO_CLOSED_FORM) for s in _NUMERICAL),
 )
 
 
@@ -101,14 +111,40 @@ def expected(scene: str, method: str) -> Expectation:
     return Expectation(scene, method, "pass", "")
 
 
+def refused(scene: str, method: str, found: Judgement) -> bool:
+    """Whether an engine did not run a scene though nothing declares it unsupported; a scene of
+    which the profile leaves out every step was not tried, and a user's own settings claim
+    nothing."""
+    if found.verdict != "unsupported" or method == USER_METHOD:
+        return False
+    untried = found.cut and found.reason == NO_STEP_FITS
+    return not untried and not expected(scene, method).allows(found)
+
+
 def as_expected(scene: Scene, method: Method, found: Judgement) -> bool:
-    """Whether a verdict is the expected one. What cannot be run is no surprise, nor is a verdict on
-    a user's own settings, of which nothing is expected; and on a hard scene, or in a quick profile,
-    every step may be too large for the theory, which the page says, and which claims nothing."""
-    if method.name == USER_METHOD:
+    """Whether a verdict is the expected one. An engine that is not installed is no surprise, nor is
+    a verdict on a user's own settings, of which nothing is expected; and on a hard scene, or in a
+    quick profile, every step may be too large for the theory, which the page says, and which claims
+    nothing."""
+    if method.name == USER_METHOD or found.verdict == "missing":
         return True
-    if found.verdict in ("unsupported", "missing"):
-        return True
+    if found.verdict == "unsupported":
+        return not refused(scene.name, method.name, found)
     if found.verdict == "coarse" and (scene.hard or found.cut or method.control == "tolerance"):
         return True
     return expected(scene.name, method.name).allows(found)
+
+
+def standing(scene: Scene, method: Method, found: Judgement) -> Standing:
+    """What a verdict means to who reads it: `known limit` is a declared one, `pre-asymptotic` and
+    `not run` claim nothing."""
+    if not as_expected(scene, method, found):
+        return "unexpected"
+    if found.verdict in ("unsupported", "missing"):
+        return "not run"
+    if method.name == USER_METHOD or found.verdict == "pass":
+        return "as expected"
+    limit = expected(scene.name, method.name)
+    if limit.verdict != "pass" and limit.allows(found):
+        return "known limit"
+    return "pre-asymptotic"

@@ -18,6 +18,7 @@ from plumbob.models.scene import Observable
 from plumbob.reports.judge.tolerance import Tolerance, missed, tolerance
 
 Verdict = Literal["pass", "fail", "not-converging", "diverged", "unsupported", "missing", "coarse"]
+NO_STEP_FITS = "no step of the scene's step sizes fits"
 # Rules of judgement, chosen and not derived:
 ELSEWHERE = 0.5  # of the motion itself: a linear bound along the exact motion does not apply
 FLAT = 0.7  # three finer steps that leave this much of an error have not helped
@@ -203,7 +204,7 @@ class _Runs:
         least = floor(last[-1], done[-1].steps)
         if last[-1].largest <= FLOORS * least:
             return None
-        times = f", {last[-1].largest / least:.0f} times the round-off level" if least else ""
+        times = f", {last[-1].largest / least:.2g} times the round-off level" if least else ""
         return f"the error of {self.leading} stays at {last[-1].largest:.3g}{times}"
 
     def first(self, verdict: Verdict) -> Judgement | None:
@@ -239,7 +240,7 @@ def _passes(several: _Runs) -> Judgement | None:
 def _no_step_fits(several: _Runs) -> Judgement | None:
     if several.runs:
         return None
-    return Judgement("unsupported", {}, "no step of the scene's step sizes fits")
+    return Judgement("unsupported", {}, NO_STEP_FITS)
 
 
 def _as_the_finest(several: _Runs) -> Judgement:

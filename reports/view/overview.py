@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import System
+from plumbob.reports.judge.expectations import refused
 from plumbob.reports.judge.recommend import DEFAULT_METHOD, Choice, Recommendation, cheapest
 from plumbob.reports.judge.verdict import Judgements, Verdict
 from plumbob.reports.view import notation
@@ -26,7 +27,14 @@ def verdicts(system: System, study: Study, judged: Judgements) -> Table:
         m.name: {judged[key].whole.verdict for s in scenes if (key := (s, m.name)) in judged}
         for m in study.methods
     }
-    none = {name: why for name, found in seen.items() if (why := _the_only(found)) in NOT_RUN}
+    none = {
+        m.name: why
+        for m in study.methods
+        if (why := _the_only(seen[m.name])) in NOT_RUN
+        and not any(
+            refused(*key, judged[key].whole) for s in scenes if (key := (s, m.name)) in judged
+        )
+    }
     methods = [name for name, found in seen.items() if found and name not in none]
     rows = tuple(
         row(
@@ -48,7 +56,7 @@ def _verdict(scene: str, method: str, judged: Judgements) -> Cell:
     if (pair := judged.get((scene, method))) is None:
         return Cell("", "none")
     found = pair.whole
-    if found.verdict in NOT_RUN:
+    if found.verdict in NOT_RUN and not refused(scene, method, found):
         return Cell("–", "none", f"{found.verdict}: {found.reason}")
     return verdict_cell(scene, method, found, anchor(scene))
 

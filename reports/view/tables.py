@@ -11,7 +11,7 @@ from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import Order
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Scene, System
-from plumbob.reports.judge.expectations import expected
+from plumbob.reports.judge.expectations import expected, refused
 from plumbob.reports.judge.verdict import Judged, Judgement
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
@@ -24,10 +24,11 @@ def verdict_cell(scene: str, method: str, judged: Judgement, link: str = "") -> 
     """A verdict, coloured, and marked as known limit or as unexpected."""
     wanted = expected(scene, method)
     text, hint = judged.verdict.replace("-", " "), judged.reason or "within tolerance"
-    if wanted.verdict != "pass":
+    if wanted.verdict != "pass" or refused(scene, method, judged):
         known = wanted.allows(judged)
         text += " (known)" if known else " (unexpected)"
-        hint += f"; expected {wanted.verdict}: {wanted.reason}"
+        hint += f"; expected {wanted.verdict}"
+        hint += f": {wanted.reason}" if wanted.reason else ""
     return Cell(text, judged.verdict, hint, link)
 
 

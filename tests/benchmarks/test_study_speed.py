@@ -9,10 +9,15 @@ from __future__ import annotations
 import os
 import resource
 import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import pytest
 
 from plumbob.engines.registry import engine_of, installed, methods
+from plumbob.engines.study import store
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes
@@ -20,6 +25,7 @@ from plumbob.models.registry import scenes
 SCENES = "simple-pendulum,linear-pendulum"
 COSTED = "mujoco,pymunk/default,ode/rk4,ode/dop853"
 SAVED = 1.7  # required speed-up by two processes
+STARTS = 4.0  # of Python with numpy, that an answer from a stored study may take
 QUIET = 0.9  # processor time per wall time of a process on an idle machine
 
 
@@ -71,3 +77,23 @@ def test_costs_do_not_depend_on_a_second_process() -> None:
     assert set(one.costs) == set(two.costs)
     # Quartiles of five hold a median nineteen times in twenty: with twice their width, a few miss.
     assert len(apart) <= 0.05 * len(ratios), apart
+
+
+def _fastest(*words: str) -> float:
+    """Wall time [s] of a command, the smallest of five."""
+    seconds = []
+    for _ in range(5):
+        begin = time.perf_counter()
+        subprocess.run([sys.executable, *words], capture_output=True, check=True)
+        seconds.append(time.perf_counter() - begin)
+    return min(seconds)
+
+
+def test_recommend_answers_in_a_few_starts_of_python(tmp_path: Path) -> None:
+    (scene, *_), here = scenes(SCENES, "quick"), methods("mujoco/euler,ode/rk4")
+    store.save(run_study([scene], here), tmp_path / store.FILE)
+    start = _fastest("-c", "import numpy")
+    asked = ("recommend", scene.name, "--error", "1e-1", "--out", str(tmp_path))
+    answer = _fastest("-m", "plumbob", *asked)
+    print(f"\n{answer:.2f} s, {answer / start:.1f} times the start of Python with numpy")
+    assert answer / start <= STARTS

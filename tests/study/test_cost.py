@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,7 +24,7 @@ def timed(method: str, step: float, budget: float) -> Any:
 
 @pytest.mark.parametrize(("method", "step"), [("ode/dop853", 1e-8), ("ode/radau", 1e-4)])
 def test_a_long_adaptive_run_is_cut(method: str, step: float) -> None:
-    piece = timed(method, step, budget=1e-3)
+    piece = timed(method, step, budget=1e-9)  # so that evaluations decide, and no clock
     assert piece.duration <= SCENE.duration / 4
     # The first step of a solver costs more than the rest; from 300 on it is a per cent or two.
     assert cost.EVALUATIONS <= piece.run().steps <= 3 * cost.EVALUATIONS
@@ -38,24 +37,48 @@ def test_what_fits_the_budget_is_run_whole() -> None:
 
 
 @dataclass
-class Waiting:
-    """A simulation that reports 0.1 s and computes for a given part of it."""
+class Clock:
+    """What stands in for the module `time`: it goes on by what it is told."""
 
-    computing: float  # [s]
-    compile_seconds: float = 0.0
+    wall: float = 7.0  # [s]
+    computed: float = 3.0  # [s]
 
-    def run(self) -> Trajectory:
-        begin, spent = time.perf_counter(), time.thread_time()
-        while time.thread_time() - spent < self.computing:
-            pass
-        time.sleep(max(0.0, 0.1 - (time.perf_counter() - begin)))
-        return Trajectory(np.zeros(2), {}, steps=1, seconds=time.perf_counter() - begin)
+    def perf_counter(self) -> float:
+        return self.wall
+
+    def thread_time(self) -> float:
+        return self.computed
+
+    def go(self, wall: float, computed: float) -> None:
+        """Let `wall` [s] pass, of which this thread computes for `computed` [s]."""
+        self.wall += wall
+        self.computed += computed
 
 
 @pytest.mark.parametrize("computing", [0.02, 0.05])
-def test_waiting_is_no_cost(computing: float) -> None:
-    fraction, run = cost._computing(Waiting(computing).run)
-    assert fraction * run.seconds == pytest.approx(computing, rel=0.05)  # the clocks' own calls
+def test_waiting_is_no_cost(computing: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = Clock()
+    monkeypatch.setattr(cost, "time", clock)
+
+    def run() -> Trajectory:
+        clock.go(0.1, computing)
+        return Trajectory(np.zeros(2), {}, steps=1, seconds=0.1)
+
+    fraction, found = cost._computing(run)
+    assert fraction * found.seconds == pytest.approx(computing, rel=1e-12)
+
+
+def test_clocks_that_disagree_cost_no_more_than_the_wall_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock = Clock()
+    monkeypatch.setattr(cost, "time", clock)
+
+    def run() -> Trajectory:
+        clock.go(0.1, 0.101)
+        return Trajectory(np.zeros(2), {}, steps=1, seconds=0.1)
+
+    assert cost._computing(run)[0] == 1.0
 
 
 @pytest.mark.parametrize("name", ["capsule-turn", "capsule-line", "simple-pendulum/forced-small"])

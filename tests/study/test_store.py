@@ -6,7 +6,6 @@ import math
 import sqlite3
 import subprocess
 import sys
-import time
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -168,20 +167,15 @@ print(code, *sorted(set(sys.argv[3:]) & set(sys.modules)))
 """
 
 
-def test_recommend_answers_within_a_second(study: Study, tmp_path: Path) -> None:
+def test_recommend_loads_no_engine(study: Study, tmp_path: Path) -> None:
+    # Modules that an answer from a file needs not; systems and engines take a second to load.
     _save(study, tmp_path / store.FILE)
-    seconds = []
-    for _ in range(3):  # the smallest of three: the machine is shared
-        begin = time.perf_counter()
-        answer = subprocess.run(
-            [sys.executable, "-c", ASK, SCENE, str(tmp_path), *HEAVY],
-            capture_output=True, text=True, check=True,
-        )  # fmt: skip
-        seconds.append(time.perf_counter() - begin)
-        assert "use " in answer.stdout
-        # Modules that an answer from a file loads; systems and engines take a second.
-        assert answer.stdout.splitlines()[-1] == "0"
-    assert min(seconds) < 1.0
+    answer = subprocess.run(
+        [sys.executable, "-c", ASK, SCENE, str(tmp_path), *HEAVY],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert "use " in answer.stdout
+    assert answer.stdout.splitlines()[-1] == "0"
 
 
 def test_a_users_settings_come_back_as_they_were(study: Study, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -13,11 +14,12 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method, methods
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
+from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import floor, measure
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scene, scenes, system_of
-from plumbob.models.scene import Scene
+from plumbob.models.scene import Case, Scene
 
 SCENES = "cone-pendulum/rotating-base,cone-pendulum/deep-well"
 METHODS = "mujoco/euler,ode/rk4"
@@ -66,6 +68,32 @@ def test_step_sizes_stop_where_the_error_has_reached_its_floor() -> None:
     last = found.measurements[-1]
     assert last.step > min(chosen.steps)
     assert last.errors["theta"].largest <= 3.0 * floor(last.errors["theta"], last.steps)
+
+
+def test_two_more_step_sizes_follow_the_first_at_the_floor() -> None:
+    found = convergence_study(scene("cone-pendulum/resting-base"), method("ode/rk4"), 10**6)
+    at_floor = [
+        m.errors["theta"].largest <= 3.0 * floor(m.errors["theta"], m.steps)
+        for m in found.measurements
+    ]
+    assert sum(at_floor) == 3
+    assert at_floor[-1]
+
+
+def test_a_cost_is_taken_at_the_middle_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[float] = []
+
+    def record(
+        tasks: Sequence[tuple[Case, Method, float]], *how: object
+    ) -> tuple[dict[tuple[str, str], Cost], float]:
+        asked.extend(step for _, _, step in tasks)
+        return {}, 1.0
+
+    monkeypatch.setattr("plumbob.engines.study.runner.costs", record)
+    chosen = replace(scene("cone-pendulum/deep-well"), steps=(5e-3, 2e-3, 1e-3, 5e-4))
+    own = replace(method("mujoco/euler"), name="mujoco/mine", step_sizes=(2e-3, 1e-3, 5e-4))
+    run_study([chosen], [method("ode/rk4"), own])
+    assert asked == [1e-3, 2e-3]  # of a method with steps of its own the first, the user's
 
 
 def test_an_engine_that_is_not_there_is_missing_and_nothing_else(

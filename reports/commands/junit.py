@@ -1,0 +1,76 @@
+"""Verdicts as JUnit XML: a case for each scene and method, with its errors as properties."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from xml.etree import ElementTree
+
+from plumbob.engines.method import Method
+from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import pairs
+from plumbob.models.scene import Observable, Scene
+from plumbob.reports.judge.expectations import expected, standing
+from plumbob.reports.judge.verdict import Judgement, Judgements
+
+
+def write_junit(file: Path, study: Study, judged: Judgements) -> None:
+    """Write one test case for each scene and method: a failure where the verdict is unexpected,
+    skipped with the reason where it is a known limit or claims nothing."""
+    suite = ElementTree.Element("testsuite", name="plumbob")
+    ran = {(c.scene, c.method): c for c in study.convergence}
+    counts: Counter[str] = Counter()
+    for scene, method in pairs(study.scenes, study.methods):
+        found, runs = judged[scene.name, method.name].whole, ran[scene.name, method.name]
+        case = ElementTree.SubElement(
+            suite, "testcase", classname=scene.name, name=method.name,
+            time=f"{sum(m.seconds for m in runs.measurements):.6f}",
+        )  # fmt: skip
+        held = ElementTree.SubElement(case, "properties")
+        for name, value in _properties(runs, study.leading(scene.name), found).items():
+            ElementTree.SubElement(held, "property", name=name, value=value)
+        if (outcome := _outcome(scene, method, found)) is not None:
+            kind, message = outcome
+            ElementTree.SubElement(case, kind, message=message)
+            counts[kind] += 1
+    suite.attrib |= {
+        "tests": str(len(suite)), "failures": str(counts["failure"]), "errors": "0",
+        "skipped": str(counts["skipped"]), "time": f"{sum(study.seconds.values()):.3f}",
+        "timestamp": study.provenance.date.removesuffix(" UTC").replace(" ", "T"),
+    }  # fmt: skip
+    part = file.with_name(f".{file.name}.part")
+    ElementTree.ElementTree(suite).write(part, encoding="utf-8", xml_declaration=True)
+    os.replace(part, file)
+
+
+def _outcome(scene: Scene, method: Method, found: Judgement) -> tuple[str, str] | None:
+    """`failure` or `skipped` with its message; None for a case that passes."""
+    wanted, means = expected(scene.name, method.name), standing(scene, method, found)
+    if means == "unexpected":
+        return "failure", f"{found.verdict}, expected {wanted.verdict}: {found.reason}"
+    if means == "known limit":
+        return "skipped", f"known limit, {found.verdict}: {wanted.reason}"
+    if means == "pre-asymptotic":
+        return "skipped", f"pre-asymptotic, nothing is claimed: {found.reason}"
+    return ("skipped", f"{found.verdict}: {found.reason}") if means == "not run" else None
+
+
+def _properties(runs: ConvergenceStudy, leading: Observable, found: Judgement) -> Mapping[str, str]:
+    """Verdict and order, and the errors of the leading observable, each the largest over a run, at
+    the step [s] (or relative tolerance) with the smallest and the largest of them."""
+    said = {"verdict": found.verdict, "observable": leading.name, "unit": leading.unit}
+    by_error = sorted(
+        (m.errors[leading.name].largest, m.step)
+        for m in runs.measurements
+        if leading.name in m.errors
+    )
+    for which, (error, step) in zip(
+        ("smallest", "largest"), (by_error[0], by_error[-1]) if by_error else (), strict=False
+    ):
+        said |= {f"{which}_error": f"{error:.6g}", f"step_of_{which}_error": f"{step:.6g}"}
+    if runs.order is not None:
+        said["order"] = f"{runs.order.slope:.3f}"
+    return said

@@ -1,0 +1,100 @@
+"""What `plumbob validate` prints: the unexpected first, a table a scene, and the summary last."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from plumbob.engines.method import Method
+from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import pairs
+from plumbob.models.scene import Scene
+from plumbob.reports.judge.expectations import Standing, expected, standing
+from plumbob.reports.judge.verdict import Judgements
+from plumbob.reports.view import notation
+
+
+def unexpected_lines(study: Study, judged: Judgements) -> Iterator[str]:
+    """What is not as expected: scene, method, verdict, what was expected, and why."""
+    for scene, method in pairs(study.scenes, study.methods):
+        found = judged[scene.name, method.name].whole
+        if standing(scene, method, found) != "unexpected":
+            continue
+        wanted = expected(scene.name, method.name)
+        either = f"{wanted.verdict} or {wanted.other}" if wanted.other else wanted.verdict
+        yield f"UNEXPECTED {scene.name} {method.name}: {found.verdict}, expected {either}"
+        yield f"  {found.reason or 'every error is within its tolerance'}"
+        if wanted.reason:
+            yield f"  declared: {wanted.reason}"
+
+
+def scene_lines(
+    scene: Scene, study: Study, judged: Judgements, verbose: bool = False
+) -> Iterator[str]:
+    """The table of one scene, a row a method; with `verbose` every reason, the confidence interval
+    of every order, and the cost of a step too."""
+    leading = study.leading(scene.name)
+    chosen = [method for _, method in pairs((scene,), study.methods)]
+    if not chosen:
+        return
+    ran = {c.method: c for c in study.convergence if c.scene == scene.name}
+    heads = ["method", "verdict", f"error of {leading.name} [{leading.unit}]", "at", "order",
+             "real time", *(["cost of a step"] if verbose else [])]  # fmt: skip
+    rows = [
+        _row(scene, method, ran[method.name], study, judged, leading.name, verbose)
+        for method in chosen
+    ]
+    widths = [max(len(cell) for cell in column) for column in zip(heads, *rows, strict=True)]
+    yield f"{scene.name}: {scene.summary}" if verbose else scene.name
+    yield _line(heads, widths)
+    for method, cells in zip(chosen, rows, strict=True):
+        yield _line(cells, widths)
+        if verbose and (reason := judged[scene.name, method.name].whole.reason):
+            yield f"      {reason}"
+
+
+def summary_lines(study: Study, judged: Judgements, page: Path) -> Iterator[str]:
+    """The last lines: runs, verdicts, known limits, unexpected verdicts, and where the page is."""
+    means: Counter[Standing] = Counter()
+    verdicts: Counter[str] = Counter()
+    for scene, method in pairs(study.scenes, study.methods):
+        found = judged[scene.name, method.name].whole
+        means[standing(scene, method, found)] += 1
+        verdicts[found.verdict] += 1
+    runs = sum(m.status in ("done", "diverged") for c in study.convergence for m in c.measurements)
+    counted = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.most_common())
+    judgements = notation.plural(verdicts.total(), "verdict")
+    yield f"{notation.plural(runs, 'run')}, {judgements}: {counted}"
+    limits = notation.plural(means["known limit"], "known limit")
+    yield f"{limits}, {means['unexpected']} unexpected"
+    yield f"page: {page}"
+
+
+def _row(
+    scene: Scene, method: Method, ran: ConvergenceStudy, study: Study, judged: Judgements,
+    leading: str, verbose: bool,
+) -> list[str]:  # fmt: skip
+    """The cells of one method: its smallest error, at which step, and what that step costs."""
+    found, cost = judged[scene.name, method.name].whole, study.costs.get((scene.name, method.name))
+    means = standing(scene, method, found)
+    mark = {"known limit": " (known)", "unexpected": " (UNEXPECTED)"}.get(means, "")
+    cells = [method.name, f"{found.verdict}{mark}", "", "", "", ""]
+    done = [m for m in ran.measurements if leading in m.errors]
+    if done:
+        best = min(done, key=lambda m: m.errors[leading].largest)
+        cells[2] = notation.number(best.errors[leading].largest, 2)
+        cells[3] = notation.step(best.step, method.control)
+        if cost and best.duration:
+            cells[5] = notation.times_real(cost.ns_per_step * best.steps / best.duration)
+    if ran.order:
+        cells[4] = f"{ran.order.slope:.2f}"
+        if verbose:
+            cells[4] += f" ({ran.order.low:.2f} to {ran.order.high:.2f})"
+    return [*cells, f"{cost.ns_per_step:.0f} ns" if cost else ""] if verbose else cells
+
+
+def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
+    padded = (f"{cell:<{width}}" for cell, width in zip(cells, widths, strict=True))
+    return f"  {'  '.join(padded)}".rstrip()

@@ -1,0 +1,158 @@
+"""`plumbob compare`: versions, what vanished, what moved beyond rounding, and a limit on growth."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from plumbob.engines.registry import methods
+from plumbob.engines.study import store
+from plumbob.engines.study.measurement import Measurement
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import run_study
+from plumbob.models.registry import scenes
+from plumbob.reports.cli import main
+
+# x stays at zero on the scene of the second system, but for rounding.
+SCENES, METHODS = (
+    "cone-pendulum/deep-well,capsule-coast/rotation",
+    "mujoco/euler,mujoco/rk4+coulomb",
+)
+EULER, STEP = "cone-pendulum/deep-well mujoco/euler", 1e-3
+Change = Callable[[Measurement], Measurement]
+
+
+@pytest.fixture(scope="module")
+def study() -> Study:
+    chosen = [replace(s, steps=(2e-3, STEP)) for s in scenes(SCENES)]
+    return run_study(chosen, methods(METHODS), timed=False)
+
+
+def changed(study: Study, change: Change) -> Study:
+    """The study with another run of mujoco/euler at 1 ms on the cone."""
+    return replace(study, convergence=tuple(
+        replace(c, measurements=tuple(
+            change(m) if f"{m.scene} {m.method}" == EULER and m.step == STEP else m
+            for m in c.measurements
+        ))
+        for c in study.convergence
+    ))  # fmt: skip
+
+
+def errors_times(factor: float) -> Change:
+    """Every error of a run by a factor."""
+    return lambda m: replace(
+        m, errors={n: replace(e, largest=factor * e.largest) for n, e in m.errors.items()}
+    )
+
+
+@pytest.fixture
+def compare(
+    study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., tuple[int, str]]:
+    def run(new: Study, *more: str) -> tuple[int, str]:
+        for name, one in (("a", study), ("b", new)):
+            (tmp_path / name).unlink(missing_ok=True)
+            store.save(one, tmp_path / name)
+        code = main(["compare", str(tmp_path / "a"), str(tmp_path / "b"), *more])
+        return code, capsys.readouterr().out
+
+    return run
+
+
+Compare = Callable[..., tuple[int, str]]
+
+
+def test_the_same_study_has_not_moved(study: Study, compare: Compare) -> None:
+    code, out = compare(study, "--fail-above", "0%")
+    assert code == 0
+    assert out.splitlines()[-1] == "nothing has moved"
+    for line, name in zip(out.splitlines(), ("old: ", "new: "), strict=False):
+        assert line.startswith(name)
+        assert f"mujoco {study.provenance.versions['mujoco']}" in line
+
+
+def test_versions_that_differ_are_named(study: Study, compare: Compare) -> None:
+    versions = {**study.provenance.versions, "mujoco": "99.0"}
+    newer = replace(study, provenance=replace(study.provenance, versions=versions))
+    was = study.provenance.versions["mujoco"]
+    assert f"\nversion of mujoco: {was} -> 99.0\n" in compare(newer)[1]
+    (row,) = json.loads(compare(newer, "--json")[1])
+    assert (row["what"], row["old"], row["new"]) == ("version of mujoco", was, "99.0")
+
+
+@pytest.mark.parametrize(
+    ("factor", "above", "code"),
+    [(1.06, "5%", 1), (1.04, "5%", 0), (1.06, "0.05", 1), (0.5, "5%", 0), (1.04, None, 0)],
+)
+def test_growth_beyond_the_limit_is_exit_code_1(
+    factor: float, above: str | None, code: int, study: Study, compare: Compare,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.setattr("plumbob.reports.commands.compare._verdicts", lambda old, new: [])
+    more = [] if above is None else ["--fail-above", above]
+    found, out = compare(changed(study, errors_times(factor)), *more)
+    assert found == code
+    assert f"{EULER}: theta error at 0.001 " in out
+    assert f"({100 * (factor - 1):+.2g} %)" in out
+    assert ("errors have grown by more than" in out) == (code == 1)
+
+
+@pytest.mark.parametrize(("factor", "listed"), [(1 + 1e-7, True), (1 + 1e-12, False)])
+def test_a_small_change_is_listed_beyond_rounding(
+    factor: float, listed: bool, study: Study, compare: Compare
+) -> None:
+    assert ("theta error at 0.001" in compare(changed(study, errors_times(factor)))[1]) == listed
+
+
+def test_rounding_of_an_observable_that_stays_zero_is_not_listed(
+    study: Study, compare: Compare
+) -> None:
+    def rounded(m: Measurement) -> Measurement:
+        zero = {n: replace(e, largest=e.largest + 2.7e-18, uncertainty=0.0)
+                for n, e in m.errors.items() if e.scale == 0.0}  # fmt: skip
+        return replace(m, errors={**m.errors, **zero})
+
+    turned = [c for c in study.convergence if c.scene == "capsule-coast/rotation"]
+    new = [replace(c, measurements=tuple(rounded(m) for m in c.measurements)) for c in turned]
+    assert new != turned
+    rest = tuple(c for c in study.convergence if c not in turned)
+    code, out = compare(replace(study, convergence=(*rest, *new)))
+    assert (code, out.splitlines()[-1]) == (0, "nothing has moved")
+
+
+def test_what_vanished_and_what_is_new_is_said(study: Study, compare: Compare) -> None:
+    first, *rest = study.convergence
+    _, out = compare(replace(study, convergence=tuple(rest)))
+    assert f"{first.scene} {first.method}: measured yes -> no" in out
+    shorter = replace(first, measurements=first.measurements[:-1])
+    _, out = compare(replace(study, convergence=(shorter, *rest)))
+    last = first.measurements[-1].step
+    assert f"{first.scene} {first.method}: steps of one study alone: {last:g} -> none" in out
+
+
+def test_a_run_that_diverges_has_grown(
+    study: Study, compare: Compare, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("plumbob.reports.commands.compare._verdicts", lambda old, new: [])
+    new = changed(study, lambda m: replace(m, status="diverged", errors={}))
+    assert compare(new)[0] == 0
+    code, out = compare(new, "--fail-above", "1000%")
+    assert code == 1
+    assert f"{EULER}: run at 0.001 done -> diverged\n" in out
+    rows: list[Mapping[str, Any]] = json.loads(compare(new, "--json")[1])
+    assert {"run at 0.001"} == {row["what"] for row in rows}
+
+
+@pytest.mark.parametrize("text", ["-1%", "many", "nan", "inf%", ""])
+def test_a_limit_that_is_none(
+    text: str, study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    store.save(study, tmp_path / "a")
+    assert main(["compare", str(tmp_path / "a"), str(tmp_path / "a"), f"--fail-above={text}"]) == 2
+    assert capsys.readouterr().err.startswith(f"plumbob: fail-above = '{text}': must be ")

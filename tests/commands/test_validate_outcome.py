@@ -1,0 +1,253 @@
+"""What `validate` and `run` tell a person and a CI system: exit codes, JUnit XML, the terminal."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+from xml.etree import ElementTree
+
+import pytest
+
+from plumbob.engines import registry
+from plumbob.engines.method import Method, Simulation, Unsupported
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Case
+from plumbob.reports.cli import main
+from plumbob.reports.judge import expectations
+from plumbob.reports.judge.expectations import Expectation, as_expected, refused, standing
+from plumbob.reports.judge.verdict import NO_STEP_FITS, Judgement, Verdict
+from plumbob.reports.view import notation
+
+CONE, LINE, TURN = "cone-pendulum/deep-well", "capsule-line/ca1", "capsule-turn/0.3"
+METHODS = "mujoco/euler,ode/rk4,exact/closed-form"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Exit code of a `validate`, what it printed, and its JUnit file."""
+
+    code: int
+    out: str
+    junit: ElementTree.Element
+
+    def case(self, scene: str, method: str) -> ElementTree.Element:
+        """The test case of a scene and method."""
+        (found,) = self.junit.findall(f"testcase[@classname='{scene}'][@name='{method}']")
+        return found
+
+    def properties(self, scene: str, method: str) -> dict[str, str]:
+        """The properties of a test case."""
+        held = self.case(scene, method).findall("properties/property")
+        return {one.attrib["name"]: one.attrib["value"] for one in held}
+
+
+Validate = Callable[..., Outcome]
+
+
+@pytest.fixture
+def validate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Validate:
+    def run(scenes: str, methods: str, more: Sequence[str] = ()) -> Outcome:
+        file = tmp_path / "junit.xml"
+        code = main((
+            "validate", "--scenes", scenes, "--methods", methods, "--jobs", "1",
+            "--out", str(tmp_path / "out"), "--junitxml", str(file), *more,
+        ))  # fmt: skip
+        return Outcome(code, capsys.readouterr().out, ElementTree.parse(file).getroot())
+
+    return run
+
+
+def refuse(case: Case, method: Method, step: float) -> Simulation:
+    """An engine's `prepare` that builds nothing."""
+    raise Unsupported("the compiler refuses this model")
+
+
+def break_engine(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """Let this engine refuse every model."""
+    broken = {**registry.engines(), name: replace(registry.engines()[name], prepare=refuse)}
+    monkeypatch.setattr(registry, "engines", lambda: MappingProxyType(broken))
+
+
+def declare(monkeypatch: pytest.MonkeyPatch, *entries: Expectation) -> None:
+    """Put these expectations before the others."""
+    monkeypatch.setattr(expectations, "EXPECTATIONS", (*entries, *expectations.EXPECTATIONS))
+
+
+def test_all_as_expected(validate: Validate) -> None:
+    found = validate(f"{CONE},{LINE},{TURN}", METHODS)
+    assert found.code == 0
+    counts = {name: found.junit.get(name) for name in ("tests", "failures", "errors", "skipped")}
+    cases = found.junit.findall("testcase")
+    skipped = found.junit.findall("testcase/skipped")
+    assert counts == {
+        "tests": str(len(cases)), "failures": "0", "errors": "0", "skipped": str(len(skipped)),
+    }  # fmt: skip
+    limit = found.case(LINE, "mujoco/euler").find("skipped")
+    assert limit is not None
+    assert limit.attrib["message"].startswith("known limit, not-converging: contact chatter")
+    closed = found.case(TURN, "exact/closed-form").find("skipped")
+    assert closed is not None
+    assert closed.attrib["message"].startswith("unsupported: ")
+    assert found.case(CONE, "ode/rk4").find("skipped") is None
+    assert "UNEXPECTED" not in found.out
+
+
+def test_each_case_has_its_time_its_errors_and_its_order(validate: Validate) -> None:
+    found = validate(f"{CONE},{LINE}", "mujoco/euler,ode/rk4")
+    assert all(float(case.attrib["time"]) > 0.0 for case in found.junit.findall("testcase"))
+    rk4, euler = found.properties(CONE, "ode/rk4"), found.properties(LINE, "mujoco/euler")
+    assert (rk4["verdict"], rk4["observable"], rk4["unit"]) == ("pass", "theta", "rad")
+    assert float(rk4["order"]) == pytest.approx(4.0, abs=0.2)
+    assert 0.0 < float(rk4["smallest_error"]) < 1e-6 * float(rk4["largest_error"])
+    assert float(rk4["step_of_smallest_error"]) < float(rk4["step_of_largest_error"])
+    assert (euler["verdict"], euler["unit"]) == ("not-converging", "m")
+    assert "ode/rk4" not in {c.attrib["name"] for c in found.junit if c.get("classname") == LINE}
+
+
+def test_an_engine_that_refuses_every_model_is_unexpected(
+    validate: Validate, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    break_engine(monkeypatch, "mujoco")
+    found = validate(f"{CONE},{LINE}", "mujoco/euler,mujoco/euler+coulomb,ode/rk4")
+    assert found.code == 1
+    for scene, method in ((CONE, "mujoco/euler"), (LINE, "mujoco/euler+coulomb")):
+        failure = found.case(scene, method).find("failure")
+        assert failure is not None
+        message = "unsupported, expected pass: the compiler refuses this model"
+        assert failure.attrib["message"] == message
+        assert f"UNEXPECTED {scene} {method}: unsupported, expected pass" in found.out
+    # It is no known limit either that the engine does not run at all.
+    assert found.case(LINE, "mujoco/euler").find("failure") is not None
+    assert found.junit.attrib["failures"] == "3"
+    assert found.case(CONE, "ode/rk4").find("failure") is None
+    page = Path(found.out.splitlines()[-1].removeprefix("page: ")).read_text("utf-8")
+    assert "unsupported (unexpected)" in page
+
+
+def test_what_the_profile_leaves_out_and_a_users_settings_are_no_surprise() -> None:
+    untried = Judgement("unsupported", {}, NO_STEP_FITS, cut=True)
+    assert not refused(CONE, "ode/rk4", untried)
+    assert refused(CONE, "ode/rk4", replace(untried, reason="the engine refuses"))
+    assert refused(CONE, "ode/rk4", replace(untried, cut=False))
+    assert not refused(CONE, "mujoco/mine", replace(untried, reason="the engine refuses"))
+
+
+@pytest.mark.parametrize("scene", ["capsule-turn/0.3", "capsule-plan/ahead-free"])
+def test_a_closed_form_that_appears_is_reported(scene: str) -> None:
+    how = registry.method("exact/closed-form")
+    assert as_expected(find_scene(scene), how, Judgement("unsupported", {}, "none"))
+    assert standing(find_scene(scene), how, Judgement("unsupported", {}, "none")) == "not run"
+    assert not as_expected(find_scene(scene), how, Judgement("pass", {}, ""))
+    assert not as_expected(find_scene(CONE), how, Judgement("unsupported", {}, "none"))
+
+
+def test_a_limit_that_disappears_is_first_on_the_terminal(
+    validate: Validate, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    declare(monkeypatch, Expectation("cone-*", "ode/rk4", "fail", "a limit of old"))
+    found = validate(CONE, "mujoco/euler,ode/rk4")
+    assert found.code == 1
+    assert found.out.splitlines()[:3] == [
+        f"UNEXPECTED {CONE} ode/rk4: pass, expected fail",
+        "  every error is within its tolerance",
+        "  declared: a limit of old",
+    ]
+    assert "pass (UNEXPECTED)" in found.out
+    assert found.junit.attrib["failures"] == "1"
+    assert "0 known limits, 1 unexpected" in found.out
+
+
+def test_an_engine_that_is_missing_leaves_the_study_incomplete(
+    validate: Validate, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "plumbob.engines.study.measurement.installed", lambda engine: engine.name != "mujoco"
+    )
+    found = validate(CONE, "mujoco/euler,ode/rk4")
+    assert found.code == 3
+    missing = found.case(CONE, "mujoco/euler").find("skipped")
+    assert missing is not None
+    assert missing.attrib["message"] == "missing: mujoco is missing"
+    # A surprise outweighs what is missing.
+    declare(monkeypatch, Expectation("cone-*", "ode/rk4", "fail", "a limit of old"))
+    assert validate(CONE, "mujoco/euler,ode/rk4").code == 1
+
+
+def test_the_table_and_the_last_lines(validate: Validate) -> None:
+    found = validate(f"{CONE},{LINE}", METHODS)
+    lines = found.out.splitlines()
+    said = found.properties(CONE, "ode/rk4")
+    (row,) = [line for line in lines if line.strip().startswith("ode/rk4 ")]
+    cells = re.split(r" {2,}", row.strip())
+    assert cells[:2] == ["ode/rk4", "pass"]
+    assert cells[2] == notation.number(float(said["smallest_error"]), 2)
+    assert cells[3] == notation.step(float(said["step_of_smallest_error"]), "step")
+    assert float(cells[4]) == pytest.approx(float(said["order"]), abs=0.006)
+    assert cells[5].endswith("×")
+    assert any("error of theta [rad]" in line for line in lines)
+    assert any("not-converging (known)" in line for line in lines)
+    runs, limits, page = lines[-3:]
+    assert re.fullmatch(r"\d+ runs, 5 verdicts: 4 pass, 1 not-converging", runs)
+    assert limits == "1 known limit, 0 unexpected"
+    assert Path(page.removeprefix("page: ")).is_file()
+
+
+def test_verbose_adds_reasons_intervals_and_costs(validate: Validate) -> None:
+    plain, verbose = (validate(LINE, "mujoco/euler,mujoco/rk4+coulomb", v) for v in ((), ("-v",)))
+    assert " ns" not in plain.out
+    assert "times the round-off level" not in plain.out
+    assert "cost of a step" in verbose.out
+    assert re.search(r"\d ns$", verbose.out, re.MULTILINE)
+    assert re.search(r"stays at \S+, [\d.e+]{1,8} times the round-off level", verbose.out)
+
+
+RUN = ("run", CONE, "ode/rk4", "--step", "1e-3")
+
+
+def test_run_of_an_unexpected_verdict_is_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert main(RUN) == 0
+    declare(monkeypatch, Expectation("cone-*", "ode/rk4", "fail", "a limit of old"))
+    assert main(RUN) == 1
+
+
+def test_run_of_what_is_declared_unsupported_is_as_expected() -> None:
+    assert main(("run", TURN, "exact/closed-form", "--step", "1e-10")) == 0
+
+
+def test_run_of_a_missing_engine_is_exit_code_3(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
+    assert main(RUN) == 3
+
+
+@pytest.mark.parametrize(
+    ("method", "verdict", "cut", "accepted"),
+    [
+        ("ode/rk4", "pass", False, True), ("ode/rk4", "coarse", False, False),
+        ("ode/rk4", "coarse", True, True), ("ode/dop853", "coarse", False, True),
+        ("ode/rk4", "fail", True, False), ("ode/rk4", "not-converging", True, False),
+        ("ode/rk4", "diverged", True, False),
+    ],
+)  # fmt: skip
+def test_what_is_accepted_of_a_scene_that_is_not_hard(
+    method: str, verdict: Verdict, cut: bool, accepted: bool
+) -> None:
+    found = Judgement(verdict, {}, "a reason", cut)
+    assert as_expected(find_scene(CONE), registry.method(method), found) == accepted
+    means = standing(find_scene(CONE), registry.method(method), found)
+    assert (means == "unexpected") == (not accepted)
+    assert (means == "pre-asymptotic") == (accepted and verdict == "coarse")
+
+
+@pytest.mark.parametrize(
+    ("verdict", "cut", "accepted"),
+    [("not-converging", False, True), ("fail", True, True), ("fail", False, False),
+     ("pass", False, False), ("diverged", True, False)],
+)  # fmt: skip
+def test_what_is_accepted_of_a_known_limit(verdict: Verdict, cut: bool, accepted: bool) -> None:
+    found = Judgement(verdict, {}, "a reason", cut)
+    how = registry.method("mujoco/euler")
+    assert as_expected(find_scene(LINE), how, found) == accepted
+    assert standing(find_scene(LINE), how, found) == ("known limit" if accepted else "unexpected")

@@ -1,0 +1,48 @@
+"""The tables of a scene show what they say: the finest run, and the predicted beside the observed
+order."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from plumbob.engines.study.order import Order
+from plumbob.models.registry import system_of
+from plumbob.reports.judge.verdict import judge_study
+from plumbob.reports.view import notation, tables
+from plumbob.reports.view.content import Table
+from plumbob.tests.support.studies import SCENE, quick
+
+FOUND = [c for c in quick().convergence if c.scene == SCENE]
+METHODS = {m.name: m for m in quick().methods}
+
+
+def texts(table: Table | None) -> dict[str, list[str]]:
+    """The cells of a table by their head, a list each."""
+    assert table is not None
+    rows = [[cell.text for cell in row] for row in table.rows]
+    columns = list(zip(*rows, strict=True))
+    return {head: list(column) for head, column in zip(table.heads, columns, strict=True)}
+
+
+def test_the_summary_shows_the_finest_run() -> None:
+    judged = {
+        method: both for (scene, method), both in judge_study(quick()).items() if scene == SCENE
+    }
+    (scene,) = [s for s in quick().scenes if s.name == SCENE]
+    shown = texts(tables.summary(system_of(scene), FOUND, judged, METHODS))
+    for i, c in enumerate(FOUND):
+        coarsest, finest = (
+            notation.step(c.measurements[k].step, METHODS[c.method].control) for k in (0, -1)
+        )
+        assert shown["finest step"][i] == finest != coarsest
+        error = notation.number(c.measurements[-1].errors["theta"].largest)
+        assert shown["error of theta [rad]"][i] == error
+
+
+def test_predicted_and_observed_orders_stand_in_their_columns() -> None:
+    (rk4,) = [c for c in FOUND if c.method == "ode/rk4"]
+    steps = rk4.measurements[0].step, rk4.measurements[1].step
+    order, predicted = Order(3.5, 3.4, 3.6, steps), Order(2.5, 2.4, 2.6, steps)
+    shown = texts(tables.orders([replace(rk4, order=order, predicted_order=predicted)], METHODS))
+    assert shown["observed [95 % interval]"][0].startswith("3.5")
+    assert shown["predicted here"][0].startswith("2.5")
