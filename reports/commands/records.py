@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -89,6 +90,12 @@ def write_junit(file: Path, study: Study, judged: Judgements) -> None:
             counts["failures"] += 1
     suite.attrib.update({name: str(count) for name, count in counts.items()})
     suite.set("time", f"{sum(study.seconds.values()):.3f}")
-    part = file.with_name(f".{file.name}.part")
-    ElementTree.ElementTree(suite).write(part, encoding="utf-8", xml_declaration=True)
-    os.replace(part, file)
+    handle, part = tempfile.mkstemp(prefix=".junit-", suffix=".xml", dir=file.parent)
+    try:
+        with open(handle, "wb") as written:
+            ElementTree.ElementTree(suite).write(written, encoding="utf-8", xml_declaration=True)
+        os.chmod(part, 0o644)
+        os.replace(part, file)
+    except BaseException:
+        Path(part).unlink(missing_ok=True)
+        raise
