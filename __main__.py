@@ -1,7 +1,20 @@
-"""`python -m plumbob`: the same as the command `plumbob`."""
+"""`python -m plumbob`, and the command `plumbob`: an interrupt while it loads is one line, too."""
 
 import sys
 
-from plumbob.reports.cli import main
+INTERRUPTED = 130
 
-sys.exit(main())
+
+def main() -> int:
+    """Run the command line; returns its exit code."""
+    try:
+        from plumbob.reports.cli import main as run
+
+        return run()
+    except KeyboardInterrupt:
+        print("plumbob: interrupted", file=sys.stderr)
+        return INTERRUPTED
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import io
 import os
+import signal
 import sys
-from collections.abc import Sequence
+import tempfile
+import threading
+import traceback
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from types import FrameType
 from typing import NoReturn
 
 from plumbob import __version__
 
-USAGE = 2
+USAGE, DEFECT, INTERRUPTED = 2, 4, 130
 COMMANDS = (
     "list", "validate", "report", "solve", "run", "recommend", "compare", "plan", "models", "cite",
 )  # fmt: skip
@@ -26,27 +33,80 @@ class _Parser(argparse.ArgumentParser):
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line `argv`; returns 0 for all as expected, 1 for a verdict that is not, 2
-    for wrong use or bad input, 3 for a missing engine or an incomplete study."""
+    for wrong use or bad input, 3 for a missing engine or an incomplete study, 4 for a defect of
+    plumbob itself, 130 when interrupted."""
     from plumbob.analytic.parameters import ParameterError
 
-    try:
-        words = list(sys.argv[1:] if argv is None else argv)
-        first = [word for word in words[:1] if word in (*COMMANDS, "--version")]
-        chosen = parser(first or COMMANDS).parse_args(words)
-        return int(chosen.command(chosen))
-    except ParameterError as error:
-        print(f"plumbob: {error}", file=sys.stderr)
-        return USAGE
-    except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        if isinstance(error, BrokenPipeError):
+    _print_every_character()
+    with _interrupts() as interrupts:
+        try:
+            words = list(sys.argv[1:] if argv is None else argv)
+            first = [word for word in words[:1] if word in (*COMMANDS, "--version")]
+            chosen = parser(first or COMMANDS).parse_args(words)
+            return int(chosen.command(chosen))
+        except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return 0
-        print(f"plumbob: {where}{error.strerror or error}", file=sys.stderr)
-        return USAGE
-    except KeyboardInterrupt:
-        print("plumbob: interrupted; nothing was written", file=sys.stderr)
-        return 130
+        except KeyboardInterrupt as error:
+            return _said(INTERRUPTED, "interrupted", error)
+        except Exception as error:
+            # A library that is interrupted while it loads may raise an error of its own.
+            if interrupts:
+                return _said(INTERRUPTED, "interrupted", error)
+            if isinstance(error, ParameterError):
+                return _said(USAGE, str(error), error)
+            if isinstance(error, OSError):
+                where = f"{error.filename}: " if error.filename else ""
+                return _said(USAGE, f"{where}{error.strerror or error}", error)
+            return _said(DEFECT, f"a defect of plumbob itself: {_described(error)}", error)
+
+
+def _said(code: int, message: str, error: BaseException) -> int:
+    """Print one line, with what notes on the error say; returns `code`."""
+    text = "; ".join([message, *getattr(error, "__notes__", ())])
+    print(f"plumbob: {' '.join(text.split())}", file=sys.stderr)
+    return code
+
+
+def _described(error: Exception) -> str:
+    """What kind of error it is, and the file that its traceback is in."""
+    lines = "".join(traceback.format_exception(error))
+    kind = f"{type(error).__name__}: {str(error)[:200]}"
+    try:
+        handle, name = tempfile.mkstemp(prefix="plumbob-defect-", suffix=".txt")
+        with open(handle, "w", encoding="utf-8", errors="backslashreplace") as file:
+            file.write(f"{sys.argv}\n{lines}")
+    except OSError:
+        frame = traceback.extract_tb(error.__traceback__)[-1]
+        return f"{kind} ({frame.filename}:{frame.lineno}; no traceback could be written)"
+    return f"{kind} (traceback in {name})"
+
+
+def _print_every_character() -> None:
+    """Escape on stdout and stderr what the terminal's encoding lacks."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+@contextmanager
+def _interrupts() -> Iterator[list[int]]:
+    """The interrupts (SIGINT) that have come in since, each raised as KeyboardInterrupt, too."""
+    seen: list[int] = []
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        seen.append(number)
+        raise KeyboardInterrupt
+
+    usual = signal.getsignal(signal.SIGINT) == signal.default_int_handler
+    if not usual or threading.current_thread() is not threading.main_thread():
+        yield seen
+        return
+    signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield seen
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def parser(wanted: Sequence[str]) -> argparse.ArgumentParser:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import json
+import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
@@ -17,6 +19,11 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.trajectory import Trajectory
 
 T = TypeVar("T")
+# What readers raise, beside ValueError, for a text or bytes of another shape than expected.
+DAMAGE = (
+    TypeError, KeyError, AttributeError, IndexError, OverflowError, RecursionError, EOFError,
+    OSError, zipfile.BadZipFile, zlib.error, cattrs.StructureHandlerNotFoundError,
+)  # fmt: skip
 PARTS = ("observables", "channels")  # of a recording: mappings of arrays
 
 
@@ -32,6 +39,8 @@ def from_json(text: str, kind: type[T]) -> T:
         return _converter().structure(json.loads(text), kind)
     except cattrs.BaseValidationError as error:
         raise ValueError(f"no {kind.__name__}: {error.exceptions[0]}") from None
+    except DAMAGE as error:
+        raise ValueError(f"no {kind.__name__}: {error}") from None
 
 
 def packed(run: Trajectory) -> tuple[str, bytes]:
@@ -44,7 +53,14 @@ def packed(run: Trajectory) -> tuple[str, bytes]:
 
 
 def unpacked(text: str, arrays: bytes) -> Trajectory:
-    """The recording that `packed` made these of."""
+    """The recording that `packed` made these of; raises ValueError where it is none."""
+    try:
+        return _unpacked(text, arrays)
+    except DAMAGE as error:
+        raise ValueError(f"no recording: {error}") from None
+
+
+def _unpacked(text: str, arrays: bytes) -> Trajectory:
     parts: dict[str, dict[str, Array]] = {part: {} for part in PARTS}
     with np.load(io.BytesIO(arrays), allow_pickle=False) as held:
         for key in held.files:

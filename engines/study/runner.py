@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import signal
 import time
-from collections.abc import Callable, Hashable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -180,7 +181,8 @@ def _worked_out(
                 begun(key)
                 found[key] = task.done()
             return found
-        waiting = {key: pool.submit(tasks[key].do, *tasks[key].arguments) for key in order}
+        with _interrupts_held():
+            waiting = {key: pool.submit(tasks[key].do, *tasks[key].arguments) for key in order}
         for key in order:  # what nobody has begun yet
             if executor is None and waiting[key].cancel():
                 begun(key)
@@ -216,15 +218,38 @@ def pairs(scenes: Sequence[Scene], methods: Sequence[Method]) -> list[tuple[Scen
     return [(scene, method) for scene in scenes for method in methods if meant(method, scene)]
 
 
-def _pool(executor: Executor | None, jobs: int) -> AbstractContextManager[Executor | None]:
-    if executor is not None:
-        return nullcontext(executor)
-    if jobs < 1:
-        return nullcontext(None)
+@contextmanager
+def _pool(executor: Executor | None, jobs: int) -> Iterator[Executor | None]:
+    """The executor, or a pool of processes, which end at once where an error or an interrupt does;
+    None for no jobs."""
+    if executor is not None or jobs < 1:
+        yield executor
+        return
     import multiprocessing
     from concurrent.futures import ProcessPoolExecutor
 
-    return ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn"))
+    others = set(multiprocessing.active_children())
+    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
+        try:
+            yield pool
+        except BaseException:
+            for process in set(multiprocessing.active_children()) - others:
+                process.terminate()
+            raise
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Processes that begin meanwhile never see an interrupt (SIGINT), which a terminal sends to all
+    of them; it reaches this one afterwards."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _work(scene: Scene, method: Method, steps: Sequence[float]) -> float:

@@ -108,7 +108,7 @@ def load(file: Path, number: int | None = None, scene: str | None = None) -> Stu
     if not file.exists():
         return None
     with _opened(file) as store:
-        if (found := number or _newest(store, scene)) is None:
+        if (found := _newest(store, scene) if number is None else number) is None:
             return None
         body = store.execute("select body from study where id = ?", (found,)).fetchone()
         if body is None:
@@ -187,6 +187,8 @@ def _extras(store: sqlite3.Connection, number: int) -> dict[Request, Result]:
 @contextmanager
 def _opened(file: Path) -> Iterator[sqlite3.Connection]:
     try:
+        if file.exists() and not file.is_file():
+            raise ValueError("no regular file")
         with closing(sqlite3.connect(file)) as store:
             _of_this_schema(store, file)
             yield store

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -93,11 +94,12 @@ def _said(row: Mapping[str, Any]) -> str:
 
 
 def _study(name: str, text: str) -> Study:
-    path, _, number = text.partition("#")
+    path, number = text, None
+    if "#" in text and not os.path.lexists(text):
+        path, _, digits = text.rpartition("#")
+        number = values.count(f"the number of the study in {name}", digits)
     file = Path(path) / store.FILE if Path(path).is_dir() else Path(path)
-    if number and not number.isdigit():
-        raise ParameterError(name, text, "FILE#N with N the number of a study")
-    found = store.load(file, int(number) if number else None)
+    found = store.load(file, number)
     if found is None:
         raise ParameterError(name, text, "where `plumbob validate` has stored a study")
     return found

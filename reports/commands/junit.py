@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
@@ -41,9 +42,15 @@ def write_junit(file: Path, study: Study, judged: Judgements) -> None:
         "skipped": str(counts["skipped"]), "time": f"{sum(study.seconds.values()):.3f}",
         "timestamp": study.provenance.date.removesuffix(" UTC").replace(" ", "T"),
     }  # fmt: skip
-    part = file.with_name(f".{file.name}.part")
-    ElementTree.ElementTree(suite).write(part, encoding="utf-8", xml_declaration=True)
-    os.replace(part, file)
+    handle, part = tempfile.mkstemp(prefix=".junit-", suffix=".xml", dir=file.parent)
+    try:
+        with open(handle, "wb") as written:
+            ElementTree.ElementTree(suite).write(written, encoding="utf-8", xml_declaration=True)
+        os.chmod(part, 0o644)
+        os.replace(part, file)
+    except BaseException:
+        Path(part).unlink(missing_ok=True)
+        raise
 
 
 def _outcome(scene: Scene, method: Method, found: Judgement) -> tuple[str, str] | None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import filecmp
+import os
 import shutil
 from pathlib import Path
 
@@ -32,10 +34,18 @@ def command(chosen: argparse.Namespace) -> int:
         if path.suffix in (".xml", ".md", ".png")
     ]
     for source, copy in files:
-        if copy.exists() and copy.read_bytes() != source.read_bytes():
+        folder = copy.parent
+        if os.path.lexists(folder) and not folder.is_dir():
+            raise ParameterError("DIR", str(target), f"a folder where {folder.name} is a folder")
+        if os.path.lexists(copy) and not _same(source, copy):
             raise ParameterError("DIR", str(target), f"a folder without another {copy.name}")
     for source, copy in files:
         copy.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(source, copy)
         print(copy)
     return 0
+
+
+def _same(source: Path, copy: Path) -> bool:
+    """Whether `copy` is a regular file with the bytes of `source`."""
+    return copy.is_file() and filecmp.cmp(source, copy, shallow=False)

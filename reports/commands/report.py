@@ -7,6 +7,7 @@ from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
+from plumbob.reports.commands import values
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -17,7 +18,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Write the same page that `validate` wrote, to the byte, and print where it is."""
-    number = _number(chosen.study)
+    number = None if chosen.study is None else values.count("study", chosen.study)
     study = store.load(Path(chosen.out) / store.FILE, number)
     if study is None and number is None:
         raise ParameterError("OUT", chosen.out, "where `plumbob validate` has stored a study")
@@ -28,11 +29,3 @@ def command(chosen: argparse.Namespace) -> int:
 
     print(write_page(study, Path(chosen.out), section))
     return 0
-
-
-def _number(text: str | None) -> int | None:
-    if text is None:
-        return None
-    if not text.isdigit() or int(text) < 1:
-        raise ParameterError("study", text, "a whole number, 1 or more")
-    return int(text)

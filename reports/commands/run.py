@@ -41,15 +41,18 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def command(chosen: argparse.Namespace) -> int:
     """Print errors against the exact answer, their tolerances and the cost."""
     methods = _methods(chosen.method, chosen.like)
-    scene = find_scene(chosen.scene, values.changes(chosen.changes))
+    changed = values.changes(chosen.changes)
+    with values.representable(changed):
+        scene = find_scene(chosen.scene, changed)
+        case = case_of(scene)
     if chosen.step is None and not chosen.like:
         raise ParameterError("step", None, "given, or the step of the file that --like names")
     own = methods[-1].step_sizes[:1] if chosen.step is None else ()
     step = own[0] if own else values.positive_number("step", chosen.step)
     codes, records = [], []
-    case = case_of(scene)
     for method in methods:
-        found, _ = measure(case, method, step)
+        with values.representable(changed):
+            found, _ = measure(case, method, step)
         measured, unit = costs([(case, method, step)] if found.status == "done" else [], repeats=5)
         cost = measured.get((scene.name, method.name))
         judgement = judge(found, case.system, method)

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.reference import Array, Reference
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.commands import values
+
+TABLE = ("scene", "times", "observables", "uncertainty")  # of an answer: what is said by row
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,33 +29,52 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Print the observables at the times wanted, and what else is exact."""
-    scene = find_scene(chosen.scene, values.changes(chosen.changes))
-    times = values.times(chosen.times) if chosen.times else np.linspace(0, scene.duration, 11)
-    case = case_of(scene)
+    changed = values.changes(chosen.changes)
+    asked = changed | ({"times": chosen.times} if chosen.times else {})
+    with values.representable(asked):
+        scene = find_scene(chosen.scene, changed)
+        times = values.times(chosen.times) if chosen.times else np.linspace(0, scene.duration, 11)
+        case = case_of(scene)
+        observables = case.reference.observe(times)
+        uncertainty = _uncertainty(case.reference, times)
+        facts = case.system.facts(case.problem)
+    values.all_finite(asked, observables)
     answer: dict[str, Any] = {
         "scene": scene.name,
         "parameters": scene.parameters,
         "times": times,
-        "observables": case.reference.observe(times),
-        **case.system.facts(case.problem),
+        "observables": observables,
+        "uncertainty": uncertainty,
+        **facts,
     }
     if chosen.json:
         json.dump(values.plain(answer), sys.stdout, indent=1)
         print()
         return 0
     print(f"{scene.name}: {scene.summary}")
-    _print({key: answer[key] for key in answer if key not in ("scene", "times", "observables")})
+    _print({key: answer[key] for key in answer if key not in TABLE})
     names = list(answer["observables"])
     units = {o.name: o.unit for o in case.system.observables}
     print(f"\n{'t [s]':>24}" + "".join(_head(n, units) for n in names))
     for i, t in enumerate(times):
-        row = (_text(float(answer["observables"][name][i])) for name in names)
+        row = (
+            _held(float(found[i]), float(uncertainty[name][i]))
+            for name, found in observables.items()
+        )
         print(f"{_text(float(t)):>24}" + "".join(f"{text:>26}" for text in row))
     return 0
 
 
+def _uncertainty(reference: Reference, times: Array) -> dict[str, Array]:
+    """What double precision allows at each of `times` [s], whatever the others are: a motion is
+    as uncertain as its latest time makes it."""
+    each = [reference.uncertainty(times[i : i + 1]) for i in range(times.size)]
+    return {name: np.concatenate([one[name] for one in each]) for name in each[0]}
+
+
 def _print(entries: Mapping[str, Any], indent: int = 2) -> None:
-    for key, value in entries.items():
+    for key, given in entries.items():
+        value = given.tolist() if isinstance(given, np.ndarray) else given
         if isinstance(value, Mapping):
             print(f"{' ' * indent}{key}:")
             _print(value, indent + 2)
@@ -65,6 +88,17 @@ def _print(entries: Mapping[str, Any], indent: int = 2) -> None:
 
 def _text(value: Any) -> str:
     return repr(float(value) + 0.0) if isinstance(value, float) else str(value)  # no -0.0
+
+
+def _held(value: float, uncertainty: float) -> str:
+    """The digits of `value` that its uncertainty leaves; where it leaves none, both numbers."""
+    if not uncertainty > 0.0 or not math.isfinite(value):
+        return _text(value)
+    last = math.ceil(math.log10(uncertainty))  # decimal place
+    digits = 1 + math.floor(math.log10(abs(value))) - last if value else 0
+    if digits < 1:
+        return f"{value + 0.0:.1g} ± {uncertainty:.1g}"
+    return f"{value:.{digits}g}" if digits < 17 else _text(value)
 
 
 def _head(name: str, units: Mapping[str, str]) -> str:

@@ -61,28 +61,45 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.like:
         scenes = tuple(beside(scene, methods[0]) for scene in scenes)
     jobs = _jobs(chosen.jobs)
-    out = _writable(Path(chosen.out))
-    store.usable(out / store.FILE)
-    if chosen.junitxml:
-        _writable(Path(chosen.junitxml).parent)
-    from plumbob.reports.findings import requests, section
-    from plumbob.reports.view.page import write_page
-    from plumbob.reports.view.terminal import summary_lines
+    from plumbob.reports.findings import requests
+    from plumbob.reports.view.page import NAME
 
-    line = shlex.join(["plumbob", *sys.argv[1:]])
+    junit = _replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
+    _replaceable("out", Path(chosen.out) / NAME)
+    out = _writable("out", Path(chosen.out))
+    store.usable(out / store.FILE)
+    if junit:
+        _writable("junitxml", junit.parent)
+    # Arguments may hold bytes that are no UTF-8.
+    line = shlex.join(["plumbob", *sys.argv[1:]]).encode("utf-8", "backslashreplace").decode()
     with progress() as show:
         measured = run_study(
             scenes, methods, chosen.profile, jobs,
             progress=show, requests=requests, command=line,
         )  # fmt: skip
-    # From here on all is said of the stored study, as `plumbob report` says it.
-    study = store.load(out / store.FILE, store.save(measured, out / store.FILE))
+    number = store.save(measured, out / store.FILE)
+    try:
+        return _report(chosen, out, number, junit)
+    except BaseException as error:
+        drawn = shlex.join(["plumbob", "report", str(out), "--study", str(number)])
+        error.add_note(f"the study is stored: `{drawn}` draws its page")
+        raise
+
+
+def _report(chosen: argparse.Namespace, out: Path, number: int, junit: Path | None) -> int:
+    """Judge the stored study of that number, as `plumbob report` does, and write what was asked
+    for; returns the exit code."""
+    from plumbob.reports.findings import section
+    from plumbob.reports.view.page import write_page
+    from plumbob.reports.view.terminal import summary_lines
+
+    study = store.load(out / store.FILE, number)
     assert study is not None
     judged = judge_study(study)
     own = user_results(study, judged)
     page = write_page(study, out, section, judged)
-    if chosen.junitxml:
-        write_junit(Path(chosen.junitxml), study, judged)
+    if junit:
+        write_junit(junit, study, judged)
     if chosen.json:
         json.dump(values.plain(records(study, judged, own)), sys.stdout, indent=1)
         print()
@@ -136,14 +153,17 @@ def _print(study: Study, judged: Judgements, verbose: bool) -> None:
 
 
 def _jobs(text: str | None) -> int:
-    if text is None:
-        return os.cpu_count() or 1
-    if not text.isdigit() or int(text) < 1:
-        raise ParameterError("jobs", text, "a whole number, 1 or more")
-    return int(text)
+    return (os.cpu_count() or 1) if text is None else values.count("jobs", text)
 
 
-def _writable(folder: Path) -> Path:
+def _replaceable(name: str, file: Path) -> Path:
+    """`file`, links followed, if it is new or a regular file; raises ParameterError."""
+    if os.path.lexists(file) and not file.is_file():
+        raise ParameterError(name, str(file), "a new file, or a regular one to replace")
+    return file.resolve()
+
+
+def _writable(name: str, folder: Path) -> Path:
     """`folder`, made if need be, if a file can be written there; raises ParameterError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -151,7 +171,7 @@ def _writable(folder: Path) -> Path:
             return folder
     except OSError as error:
         raise ParameterError(
-            "out", str(folder), f"a folder to write to ({error.strerror})"
+            name, str(folder), f"a folder to write to ({error.strerror})"
         ) from None
 
 

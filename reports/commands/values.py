@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,13 @@ def number(name: str, text: str) -> float:
 def positive_number(name: str, text: str) -> float:
     """`text` as a number above zero; raises ParameterError."""
     return positive(name, number(name, text))
+
+
+def count(name: str, text: str) -> int:
+    """`text` as a whole number of 1 or more, below 2^63; raises ParameterError."""
+    if not (text.isascii() and text.isdigit() and len(text) < 20 and 1 <= int(text) < 2**63):
+        raise ParameterError(name, text, "a whole number, 1 or more")
+    return int(text)
 
 
 def times(text: str) -> Array:
@@ -55,6 +63,32 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
         "--set", action="append", metavar="NAME=JSON", dest="changes",
         help="change a parameter of the scene (SI units, radians); may be repeated",
     )  # fmt: skip
+
+
+@contextmanager
+def representable(changed: Mapping[str, Any]) -> Iterator[None]:
+    """Raises ParameterError, naming what was `changed`, where the exact solution fails in double
+    precision: the extremes of some parameters overflow."""
+    try:
+        with np.errstate(all="ignore"):
+            yield
+    except (ArithmeticError, np.linalg.LinAlgError, RuntimeError) as error:
+        if not changed:
+            raise
+        raise _extreme(changed) from error
+
+
+def all_finite(changed: Mapping[str, Any], observables: Mapping[str, Array]) -> None:
+    """Raises ParameterError, naming what was `changed`, where an observable is not finite."""
+    if changed and not all(np.isfinite(values).all() for values in observables.values()):
+        raise _extreme(changed)
+
+
+def _extreme(changed: Mapping[str, Any]) -> ParameterError:
+    requirement = "such that double precision holds the exact solution"
+    if len(changed) == 1:
+        return ParameterError(*next(iter(changed.items())), requirement)
+    return ParameterError("set", dict(changed), requirement)
 
 
 def plain(value: Any) -> Any:

@@ -82,7 +82,7 @@ def test_wheel_has_the_command_and_the_licence(wheel: zipfile.ZipFile) -> None:
     (entry,) = (name for name in wheel.namelist() if name.endswith("/entry_points.txt"))
     points = configparser.ConfigParser()
     points.read_string(wheel.read(entry).decode())
-    assert dict(points["console_scripts"]) == {"plumbob": "plumbob.reports.cli:main"}
+    assert dict(points["console_scripts"]) == {"plumbob": "plumbob.__main__:main"}
     assert any(name.endswith("/licenses/LICENSE") for name in wheel.namelist())
 
 

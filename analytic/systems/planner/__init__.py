@@ -35,6 +35,7 @@ from plumbob.analytic.systems.planner.tracks import Curve, FreePlane, Track
 __all__ = ["POSES", "Limits", "Plan", "RestPose", "plan", "pose_error", "simulate"]
 
 SAME = 1e-12  # [m] and [rad]: a difference of poses this small needs no motion
+LARGEST_HEADING = 1e6  # [rad]: 2 pi times so many turns is known to 1e-10
 CLOSED = 1e-9  # [m] and [rad]: largest distance of the final pose from the goal
 AIMS = 3  # corrections of the goal for accumulated round-off, before giving up
 
@@ -67,6 +68,9 @@ def plan(
     start = start or RestPose(0.0, 0.0, 0.0)
     if track not in ("free", "curve"):
         raise ParameterError("track", track, "free or curve")
+    for pose in (start, goal):
+        if abs(pose.heading) > LARGEST_HEADING:
+            raise ParameterError("heading", pose.heading, f"within ±{LARGEST_HEADING:g} rad")
     rails: Track = (FreePlane if track == "free" else Curve)(capsule, limits)
     for breach in validity(capsule, (Segment(start.slider, goal.slider),)):
         raise breach

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
+
+import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.methods import METHODS
@@ -21,6 +24,7 @@ NUMBERS = (
 )  # fmt: skip
 DISABLED = ("EULERDAMP", "REFSAFE", "WARMSTART", "ISLAND", "MIDPHASE", "NATIVECCD", "MULTICCD")
 ENABLED = ("DIAGEXACT", "IPC")
+CONDIMS = (1, 3, 4, 6)  # of a contact's friction: none, sliding, and torsion, and rolling
 CONTACT = ("solref", "solimp", "condim", "margin", "gap")  # friction is the scene's
 OVERRIDDEN = ("solref", "solimp", "margin")  # by an option that overrides every contact's
 # Termination tolerances go with the contacts: a scene's model scales them with its masses.
@@ -49,8 +53,9 @@ def user_method(path: str | Path) -> Method:
     if spec.option.enableflags & int(mujoco.mjtEnableBit.mjENBL_OVERRIDE):
         contact |= {name: _plain(getattr(spec.option, f"o_{name}")) for name in OVERRIDDEN}
     settings["contact"] = contact | {name: getattr(spec.option, name) for name in ENDS}
+    _runnable(path, settings)
     step = float(spec.option.timestep)
-    if not step > 0.0:
+    if not 0.0 < step < math.inf:
         raise ParameterError("like", str(path), f"a model with a time step above 0, not {step:g}")
     like = next(m for m in METHODS if m.settings["integrator"].lower() == settings["integrator"])
     scheme = like.scheme
@@ -72,12 +77,24 @@ def _read(path: str | Path) -> Any:
         try:
             spec = mujoco.MjSpec.from_file(str(path))
             root = ElementTree.parse(path).getroot().tag
-        except (ValueError, OSError, ElementTree.ParseError) as error:
+        except (ValueError, OSError, LookupError, ElementTree.ParseError) as error:
             reason = " ".join(str(error).split())
             raise ParameterError("like", str(path), f"a MuJoCo model file ({reason})") from None
     if root != "mujoco":
         raise ParameterError("like", str(path), f"a MuJoCo model file (it begins with <{root}>)")
     return spec
+
+
+def _runnable(path: str | Path, settings: Mapping[str, Any]) -> None:
+    """Raises ParameterError for settings that no model can have."""
+    contact = settings["contact"]
+    if contact["condim"] not in CONDIMS:
+        allowed = "a model whose default condim is 1, 3, 4 or 6"
+        raise ParameterError("like", str(path), f"{allowed}, not {contact['condim']}")
+    numbers = {name: settings[name] for name in NUMBERS if name in settings} | contact
+    for name, value in numbers.items():
+        if not np.all(np.isfinite(value)):
+            raise ParameterError("like", str(path), f"a model with finite numbers, not {name}")
 
 
 def _plain(value: Any) -> float | int | tuple[float, ...]:

@@ -1,0 +1,165 @@
+"""Bad input that once ended in a traceback or a hang: one line, exit code 2, nothing written."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plumbob.engines.method import Engine
+from plumbob.engines.study import store
+from plumbob.engines.study.codec import packed, unpacked
+from plumbob.engines.trajectory import Trajectory
+from plumbob.reports.cli import main
+
+CONE = "cone-pendulum/rotating-base"
+VALIDATE = ("validate", "--scenes", CONE, "--methods", "ode/rk4", "--jobs", "1")
+DECLARED = '<?xml version="1.0" encoding="{}"?><mujoco/>'
+BAD = {
+    "jobs as a superscript": (*VALIDATE[:-1], "²"),
+    "a folder as the JUnit file": (*VALIDATE, "--junitxml", "."),
+    "a pipe as the JUnit file": (*VALIDATE, "--junitxml", "pipe"),
+    "a device as the JUnit file": (*VALIDATE, "--junitxml", "/dev/null"),
+    "a dangling link as the JUnit file": (*VALIDATE, "--junitxml", "dangling"),
+    "a pipe in the page's place": (*VALIDATE, "--out", "with-pipes"),
+    "a pipe in the store's place": ("report", "with-pipes"),
+    "a study number as a superscript": ("compare", "out#²", "out"),
+    "a study number beyond 64 bits": ("compare", "out#99999999999999999999", "out"),
+    "a study number below them": ("compare", "out#9999999999999999999", "out"),
+    "study 0": ("compare", "out#0", "out"),
+    "no study number": ("compare", "out#", "out"),
+    "study 0 of a report": ("report", "out", "--study", "0"),
+    "a report's study beyond 64 bits": ("report", "out", "--study", "9" * 20),
+    "a pipe as a model": ("run", CONE, "--like", "pipe"),
+    "a device as a model": ("run", CONE, "--like", "/dev/zero"),
+    "a folder as a model": ("run", CONE, "--like", "out"),
+    "a huge file as a model": ("run", CONE, "--like", "huge.xml"),
+    "a condim of 2": ("run", CONE, "--like", "condim.xml"),
+    "an encoding that no one knows": ("run", CONE, "--like", "encoding.xml"),
+    "an infinite step": ("run", CONE, "--like", "infinite.xml"),
+    "a heading of 1e17 rad": ("plan", "--to", "0", "0", "1e17"),
+    "a place 1e17 m away": ("plan", "--to", "1e17", "0", "0"),
+    "an angular speed that overflows": ("solve", "simple-pendulum", "--set", "theta_dot=1e30"),
+    "gravity that underflows": ("solve", "simple-pendulum", "--set", "gravity=1e-308"),
+    "friction that never ends a turn": ("solve", "capsule-turn", "--set", "friction=1e-308"),
+    "a length that overflows": ("run", "simple-pendulum", "ode/rk4", "--step", "1e-3",
+                                "--set", "length=1e308"),
+    "export onto a pipe": ("models", "export", "pipes"),
+    "export through a dangling link": ("models", "export", "links"),
+    "export into a link for a folder": ("models", "export", "folders"),
+}  # fmt: skip
+
+
+@pytest.fixture
+def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A working folder with files of every kind but the right one."""
+    monkeypatch.chdir(tmp_path)
+    for folder in ("out", "with-pipes", "pipes/cone_pendulum", "links/cone_pendulum", "folders"):
+        Path(folder).mkdir(parents=True)
+    for pipe in ("pipe", "with-pipes/index.html", f"with-pipes/{store.FILE}",
+                 "pipes/cone_pendulum/cone_pendulum.xml"):  # fmt: skip
+        os.mkfifo(pipe)
+    for link in ("dangling", "links/cone_pendulum/cone_pendulum.xml", "folders/cone_pendulum"):
+        Path(link).symlink_to(tmp_path / "nowhere")
+    with Path("huge.xml").open("wb") as huge:
+        huge.truncate(200_000_000)
+    Path("condim.xml").write_text('<mujoco><default><geom condim="2"/></default></mujoco>')
+    Path("encoding.xml").write_text(DECLARED.format("klingon"))
+    Path("infinite.xml").write_text('<mujoco><option timestep="inf"/></mujoco>')
+    return tmp_path
+
+
+@pytest.mark.parametrize("words", BAD.values(), ids=BAD)
+def test_it_is_one_line_and_nothing_is_written(
+    words: tuple[str, ...], inputs: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = sorted(inputs.rglob("*"))
+    code = main(words)
+    out, err = capsys.readouterr()
+    assert (code, out, err.count("\n")) == (2, "", 1), err
+    assert err.startswith("plumbob: ")
+    assert sorted(inputs.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    ("scene", "method", "verdict"),
+    [
+        ("capsule-line/ca1", "ode/rk4", None),
+        ("capsule-turn/0.3", "exact/closed-form", "unsupported"),
+        (CONE, "heyoka/*", "missing"),
+    ],
+)
+def test_a_study_without_a_run_has_a_page(
+    scene: str, method: str, verdict: str | None, tmp_path: Path,
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    def there(engine: Engine) -> bool:
+        return engine.name != "heyoka"
+
+    for module in ("engines.registry", "engines.study.measurement", "engines.study.extra_runs"):
+        monkeypatch.setattr(f"plumbob.{module}.installed", there, raising=False)
+    words = ["validate", "--scenes", scene, "--methods", method, "--jobs", "1"]
+    code = main([*words, "--out", str(tmp_path)])
+    out, err = capsys.readouterr()
+    assert (code, err) == (3 if verdict == "missing" else 0, "")
+    assert verdict is None or verdict in out
+    assert scene in (tmp_path / "index.html").read_text("utf-8")
+
+
+def test_names_of_folders_may_hold_anything(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = str(tmp_path / os.fsdecode(b"a#1 \xff"))
+    words = [*VALIDATE, "--out", out]
+    monkeypatch.setattr("sys.argv", ["plumbob", *words])
+    assert main(words) == 0
+    assert main(["compare", out, f"{out}#1"]) == 0
+    assert capsys.readouterr().out.endswith("nothing has moved\n")
+
+
+@pytest.mark.parametrize("damage", ["[]", "null", "7", '"text"', '{"a": 1}', "{", "\0"])
+@pytest.mark.parametrize("table", ["study", "method", "convergence_study", "run", "scene"])
+def test_a_damaged_store_is_bad_input(
+    table: str, damage: str, stored: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / store.FILE).write_bytes(stored)
+    with closing(sqlite3.connect(tmp_path / store.FILE)) as held, held:
+        held.execute(f"update {table} set body = ?", (damage,))
+    assert main(["report", str(tmp_path)]) == 2
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert "must be a file of stored studies" in err
+    assert not (tmp_path / "index.html").exists()
+
+
+@pytest.mark.parametrize("table", ["study", "method", "convergence_study", "run", "scene"])
+def test_an_unknown_field_in_a_store_is_left_out(
+    table: str, stored: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / store.FILE).write_bytes(stored)
+    with closing(sqlite3.connect(tmp_path / store.FILE)) as held, held:
+        held.execute(f"update {table} set body = '{{\"later\": 1, ' || substr(body, 2)")
+    assert main(["report", str(tmp_path)]) == 0
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("text", ['{"later": 1, "warnings": []}', "[]", "{}", '{"warnings": 1}'])
+def test_a_damaged_recording_is_no_recording(text: str) -> None:
+    whole, arrays = packed(Trajectory(np.zeros(1), {"theta": np.zeros(1)}))
+    for damaged in (arrays[:-30], b"", b"PK\x05\x06" + bytes(18)):
+        with pytest.raises(ValueError, match="no recording"):
+            unpacked(whole, damaged)
+    with pytest.raises(ValueError, match="no recording"):
+        unpacked(text, arrays)
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """The store of a small study."""
+    folder = tmp_path_factory.mktemp("stored")
+    assert main([*VALIDATE, "--out", str(folder)]) == 0
+    return (folder / store.FILE).read_bytes()

@@ -1,0 +1,128 @@
+"""Exit codes of what goes wrong on plumbob's own side: 4 for a defect, 130 when interrupted."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import os
+import re
+import shlex
+import signal
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any, NoReturn
+
+import pytest
+
+from plumbob.__main__ import main as start
+from plumbob.engines.study import store
+from plumbob.reports.cli import main
+from plumbob.reports.commands import cite
+
+VALIDATE = ("validate", "--scenes", "cone-pendulum/rotating-base", "--methods", "ode/rk4")
+
+
+@pytest.fixture(autouse=True)
+def _temporary_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tracebacks go where the test ends."""
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+
+
+def _broken(*_: Any, **__: Any) -> NoReturn:
+    raise ValueError("two\nlines of it")
+
+
+def test_a_defect_is_one_line_and_its_traceback_a_file(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cite, "systems", _broken)
+    assert main(["cite"]) == 4
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    found = re.search(r"plumbob: a defect of plumbob itself: ValueError.*in (.*)\)$", err.strip())
+    assert found is not None
+    assert "in _broken" in Path(found[1]).read_text("utf-8")
+
+
+def test_a_defect_where_no_file_can_be_written(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cite, "systems", _broken)
+    monkeypatch.setattr(tempfile, "tempdir", "/nowhere/at/all")
+    assert main(["cite"]) == 4
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert f"{__file__}:" in err
+
+
+def test_a_study_is_kept_when_its_page_fails(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out"
+    with monkeypatch.context() as patched:
+        patched.setattr("plumbob.reports.view.page.write_page", _broken)
+        assert main([*VALIDATE, "--jobs", "1", "--out", str(out)]) == 4
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    found = re.search(r"the study is stored: `plumbob (.*)` draws its page$", err.strip())
+    assert found is not None
+    assert not (out / "index.html").exists()
+    assert main(shlex.split(found[1])) == 0
+    assert (out / "index.html").exists()
+    assert store.load(out / store.FILE) is not None
+
+
+def test_an_interrupt_is_one_line(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted() -> NoReturn:
+        os.kill(os.getpid(), signal.SIGINT)
+        raise AssertionError("not interrupted")
+
+    usual = signal.getsignal(signal.SIGINT)
+    monkeypatch.setattr(cite, "systems", interrupted)
+    assert main(["cite"]) == 130
+    assert capsys.readouterr().err == "plumbob: interrupted\n"
+    assert signal.getsignal(signal.SIGINT) == usual
+
+
+def test_an_interrupt_that_a_library_makes_an_error_of_its_own(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def loading(_: argparse.Namespace) -> NoReturn:
+        try:
+            os.kill(os.getpid(), signal.SIGINT)
+            raise AssertionError("not interrupted")
+        except KeyboardInterrupt:
+            raise ImportError("the library failed to load") from None
+
+    monkeypatch.setattr(cite, "command", loading)
+    assert main(["cite"]) == 130
+    assert capsys.readouterr().err == "plumbob: interrupted\n"
+
+
+def test_an_interrupt_while_the_command_line_loads(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Interrupted:
+        """Finds no module: the user stops it."""
+
+        def find_spec(self, *_: Any) -> NoReturn:
+            raise KeyboardInterrupt
+
+    monkeypatch.delitem(sys.modules, "plumbob.reports.cli")
+    monkeypatch.setattr(sys, "meta_path", [Interrupted()])
+    assert start() == 130
+    assert capsys.readouterr().err == "plumbob: interrupted\n"
+
+
+def test_what_a_terminal_cannot_show_is_escaped(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown = io.BytesIO()
+    with io.TextIOWrapper(shown, encoding="ascii") as terminal:
+        monkeypatch.setattr(sys, "stdout", terminal)
+        assert main(["cite"]) == 0
+        terminal.flush()
+        assert b"P\\xeandulo" in shown.getvalue()
+        monkeypatch.undo()

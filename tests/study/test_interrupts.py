@@ -1,0 +1,34 @@
+"""The processes of a study leave interrupts to the one that began them, and end with it."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import time
+
+import pytest
+
+from plumbob.engines.study import runner
+
+
+def test_processes_never_see_an_interrupt() -> None:
+    with runner._pool(None, 1) as pool:
+        assert pool is not None
+        with runner._interrupts_held():
+            blocked = pool.submit(signal.pthread_sigmask, signal.SIG_BLOCK, ())
+        assert signal.SIGINT in blocked.result()
+        assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+def test_an_interrupt_that_comes_while_processes_begin_is_not_lost() -> None:
+    with pytest.raises(KeyboardInterrupt), runner._interrupts_held():
+        signal.raise_signal(signal.SIGINT)
+
+
+def test_processes_end_with_what_began_them() -> None:
+    others = set(multiprocessing.active_children())
+    with pytest.raises(KeyboardInterrupt), runner._pool(None, 1) as pool:
+        assert pool is not None
+        pool.submit(time.sleep, 3600.0)  # [s]: not waited for
+        raise KeyboardInterrupt
+    assert set(multiprocessing.active_children()) <= others
