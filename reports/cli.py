@@ -13,7 +13,8 @@ from plumbob import __version__
 
 USAGE = 2
 COMMANDS = (
-    "list", "validate", "report", "solve", "run", "recommend", "compare", "plan", "models", "cite",
+    "list", "validate", "report", "solve", "run", "recommend", "settings", "compare", "plan",
+    "models", "cite",
 )  # fmt: skip
 
 
