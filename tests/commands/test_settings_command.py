@@ -7,10 +7,14 @@ import re
 from pathlib import Path
 from typing import Any
 
+import mujoco
+import numpy as np
 import pytest
 
+from plumbob.engines.adapters.mujoco.contacts import coulomb_pair
 from plumbob.engines.registry import engines
-from plumbob.models.registry import systems
+from plumbob.models.registry import case_of, systems
+from plumbob.models.registry import scene as find_scene
 from plumbob.reports.cli import main
 
 METHOD = "mujoco/euler+coulomb"
@@ -140,3 +144,39 @@ def test_too_many_feet_for_the_stiffness_are_warned_of(
         code, found = _check(capsys, path)
         assert code == expected
         assert ["too stiff" in line for line in found["warnings"]] == [True] * expected
+
+
+@pytest.mark.parametrize("step", ["1e-3", "2.5e-5"])
+def test_models_are_exported_for_a_step(
+    step: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The same contacts as the adapter gives the model at that step, and at rest at the start."""
+    assert main(["models", "export", str(tmp_path), "--step", step]) == 0
+    capsys.readouterr()
+    gravity = case_of(find_scene("capsule-line")).problem.setup.capsule.gravity
+    for name in ("tripod_capsule.xml", "turning.xml", "planar.xml"):
+        path = tmp_path / "tripod_capsule" / name
+        first, text = path.read_text("utf-8").split("\n", 1)
+        assert first == f"<!-- Contacts for a time step of {step} s, and no other. -->"
+        assert "1e-4:" not in text
+        found = mujoco.MjModel.from_xml_path(str(path))
+        assert found.opt.timestep == float(step)
+        fields = coulomb_pair(float(step), softening=1.0)
+        for field in ("solref", "solreffriction", "solimp"):
+            wanted = np.broadcast_to(fields[field], getattr(found, f"pair_{field}").shape)
+            assert getattr(found, f"pair_{field}") == pytest.approx(wanted, rel=1e-11)
+        if found.nkey:
+            data = mujoco.MjData(found)
+            mujoco.mj_resetDataKeyframe(found, data, 0)
+            mujoco.mj_forward(found, data)
+            assert abs(data.qacc[2]) < 1e-3 * gravity
+    reduced = mujoco.MjModel.from_xml_path(str(tmp_path / "tripod_capsule" / "reduced.xml"))
+    assert reduced.opt.timestep == float(step)
+    assert reduced.dof_solref[:, 1].min() == pytest.approx(-0.9999 / float(step))
+    scene = tmp_path / "tripod_capsule" / "scene.xml"
+    assert _check(capsys, scene)[0] == 0
+    unchanged = tmp_path / "cone_pendulum" / "cone_pendulum.xml"
+    assert unchanged.read_bytes() == systems()["cone-pendulum"].mjcf.read_bytes()
+    assert main(["models", "export", str(tmp_path), "--step", "2e-3"]) == 2  # not written over
+    assert main(["models", "export", str(tmp_path / "none"), "--step", "-1"]) == 2
+    assert not (tmp_path / "none").exists()
