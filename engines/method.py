@@ -80,6 +80,40 @@ class Trimming:
 
 
 @dataclass(frozen=True)
+class Snippet:
+    """One way to give a model of one's own the settings of a method, ready to paste."""
+
+    title: str
+    mjcf: str  # lines of a model file; may be empty
+    python: str  # lines to run after the model is compiled or built; may be empty
+    error: str  # what is predicted of a stopping distance, or of the motion
+    cost: str
+    holds: str  # where it holds
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What to paste for a method at a step, and the error predicted for it."""
+
+    method: str
+    step: float  # [s]
+    stop_error_per_speed: float | None
+    """Leading error of a stopping distance over the initial speed [s], of first order in the step
+    and signed; None where nothing is predicted or nothing slides."""
+    snippets: tuple[Snippet, ...]
+
+
+@dataclass(frozen=True)
+class FileCheck:
+    """How a model file compares with a method's settings for the file's own time step."""
+
+    method: str
+    step: float  # [s], the file's own
+    differences: tuple[tuple[str, str, str], ...]  # field, value in the file, value of the method
+    warnings: tuple[str, ...]  # contacts that are written for another step, or unstable
+
+
+@dataclass(frozen=True)
 class Engine:
     """A translation of scenes into one engine's terms; the package is imported when it runs."""
 
@@ -98,3 +132,10 @@ class Engine:
     trimming: Callable[[Case, Method, float, int, int], Trimming] | None = None
     """Case, method, step [s], number of steps, repeats -> what trimming the model saves; raises
     Unsupported."""
+    settings_text: Callable[[Method, float, float | None, float], Settings] | None = None
+    """Method, step [s], stiffness of contacts (natural frequency times step; None for the engine's
+    own choice), friction coefficient -> what to paste into a model; raises ParameterError."""
+    check_file: Callable[[Path, Method], FileCheck] | None = None
+    """A user's model file against a method's settings; raises ParameterError."""
+    model_text: Callable[[str, float], str] | None = None
+    """Text of a model file whose contacts go with the step -> the text for another step [s]."""

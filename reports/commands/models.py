@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import filecmp
 import os
-import shutil
 from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.registry import engines
 from plumbob.models.registry import systems
+from plumbob.reports.commands.values import positive_number
+
+CONTACTS = b"solreffriction"  # in every file whose friction goes with the time step
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -17,6 +19,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(metavar="ACTION", dest="action")
     export = actions.add_parser("export", help="copy the models' folders into DIR")
     export.add_argument("dir", metavar="DIR")
+    export.add_argument(
+        "--step", metavar="DT",
+        help="write contacts, which go with the time step, for this step [s]; 1e-4 otherwise",
+    )  # fmt: skip
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -27,25 +33,34 @@ def command(chosen: argparse.Namespace) -> int:
             print(f"{folder.name}  {folder}")
         return 0
     target = Path(chosen.dir)
+    step = None if chosen.step is None else positive_number("step", chosen.step)
     files = [
-        (path, target / folder.name / path.name)
+        (_content(path, step), target / folder.name / path.name)
         for folder in folders
         for path in sorted(folder.iterdir())
         if path.suffix in (".xml", ".md", ".png")
     ]
-    for source, copy in files:
+    for content, copy in files:
         folder = copy.parent
         if os.path.lexists(folder) and not folder.is_dir():
             raise ParameterError("DIR", str(target), f"a folder where {folder.name} is a folder")
-        if os.path.lexists(copy) and not _same(source, copy):
+        if os.path.lexists(copy) and not _same(content, copy):
             raise ParameterError("DIR", str(target), f"a folder without another {copy.name}")
-    for source, copy in files:
+    for content, copy in files:
         copy.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(source, copy)
+        copy.write_bytes(content)
         print(copy)
     return 0
 
 
-def _same(source: Path, copy: Path) -> bool:
-    """Whether `copy` is a regular file with the bytes of `source`."""
-    return copy.is_file() and filecmp.cmp(source, copy, shallow=False)
+def _same(content: bytes, copy: Path) -> bool:
+    """Whether `copy` is a regular file with these bytes."""
+    return copy.is_file() and copy.stat().st_size == len(content) and copy.read_bytes() == content
+
+
+def _content(path: Path, step: float | None) -> bytes:
+    """What is written for the file `path`: its contacts, if it has any, for `step` [s]."""
+    content, rewrite = path.read_bytes(), engines()["mujoco"].model_text
+    if step is None or rewrite is None or path.suffix != ".xml" or CONTACTS not in content:
+        return content
+    return rewrite(content.decode("utf-8"), step).encode("utf-8")

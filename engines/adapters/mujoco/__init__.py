@@ -11,7 +11,7 @@ from pathlib import Path
 from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.mujoco.methods import METHODS
-from plumbob.engines.method import Engine, Method, Simulation, Trimming
+from plumbob.engines.method import Engine, FileCheck, Method, Settings, Simulation, Trimming
 from plumbob.models.scene import Case
 
 
@@ -53,6 +53,29 @@ def measure_trimming(case: Case, method: Method, step: float, steps: int, repeat
     return trimming(case, method, step, steps, repeats)
 
 
+def settings_text(
+    method: Method, step: float, stiffness: float | None, friction: float
+) -> Settings:
+    """What to paste for `method` at `step` [s]; raises ParameterError. Works without MuJoCo."""
+    from plumbob.engines.adapters.mujoco.settings_to_paste import settings
+
+    return settings(method, step, stiffness, friction)
+
+
+def check_file(path: Path, method: Method) -> FileCheck:
+    """The model file `path` held against the settings of `method`; raises ParameterError."""
+    from plumbob.engines.adapters.mujoco.file_check import check
+
+    return check(path, method)
+
+
+def model_text(text: str, step: float) -> str:
+    """A model file's text with its contacts for `step` [s]. Works without MuJoCo."""
+    from plumbob.engines.adapters.mujoco.settings_to_paste import rewritten
+
+    return rewritten(text, step)
+
+
 ENGINE = Engine(
     "mujoco",
     "mujoco",
@@ -62,4 +85,7 @@ ENGINE = Engine(
     contact_model=contact_model,
     user_method=user_method,
     trimming=measure_trimming,
+    settings_text=settings_text,
+    check_file=check_file,
+    model_text=model_text,
 )

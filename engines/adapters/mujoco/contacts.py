@@ -85,10 +85,12 @@ class ContactProfile:
         return (1.0 - IMPEDANCE) * (step / STIFFNESS) ** 2
 
 
-def coulomb_pair(step: float, softening: float = SOFTENING, lead: float = 1.0) -> PairFields:
+def coulomb_pair(
+    step: float, softening: float = SOFTENING, lead: float = 1.0, stiffness: float = STIFFNESS
+) -> PairFields:
     """Fields of a contact pair at `step` [s] that make friction converge: it asks for rest within
-    the part `lead` of a step."""
-    rate = STIFFNESS / step
+    the part `lead` of a step; its natural frequency times the step is `stiffness`."""
+    rate = stiffness / step
     return {
         "solimp": np.array([IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0]),
         "solref": np.array([-(rate**2) * softening, -2 * DAMPING * rate * softening]),

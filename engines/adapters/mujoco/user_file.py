@@ -68,6 +68,15 @@ def user_method(path: str | Path) -> Method:
     )
 
 
+def read_model(path: str | Path, name: str) -> Any:
+    """The `MjSpec` of the model file `path`, which the argument `name` gave; raises
+    ParameterError."""
+    try:
+        return _read(path)
+    except ParameterError as error:
+        raise ParameterError(name, error.value, error.requirement) from None
+
+
 def _read(path: str | Path) -> Any:
     import mujoco
 

@@ -1,0 +1,182 @@
+"""A user's model file held against a method's settings for the file's own time step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from copy import copy
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.adapters.mujoco import options
+from plumbob.engines.adapters.mujoco.contacts import (
+    IMPEDANCE,
+    PLANE_SOFTENING,
+    REGULARISATION_RATIO,
+    SOFTENING,
+    profile,
+)
+from plumbob.engines.adapters.mujoco.settings_to_paste import OWN_STIFFNESS, own_pair
+from plumbob.engines.adapters.mujoco.user_file import read_model
+from plumbob.engines.method import FileCheck, Method
+
+CLOSE = 1e-6  # relative difference of values that are the same but for the digits written
+REACH = 1e-2  # of the mean size of a body: what is this near the floor at the start is in contact
+ONE_STEP = 1.01  # ratio of two steps that are not the same
+FREE_BODY = 1.0  # square of a lone contact's frequency over its own, where none is found to touch
+
+
+def check(path: Path, method: Method) -> FileCheck:
+    """How options and contacts of the file `path` differ from those of `method`, and whether they
+    suit the file's time step; raises ParameterError."""
+    spec = read_model(path, "check")
+    with options.collected():
+        try:
+            model = spec.compile()
+        except ValueError as error:
+            reason = " ".join(str(error).split())
+            raise ParameterError("check", str(path), f"a model that compiles ({reason})") from None
+    step = float(model.opt.timestep)
+    if not step > 0.0:
+        raise ParameterError("check", str(path), f"a model with a time step above 0, not {step:g}")
+    chosen = profile(method.settings)
+    convergent = chosen.convergent and method.settings.get("model", "full") == "full"
+    differences = list(_options(spec, method, dict(chosen.options)))
+    if convergent:
+        differences += _contacts(spec, model, method, step)
+    return FileCheck(method.name, step, tuple(differences), tuple(_warnings(model, method, step)))
+
+
+def _options(
+    spec: mujoco.MjSpec, method: Method, wanted: dict[str, Any]
+) -> Iterator[tuple[str, str, str]]:
+    asked = mujoco.MjSpec()
+    options.apply(asked, {"integrator": method.settings["integrator"], **wanted}, 1.0)
+    kinds = {name: (kind, prefix) for name, kind, prefix in options.CHOICES}
+    for name in ("integrator", *wanted):
+        value, there = getattr(spec.option, name), getattr(asked.option, name)
+        if name == "impratio" and "coulomb" in str(method.settings.get("contact")):
+            if any(_close(value, REGULARISATION_RATIO * s) for s in _softenings()):
+                continue
+            there = REGULARISATION_RATIO
+        if name in ("tolerance", "noslip_tolerance") and value <= there * (1.0 + CLOSE):
+            continue  # tighter is no worse
+        if not _close(float(value), float(there)):
+            if name in kinds:
+                kind, prefix = kinds[name]
+                words = [kind(int(v)).name.removeprefix(prefix).lower() for v in (value, there)]
+                yield f"option/{name}", words[0], words[1]
+            else:
+                yield f"option/{name}", f"{value:g}", f"{there:g}"
+
+
+def _contacts(
+    spec: mujoco.MjSpec, model: mujoco.MjModel, method: Method, step: float
+) -> Iterator[tuple[str, str, str]]:
+    """Fields of contact pairs, those of one kind once; any stiffness that is stable is right."""
+    if not model.npair:
+        yield "contact", "no <pair>", "<pair>: a <geom> has no solreffriction"
+        return
+    softening = _softening(model)
+    seen = set()
+    for i in range(model.npair):
+        stiffness = math.sqrt(max(-model.pair_solref[i, 0] / softening, 0.0)) * step
+        wanted = dict(own_pair(method, step, softening, stiffness or OWN_STIFFNESS))
+        if any(_close(model.pair_solreffriction[i, 1], rate) for rate in _rates(method, step)):
+            del wanted["solreffriction"]
+        for name, there in wanted.items():
+            value, width = getattr(model, f"pair_{name}")[i], 3 if name == "solimp" else 2
+            if all(map(_close, value[:width], there[:width])):
+                continue
+            row = (f"pair/{name}", _numbers(value[:width]), _numbers(there[:width]))
+            if row not in seen:
+                seen.add(row)
+                yield row
+        if (dim := int(model.pair_dim[i])) != 3 and ("pair/condim", str(dim), "3") not in seen:
+            seen.add(("pair/condim", str(dim), "3"))
+            yield "pair/condim", str(dim), "3"
+
+
+def _warnings(model: mujoco.MjModel, method: Method, step: float) -> Iterator[str]:
+    """Contacts that are for another step, by their friction's rate, and those that are unstable at
+    this one, by semi-implicit Euler's condition r (w^2 + 4 zeta w) <= 4."""
+    softening, ratio, reported = _softening(model), frequency_ratio(model), False
+    pairs = [
+        (model.pair_solref[i], model.pair_solreffriction[i], model.pair_solimp[i, 1])
+        for i in range(model.npair)
+    ]
+    geoms = [(model.geom_solref[i], np.zeros(2), 1.0) for i in range(model.ngeom)]
+    worst = 0.0
+    for solref, friction, impedance in (*pairs, *geoms):
+        if solref[0] < 0.0 and solref[1] <= 0.0:
+            spring, damper = -solref[0] / softening * step**2, -solref[1] / softening * step
+            worst = max(worst, spring + 2.0 * damper)
+        rate = -friction[1]
+        if friction[0] < 0.0 < rate and _close(impedance, IMPEDANCE) and not reported:
+            steps = [-step * right / rate for right in _rates(method, step)]
+            if not any(1.0 / ONE_STEP < meant / step < ONE_STEP for meant in steps):
+                words = " or ".join(dict.fromkeys(f"{meant:g}" for meant in steps))
+                reported = True
+                yield (
+                    f"contacts are written for a time step of {words} s, and the file's is "
+                    f"{step:g} s (`plumbob settings {method.name} --step {step:g}`)"
+                )
+    if ratio * worst > 4.0:
+        yield (
+            f"contacts are too stiff for a time step of {step:g} s: the body may be thrown up "
+            f"(stability number {ratio * worst:.3g}, at most 4; a smaller --stiffness lowers it)"
+        )
+
+
+def _rates(method: Method, step: float) -> tuple[float, ...]:
+    """Second numbers of `solreffriction` that are right: on a line RK4 may ask for rest within a
+    whole step too."""
+    return float(own_pair(method, step)["solreffriction"][1]), -IMPEDANCE / step
+
+
+def frequency_ratio(model: mujoco.MjModel) -> float:
+    """Square of the ratio of the fastest oscillation on the contacts at the model's start to that
+    of one contact alone: the largest eigenvalue of J M^-1 J' over the contacts' inverse weights."""
+    near = copy(model)
+    reach = REACH * float(model.stat.meansize)
+    near.pair_margin[:] += reach
+    near.geom_margin[:] += reach
+    near.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    near.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    data = mujoco.MjData(near)
+    if near.nkey:
+        mujoco.mj_resetDataKeyframe(near, data, 0)
+    with options.collected():
+        mujoco.mj_forward(near, data)
+    touching = [contact for contact in data.contact if contact.efc_address >= 0]
+    if not touching:
+        return FREE_BODY
+    rows = data.efc_J.reshape(data.nefc, near.nv)[[c.efc_address for c in touching]]
+    solved = np.zeros_like(rows)
+    mujoco.mj_solveM(near, data, solved, rows)
+    bodies = near.geom_bodyid[np.array([contact.geom for contact in touching])]
+    weights = near.body_invweight0[bodies, 0].sum(axis=1)
+    scaled = (rows @ solved.T) / np.sqrt(np.outer(weights, weights))
+    return float(np.linalg.eigvalsh(scaled).max())
+
+
+def _softening(model: mujoco.MjModel) -> float:
+    """The factor on inverse weights that the file's `impratio` is for; 1 where it is none."""
+    found = [s for s in _softenings() if _close(model.opt.impratio, REGULARISATION_RATIO * s)]
+    return found[0] if found else 1.0
+
+
+def _softenings() -> tuple[float, ...]:
+    return 1.0, SOFTENING, PLANE_SOFTENING
+
+
+def _close(value: float, other: float) -> bool:
+    return math.isclose(value, other, rel_tol=CLOSE, abs_tol=1e-300)
+
+
+def _numbers(values: Any) -> str:
+    return " ".join(f"{value:g}" for value in values)

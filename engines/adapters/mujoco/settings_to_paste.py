@@ -1,0 +1,264 @@
+"""Settings to copy: a method's options and contacts as MJCF and Python for any model.
+
+The adapter's own contacts (STIFFNESS in contacts.py) are as stiff as three supports of a body made
+for them allow. Those of a model of one's own are softer: four feet under the corners of a solid
+body, on which it tilts at 12^(1/2) times one contact's frequency, are stable up to 14.3^(1/2).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from plumbob.analytic.errors.schemes import EULER, RK4
+from plumbob.analytic.errors.sliding_motion.plane_steps import FRICTION_LEADS
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.adapters.mujoco.contacts import (
+    DAMPING,
+    IMPEDANCE,
+    JOINT_IMPEDANCE,
+    PLANE_SOFTENING,
+    REGULARISATION_RATIO,
+    ContactProfile,
+    PairFields,
+    coulomb_pair,
+    profile,
+)
+from plumbob.engines.method import Method, Settings, Snippet
+
+OWN_STIFFNESS = 0.2  # natural frequency of one contact times the step, in a model of one's own
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+SLIDING = (
+    "for bodies that slide and stop under dry friction, at this fixed step; tried on a four-footed "
+    "box, a four-legged stand and a wheeled base with locked wheels"
+)
+PAIRS = (
+    '<contact>\n  <!-- one line for each geom that touches the floor -->\n  <pair geom1="floor" '
+    'geom2="foot_1"/>\n</contact>'
+)
+NO_PREDICTION = "none is predicted"
+
+
+def stable_ratio(stiffness: float, damping: float = DAMPING) -> float:
+    """Largest square of the ratio of a body's frequency on its contacts to one contact's frequency
+    at which semi-implicit Euler is stable: r w^2 + 4 r zeta w <= 4, with w times the step.
+
+    >>> round(stable_ratio(0.4), 2), round(stable_ratio(0.2), 1)
+    (6.25, 14.3)
+    """
+    return 4.0 / (stiffness**2 + 4.0 * damping * stiffness)
+
+
+def settings(method: Method, step: float, stiffness: float | None, friction: float) -> Settings:
+    """What to paste for `method` at `step` [s]; raises ParameterError."""
+    chosen = profile(method.settings)
+    model = method.settings.get("model", "full")
+    if model == "planar":
+        raise ParameterError("method", method.name, "a method to use; this one is a known limit")
+    convergent = chosen.convergent and model == "full"
+    if stiffness is not None and not convergent:
+        raise ParameterError("stiffness", stiffness, "left out: it is for `+coulomb` methods only")
+    if stiffness is not None and stiffness > 1.0:
+        raise ParameterError("stiffness", stiffness, "at most 1: no contact is stable at more")
+    if convergent:
+        return _convergent(method, chosen, step, stiffness or OWN_STIFFNESS, friction)
+    if model == "reduced":
+        return _reduced(method, step)
+    if "contact" in method.settings:
+        return _other_contacts(method, chosen, step, friction)
+    return _integrator(method, step)
+
+
+def own_pair(
+    method: Method, step: float, softening: float = 1.0, stiffness: float = OWN_STIFFNESS
+) -> PairFields:
+    """Fields of a contact pair that converges with `method` at `step` [s] in a model of one's
+    own, whose bodies' inverse weights are overstated by `softening`."""
+    lead = FRICTION_LEADS[RK4 if method.settings["integrator"] == "RK4" else EULER]
+    return coulomb_pair(step, softening, lead, stiffness)
+
+
+def _convergent(
+    method: Method, chosen: ContactProfile, step: float, stiffness: float, friction: float
+) -> Settings:
+    rk4 = method.settings["integrator"] == "RK4"
+    first = 0.0 if rk4 else -step / 2
+    leading = "no term of first order" if rk4 else f"{first:.6g} s times the initial speed"
+    tilt = (step / stiffness) ** 2
+    error = (
+        f"stopping distance: {leading}; and {-tilt:.3g} s^2 times f g h^2/sum(b_i^2), as a body "
+        "tilts on its contacts (centre of mass at a height h, feet at b_i from it along the "
+        "motion); slip at a speed v changes normal forces, until the body has settled on them, by"
+    )
+    more = "4.5" if rk4 else "1.6" if "noslip_iterations" in chosen.options else "1.2"
+    cost = f"{more} times a step of Euler with default contacts"
+    stable = (
+        f"stable while it slides where no oscillation on the contacts is faster than "
+        f"{stable_ratio(stiffness):.3g}^(1/2) times one contact; `plumbob settings --check` "
+        "tells, and a smaller --stiffness allows more"
+    )
+
+    def mjcf(softening: float) -> str:
+        options = {**chosen.options, "impratio": REGULARISATION_RATIO * softening}
+        fields = own_pair(method, step, softening, stiffness)
+        parts = [_option(method, step, options), _default_pair(fields, friction), PAIRS]
+        return "\n".join((f"<!-- contacts for a time step of {step:g} s, and no other -->", *parts))
+
+    alone = Snippet(
+        "MJCF alone",
+        mjcf(1.0),
+        "",
+        f"{error} {IMPEDANCE:g} f m v/dt",
+        cost,
+        f"{SLIDING}; {stable}",
+    )
+    softened = Snippet(
+        "MJCF, and one line of Python after compiling",
+        mjcf(PLANE_SOFTENING),
+        f'model.body_invweight0[model.body("base").id] *= {PLANE_SOFTENING:g}'
+        "  # each body that touches the floor",
+        f"{error} {IMPEDANCE / PLANE_SOFTENING:g} f m v/dt, which suits bodies that turn too",
+        cost,
+        f"{SLIDING}; {stable}; joint limits and equality constraints of these bodies are softened "
+        "too",
+    )
+    return Settings(method.name, step, first, (alone, softened))
+
+
+def _other_contacts(
+    method: Method, chosen: ContactProfile, step: float, friction: float
+) -> Settings:
+    text = "\n".join((
+        _option(method, step, dict(chosen.options)),
+        f'<default>\n  <geom friction="{friction:g}"/>\n</default>',
+    ))  # fmt: skip
+    return Settings(
+        method.name,
+        step,
+        None,
+        (
+            Snippet(
+                "MJCF alone",
+                text,
+                "",
+                f"{NO_PREDICTION}: a sliding body chatters, and a smaller step does not help",
+                "0.9 to 1.5 times a step with default contacts",
+                "nowhere to a given accuracy; mujoco/euler+coulomb converges",
+            ),
+        ),
+    )
+
+
+def _reduced(method: Method, step: float) -> Settings:
+    limit = f"{JOINT_IMPEDANCE:g} {JOINT_IMPEDANCE:g} 0.001"
+    joint = (
+        "<!-- in the body: frictionloss is f times the weight [N]; no contacts with the floor -->\n"
+        f'<joint type="slide" axis="1 0 0" frictionloss="1" solimpfriction="{limit}"'
+        f' solreffriction="-1 {-JOINT_IMPEDANCE / step:.12g}"/>'
+    )
+    first = 0.0 if method.settings["integrator"] == "RK4" else -step / 2
+    return Settings(
+        method.name,
+        step,
+        first,
+        (
+            Snippet(
+                "MJCF alone: a surrogate for motion along one line",
+                "\n".join((_option(method, step, {"tolerance": 1e-16}), joint)),
+                "",
+                "stopping distance: "
+                + (f"{first:.6g} s times the initial speed" if first else "of second order"),
+                f"{0.5 if first else 2.2} times a step of Euler with default contacts",
+                "for one body on one line whose normal force is constant; it cannot tip or turn",
+            ),
+        ),
+    )
+
+
+def _integrator(method: Method, step: float) -> Settings:
+    cost = f"{4 if method.settings['integrator'] == 'RK4' else 1} times a step of Euler"
+    if method.order == 1:
+        error = "of first order in the step"
+    elif method.scheme.control == "midpoint":
+        error = "of second order in the step where a control is read at mid-step, of fourth without"
+    else:
+        error = "of fourth order in the step; of first where a control is held over a step"
+    python = (
+        "\n".join((
+            "data.ctrl[:] = control(data.time + model.opt.timestep / 2)  # before each step",
+            "mujoco.mj_step(model, data)",
+        ))
+        if method.scheme.control == "midpoint"
+        else ""
+    )  # fmt: skip
+    return Settings(
+        method.name,
+        step,
+        None,
+        (
+            Snippet(
+                "MJCF, and how to step" if python else "MJCF alone",
+                _option(method, step, {}),
+                python,
+                error,
+                cost,
+                "for smooth motion on joints; sliding contacts need the `+coulomb` methods",
+            ),
+        ),
+    )
+
+
+def _option(method: Method, step: float, options: dict[str, object]) -> str:
+    given = {"timestep": step, "integrator": method.settings["integrator"], **options}
+    return f"<option {_attributes(given)}/>"
+
+
+def _default_pair(fields: PairFields, friction: float) -> str:
+    given = {"condim": 3, "friction": (friction, friction)}
+    given |= {name: tuple(fields[name]) for name in ("solref", "solreffriction")}
+    given["solimp"] = tuple(fields["solimp"][:3])
+    return f"<default>\n  <pair {_attributes(given)}/>\n</default>"
+
+
+def _attributes(given: dict[str, object]) -> str:
+    def text(value: object) -> str:
+        if isinstance(value, tuple):
+            return " ".join(map(text, value))
+        return _short(value) if isinstance(value, (int, float)) else str(value)
+
+    return " ".join(f'{name}="{text(value)}"' for name, value in given.items())
+
+
+def _short(value: float) -> str:
+    """`value` in twelve digits, in the shorter of the two ways to write it."""
+    mantissa, _, exponent = f"{value:.11e}".partition("e")
+    plain, scaled = f"{value:.12g}", f"{mantissa.rstrip('0').rstrip('.')}e{int(exponent)}"
+    return min(plain, scaled, key=len)
+
+
+def rewritten(text: str, step: float) -> str:
+    """The text of one of plumbob's own model files with its contacts for `step` [s]; its first
+    line says so. Direct `solref` goes as 1/dt^2 and 1/dt, a rest position on contacts as dt^2."""
+    if (found := re.search(rf'timestep="({NUMBER})"', text)) is None:
+        return text
+    before = float(found[1])
+    ratio = before / step
+
+    def scaled(name: str, powers: tuple[int, int]) -> Callable[[re.Match[str]], str]:
+        def replacement(match: re.Match[str]) -> str:
+            new = [float(match[i + 1]) * ratio**p for i, p in enumerate(powers)]
+            return f'{name}="{_short(new[0])} {_short(new[1])}"'
+
+        return replacement
+
+    pair = rf'"({NUMBER}) ({NUMBER})"'
+    text = re.sub(rf"\bsolref={pair}", scaled("solref", (2, 1)), text)
+    text = re.sub(rf"\bsolreffriction={pair}", scaled("solreffriction", (0, 1)), text)
+    text = re.sub(
+        rf'qpos="0 0 ({NUMBER}) ',
+        lambda match: f'qpos="0 0 {_short(float(match[1]) / ratio**2)} ',
+        text,
+    )
+    text = text.replace(found[0], f'timestep="{_short(step)}"')
+    text = re.sub(r"time step 1e-4\b", f"time step {_short(step)}", text)
+    return f"<!-- Contacts for a time step of {_short(step)} s, and no other. -->\n{text}"

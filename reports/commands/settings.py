@@ -1,0 +1,96 @@
+"""plumbob settings: what to paste into a model of your own, or how its settings differ."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import asdict
+from pathlib import Path
+from textwrap import fill, indent
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.method import Method, Settings
+from plumbob.engines.registry import engine_of, installed, method
+from plumbob.reports.commands.values import positive_number
+
+CHECKED = "mujoco/euler+coulomb"  # what a file is held against unless a method is given
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("method", metavar="METHOD", nargs="?", help="as `plumbob list methods`")
+    parser.add_argument("--step", metavar="DT", help="the time step [s] to write the settings for")
+    parser.add_argument(
+        "--stiffness", metavar="W",
+        help="natural frequency of one contact times the step; smaller for more or wider feet",
+    )  # fmt: skip
+    parser.add_argument(
+        "--friction", metavar="F", default="0.3", help="friction coefficient to write (0.3)"
+    )
+    parser.add_argument(
+        "--check", metavar="FILE",
+        help=f"tell how this MJCF file differs from the settings of METHOD ({CHECKED}); exit code "
+        "1 where its contacts do not fit its time step",
+    )  # fmt: skip
+    parser.add_argument("--json", action="store_true", help="print JSON")
+
+
+def command(chosen: argparse.Namespace) -> int:
+    """Print settings, or the differences of a file from them."""
+    if chosen.check is not None:
+        return _check(chosen)
+    if chosen.method is None:
+        raise ParameterError("METHOD", None, "given, as `plumbob settings METHOD --step DT`")
+    if chosen.step is None:
+        raise ParameterError("step", None, "given, in seconds: settings are for one step")
+    named, step = method(chosen.method), positive_number("step", chosen.step)
+    write = engine_of(named).settings_text
+    if write is None or named.control != "step":
+        raise ParameterError("method", named.name, "one of an engine with settings to paste")
+    stiffness = None if chosen.stiffness is None else positive_number("stiffness", chosen.stiffness)
+    found = write(named, step, stiffness, positive_number("friction", chosen.friction))
+    print(json.dumps(asdict(found), indent=1) if chosen.json else _text(found))
+    return 0
+
+
+def _text(found: Settings) -> str:
+    parts = [f"{found.method} at {found.step:g} s, to paste into a model of your own"]
+    said: set[str] = set()
+    for snippet in found.snippets:
+        code = "\n\n".join(filter(None, (snippet.mjcf, snippet.python)))
+        notes = [
+            fill(f"{word:<7}{text}", 98, initial_indent="  ", subsequent_indent=" " * 9)
+            for word, text in (
+                ("error", snippet.error),
+                ("cost", snippet.cost),
+                ("holds", snippet.holds),
+            )
+            if text not in said
+        ]
+        said |= {snippet.cost, snippet.holds}
+        parts.append("\n".join((f"{snippet.title}:\n", indent(code, "    "), "", *notes)))
+    return "\n\n".join(parts)
+
+
+def _check(chosen: argparse.Namespace) -> int:
+    for name in ("step", "stiffness"):
+        if getattr(chosen, name) is not None:
+            raise ParameterError(name, getattr(chosen, name), "left out: --check takes the file's")
+    named: Method = method(chosen.method or CHECKED)
+    engine = engine_of(named)
+    if engine.check_file is None or not installed(engine):
+        raise ParameterError("method", named.name, "one of an installed engine that reads MJCF")
+    found = engine.check_file(Path(chosen.check), named)
+    if chosen.json:
+        print(json.dumps(asdict(found), indent=1))
+        return 1 if found.warnings else 0
+    for warning in found.warnings:
+        print(f"warning: {warning}")
+    if not found.differences:
+        print(f"{chosen.check}: the settings of {found.method} at its step of {found.step:g} s")
+    else:
+        print(f"{chosen.check} differs from {found.method} at its step of {found.step:g} s:")
+    width = max((len(field) for field, _, _ in found.differences), default=0)
+    for field, value, wanted in found.differences:
+        print(f"  {field:<{width}}  {value}, there {wanted}")
+    return 1 if found.warnings else 0

@@ -1,0 +1,182 @@
+"""`plumbob settings` on the command line: what it prints, and what it finds in a model file."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob.engines.adapters.mujoco.contacts import coulomb_pair
+from plumbob.engines.registry import engines
+from plumbob.models.registry import case_of, systems
+from plumbob.models.registry import scene as find_scene
+from plumbob.reports.cli import main
+
+METHOD = "mujoco/euler+coulomb"
+CAPSULE = systems()["capsule-line"].mjcf
+WRITTEN = [m.name for m in engines()["mujoco"].methods if "planar" not in m.name]
+
+
+def _run(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
+    code = main(["settings", *words])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def _check(
+    capsys: pytest.CaptureFixture[str], path: Path, *words: str
+) -> tuple[int, dict[str, Any]]:
+    code, out, _ = _run(capsys, *words, "--check", str(path), "--json")
+    return code, json.loads(out)
+
+
+@pytest.mark.parametrize("method", WRITTEN)
+def test_text_and_json_agree(method: str, capsys: pytest.CaptureFixture[str]) -> None:
+    code, text, _ = _run(capsys, method, "--step", "1e-3")
+    assert code == 0
+    answer = json.loads(_run(capsys, method, "--step", "1e-3", "--json")[1])
+    sliding = method.endswith(("coulomb", "noslip", "tall", "reduced")) and "elliptic" not in method
+    first = 0.0 if "rk4" in method else -5e-4
+    assert answer["stop_error_per_speed"] == (first if sliding else None)
+    for snippet in answer["snippets"]:
+        assert 'timestep="1e-3"' in snippet["mjcf"]
+        for line in (*snippet["mjcf"].splitlines(), *snippet["python"].splitlines()):
+            assert line in text
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        ((METHOD,), "step"),
+        ((), "METHOD"),
+        ((METHOD, "--step", "0"), "step"),
+        ((METHOD, "--step", "1e-3", "--stiffness", "-1"), "stiffness"),
+        ((METHOD, "--step", "1e-3", "--stiffness", "2"), "stiffness"),
+        ((METHOD, "--step", "1e-3", "--friction", "0"), "friction"),
+        (("mujoco/euler", "--step", "1e-3", "--stiffness", "0.1"), "stiffness"),
+        (("mujoco/euler+planar", "--step", "1e-3"), "method"),
+        (("ode/rk4", "--step", "1e-3"), "method"),
+        (("ode/rk4", "--check", str(CAPSULE)), "method"),
+        (("--check", str(CAPSULE), "--step", "1e-3"), "step"),
+        (("--check", "no-such-file.xml"), "check"),
+    ],
+)
+def test_bad_input_is_one_line(
+    words: tuple[str, ...], named: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, err = _run(capsys, *words)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith(f"plumbob: {named} = ")
+
+
+@pytest.mark.parametrize("variant", [0, 1])
+@pytest.mark.parametrize("method", [METHOD, "mujoco/rk4+coulomb", "mujoco/euler+coulomb+noslip"])
+def test_what_is_pasted_differs_in_nothing(
+    method: str, variant: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    answer = json.loads(_run(capsys, method, "--step", "0.002", "--json")[1])
+    model = (
+        f"<mujoco>{answer['snippets'][variant]['mjcf']}<worldbody>"
+        '<geom name="floor" type="plane" size="1 1 1"/><body pos="0 0 .1"><freejoint/>'
+        '<geom name="foot_1" size=".1"/></body></worldbody></mujoco>'
+    )
+    path = tmp_path / "my.xml"
+    path.write_text(model, "utf-8")
+    code, found = _check(capsys, path, method)
+    assert code == 0
+    assert found == {"method": method, "step": 0.002, "differences": [], "warnings": []}
+    # a change of any one value is seen
+    values = {
+        "impratio": "option/impratio", "cone": "option/cone", "tolerance": "option/tolerance",
+        "integrator": "option/integrator", "condim": "pair/condim", "solimp": "pair/solimp",
+        "solref": "pair/solref", "solreffriction": "pair/solreffriction",
+    }  # fmt: skip
+    other = {"cone": "pyramidal", "integrator": "implicit", "condim": "4", "tolerance": "1e-8"}
+    other |= {"impratio": "100", "solimp": "0.9 0.95 0.001", "solref": "0.02 1"}
+    other |= {"solreffriction": "-1 -0.3"}
+    for name, field in values.items():
+        path.write_text(re.sub(rf'{name}="[^"]*"', f'{name}="{other[name]}"', model), "utf-8")
+        assert field in [row[0] for row in _check(capsys, path, method)[1]["differences"]]
+
+
+@pytest.mark.parametrize("name", ["tripod_capsule.xml", "turning.xml", "scene.xml"])
+@pytest.mark.parametrize("step", ["2e-5", "1e-4", "1e-3"])
+def test_contacts_for_another_step_are_warned_of(
+    step: str, name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for file in CAPSULE.parent.glob("*.xml"):
+        text = file.read_text("utf-8").replace('timestep="1e-4"', f'timestep="{step}"')
+        (tmp_path / file.name).write_text(text, "utf-8")
+    code, found = _check(
+        capsys, tmp_path / name, *(["mujoco/rk4+coulomb"] * (name == "turning.xml"))
+    )
+    warnings = found["warnings"]
+    assert code == (0 if step == "1e-4" else 1)
+    assert any(
+        "written for a time step of " in line and " 0.0001 s, and" in line for line in warnings
+    ) == bool(code)
+    assert any("too stiff" in line for line in warnings) == (step == "1e-3")
+
+
+def test_too_many_feet_for_the_stiffness_are_warned_of(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Direct contacts on geoms, which have no friction rate, are judged by their stability."""
+    path = tmp_path / "my.xml"
+    for stiffness, expected in ((0.4, 1), (0.2, 0)):
+        solref = f"{-((stiffness / 1e-3) ** 2)} {-0.6 * stiffness / 1e-3}"
+        feet = "".join(
+            f'<geom size=".01" pos="{x} {y} -.04" mass=".01" solref="{solref}"/>'
+            for x in (0.1, -0.1)
+            for y in (0.1, -0.1)
+        )
+        path.write_text(
+            '<mujoco><option timestep="1e-3"/><worldbody><geom type="plane" size="1 1 1" '
+            f'solref="{solref}"/><body pos="0 0 .05"><freejoint/>'
+            f'<geom type="box" size=".1 .1 .03" mass="2"/>{feet}</body></worldbody></mujoco>',
+            "utf-8",
+        )
+        code, found = _check(capsys, path)
+        assert code == expected
+        assert ["too stiff" in line for line in found["warnings"]] == [True] * expected
+
+
+@pytest.mark.parametrize("step", ["1e-3", "2.5e-5"])
+def test_models_are_exported_for_a_step(
+    step: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The same contacts as the adapter gives the model at that step, and at rest at the start."""
+    assert main(["models", "export", str(tmp_path), "--step", step]) == 0
+    capsys.readouterr()
+    gravity = case_of(find_scene("capsule-line")).problem.setup.capsule.gravity
+    for name in ("tripod_capsule.xml", "turning.xml", "planar.xml"):
+        path = tmp_path / "tripod_capsule" / name
+        first, text = path.read_text("utf-8").split("\n", 1)
+        assert first == f"<!-- Contacts for a time step of {step} s, and no other. -->"
+        assert "1e-4:" not in text
+        found = mujoco.MjModel.from_xml_path(str(path))
+        assert found.opt.timestep == float(step)
+        fields = coulomb_pair(float(step), softening=1.0)
+        for field in ("solref", "solreffriction", "solimp"):
+            wanted = np.broadcast_to(fields[field], getattr(found, f"pair_{field}").shape)
+            assert getattr(found, f"pair_{field}") == pytest.approx(wanted, rel=1e-11)
+        if found.nkey:
+            data = mujoco.MjData(found)
+            mujoco.mj_resetDataKeyframe(found, data, 0)
+            mujoco.mj_forward(found, data)
+            assert abs(data.qacc[2]) < 1e-3 * gravity
+    reduced = mujoco.MjModel.from_xml_path(str(tmp_path / "tripod_capsule" / "reduced.xml"))
+    assert reduced.opt.timestep == float(step)
+    assert reduced.dof_solref[:, 1].min() == pytest.approx(-0.9999 / float(step))
+    scene = tmp_path / "tripod_capsule" / "scene.xml"
+    assert _check(capsys, scene)[0] == 0
+    unchanged = tmp_path / "cone_pendulum" / "cone_pendulum.xml"
+    assert unchanged.read_bytes() == systems()["cone-pendulum"].mjcf.read_bytes()
+    assert main(["models", "export", str(tmp_path), "--step", "2e-3"]) == 2  # not written over
+    assert main(["models", "export", str(tmp_path / "none"), "--step", "-1"]) == 2
+    assert not (tmp_path / "none").exists()

@@ -1,0 +1,146 @@
+"""Settings to paste: in three bodies that are not plumbob's, stopping distances are as predicted.
+
+A free body slides at 30 degrees to the axes and stops under Coulomb friction after v^2/(2 f g). The
+leading errors of Euler's step and of a tilt by the deflection of the contacts are predicted.
+"""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob.engines.adapters.mujoco.contacts import DAMPING
+from plumbob.engines.adapters.mujoco.file_check import frequency_ratio
+from plumbob.engines.adapters.mujoco.settings_to_paste import OWN_STIFFNESS, stable_ratio
+from plumbob.engines.method import Snippet
+from plumbob.engines.registry import engine_of
+from plumbob.engines.registry import method as find_method
+
+FRICTION, GRAVITY, SPEED, HEADING = 0.3, 9.81, 0.5, math.pi / 6
+EXACT = SPEED**2 / (2 * FRICTION * GRAVITY)  # stopping distance [m]
+STEPS = (2e-3, 1e-3, 1e-4)
+# The rest is of third order: 2 % of v dt/2 covers it at 2 ms, where tilts are largest.
+REST = 0.02
+CHATTER = 0.25  # relative error of a stopping distance with default contacts: at least this
+
+
+def _foot(i: int, x: float, y: float, z: float) -> str:
+    return f'<geom name="foot_{i}" type="sphere" size=".01" pos="{x} {y} {z}" mass=".01"/>'
+
+
+def _leg(i: int, angle: float) -> str:
+    x, y, z = 0.2 * math.cos(angle), 0.2 * math.sin(angle), -0.2
+    knee = f"{0.95 * x} {0.95 * y} {0.95 * z}"
+    leg = f'<geom type="capsule" size=".008" fromto="0 0 0 {knee}" mass=".3"/>'
+    return leg + _foot(i, x, y, z)
+
+
+CORNERS = [(x, y) for x in (1, -1) for y in (1, -1)]
+BOX = '<geom type="box" size=".15 .1 .03" mass="1.96"/>' + "".join(
+    _foot(i, 0.15 * x, 0.1 * y, -0.03) for i, (x, y) in enumerate(CORNERS)
+)
+STAND = '<geom type="cylinder" size=".08 .02" mass="1.5"/>' + "".join(
+    _leg(i, angle) for i, angle in enumerate((0.4, 1.9, 3.6, 5.2))
+)
+WHEELED = '<geom type="box" size=".2 .12 .04" mass="4" pos="0 0 .03"/>' + "".join(
+    f'<geom name="foot_{i}" type="cylinder" size=".05 .015" pos="{0.15 * x} {0.14 * y} 0" '
+    'euler="90 0 0" mass=".3"/>'
+    for i, (x, y) in enumerate(CORNERS)
+)
+BODIES = {  # geoms, height of the origin [m], stiffness: wheels touch at eight points
+    "four-footed box": (BOX, 0.04, None),
+    "four-legged stand": (STAND, 0.21, None),
+    "wheeled base": (WHEELED, 0.05, 0.1),
+}
+METHODS = ("mujoco/euler+coulomb", "mujoco/implicitfast+coulomb", "mujoco/rk4+coulomb")
+
+
+def _snippets(method: str, step: float, stiffness: float | None = None) -> tuple[Snippet, ...]:
+    write = engine_of(find_method(method)).settings_text
+    assert write is not None
+    return write(find_method(method), step, stiffness, FRICTION).snippets
+
+
+def _model(body: str, mjcf: str, python: str = "") -> mujoco.MjModel:
+    """The body with settings pasted into its file, their one pair written for every foot."""
+    geoms, height, _ = BODIES[body]
+    line = '<pair geom1="floor" geom2="foot_1"/>'
+    pairs = "".join(line.replace("foot_1", f"foot_{i}") for i in range(4))
+    model = mujoco.MjModel.from_xml_string(
+        f"<mujoco>{mjcf.replace(line, pairs)}"
+        f'<worldbody><geom name="floor" type="plane" size="5 5 1"/>'
+        f'<body name="base" pos="0 0 {height}"><freejoint/>{geoms}</body></worldbody></mujoco>'
+    )
+    exec(python, {"model": model})  # the line that a user pastes
+    return model
+
+
+def _slide(model: mujoco.MjModel) -> tuple[float, float]:
+    """The distance [m] that the body's centre of mass slides after it has settled, and h^2 over
+    sum(b_i^2) of the contacts on which it then stands."""
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=2000)
+    data.qpos[:2], data.qvel[:] = 0.0, 0.0
+    way = np.array([math.cos(HEADING), math.sin(HEADING)])
+    data.qvel[:2] = SPEED * way
+    mujoco.mj_forward(model, data)
+    start = np.array(data.subtree_com[1])
+    arms = np.array(data.contact.pos) - start
+    shape = float(np.square(arms[:, 2]).mean() / np.square(arms[:, :2] @ way).sum())
+    mujoco.mj_step(model, data, nstep=round(0.25 / model.opt.timestep))
+    mujoco.mj_forward(model, data)
+    return float(np.linalg.norm(data.subtree_com[1, :2] - start[:2])), shape
+
+
+@pytest.mark.parametrize("step", STEPS)
+@pytest.mark.parametrize("body", BODIES)
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("variant", [0, 1], ids=["mjcf", "softened"])
+def test_stopping_distances_are_as_predicted(
+    variant: int, method: str, body: str, step: float
+) -> None:
+    stiffness = BODIES[body][2]
+    snippet = _snippets(method, step, stiffness)[variant]
+    distance, shape = _slide(_model(body, snippet.mjcf, snippet.python))
+    leading = 0.0 if "rk4" in method else -SPEED * step / 2
+    tilt = -FRICTION * GRAVITY * shape * (step / (stiffness or OWN_STIFFNESS)) ** 2
+    assert distance - EXACT == pytest.approx(leading + tilt, abs=REST * SPEED * step / 2)
+
+
+@pytest.mark.parametrize("step", STEPS)
+@pytest.mark.parametrize("body", BODIES)
+def test_default_contacts_do_not_converge(body: str, step: float) -> None:
+    mjcf = (
+        f'<option timestep="{step}"/><default><geom friction="{FRICTION}"/></default>'
+        f'<contact><pair geom1="floor" geom2="foot_1" friction="{FRICTION} {FRICTION}"/></contact>'
+    )
+    distance, _ = _slide(_model(body, mjcf))
+    assert distance / EXACT - 1 > CHATTER
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_contacts_are_stable_by_the_stated_condition(body: str) -> None:
+    """At the stiffness that is pasted, and not at that of the capsule's own contacts, 0.4."""
+    stiffness = BODIES[body][2] or OWN_STIFFNESS
+    snippet = _snippets("mujoco/euler+coulomb", 1e-3, stiffness)[0]
+    ratio = frequency_ratio(_model(body, snippet.mjcf))
+    assert ratio < stable_ratio(stiffness)
+    assert ratio > stable_ratio(0.4)
+
+
+@pytest.mark.parametrize("body", BODIES)
+@pytest.mark.parametrize("fraction", [0.97, 1.03])
+def test_the_stability_condition_holds_from_both_sides(fraction: float, body: str) -> None:
+    """Without friction, which at rest steadies the feet, a tilt decays just below the limit."""
+    ratio = frequency_ratio(_model(body, _snippets(METHODS[0], 1e-3)[0].mjcf))
+    limit = -2 * DAMPING + math.sqrt((2 * DAMPING) ** 2 + 4.0 / ratio)
+    assert stable_ratio(limit) == pytest.approx(ratio)
+    mjcf = _snippets(METHODS[0], 1e-3, fraction * limit)[0].mjcf
+    data = mujoco.MjData(model := _model(body, mjcf.replace('condim="3"', 'condim="1"')))
+    mujoco.mj_step(model, data, nstep=1000)
+    data.qvel[3:5] = 1e-6
+    mujoco.mj_step(model, data, nstep=1000)
+    assert (np.abs(data.qvel[3:5]).max() < 1e-7) == (fraction < 1.0)
