@@ -18,7 +18,7 @@ from plumbob.models.scene import Case, Scene
 from plumbob.reports.commands import values
 from plumbob.reports.commands.like import add_like, own_method
 from plumbob.reports.commands.records import record
-from plumbob.reports.judge.expectations import expected
+from plumbob.reports.judge.expectations import run_as_expected
 from plumbob.reports.judge.verdict import Judgement, judge
 
 INCOMPLETE = 3
@@ -57,7 +57,7 @@ def command(chosen: argparse.Namespace) -> int:
         cost = measured.get((scene.name, method.name))
         judgement = judge(found, case.system, method)
         records.append(record(method, found, judgement, None, cost))
-        codes.append(_code(scene, method, found, judgement.verdict))
+        codes.append(_code(scene, method, found, judgement))
         if not chosen.json:
             _print(case, method, found, judgement)
             _print_cost(method, found, records[-1], cost, unit)
@@ -76,15 +76,12 @@ def _methods(name: str | None, like: str | None) -> list[Method]:
     return own if name in (None, *(m.name for m in own)) else [find_method(str(name)), *own]
 
 
-def _code(scene: Scene, method: Method, found: Measurement, verdict: str) -> int:
+def _code(scene: Scene, method: Method, found: Measurement, judged: Judgement) -> int:
     if found.status == "missing":
         return INCOMPLETE
     if method.name == USER_METHOD:  # of a user's own settings only a run is expected
         return INCOMPLETE if found.status == "unsupported" else 0
-    wanted = expected(scene.name, method.name).verdict
-    # One step claims less than a convergence study: it may be too large for the theory, or
-    # smaller than all steps of a study that are.
-    return 0 if verdict in ("coarse", wanted) or (verdict, wanted) == ("pass", "coarse") else 1
+    return 0 if run_as_expected(method, scene.name, judged) else 1
 
 
 def _print(case: Case, method: Method, found: Measurement, judgement: Judgement) -> None:

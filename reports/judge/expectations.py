@@ -4,7 +4,7 @@ and an engine that refuses a model without having said so, are reported."""
 from __future__ import annotations
 
 import fnmatch
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from plumbob.engines.method import USER_METHOD, Method
@@ -133,6 +133,18 @@ def as_expected(scene: Scene, method: Method, found: Judgement) -> bool:
     if found.verdict == "coarse" and (scene.hard or found.cut or method.control == "tolerance"):
         return True
     return expected(scene.name, method.name).allows(found)
+
+
+def run_as_expected(method: Method, scene: str, found: Judgement) -> bool:
+    """Whether the verdict on one run is an expected one. A run is a convergence study cut short: of
+    an error that does not converge it may fail, or pass where the step's own error is larger; and
+    it may be too large for the theory, or smaller than all steps of a study that are."""
+    wanted, short = expected(scene, method.name), replace(found, cut=True)
+    if method.name == USER_METHOD or found.verdict in ("coarse", "missing"):
+        return True
+    if found.verdict == "pass" and {wanted.verdict, wanted.other} & {"coarse", "not-converging"}:
+        return True
+    return wanted.allows(short)
 
 
 def standing(scene: Scene, method: Method, found: Judgement) -> Standing:

@@ -1,0 +1,57 @@
+"""`check`, a test of one's own: it agrees with `validate`, and takes another expectation."""
+
+from __future__ import annotations
+
+import pytest
+
+from plumbob import check
+from plumbob.reports.cli import main
+from plumbob.reports.judge import expectations
+from plumbob.reports.judge.expectations import Expectation
+
+CONE, LINE, TURN = "cone-pendulum/deep-well", "capsule-line/ca1", "capsule-turn/0.3"
+
+
+@pytest.mark.parametrize(
+    ("scene", "method", "verdict"),
+    [
+        (CONE, "ode/rk4", "pass"),
+        (LINE, "mujoco/euler", "not-converging"),
+        (TURN, "exact/closed-form", "unsupported"),
+    ],
+)
+def test_without_a_step_it_says_what_validate_says(scene: str, method: str, verdict: str) -> None:
+    assert check(scene, method).verdict == verdict
+
+
+def test_a_known_limit_at_one_step_is_as_expected() -> None:
+    assert check(LINE, "mujoco/euler", step=1e-3).verdict == "fail"
+    assert main(("run", LINE, "mujoco/euler", "--step", "1e-3")) == 0
+
+
+@pytest.mark.parametrize("step", [None, 1e-3])
+def test_what_is_not_expected_is_raised_with_its_runs(
+    step: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    limit = Expectation("cone-*", "ode/rk4", "diverged", "a limit of old")
+    monkeypatch.setattr(expectations, "EXPECTATIONS", (limit,))
+    with pytest.raises(AssertionError, match=r"pass, expected diverged \(a limit of old") as raised:
+        check(CONE, "ode/rk4", step)
+    assert "at 0.001: pass" in str(raised.value)
+    assert "theta: error" in str(raised.value)
+
+
+def test_another_expectation_takes_the_place_of_the_declared_one() -> None:
+    assert check(LINE, "mujoco/euler", expect="not-converging").verdict == "not-converging"
+    with pytest.raises(AssertionError, match="not-converging, expected pass"):
+        check(LINE, "mujoco/euler", expect="pass")
+
+
+def test_a_step_that_claims_nothing_and_a_missing_engine_do_not_pass(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with pytest.raises(AssertionError, match="coarse, expected pass"):
+        check("simple-pendulum/free-large", "ode/euler", step=0.5)
+    monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
+    with pytest.raises(AssertionError, match="missing, expected pass"):
+        check(CONE, "ode/rk4")
