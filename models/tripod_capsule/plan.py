@@ -71,7 +71,10 @@ def planned(parameters: Parameters) -> Plan:
     end = _point(parameters.get("slider_at_end", slider))
     goal = RestPose(*_pose("to", parameters["to"]), end)
     limits = Limits(**{name: parameters[name] for name in LIMITS if name in parameters})
-    return _planned(capsule(parameters), goal, limits, parameters.get("track", "free"), start)
+    track = parameters.get("track", "free")
+    if track not in _TRACKS:
+        raise ParameterError("track", track, "free or curve")
+    return _planned(capsule(parameters), goal, limits, track, start)
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:

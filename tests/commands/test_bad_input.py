@@ -38,6 +38,8 @@ BAD = {
     "a device as a model": ("run", CONE, "--like", "/dev/zero"),
     "a folder as a model": ("run", CONE, "--like", "out"),
     "a huge file as a model": ("run", CONE, "--like", "huge.xml"),
+    "a model's name that is no UTF-8": ("run", CONE, "--like", os.fsdecode(b"\xff.xml")),
+    "a list for a track": ("solve", "capsule-plan", "--set", "track=[[]]"),
     "a condim of 2": ("run", CONE, "--like", "condim.xml"),
     "an encoding that no one knows": ("run", CONE, "--like", "encoding.xml"),
     "an infinite step": ("run", CONE, "--like", "infinite.xml"),

@@ -38,7 +38,7 @@ def test_what_fits_the_budget_is_run_whole() -> None:
 
 @dataclass
 class Clock:
-    """What stands in for the module `time`: it goes on by what it is told."""
+    """What stands in for the module `time`: it advances when a test says so."""
 
     wall: float = 7.0  # [s]
     computed: float = 3.0  # [s]

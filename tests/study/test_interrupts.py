@@ -28,11 +28,11 @@ def test_an_interrupt_that_comes_while_processes_begin_is_not_lost() -> None:
 def test_processes_end_with_what_began_them() -> None:
     others = set(multiprocessing.active_children())
     with pytest.raises(KeyboardInterrupt):
-        _interrupted_at_work()
+        _interrupted_while_a_process_sleeps()
     assert set(multiprocessing.active_children()) <= others
 
 
-def _interrupted_at_work() -> None:
+def _interrupted_while_a_process_sleeps() -> None:
     with runner._pool(None, 1) as pool:
         assert pool is not None
         pool.submit(time.sleep, 3600.0)  # [s]: not waited for

@@ -32,7 +32,6 @@ from plumbob.reports.judge.verdict import judged
 
 RELATIVE = 1e-12  # sums may be reordered
 EXACT = ("largest", "end", "scale", "steps", "diverged_at")
-FORMER = (("foretold", "predicted"),)  # names in files of earlier versions
 MOST_STEPS = 100_000  # of a hard scene's run
 
 
@@ -86,8 +85,8 @@ def differences(old: Any, new: Any, path: str = "") -> Iterator[str]:
             yield from differences(sorted(old.values()), sorted(new.values()), f"{path}.bounds")
     elif isinstance(old, dict) and isinstance(new, dict):
         for key, value in old.items():
-            if (now := dict(FORMER).get(key, key)) in new:
-                yield from differences(value, new[now], f"{path}.{now}")
+            if key in new:
+                yield from differences(value, new[key], f"{path}.{key}")
     elif isinstance(old, list) and isinstance(new, list):
         if name != "bounds" and path.endswith("tolerances"):
             old, new = old[:1], new[:1]

@@ -86,7 +86,7 @@ def _read(path: str | Path) -> Any:
         try:
             spec = mujoco.MjSpec.from_file(str(path))
             root = ElementTree.parse(path).getroot().tag
-        except (ValueError, OSError, LookupError, ElementTree.ParseError) as error:
+        except (ValueError, TypeError, OSError, LookupError, ElementTree.ParseError) as error:
             reason = " ".join(str(error).split())
             raise ParameterError("like", str(path), f"a MuJoCo model file ({reason})") from None
     if root != "mujoco":
