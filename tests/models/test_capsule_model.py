@@ -24,6 +24,7 @@ from plumbob.engines.adapters.mujoco.contacts import (
 )
 from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.models.registry import scene, scenes, system_of, systems
+from plumbob.models.scene import Scene
 from plumbob.tests.support.random_capsules import CHECK, LINE
 
 FOLDER = Path(__file__).parents[2] / "models" / "tripod_capsule"
@@ -158,8 +159,15 @@ def test_rebuilt_at_the_default_parameters_it_is_the_file() -> None:
     assert compared > 50  # so that the loop is not empty
 
 
-def test_free_inertias_are_possible_and_large_enough() -> None:
+def _slow(case: Scene) -> bool:
+    """Whether making a scene's problem takes seconds: a plan of the full profile."""
+    return case.system == "capsule-plan" and case.profile != "quick"
+
+
+def test_free_inertias_are_possible_and_large_enough(pytestconfig: pytest.Config) -> None:
     for case in scenes("capsule-*"):
+        if pytestconfig.getoption("profile") == "quick" and _slow(case):
+            continue
         problem = system_of(case).problem(case.parameters)
         across, capsule = tilt_inertia(problem), problem.setup.capsule
         assert 2 * across >= capsule.inertia
@@ -174,7 +182,7 @@ def test_scenes_describe_problems_and_facts(name: str) -> None:
     system = systems()[name]
     assert any(case.profile == "quick" for case in system.scenes)
     for case in system.scenes:
-        if name == "capsule-plan" and case.profile != "quick":
+        if _slow(case):
             continue  # These take seconds each, and the planner's tests make all of them.
         problem = system.problem(case.parameters)
         facts = system.facts(problem)
