@@ -47,11 +47,12 @@ def command(chosen: argparse.Namespace) -> int:
         study = store.load(file, scene=name) or _measured(name)
     if own is not None:
         study = _with_own(study, name, own)
-    found = cheapest(study, name, error, _judged(study))
+    judged = _judged(study)
+    found = cheapest(study, name, error, judged)
     if chosen.json:
         study_of = {"date": study.provenance.date, "versions": study.provenance.versions}
         answer = asdict(found) | {"study": study_of}
-        answer |= {"user_settings": _user_settings(study)} if chosen.like else {}
+        answer |= {"user_settings": _user_settings(study, judged)} if chosen.like else {}
         json.dump(values.plain(answer), sys.stdout, indent=1)
         print()
     else:
@@ -60,7 +61,7 @@ def command(chosen: argparse.Namespace) -> int:
         if chosen.like:
             from plumbob.reports.view.user_settings import lines
 
-            print(*lines(_own_settings(study)), sep="\n")
+            print(*lines(_own_settings(study, judged)), sep="\n")
     if changed := changed_since(study.provenance):
         print(
             f"plumbob: measured with other versions: {'; '.join(changed)}; "
@@ -104,17 +105,17 @@ def _with_own(study: Study, name: str, own: Method) -> Study:
     return joined(study, run_study([find_scene(name)], [own], study.profile))
 
 
-def _own_settings(study: Study) -> tuple[UserResult, ...]:
+def _own_settings(study: Study, judged: Judgements) -> tuple[UserResult, ...]:
     from plumbob.reports.judge.user_settings import user_results
 
-    return user_results(study, _judged(study))
+    return user_results(study, judged)
 
 
-def _user_settings(study: Study) -> list[dict[str, Any]]:
+def _user_settings(study: Study, judged: Judgements) -> list[dict[str, Any]]:
     return [
         {name: value for name, value in asdict(found).items() if name != "judgement"}
         | {"verdict": found.judgement.verdict}
-        for found in _own_settings(study)
+        for found in _own_settings(study, judged)
     ]
 
 

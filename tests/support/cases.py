@@ -4,9 +4,33 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from plumbob.models.scene import Case
+from plumbob.engines.method import Method
+from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of
+from plumbob.models.scene import Case, Scene
+from plumbob.reports.judge.verdict import judge
 
 
 def held_against(case: Case, other: Case) -> Case:
     """The case with the exact motion of `other` and its predictions."""
     return replace(case, reference=other.reference, errors=other.errors)
+
+
+def run_of(
+    method: Method, scene: Scene, step: float, other: Scene | None = None
+) -> tuple[Measurement, Trajectory]:
+    """One run of a scene, compared with its own answer or that of `other`, and its samples."""
+    system = system_of(scene)
+    case = system.case(scene)
+    if other is not None:
+        case = held_against(case, system.case(other))
+    found, trajectory = measure(case, method, step)
+    assert trajectory is not None, found
+    return found, trajectory
+
+
+def verdict_of(found: Measurement, method: Method) -> str:
+    """The verdict on a run of a scene as it stands in its system."""
+    return judge(found, system_of(find_scene(found.scene)), method).verdict

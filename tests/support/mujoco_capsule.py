@@ -9,12 +9,11 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.mujoco import ENGINE
-from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.judge.verdict import judge
-from plumbob.tests.support.cases import held_against
+from plumbob.tests.support.cases import run_of, verdict_of
 
 METHODS = {m.name.partition("/")[2]: m for m in ENGINE.methods}
 DEFAULT_SETTINGS = ("euler", "implicitfast", "rk4", "euler+pyramidal", "euler+elliptic")
@@ -27,19 +26,12 @@ def run(
     name: str, method: str, step: float, other: Any = None, **changes: Any
 ) -> tuple[Measurement, Trajectory]:
     """One run of a scene, compared with its own answer or that of `other`, and its samples."""
-    scene = find_scene(name, changes)
-    system = system_of(scene)
-    case = system.case(scene)
-    if other is not None:
-        case = held_against(case, system.case(other))
-    found, trajectory = measure(case, METHODS[method], step)
-    assert trajectory is not None, found
-    return found, trajectory
+    return run_of(METHODS[method], find_scene(name, changes), step, other)
 
 
 def verdict(found: Measurement, method: str) -> str:
     """The verdict on a run."""
-    return judge(found, system_of(find_scene(found.scene)), METHODS[method]).verdict
+    return verdict_of(found, METHODS[method])
 
 
 def problem(name: str, **changes: Any) -> CapsuleProblem:

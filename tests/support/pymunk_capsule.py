@@ -10,12 +10,10 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.engines.adapters.pymunk import ENGINE, capsule
-from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
-from plumbob.reports.judge.verdict import judge
-from plumbob.tests.support.cases import held_against
+from plumbob.tests.support.cases import run_of, verdict_of
 
 METHODS = {m.name.partition("/")[2]: m for m in ENGINE.methods if "model" in m.settings}
 GOOD = ("feet", "side")
@@ -25,19 +23,12 @@ def run(
     name: str, model: str, step: float, other: Any = None, **changes: Any
 ) -> tuple[Measurement, Trajectory]:
     """One run of a scene, compared with its own answer or that of `other`, and its samples."""
-    scene = find_scene(name, changes)
-    system = system_of(scene)
-    case = system.case(scene)
-    if other is not None:
-        case = held_against(case, system.case(other))
-    found, trajectory = measure(case, METHODS[model], step)
-    assert trajectory is not None, found
-    return found, trajectory
+    return run_of(METHODS[model], find_scene(name, changes), step, other)
 
 
 def verdict(found: Measurement, model: str) -> str:
     """The verdict on a run."""
-    return judge(found, system_of(find_scene(found.scene)), METHODS[model]).verdict
+    return verdict_of(found, METHODS[model])
 
 
 def last(name: str, model: str, step: float, **changes: Any) -> float:
