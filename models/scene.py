@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from plumbob.analytic.errors.theory import ErrorTheory, no_theory
 from plumbob.analytic.reference import Array, Reference
 
@@ -20,6 +22,16 @@ class Observable:
 
     name: str
     unit: str
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a scene is about: an observable, and the characteristic size that its error is held
+    against, so that errors of different scenes and observables can be compared."""
+
+    observable: str
+    scale: float  # in the observable's unit
+    when: Literal["run", "end"] = "run"  # the largest error over the run, or the one at its end
 
 
 @dataclass(frozen=True)
@@ -46,7 +58,7 @@ class Scene:
 
 
 def step_sizes(coarse: float, fine: float) -> tuple[float, ...]:
-    """Steps [s] 1, 2 and 5 times powers of ten, from `coarse` down to `fine`, both included."""
+    """Steps [s] 1, 2 and 5 times powers of ten, from `pre-asymptotic` down to `fine`, both included."""
     decades = range(math.ceil(math.log10(coarse)), math.floor(math.log10(fine)) - 1, -1)
     # Through decimal text: 5e-4 is the double nearest to 0.0005, 5 * 10**-4 need not be.
     round_numbers = [float(f"{digit}e{exponent}") for exponent in decades for digit in (5, 2, 1)]
@@ -77,6 +89,16 @@ class System:
     change: Callable[[Parameters, Parameters], Parameters] = replaced
     errors: Callable[[Any], ErrorTheory] = no_theory  # what fixed steps do to the exact motion
     weight: float = 1.0  # what a step of it costs, roughly, in steps of a pendulum
+    interest: Callable[[Case], tuple[Quantity, ...]] | None = None
+    """The quantities of interest of a case; None: the first observable, over the whole run."""
+
+    def quantities(self, case: Case) -> tuple[Quantity, ...]:
+        """What a case of this system is about, with scales."""
+        if self.interest is not None:
+            return self.interest(case)
+        first, times = self.observables[0].name, np.linspace(0.0, case.scene.duration, 101)
+        largest = float(np.abs(case.reference.observe(times)[first]).max())
+        return (Quantity(first, largest or 1.0),)
 
     def case(self, scene: Scene) -> Case:
         """The problem and the exact motion of `scene`, worked out; raises ParameterError."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -14,7 +15,7 @@ from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Case
+from plumbob.models.scene import Case, Quantity
 
 Status = Literal["done", "diverged", "unsupported", "missing"]
 
@@ -27,8 +28,14 @@ class Prediction:
     end: float  # at the end, with its sign
     terms: Mapping[int, float]  # {p: largest |C_p| step^p over the samples}; empty if no series
     nonlinearity: float  # see `Reference.nonlinearity`
-    missed: float | None = None
-    """Where it is exact: the largest error beside it that rounding does not explain."""
+    difference: float = 0.0  # largest magnitude over the samples of measured less predicted, signed
+    open: float = 0.0  # what theory leaves open of that, the largest over the samples
+    beyond: float = 0.0  # the most by which a sample differs by more than is open there
+
+    @property
+    def for_this_step(self) -> bool:
+        """Whether it is what the scheme does at this very step, and no series."""
+        return not self.terms
 
 
 @dataclass(frozen=True)
@@ -136,6 +143,8 @@ def _errors(
         for name in names
         if powers and all(name in terms for terms in powers.values())
     }
+    for predicted in total.values():
+        predicted[run.times == 0.0] = 0.0  # no step has been taken, and no joint has pulled
     nonlinear = exact.nonlinearity(run.times, total) if total else 0.0
     carried = _carried(exact, method, step, run, doubt)
     errors = {}
@@ -149,7 +158,7 @@ def _errors(
             model=dict(model.get(name, {})),
             predicted=_at_step(at_step[name], error, doubt[name], run.steps)
             if name in at_step
-            else _predicted(name, total, powers, nonlinear),
+            else _series(name, error, doubt[name], run.steps, total, powers, nonlinear),
             controlled=carried.get(name),
         )
     return errors
@@ -165,32 +174,47 @@ def _carried(
     return {name: Controlled(float(value.max()), nonlinear) for name, value in may.items()}
 
 
-def _predicted(
+def _series(
     name: str,
+    error: Array,
+    doubt: Array,
+    steps: int,
     total: Mapping[str, Array],
     powers: Mapping[int, Mapping[str, Array]],
     nonlinear: float,
 ) -> Prediction | None:
+    """What a series in the step predicts of an error at the samples, shape (n,). It leaves open
+    what follows in it, less than its last two terms (near-symmetric schemes can have tiny alternate
+    terms), at their largest so far, and what is nonlinear."""
     if name not in total:
         return None
-    return Prediction(
-        largest=float(np.abs(total[name]).max()),
-        end=float(total[name][-1]),
-        terms={p: float(np.abs(terms[name]).max()) for p, terms in powers.items()},
-        nonlinearity=nonlinear,
-    )
+    predicted = total[name]
+    last = sum((np.abs(powers[p][name]) for p in sorted(powers)[-2:]), np.zeros(len(error)))
+    remainder = np.maximum.accumulate(last + nonlinear * np.abs(predicted))
+    terms = {p: float(np.abs(terms[name]).max()) for p, terms in powers.items()}
+    return _held(predicted, error, remainder + _rounding(doubt, steps), terms, nonlinear)
 
 
 def _at_step(predicted: Array, error: Array, doubt: Array, steps: int) -> Prediction:
-    """What is predicted of an error at the samples, shape (n,), for this very step."""
-    rounded = doubt * (1.0 + 2.0 * float(np.sqrt(steps)))  # as in `floor`
+    """What is predicted of an error at the samples, shape (n,), for this very step: rounding alone
+    is left open."""
+    return _held(predicted, error, _rounding(doubt, steps), {}, 0.0)
+
+
+def _held(
+    predicted: Array, error: Array, left: Array, terms: Mapping[int, float], nonlinear: float
+) -> Prediction:
+    difference = np.abs(error - predicted)
     return Prediction(
-        largest=float(np.abs(predicted).max()),
-        end=float(predicted[-1]),
-        terms={},
-        nonlinearity=0.0,
-        missed=float(np.maximum(np.abs(error - predicted) - rounded, 0.0).max()),
-    )
+        float(np.abs(predicted).max()), float(predicted[-1]), terms, nonlinear,
+        float(difference.max()), float(left.max()), float(np.maximum(difference - left, 0.0).max()),
+    )  # fmt: skip
+
+
+def _rounding(doubt: Array, steps: int) -> Array:
+    """What rounding may make of an error at the samples, as in `floor`: at a moment at which the
+    inputs matter little, what steps have rounded before is still there."""
+    return np.asarray(np.maximum.accumulate(doubt) * (1.0 + 2.0 * float(np.sqrt(steps))))
 
 
 def _with(blank: Measurement, **values: Any) -> Measurement:
@@ -202,3 +226,25 @@ def floor(error: ObservedError, steps: int) -> float:
     allows the exact answer, and the rounding of every step, which adds up as a random walk: four
     standard deviations of half a unit in the last place, whose effect is that of an input's."""
     return sum(error.model.values()) + error.uncertainty * (1.0 + 2.0 * float(np.sqrt(steps)))
+
+
+def relative_error(found: Measurement, quantities: Sequence[Quantity]) -> float:
+    """The error of a run: the worst of its quantities of interest, relative to their scales;
+    infinite for a run that diverged, not a number for one that was not made or leaves one out."""
+    if found.status != "done":
+        return math.inf if found.status == "diverged" else math.nan
+    return worst(found, quantities)[1]
+
+
+def worst(found: Measurement, quantities: Sequence[Quantity]) -> tuple[Quantity, float]:
+    """The quantity of interest whose error is the largest, relative to its scale, and that error,
+    not a number where the run leaves the quantity out."""
+    errors = [(q, _of_interest(found.errors.get(q.observable), q)) for q in quantities]
+    return max(errors, key=lambda pair: math.inf if math.isnan(pair[1]) else pair[1])
+
+
+def _of_interest(error: ObservedError | None, quantity: Quantity) -> float:
+    if error is None:
+        return math.nan
+    size = abs(error.end) if quantity.when == "end" else error.largest
+    return size / quantity.scale

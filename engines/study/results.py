@@ -18,10 +18,11 @@ from plumbob.engines.study.extra_runs import (
 )
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.registry import system_of
-from plumbob.models.scene import Observable, Scene
+from plumbob.models.registry import case_of, system_of
+from plumbob.models.scene import Observable, Quantity, Scene
 
 Observables = tuple[Observable, ...]
+Quantities = tuple[Quantity, ...]
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,8 @@ class Study:
     seconds: Mapping[str, float]  # wall time of the two halves, "errors" and "costs"
     observed: Mapping[str, Observables] = field(default_factory=dict)
     """The observables of each scene, so that a reader need not load every system."""
+    interest: Mapping[str, Quantities] = field(default_factory=dict)
+    """The quantities of interest of each scene, likewise."""
     extras: Mapping[Request, Result] = field(default_factory=dict)  # what findings declared
     provenance: Provenance = field(default_factory=Provenance)
 
@@ -45,6 +48,13 @@ class Study:
         if scene in self.observed:
             return self.observed[scene]
         return system_of(next(s for s in self.scenes if s.name == scene)).observables
+
+    def quantities(self, scene: str) -> Quantities:
+        """What a scene is about: observables with scales, the most telling one first."""
+        if scene in self.interest:
+            return self.interest[scene]
+        case = case_of(next(s for s in self.scenes if s.name == scene))
+        return case.system.quantities(case)
 
     def leading(self, scene: str) -> Observable:
         """The observable that orders and verdicts of a scene lead with."""

@@ -103,6 +103,7 @@ def run_study(
         profile, plan.scenes, plan.methods, tuple(convergence), measured, unit,
         {"errors": between - begin, "costs": time.perf_counter() - between},
         {scene.name: system_of(scene).observables for scene in scenes},
+        {scene.name: system_of(scene).quantities(case_of(scene)) for scene in scenes},
         {request: results[request] for request in asked},
         provenance(command),
     )  # fmt: skip

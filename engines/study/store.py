@@ -26,18 +26,18 @@ from plumbob.engines.study.extra_runs import (
 )
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.provenance import Provenance
-from plumbob.engines.study.results import Observables, Study
+from plumbob.engines.study.results import Observables, Quantities, Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Scene
 
 FILE = "studies.sqlite3"  # its name in a folder of results
-SCHEMA = 3  # of the tables and of the JSON in them; 1 had no extra runs, 2 one observable
+SCHEMA = 4  # of the tables and of the JSON in them; 3 had no quantities of interest
 _TABLES = """
 create table if not exists study (
     id integer primary key, created text not null, profile text not null, body text not null);
 create table if not exists scene (
     study integer not null references study, name text not null, body text not null,
-    observables text not null);
+    observables text not null, quantities text not null);
 create table if not exists method (study integer not null references study, body text not null);
 create table if not exists convergence_study (
     study integer not null references study, scene text not null, method text not null,
@@ -73,9 +73,15 @@ def save(study: Study, file: Path) -> int:
         ).lastrowid
         assert number is not None
         store.executemany(
-            "insert into scene values (?, ?, ?, ?)",
+            "insert into scene values (?, ?, ?, ?, ?)",
             [
-                (number, s.name, to_json(s), to_json(study.observables(s.name)))
+                (
+                    number,
+                    s.name,
+                    to_json(s),
+                    to_json(study.observables(s.name)),
+                    to_json(study.quantities(s.name)),
+                )
                 for s in study.scenes
             ],
         )
@@ -117,9 +123,13 @@ def load(file: Path, number: int | None = None, scene: str | None = None) -> Stu
         only = "" if scene is None else " and scene = ?"
         where = (found,) if scene is None else (found, scene)
         scenes = [
-            (from_json(text, Scene), from_json(observables, Observables))
-            for text, observables in store.execute(
-                "select body, observables from scene where study = ?"
+            (
+                from_json(text, Scene),
+                from_json(observables, Observables),
+                from_json(quantities, Quantities),
+            )
+            for text, observables, quantities in store.execute(
+                "select body, observables, quantities from scene where study = ?"
                 f"{only.replace('scene', 'name')} order by rowid",
                 where,
             )
@@ -128,10 +138,10 @@ def load(file: Path, number: int | None = None, scene: str | None = None) -> Stu
         convergence, costs = _convergence(store, only, where)
         extras = {} if scene is not None else _extras(store, found)
         return Study(
-            head.profile, tuple(s for s, _ in scenes),
+            head.profile, tuple(s for s, _, _ in scenes),
             tuple(from_json(text, Method) for (text,) in methods), convergence, costs,
-            head.reference_step, head.seconds, {s.name: names for s, names in scenes}, extras,
-            head.provenance,
+            head.reference_step, head.seconds, {s.name: names for s, names, _ in scenes},
+            {s.name: about for s, _, about in scenes}, extras, head.provenance,
         )  # fmt: skip
 
 

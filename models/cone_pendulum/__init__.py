@@ -17,7 +17,17 @@ from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.models.scene import Observable, Parameters, Scene, System, replaced, step_sizes
+from plumbob.models.quantities import RADIAN, swing
+from plumbob.models.scene import (
+    Case,
+    Observable,
+    Parameters,
+    Quantity,
+    Scene,
+    System,
+    replaced,
+    step_sizes,
+)
 
 SOURCE = (
     "V. F. Sudakov, Angular velocity of physical pendulum suspended on movable base, "
@@ -84,6 +94,14 @@ def facts(problem: ConePendulum) -> Mapping[str, Any]:
             "note": "eq. 9 as printed, T + U: not conserved; kept for the paper's figures alone",
         },
     }
+
+
+def interest(case: Case) -> tuple[Quantity, ...]:
+    """The angle, with the amplitude of a libration, or one radian, as its scale."""
+    motion: PendulumMotion = case.problem.motion
+    if motion.regime != "libration":
+        return (Quantity("theta", RADIAN),)
+    return swing(case, motion.period)
 
 
 def _about(motion: PendulumMotion) -> Mapping[str, Any]:
@@ -166,5 +184,6 @@ SYSTEMS = (
         mjcf=Path(__file__).parent / "cone_pendulum.xml",
         family="cone_pendulum",
         change=change,
+        interest=interest,
     ),
 )

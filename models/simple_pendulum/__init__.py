@@ -14,6 +14,7 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
+from plumbob.models.quantities import swing
 from plumbob.models.scene import Observable, Parameters, Scene, System, replaced, step_sizes
 
 SOURCE = (
@@ -196,6 +197,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         mjcf=Path(__file__).parent / "simple_pendulum.xml",
         family="simple_pendulum",
         change=change,
+        interest=swing,
     )
 
 

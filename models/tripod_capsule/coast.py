@@ -22,6 +22,7 @@ from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
+from plumbob.models.quantities import pose
 from plumbob.models.scene import Observable, Parameters, Scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
@@ -155,4 +156,5 @@ SYSTEM = capsule_system(
     errors=errors,
     invariants=invariants,
     facts=facts,
+    interest=pose,
 )

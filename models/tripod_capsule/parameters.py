@@ -13,7 +13,8 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, direction_to
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
-from plumbob.models.scene import Observable, Parameters, Scene, System, replaced
+from plumbob.models.quantities import displaced
+from plumbob.models.scene import Case, Observable, Parameters, Quantity, Scene, System, replaced
 
 SOURCE = (
     "F. L. Chernousko, Plane motions of a body controlled by a movable mass, "
@@ -61,6 +62,7 @@ def capsule_system(
         [CapsuleProblem, Mapping[str, Array]], Mapping[str, Array]
     ] = no_invariants,
     change: Callable[[Parameters, Parameters], Parameters] = replaced,
+    interest: Callable[[Case], tuple[Quantity, ...]] = displaced,
 ) -> System:
     """A system that has the capsule's model and family; the arguments as in `System`."""
     return System(
@@ -79,6 +81,7 @@ def capsule_system(
         family="capsule",
         change=change,
         weight=CONTACTS,
+        interest=interest,
     )
 
 

@@ -20,6 +20,7 @@ from plumbob.analytic.systems.planner import POSES, Limits, Plan, RestPose
 from plumbob.analytic.systems.planner import plan as find_plan
 from plumbob.analytic.systems.planner.result import TrackName
 from plumbob.analytic.systems.three_points.reference import PlaneReference
+from plumbob.models.quantities import pose
 from plumbob.models.scene import Observable, Parameters, Scene
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
@@ -137,4 +138,5 @@ SYSTEM = capsule_system(
     problem=problem,
     errors=lambda problem: StepErrors(partial(plane_errors, problem.reference)),
     facts=facts,
+    interest=pose,
 )

@@ -18,6 +18,7 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
 from plumbob.analytic.systems.three_points.reference import PlaneReference
+from plumbob.models.quantities import turned
 from plumbob.models.scene import Observable, Parameters, Scene
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
@@ -171,4 +172,5 @@ SYSTEM = capsule_system(
     errors=lambda problem: StepErrors(partial(plane_errors, problem.reference)),
     invariants=invariants,
     facts=facts,
+    interest=partial(turned, observable="body_angle"),
 )

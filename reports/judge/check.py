@@ -43,7 +43,9 @@ def check(
         judgement = judge(one, case.system, how)
         found = ((one, judgement),)
         # A test that a step outside the asymptotic range cannot fail would claim nothing.
-        claims = judgement.verdict != "coarse" or expected(chosen.name, how.name).allows(judgement)
+        claims = judgement.verdict != "pre-asymptotic" or expected(chosen.name, how.name).allows(
+            judgement
+        )
         good = claims and run_as_expected(how, chosen.name, judgement)
     if judgement.verdict == "missing":
         good = False

@@ -143,7 +143,9 @@ def _steepest(
         if convergence_study
         else []
     )
-    if convergence_study is None or not any(p is not None and p.missed is None for p in predicted):
+    if convergence_study is None or not any(
+        p is not None and not p.for_this_step for p in predicted
+    ):
         return 0.0
     return max(method.order or 0.0, convergence_study.order.low if convergence_study.order else 0.0)
 

@@ -54,21 +54,21 @@ def tolerance(found: Measurement, method: Method, observable: str, unit: str) ->
 
 
 def missed(error: ObservedError) -> str | None:
-    """Why an error is not the predicted one, or None: where theory predicts it to the last digit,
-    only rounding and the bound of the model's error may be left of the difference."""
+    """Why an error is not the predicted one, or None: at no sample may it differ from the
+    prediction, with its sign, by more than theory leaves open there (a series' remainder, rounding)
+    and the bound of the model's error."""
     predicted = error.predicted
-    if predicted is None or predicted.missed is None:
+    if predicted is None or predicted.beyond <= (allowed := sum(error.model.values())):
         return None
-    if predicted.missed <= (allowed := sum(error.model.values())):
-        return None
-    return f"{predicted.missed:.3g} off its prediction, allowed {allowed:.3g}"
+    allowed += predicted.open
+    return f"{predicted.difference:.3g} off its prediction, allowed {allowed:.3g}"
 
 
 def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
     predicted = error.predicted
     if predicted is None:
         return None
-    if predicted.missed is not None:
+    if predicted.for_this_step:
         reason = f"what the scheme does to this motion at this step, h = {step:g} s"
         return (Term(AT_STEP, predicted.largest, reason),)
     # The last two: near-symmetric schemes can have tiny alternate terms.

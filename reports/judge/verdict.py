@@ -17,7 +17,9 @@ from plumbob.engines.study.results import Study
 from plumbob.models.scene import Observable
 from plumbob.reports.judge.tolerance import Tolerance, missed, tolerance
 
-Verdict = Literal["pass", "fail", "not-converging", "diverged", "unsupported", "missing", "coarse"]
+Verdict = Literal[
+    "pass", "fail", "not-converging", "diverged", "unsupported", "missing", "pre-asymptotic"
+]
 NO_STEP_FITS = "no step of the scene's step sizes fits"
 # Rules of judgement, chosen and not derived:
 ELSEWHERE = 0.5  # of the motion itself: a linear bound along the exact motion does not apply
@@ -87,7 +89,7 @@ def judge_convergence(found: ConvergenceStudy, system: Observed, method: Method)
 
 
 def judge(found: Measurement, system: Observed, method: Method) -> Judgement:
-    """Compare one run with its tolerances; `coarse` where theory does not reach its step."""
+    """Compare one run with its tolerances; `pre-asymptotic` where theory does not reach the step."""
     run = _Run(found, system, method)
     return next(verdict for rule in _RULES_OF_A_RUN if (verdict := rule(run)) is not None)
 
@@ -131,12 +133,12 @@ def _leads_elsewhere(run: _Run) -> Judgement | None:
     the model's error, which are linearised along that motion, do not apply."""
     error = run.found.errors.get(run.leading)
     predicted = error and error.predicted
-    if not error or not predicted or predicted.missed is None:
+    if not error or not predicted or not predicted.for_this_step:
         return None
     if not predicted.largest > ELSEWHERE * error.scale > 0.0:
         return None
     far = f"the predicted error of {run.leading} at this step exceeds half the motion, where the "
-    return Judgement("coarse", {}, f"{far}bound of the model's error is not known")
+    return Judgement("pre-asymptotic", {}, f"{far}bound of the model's error is not known")
 
 
 def _beyond_tolerance(run: _Run) -> Judgement | None:
@@ -158,12 +160,12 @@ def _says_nothing(run: _Run) -> Judgement | None:
         return None
     seen = run.found.errors[name]
     predicted = seen.predicted
-    exactly = predicted is not None and predicted.missed is not None
+    exactly = predicted is not None and predicted.for_this_step
     allowed = sum(seen.model.values()) if exactly else run.tolerances[name].bound
     if not 0.0 < seen.scale <= allowed:
         return None
     why = f"{name} may be {allowed:.3g} {run.units[name]} beside what is predicted of it"
-    return Judgement("coarse", run.tolerances, f"{why}, and is {seen.scale:.3g} in all")
+    return Judgement("pre-asymptotic", run.tolerances, f"{why}, and is {seen.scale:.3g} in all")
 
 
 def _no_theory(run: _Run) -> Judgement | None:
@@ -172,7 +174,7 @@ def _no_theory(run: _Run) -> Judgement | None:
         return None
     theory = any(e.predicted or e.controlled for e in run.found.errors.values())
     why = "the step is too large for the" if theory else "there is no"
-    return Judgement("coarse", {}, run.found.note or f"{why} theory of its error")
+    return Judgement("pre-asymptotic", {}, run.found.note or f"{why} theory of its error")
 
 
 def _within(run: _Run) -> Judgement:
@@ -227,7 +229,7 @@ def _fails(several: _Runs) -> Judgement | None:
 def _stays(several: _Runs) -> Judgement | None:
     """An error that stays is a finding, unless the theory there is does not reach the finest step:
     steps too large for it show nothing about finer ones."""
-    if several.flat is None or several.runs[-1].verdict == "coarse":
+    if several.flat is None or several.runs[-1].verdict == "pre-asymptotic":
         return None
     return Judgement("not-converging", {}, several.flat)
 

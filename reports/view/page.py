@@ -30,7 +30,7 @@ NAME = "index.html"
 Sections = Callable[[str], Section | None]  # what there is to say of one system alone, by its name
 TEMPLATES = Path(__file__).parent / "templates"
 ORDER: tuple[Verdict, ...] = (
-    "pass", "fail", "not-converging", "diverged", "coarse", "unsupported", "missing",
+    "pass", "fail", "not-converging", "diverged", "pre-asymptotic", "unsupported", "missing",
 )  # fmt: skip
 
 

@@ -225,8 +225,8 @@ def test_run_of_a_missing_engine_is_exit_code_3(monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.parametrize(
     ("method", "verdict", "cut", "accepted"),
     [
-        ("ode/rk4", "pass", False, True), ("ode/rk4", "coarse", False, False),
-        ("ode/rk4", "coarse", True, True), ("ode/dop853", "coarse", False, True),
+        ("ode/rk4", "pass", False, True), ("ode/rk4", "pre-asymptotic", False, False),
+        ("ode/rk4", "pre-asymptotic", True, True), ("ode/dop853", "pre-asymptotic", False, True),
         ("ode/rk4", "fail", True, False), ("ode/rk4", "not-converging", True, False),
         ("ode/rk4", "diverged", True, False),
     ],
@@ -238,7 +238,7 @@ def test_what_is_accepted_of_a_scene_that_is_not_hard(
     assert as_expected(find_scene(CONE), registry.method(method), found) == accepted
     means = standing(find_scene(CONE), registry.method(method), found)
     assert (means == "unexpected") == (not accepted)
-    assert (means == "pre-asymptotic") == (accepted and verdict == "coarse")
+    assert (means == "pre-asymptotic") == (accepted and verdict == "pre-asymptotic")
 
 
 @pytest.mark.parametrize(

@@ -130,8 +130,8 @@ def test_bounds_are_not_loose(name: str) -> None:
     found, _ = run(f"capsule-turn/{name}", EULER, step_of(f"capsule-turn/{name}", 100))
     error = found.errors["body_angle"]
     assert error.predicted is not None
-    assert error.predicted.missed is not None
-    assert 1.0 <= sum(error.model.values()) / error.predicted.missed < 6.0
+    assert error.predicted.for_this_step
+    assert 1.0 <= sum(error.model.values()) / error.predicted.beyond < 6.0
 
 
 def test_loads_are_exact_where_nothing_deflects() -> None:

@@ -168,6 +168,6 @@ def test_a_switch_at_the_very_end_of_a_step(late: float, least: float, most: flo
     assert judge(found, system, how).verdict == "pass"
     place = found.errors["x"]
     assert place.predicted is not None
-    assert place.predicted.missed is not None
-    assert least <= place.predicted.missed <= most
-    assert least == 0.0 or sum(place.model.values()) < 2.0 * place.predicted.missed
+    assert place.predicted.for_this_step
+    assert least <= place.predicted.beyond <= most
+    assert least == 0.0 or sum(place.model.values()) < 2.0 * place.predicted.beyond

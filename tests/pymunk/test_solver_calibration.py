@@ -32,8 +32,8 @@ def residual(name: str, step: float, iterations: int, **changes: Any) -> tuple[f
     demand = LineRun(case.problem, changed.duration, solver).demand
     velocity = measure(case, feet, step)[0].errors["velocity"].predicted
     assert velocity is not None
-    assert velocity.missed is not None
-    return velocity.missed / (demand.jump * step), solver.one_foot_residual
+    assert velocity.for_this_step
+    return velocity.beyond / (demand.jump * step), solver.one_foot_residual
 
 
 def test_residual_where_friction_is_used_up() -> None:
@@ -66,7 +66,7 @@ def test_roundings_from_positions_to_a_velocity() -> None:
     a third of its bound, all of it rounding."""
     force = run("capsule-train/ten", "side", 5e-3)[0].errors["friction_force"]
     assert force.predicted is not None
-    assert force.predicted.missed is not None
+    assert force.predicted.for_this_step
     bound = sum(force.model.values())
     assert force.model["rounding of positions"] > 0.99 * bound
-    assert 0.25 * bound < force.predicted.missed < bound
+    assert 0.25 * bound < force.predicted.beyond < bound

@@ -50,7 +50,7 @@ def test_another_expectation_takes_the_place_of_the_declared_one() -> None:
 def test_a_step_that_claims_nothing_and_a_missing_engine_do_not_pass(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    with pytest.raises(AssertionError, match="coarse, expected pass"):
+    with pytest.raises(AssertionError, match="pre-asymptotic, expected pass"):
         check("simple-pendulum/free-large", "ode/euler", step=0.5)
     monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
     with pytest.raises(AssertionError, match="missing, expected pass"):

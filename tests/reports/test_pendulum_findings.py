@@ -163,10 +163,10 @@ def test_next_to_the_top() -> None:
 
 def test_a_known_limit_is_strict() -> None:
     wanted = expected("simple-pendulum/free-large", "pymunk/default")
-    assert wanted.verdict == "coarse"
+    assert wanted.verdict == "pre-asymptotic"
     scene = find_scene("simple-pendulum/free-large")
     how = find_methods("pymunk/default")[0]
-    assert as_expected(scene, how, Judgement("coarse", {}, ""))
+    assert as_expected(scene, how, Judgement("pre-asymptotic", {}, ""))
     assert not as_expected(scene, how, Judgement("pass", {}, ""))
 
 

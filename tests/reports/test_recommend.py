@@ -177,7 +177,7 @@ def test_where_theory_has_no_series_only_steps_that_were_run_count() -> None:
         replace(
             m,
             errors={
-                n: replace(e, predicted=Prediction(e.largest, e.end, {}, 0.0, missed=0.0))
+                n: replace(e, predicted=Prediction(e.largest, e.end, {}, 0.0))
                 for n, e in m.errors.items()
             },
         )

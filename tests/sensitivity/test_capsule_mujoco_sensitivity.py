@@ -74,8 +74,8 @@ def tight(found: Measurement, name: str) -> float:
     """Model-error bound over the unpredicted part of the error."""
     error = found.errors[name]
     assert error.predicted is not None
-    assert error.predicted.missed is not None
-    return sum(error.model.values()) / error.predicted.missed
+    assert error.predicted.for_this_step
+    return sum(error.model.values()) / error.predicted.beyond
 
 
 @pytest.mark.parametrize("step", [1e-3, 1e-4])

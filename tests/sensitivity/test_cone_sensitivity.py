@@ -69,7 +69,7 @@ def test_a_bound_wider_than_the_motion_is_no_bound() -> None:
     system, how = system_of(scene), find_method("ode/radau")
     found, _ = measure(system.case(scene), how, 1e-5)
     assert found.errors["theta"].largest > 1.0
-    assert judge(found, system, how).verdict == "coarse"
+    assert judge(found, system, how).verdict == "pre-asymptotic"
 
 
 def test_a_run_far_from_the_exact_motion_has_no_bound() -> None:
@@ -82,4 +82,4 @@ def test_a_run_far_from_the_exact_motion_has_no_bound() -> None:
     assert judge(found, system, how).verdict == "pass"
     far = replace(error, predicted=replace(error.predicted, largest=0.6 * error.scale))
     elsewhere = replace(found, errors={**found.errors, "displacement": far})
-    assert judge(elsewhere, system, how).verdict == "coarse"
+    assert judge(elsewhere, system, how).verdict == "pre-asymptotic"

@@ -54,9 +54,9 @@ def verdict(run: Run) -> str:
 def looseness(run: Run) -> Mapping[str, float]:
     """{observable: model-error bound over the unpredicted error}."""
     return {
-        name: sum(error.model.values()) / error.predicted.missed
+        name: sum(error.model.values()) / error.predicted.beyond
         for name, error in again(run).errors.items()
-        if error.predicted is not None and error.predicted.missed
+        if error.predicted is not None and error.predicted.beyond
     }
 
 

@@ -32,14 +32,18 @@ def model_error(
     problem: Any, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
     """Tension: what the bob's moment of inertia adds, whose centre is nearer to the pivot and pulls
-    less, and what the rounding of the joint's opening makes. On the spring nothing: the body's
+    less, and what the rounding of the joint's opening makes, across the rod that of the rate. On the
+    spring nothing: the body's
     moment of inertia is that of the bob about the axis."""
     if problem.linear:
         return {}
     moment = MOMENT * MASS * problem.length * fastest(problem, duration) ** 2
     closing = 1 / step if method.settings.get("error_bias") == 0.0 else CLOSING_RATE
     rounding = opening_error(MASS, problem.length, closing, step)
-    return {"tension": {"moment of the bob": moment, "rounded opening": rounding}}
+    return {
+        "theta_dot": {"rounded opening": rounding * step / (MASS * problem.length)},
+        "tension": {"moment of the bob": moment, "rounded opening": rounding},
+    }
 
 
 def _on_a_rod(problem: Any, method: Method, step: float) -> Translation:
