@@ -58,7 +58,7 @@ class Scene:
 
 
 def step_sizes(coarse: float, fine: float) -> tuple[float, ...]:
-    """Steps [s] 1, 2 and 5 times powers of ten, from `pre-asymptotic` down to `fine`, both included."""
+    """Steps [s] 1, 2 and 5 times powers of ten, from `coarse` down to `fine`, both included."""
     decades = range(math.ceil(math.log10(coarse)), math.floor(math.log10(fine)) - 1, -1)
     # Through decimal text: 5e-4 is the double nearest to 0.0005, 5 * 10**-4 need not be.
     round_numbers = [float(f"{digit}e{exponent}") for exponent in decades for digit in (5, 2, 1)]

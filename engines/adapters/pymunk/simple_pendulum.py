@@ -32,9 +32,8 @@ def model_error(
     problem: Any, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
     """Tension: what the bob's moment of inertia adds, whose centre is nearer to the pivot and pulls
-    less, and what the rounding of the joint's opening makes, across the rod that of the rate. On the
-    spring nothing: the body's
-    moment of inertia is that of the bob about the axis."""
+    less, and what the rounding of the joint's opening makes, across the rod that of the rate. On
+    the spring nothing: the body's moment of inertia is that of the bob about the axis."""
     if problem.linear:
         return {}
     moment = MOMENT * MASS * problem.length * fastest(problem, duration) ** 2
