@@ -89,7 +89,7 @@ def judge_convergence(found: ConvergenceStudy, system: Observed, method: Method)
 
 
 def judge(found: Measurement, system: Observed, method: Method) -> Judgement:
-    """Compare one run with its tolerances; `pre-asymptotic` where theory does not reach the step."""
+    """Compare one run with its tolerances; `pre-asymptotic` where no theory reaches it."""
     run = _Run(found, system, method)
     return next(verdict for rule in _RULES_OF_A_RUN if (verdict := rule(run)) is not None)
 
