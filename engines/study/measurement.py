@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from plumbob.analytic.errors.schemes import ADAPTIVE
+from plumbob.analytic.errors.theory import SteppedErrors, reaches
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.method import Method, Unsupported, meant
@@ -29,6 +30,9 @@ class Prediction:
     nonlinearity: float  # see `Reference.nonlinearity`
     missed: float | None = None
     """Where it is exact: the largest error beside it that rounding does not explain."""
+    uncertainty: float | None = None
+    """What double precision allows the stepped motion, largest over the samples; None where what it
+    allows the exact answer applies."""
 
 
 @dataclass(frozen=True)
@@ -126,10 +130,7 @@ def _errors(
 ) -> Mapping[str, ObservedError]:
     exact, theory, names = case.reference, case.errors, [o.name for o in case.system.observables]
     truth, doubt = exact.observe(run.times), exact.uncertainty(run.times)
-    at_step: Mapping[str, Array] = {}
-    if method.control == "step":
-        at_step = theory.at_step(method.scheme, step, run.times)
-    series = {} if at_step else theory.series(method.scheme, run.times)
+    series = theory.series(method.scheme, run.times)
     powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
     total = {
         name: sum((terms[name] for terms in powers.values()), np.zeros(len(run.times)))
@@ -137,6 +138,13 @@ def _errors(
         if powers and all(name in terms for terms in powers.values())
     }
     nonlinear = exact.nonlinearity(run.times, total) if total else 0.0
+    predicted = {name: _predicted(name, total, powers, nonlinear) for name in total}
+    stepped = SteppedErrors({})
+    if method.control == "step" and not (
+        predicted and all(reaches(p.terms, p.largest, p.nonlinearity) for p in predicted.values())
+    ):
+        stepped = theory.at_step(method.scheme, step, run.times)
+    own = stepped.uncertainty or {}
     carried = _carried(exact, method, step, run, doubt)
     errors = {}
     for name in (name for name in names if name in run.observables):
@@ -147,9 +155,9 @@ def _errors(
             uncertainty=float(doubt[name].max()),
             scale=float(np.abs(truth[name]).max()),
             model=dict(model.get(name, {})),
-            predicted=_at_step(at_step[name], error, doubt[name], run.steps)
-            if name in at_step
-            else _predicted(name, total, powers, nonlinear),
+            predicted=_at_step(stepped.errors[name], error, doubt[name], own.get(name), run.steps)
+            if name in stepped.errors
+            else predicted.get(name),
             controlled=carried.get(name),
         )
     return errors
@@ -170,9 +178,7 @@ def _predicted(
     total: Mapping[str, Array],
     powers: Mapping[int, Mapping[str, Array]],
     nonlinear: float,
-) -> Prediction | None:
-    if name not in total:
-        return None
+) -> Prediction:
     return Prediction(
         largest=float(np.abs(total[name]).max()),
         end=float(total[name][-1]),
@@ -181,15 +187,19 @@ def _predicted(
     )
 
 
-def _at_step(predicted: Array, error: Array, doubt: Array, steps: int) -> Prediction:
-    """What is predicted of an error at the samples, shape (n,), for this very step."""
-    rounded = doubt * (1.0 + 2.0 * float(np.sqrt(steps)))  # as in `floor`
+def _at_step(
+    predicted: Array, error: Array, doubt: Array, own: Array | None, steps: int
+) -> Prediction:
+    """What is predicted of an error at the samples, shape (n,), for this very step: `doubt` is the
+    uncertainty of the exact answer, `own` that of the stepped motion, where it has one."""
+    rounded = (doubt if own is None else own) * (1.0 + 2.0 * float(np.sqrt(steps)))  # as in `floor`
     return Prediction(
         largest=float(np.abs(predicted).max()),
         end=float(predicted[-1]),
         terms={},
         nonlinearity=0.0,
         missed=float(np.maximum(np.abs(error - predicted) - rounded, 0.0).max()),
+        uncertainty=None if own is None else float(own.max()),
     )
 
 
