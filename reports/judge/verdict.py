@@ -131,7 +131,7 @@ def _leads_elsewhere(run: _Run) -> Judgement | None:
     the model's error, which are linearised along that motion, do not apply."""
     error = run.found.errors.get(run.leading)
     predicted = error and error.predicted
-    if not error or not predicted or predicted.missed is None:
+    if not error or not predicted or predicted.missed is None or predicted.uncertainty is not None:
         return None
     if not predicted.largest > ELSEWHERE * error.scale > 0.0:
         return None
@@ -160,6 +160,8 @@ def _says_nothing(run: _Run) -> Judgement | None:
     predicted = seen.predicted
     exactly = predicted is not None and predicted.missed is not None
     allowed = sum(seen.model.values()) if exactly else run.tolerances[name].bound
+    if predicted is not None and predicted.uncertainty is not None:
+        allowed = run.tolerances[name].bound - predicted.largest
     if not 0.0 < seen.scale <= allowed:
         return None
     why = f"{name} may be {allowed:.3g} {run.units[name]} beside what is predicted of it"
@@ -194,12 +196,15 @@ class _Runs:
 
     @cached_property
     def flat(self) -> str | None:
-        """Why the error has stopped far above round-off; None while smaller steps still help."""
+        """Why the error has stopped far above round-off; None while smaller steps still help, and
+        where it is that of the scheme stepped on the same equation, which does converge."""
         done = [m for m in self.found if m.status == "done"]
         if len(done) < 4:
             return None
         last: list[ObservedError] = [m.errors[self.leading] for m in done[-4:]]
         if last[-1].largest < FLAT * last[0].largest:
+            return None
+        if (predicted := last[-1].predicted) and predicted.uncertainty is not None:
             return None
         least = floor(last[-1], done[-1].steps)
         if last[-1].largest <= FLOORS * least:
