@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from plumbob.analytic.errors.schemes import ADAPTIVE
+from plumbob.analytic.errors.theory import SteppedErrors, reaches
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.method import Method, Unsupported, meant
@@ -31,6 +32,9 @@ class Prediction:
     difference: float = 0.0  # largest magnitude over the samples of measured less predicted, signed
     open: float = 0.0  # what theory leaves open of that, the largest over the samples
     beyond: float = 0.0  # the most by which a sample differs by more than is open there
+    uncertainty: float | None = None
+    """What double precision allows the stepped motion, largest over the samples; None where what it
+    allows the exact answer applies."""
 
     @property
     def for_this_step(self) -> bool:
@@ -133,35 +137,43 @@ def _errors(
 ) -> Mapping[str, ObservedError]:
     exact, theory, names = case.reference, case.errors, [o.name for o in case.system.observables]
     truth, doubt = exact.observe(run.times), exact.uncertainty(run.times)
-    at_step: Mapping[str, Array] = {}
-    if method.control == "step":
-        at_step = theory.at_step(method.scheme, step, run.times)
-    series = {} if at_step else theory.series(method.scheme, run.times)
+    series = theory.series(method.scheme, run.times)
     powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
     total = {
         name: sum((terms[name] for terms in powers.values()), np.zeros(len(run.times)))
         for name in names
         if powers and all(name in terms for terms in powers.values())
     }
-    for predicted in total.values():
-        predicted[run.times == 0.0] = 0.0  # no step has been taken, and no joint has pulled
+    for values in total.values():
+        values[run.times == 0.0] = 0.0  # no step has been taken, and no joint has pulled
     nonlinear = exact.nonlinearity(run.times, total) if total else 0.0
+    errors = {n: run.observables[n] - truth[n] for n in names if n in run.observables}
+    predicted = {
+        name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear)
+        for name, error in errors.items()
+        if name in total
+    }
+    stepped = SteppedErrors({})
+    if method.control == "step" and not (
+        predicted and all(reaches(p.terms, p.largest, p.nonlinearity) for p in predicted.values())
+    ):
+        stepped = theory.at_step(method.scheme, step, run.times)
+    own = stepped.uncertainty or {}
     carried = _carried(exact, method, step, run, doubt)
-    errors = {}
-    for name in (name for name in names if name in run.observables):
-        error = run.observables[name] - truth[name]
-        errors[name] = ObservedError(
+    return {
+        name: ObservedError(
             largest=float(np.abs(error).max()),
             end=float(error[-1]),
             uncertainty=float(doubt[name].max()),
             scale=float(np.abs(truth[name]).max()),
             model=dict(model.get(name, {})),
-            predicted=_at_step(at_step[name], error, doubt[name], run.steps)
-            if name in at_step
-            else _series(name, error, doubt[name], run.steps, total, powers, nonlinear),
+            predicted=_at_step(stepped.errors[name], error, doubt[name], own.get(name), run.steps)
+            if name in stepped.errors
+            else predicted.get(name),
             controlled=carried.get(name),
         )
-    return errors
+        for name, error in errors.items()
+    }
 
 
 def _carried(
@@ -182,12 +194,10 @@ def _series(
     total: Mapping[str, Array],
     powers: Mapping[int, Mapping[str, Array]],
     nonlinear: float,
-) -> Prediction | None:
+) -> Prediction:
     """What a series in the step predicts of an error at the samples, shape (n,). It leaves open
     what follows in it, less than its last two terms (near-symmetric schemes can have tiny alternate
     terms), at their largest so far, and what is nonlinear."""
-    if name not in total:
-        return None
     predicted = total[name]
     last = sum((np.abs(powers[p][name]) for p in sorted(powers)[-2:]), np.zeros(len(error)))
     remainder = np.maximum.accumulate(last + nonlinear * np.abs(predicted))
@@ -195,10 +205,15 @@ def _series(
     return _held(predicted, error, remainder + _rounding(doubt, steps), terms, nonlinear)
 
 
-def _at_step(predicted: Array, error: Array, doubt: Array, steps: int) -> Prediction:
+def _at_step(
+    predicted: Array, error: Array, doubt: Array, own: Array | None, steps: int
+) -> Prediction:
     """What is predicted of an error at the samples, shape (n,), for this very step: rounding alone
-    is left open."""
-    return _held(predicted, error, _rounding(doubt, steps), {}, 0.0)
+    is left open; `doubt` is the uncertainty of the exact answer, `own` that of the stepped motion,
+    where it has one."""
+    left = _rounding(doubt if own is None else own, steps)
+    found = _held(predicted, error, left, {}, 0.0)
+    return found if own is None else replace(found, uncertainty=float(own.max()))
 
 
 def _held(

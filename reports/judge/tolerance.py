@@ -5,11 +5,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from plumbob.analytic.errors.theory import TRUST, reaches
 from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement, ObservedError
 
-# Chosen, not derived: how much of a series its last terms, or its nonlinear part, may be.
-TRUST = 0.1
 AT_STEP = "discretisation"  # the term that is predicted to the last digit, where one is
 
 
@@ -71,10 +70,9 @@ def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
     if predicted.for_this_step:
         reason = f"what the scheme does to this motion at this step, h = {step:g} s"
         return (Term(AT_STEP, predicted.largest, reason),)
-    # The last two: near-symmetric schemes can have tiny alternate terms.
-    last = sum(predicted.terms[p] for p in sorted(predicted.terms)[-2:])
-    if predicted.nonlinearity > TRUST or last > TRUST * predicted.largest:
+    if not reaches(predicted.terms, predicted.largest, predicted.nonlinearity):
         return None
+    last = sum(predicted.terms[p] for p in sorted(predicted.terms)[-2:])
     powers = " + ".join(f"C{p} h^{p}" for p in sorted(predicted.terms))
     return (
         Term(
@@ -100,15 +98,18 @@ def _adaptive(error: ObservedError) -> tuple[Term, ...] | None:
 
 
 def _double_precision(error: ObservedError, steps: int) -> tuple[Term, ...]:
+    moved, what = error.uncertainty, "exact answer"
+    if (predicted := error.predicted) is not None and predicted.uncertainty is not None:
+        moved, what = predicted.uncertainty, "answer of this step"
     return (
         Term(
             "conditioning",
-            error.uncertainty,
-            "one unit in the last place of every input moves the exact answer by this",
+            moved,
+            f"one unit in the last place of every input moves the {what} by this",
         ),
         Term(
             "round-off",
-            2.0 * steps**0.5 * error.uncertainty,
+            2.0 * steps**0.5 * moved,
             "each step's rounding, half an ulp, in a random walk: four standard deviations",
         ),
     )

@@ -91,7 +91,7 @@ def test_the_slider_follows_its_control_but_for_its_armature() -> None:
     _, moved = run("capsule-line/ca1", "euler+coulomb", 1e-3)
     case = LINE.case(scene("capsule-line/ca1"))
     exact = case.reference
-    predicted = case.errors.at_step(Scheme(EULER), 1e-3, moved.times)["stroke"]
+    predicted = case.errors.at_step(Scheme(EULER), 1e-3, moved.times).errors["stroke"]
     off = moved.observables["stroke"] - exact.observe(moved.times)["stroke"] - predicted
     # m/A = 3e-11 of the slider's travel in space, 0.076 m
     assert off[-1] == pytest.approx(-3e-11 * (0.0817786 - 0.0055917), rel=1e-3)
