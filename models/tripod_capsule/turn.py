@@ -22,6 +22,7 @@ from plumbob.models.scene import Observable, Parameters, Scene
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,
+    LOADS,
     SOURCE,
     capsule,
     capsule_system,
@@ -40,6 +41,7 @@ OBSERVED = (
     Observable("velocity_x", "m/s"),
     Observable("velocity_y", "m/s"),
     Observable("heading_rate", "rad/s"),
+    *LOADS,
 )
 
 

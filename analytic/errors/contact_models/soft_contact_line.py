@@ -25,6 +25,7 @@ from plumbob.analytic.errors.contact_models.model_error import (
     by_observable,
 )
 from plumbob.analytic.errors.contact_models.soft_contact import (
+    DEPTH_ROUNDINGS,
     NormalContact,
     SoftContact,
     load_fraction_slopes,
@@ -35,7 +36,6 @@ from plumbob.analytic.systems.capsule import ROUNDOFF, load_fractions, normal_fo
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 
-DEPTH_ROUNDINGS = 16  # of the place of a support, turned and moved
 LAST_STEPS = 2.5  # steps at the drift's speed that a stop takes longer, of Euler and of RK4
 POINTS = 4001  # of the motion that is looked at; its forces are piecewise smooth
 PLACES = ("displacement", "x", "y")

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from plumbob.analytic.errors.contact_models.model_error import NORMAL_FORCES
 from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.analytic.errors.sliding_motion.discontinuities import (
     GRID,
@@ -134,6 +135,7 @@ def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: 
     times, moving = np.asarray(times, dtype=np.float64), motion.coasting
     sense = math.copysign(1.0, moving.rate)
     still = rate = np.zeros_like(times)
+    loads = dict.fromkeys(NORMAL_FORCES, still)
     if scheme.integrator == RK4:
         late, fast = rk4_stop(moving.duration, moving.deceleration, step, times)
         way, rate = sense * late, sense * fast
@@ -144,10 +146,10 @@ def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: 
     if motion.centre is None:
         cos, sin = math.cos(motion.direction), math.sin(motion.direction)
         found = {"x": way * cos, "y": way * sin, "velocity_x": rate * cos, "velocity_y": rate * sin}
-        return {**found, **dict.fromkeys(("heading", "heading_rate"), still)}
+        return {**found, **loads, **dict.fromkeys(("heading", "heading_rate"), still)}
     central = dict.fromkeys(("x", "y", "velocity_x", "velocity_y"), still)
     turned = {"heading": way, "heading_rate": rate}
-    return {**(central if motion.centre == (0.0, 0.0) else {}), **turned}
+    return {**(central if motion.centre == (0.0, 0.0) else {}), **turned, **loads}
 
 
 def _first_stage(
