@@ -54,18 +54,18 @@ def test_friction_of_rk4_is_that_of_its_first_stage(name: str, method: str) -> N
     error = found.errors["friction_force"]
     allowed = sum(error.model.values())
     assert error.predicted is not None
-    assert error.predicted.missed is not None
-    assert error.predicted.missed < allowed < 0.02 < error.largest
+    assert error.predicted.for_this_step
+    assert error.predicted.beyond < allowed < 0.02 < error.largest
     # friction off by 1 % is more than theory leaves open, as is Euler's mean over a step
     wrong = scene(name, {"friction": 0.3 * 1.01})
     other = run(name, method, step, other=wrong)[0].errors["friction_force"].predicted
     assert other is not None
-    assert other.missed is not None
-    assert other.missed > allowed
+    assert other.for_this_step
+    assert other.beyond > allowed
     case = system_of(scene(name)).case(scene(name))
     times = np.arange(160, dtype=np.float64) * step
     stages, mean = (
-        case.errors.at_step(Scheme(scheme), step, times)["friction_force"]
+        case.errors.at_step(Scheme(scheme), step, times).errors["friction_force"]
         for scheme in (RK4, EULER)
     )
     assert np.abs(stages - mean).max() > 10 * allowed
@@ -176,9 +176,9 @@ def test_bounds_of_the_reduced_model_are_within_a_factor_of_30(
     found, _ = run(name, method, step)
     for observable, error in found.errors.items():
         assert error.predicted is not None
-        assert error.predicted.missed is not None
+        assert error.predicted.for_this_step
         bound = sum(error.model.values())
-        assert error.predicted.missed <= bound <= 30 * error.predicted.missed, observable
+        assert error.predicted.beyond <= bound <= 30 * error.predicted.beyond, observable
 
 
 def test_a_solver_that_stops_early_exceeds_the_bounds_of_the_reduced_model() -> None:

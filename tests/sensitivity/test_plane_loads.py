@@ -29,8 +29,8 @@ def allowed(error: ObservedError) -> float:
 def missed(error: ObservedError) -> float:
     """What is off the prediction [N]."""
     assert error.predicted is not None
-    assert error.predicted.missed is not None
-    return error.predicted.missed
+    assert error.predicted.for_this_step
+    return error.predicted.beyond
 
 
 def off(found: Measurement) -> bool:
