@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 
 from plumbob.analytic.errors.schemes import ADAPTIVE
 from plumbob.analytic.errors.theory import SteppedErrors, reaches
-from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case, Quantity
 
+# Of the difference to a second run with a much smaller tolerance: its error is at most half.
+SURE = 2.0
 Status = Literal["done", "diverged", "unsupported", "missing"]
 
 
@@ -44,11 +46,11 @@ class Prediction:
 
 @dataclass(frozen=True)
 class Controlled:
-    """What a solver that controls its local error to a relative tolerance may do to an observable:
-    every step has an error of the tolerance, and the motion carries that to the end."""
+    """What a solver that controls its local error does to an observable, as another on the same
+    equations shows, whose tolerance is much smaller. An error that both have is not in it."""
 
-    largest: float
-    nonlinearity: float  # see `Reference.nonlinearity`
+    largest: float  # bound on the error, over the samples
+    beyond: float  # the most by which the error of a sample is larger than its own bound
 
 
 @dataclass(frozen=True)
@@ -85,8 +87,14 @@ class Measurement:
     note: str = ""  # why there is no prediction, where theory knows nothing of the scheme
 
 
-def measure(case: Case, method: Method, step: float) -> tuple[Measurement, Trajectory | None]:
-    """Run once and measure; the trajectory too, for those who plot it. Raises ParameterError."""
+Second = Callable[[], Trajectory | None]
+
+
+def measure(
+    case: Case, method: Method, step: float, second: Second | None = None
+) -> tuple[Measurement, Trajectory | None]:
+    """Run once and measure; the trajectory too, for those who plot it. A method that controls its
+    local error is held to a `second` run, made here if none is given. Raises ParameterError."""
     scene = case.scene
     blank = Measurement(scene.name, method.name, step, "unsupported")
     if not installed(engine_of(method)):
@@ -116,7 +124,7 @@ def measure(case: Case, method: Method, step: float) -> tuple[Measurement, Traje
     return _with(
         blank,
         status="done",
-        errors=_errors(case, method, step, run, model),
+        errors=_errors(case, method, step, run, model, second or partial(confirming, case, method)),
         invariants={name: float(np.abs(drift).max()) for name, drift in drifts.items()},
         channels={name: float(np.ptp(values)) for name, values in run.channels.items()},
         duration=float(run.times[-1]),
@@ -134,6 +142,7 @@ def _errors(
     step: float,
     run: Trajectory,
     model: Mapping[str, Mapping[str, float]],
+    second: Second,
 ) -> Mapping[str, ObservedError]:
     exact, theory, names = case.reference, case.errors, [o.name for o in case.system.observables]
     truth, doubt = exact.observe(run.times), exact.uncertainty(run.times)
@@ -159,7 +168,8 @@ def _errors(
     ):
         stepped = theory.at_step(method.scheme, step, run.times)
     own = stepped.uncertainty or {}
-    carried = _carried(exact, method, step, run, doubt)
+    adaptive = method.scheme.integrator == ADAPTIVE
+    controlled = _controlled(exact, run, errors, doubt, second()) if adaptive else {}
     return {
         name: ObservedError(
             largest=float(np.abs(error).max()),
@@ -170,20 +180,42 @@ def _errors(
             predicted=_at_step(stepped.errors[name], error, doubt[name], own.get(name), run.steps)
             if name in stepped.errors
             else predicted.get(name),
-            controlled=carried.get(name),
+            controlled=controlled.get(name),
         )
         for name, error in errors.items()
     }
 
 
-def _carried(
-    exact: Reference, method: Method, step: float, run: Trajectory, doubt: Mapping[str, Array]
+def confirming(case: Case, method: Method) -> Trajectory | None:
+    """The run that a method which controls its local error is held to; None where its engine has
+    none, or it fails."""
+    chosen = engine_of(method).confirming
+    if chosen is None:
+        return None
+    other, tolerance = chosen(method)
+    run = engine_of(method).prepare(case, other, tolerance).run()
+    return None if run.diverged_at is not None or len(run.times) < 2 else run
+
+
+def _controlled(
+    exact: Reference,
+    run: Trajectory,
+    errors: Mapping[str, Array],
+    doubt: Mapping[str, Array],
+    second: Trajectory | None,
 ) -> Mapping[str, Controlled]:
-    if method.scheme.integrator != ADAPTIVE:
+    """What the solver does to each observable: its error less that of the second run, which is at
+    most half of it, so that twice the difference bounds it; at its largest so far."""
+    if second is None:
         return {}
-    may = {name: step * run.steps * value / ULP for name, value in doubt.items()}
-    nonlinear = exact.nonlinearity(run.times, may)
-    return {name: Controlled(float(value.max()), nonlinear) for name, value in may.items()}
+    truth, found = exact.observe(second.times), {}
+    for name, error in errors.items():
+        theirs = np.interp(run.times, second.times, second.observables[name] - truth[name])
+        own = np.maximum.accumulate(SURE * np.abs(error - theirs))
+        bound = own + _rounding(doubt[name], run.steps)
+        beyond = np.maximum(np.abs(error) - bound, 0.0)
+        found[name] = Controlled(float(own.max()), float(beyond.max()))
+    return found
 
 
 def _series(

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from plumbob.analytic.errors.theory import TRUST, reaches
+from plumbob.analytic.errors.schemes import ADAPTIVE
+from plumbob.analytic.errors.theory import reaches
 from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement, ObservedError
 
@@ -40,7 +41,7 @@ def tolerance(found: Measurement, method: Method, observable: str, unit: str) ->
     tolerance (what it allows is more than the motion responds to in proportion)."""
     error = found.errors[observable]
     if method.control == "tolerance":
-        step_terms: tuple[Term, ...] | None = _adaptive(error)
+        step_terms: tuple[Term, ...] | None = _adaptive(error, method)
     else:
         step_terms = _expansion(error, found.step)
     if step_terms is None:
@@ -56,6 +57,9 @@ def missed(error: ObservedError) -> str | None:
     """Why an error is not the predicted one, or None: at no sample may it differ from the
     prediction, with its sign, by more than theory leaves open there (a series' remainder, rounding)
     and the bound of the model's error."""
+    if error.controlled is not None and error.controlled.beyond > 0.0:
+        beside = "from those of a run with a much smaller tolerance"
+        return f"{error.controlled.beyond:.3g} further off than {beside} follows"
     predicted = error.predicted
     if predicted is None or predicted.beyond <= (allowed := sum(error.model.values())):
         return None
@@ -88,12 +92,10 @@ def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
     )
 
 
-def _adaptive(error: ObservedError) -> tuple[Term, ...] | None:
+def _adaptive(error: ObservedError, method: Method) -> tuple[Term, ...] | None:
     if (may := error.controlled) is None:  # a closed form takes no steps
-        return ()
-    if may.nonlinearity > TRUST:
-        return None
-    reason = "every step may add an error of rtol times the state, which the motion carries on"
+        return None if method.scheme.integrator == ADAPTIVE else ()
+    reason = "twice its distance from a run on the same equations with a much smaller tolerance"
     return (Term("local error control", may.largest, reason),)
 
 
