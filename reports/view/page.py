@@ -18,7 +18,7 @@ from plumbob.models.scene import Scene, System
 from plumbob.reports.judge.user_settings import user_results
 from plumbob.reports.judge.verdict import Judged, Judgements, Verdict, judge_study
 from plumbob.reports.judge.work_precision import points
-from plumbob.reports.view import notation, overview, tables
+from plumbob.reports.view import notation, overview, sensitivity, tables, tightness
 from plumbob.reports.view.content import Figure, Finding, Section, Table
 from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.palette import styles
@@ -112,6 +112,7 @@ def render(
         verdicts=[overview.verdicts(view.system, study, found) for view in views],
         recommendations=overview.recommendations(study, found),
         settings=pasted(study),
+        tightness=tightness.tables(study, found),
         styles=styles(study.methods),
         provenance=study.provenance,
         number=notation.number,
@@ -180,6 +181,7 @@ def _scene(
         trimming(study, scene),
         tables.budgets(system, convergence, judged, methods),
         tables.every_run(system, convergence, judged, methods),
+        sensitivity.table(study, scene, found),
         tables.parameters(system, scene),
     )
     figures = scene_figures(

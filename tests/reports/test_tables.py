@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from plumbob.engines.study.order import Order
 from plumbob.models.registry import system_of
-from plumbob.reports.judge.verdict import judge_study
+from plumbob.reports.judge.verdict import judge_study, judged
 from plumbob.reports.view import notation, tables
 from plumbob.reports.view.content import Table
 from plumbob.tests.support.studies import SCENE, quick
@@ -25,11 +25,11 @@ def texts(table: Table | None) -> dict[str, list[str]]:
 
 
 def test_the_summary_shows_the_finest_run() -> None:
-    judged = {
+    verdicts = {
         method: both for (scene, method), both in judge_study(quick()).items() if scene == SCENE
     }
     (scene,) = [s for s in quick().scenes if s.name == SCENE]
-    shown = texts(tables.summary(system_of(scene), FOUND, judged, METHODS))
+    shown = texts(tables.summary(system_of(scene), FOUND, verdicts, METHODS))
     for i, c in enumerate(FOUND):
         coarsest, finest = (
             notation.step(c.measurements[k].step, METHODS[c.method].control) for k in (0, -1)
@@ -46,3 +46,22 @@ def test_predicted_and_observed_orders_stand_in_their_columns() -> None:
     shown = texts(tables.orders([replace(rk4, order=order, predicted_order=predicted)], METHODS))
     assert shown["observed [95 % interval]"][0].startswith("3.5")
     assert shown["predicted here"][0].startswith("2.5")
+
+
+def test_a_run_off_its_prediction_is_shown_as_such() -> None:
+    """The sum of the budget bounds the error; an error that is too small exceeds none of it."""
+    (euler,) = [c for c in FOUND if c.method == "mujoco/euler"]
+    finest = euler.measurements[-1]
+    error = finest.errors["theta"]
+    assert error.predicted is not None
+    off = replace(error.predicted, difference=error.largest, beyond=error.largest)
+    errors = {**finest.errors, "theta": replace(error, largest=0.0, end=0.0, predicted=off)}
+    wrong = replace(euler, measurements=(*euler.measurements[:-1], replace(finest, errors=errors)))
+    (scene,) = [s for s in quick().scenes if s.name == SCENE]
+    system, method = system_of(scene), METHODS["mujoco/euler"]
+    found = {"mujoco/euler": judged(wrong, system, method)}
+    assert found["mujoco/euler"].whole.verdict == "fail"
+    shown = texts(tables.budgets(system, [wrong], found, METHODS))
+    assert "the sum: within, but EXCEEDED" in "; ".join(shown["reason"] + shown["term"])
+    hints = [cell.hint for cell in tables.every_run(system, [wrong], found, METHODS).rows[0]]
+    assert f"{notation.number(error.largest)} off its prediction, allowed" in hints[-1]
