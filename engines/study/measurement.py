@@ -229,10 +229,10 @@ def _series(
 ) -> Prediction:
     """What a series in the step predicts of an error at the samples, shape (n,). It leaves open
     what follows in it, less than its last two terms (near-symmetric schemes can have tiny alternate
-    terms), at their largest so far, and what is nonlinear."""
+    terms), at their largest so far: what is nonlinear in the error is in its coefficients."""
     predicted = total[name]
     last = sum((np.abs(powers[p][name]) for p in sorted(powers)[-2:]), np.zeros(len(error)))
-    remainder = np.maximum.accumulate(last + nonlinear * np.abs(predicted))
+    remainder = np.maximum.accumulate(last)
     terms = {p: float(np.abs(terms[name]).max()) for p, terms in powers.items()}
     return _held(predicted, error, remainder + _rounding(doubt, steps), terms, nonlinear)
 
