@@ -105,7 +105,7 @@ def test_what_is_pasted_differs_in_nothing(
 
 
 @pytest.mark.parametrize("name", ["tripod_capsule.xml", "turning.xml", "scene.xml"])
-@pytest.mark.parametrize("step", ["2e-5", "1e-4", "1e-3"])
+@pytest.mark.parametrize("step", ["2e-5", "1e-4", "1.05e-4", "1e-3"])
 def test_contacts_for_another_step_are_warned_of(
     step: str, name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
