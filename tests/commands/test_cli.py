@@ -116,7 +116,7 @@ def test_run_answers_with_its_budget(capsys: pytest.CaptureFixture[str]) -> None
     assert 0 < answer["errors"]["theta"] <= answer["tolerances"]["theta"]
     assert answer["tolerances"]["theta"] == pytest.approx(sum(answer["budget"]["theta"].values()))
     rounding = 2 * answer["steps"] ** 0.5 * answer["budget"]["theta"]["conditioning"]
-    assert answer["budget"]["theta"]["round-off"] == pytest.approx(rounding, rel=1e-12)
+    assert answer["budget"]["theta"]["round-off"] == pytest.approx(rounding, rel=1e-12, abs=0.0)
     computing = 1e-9 * answer["ns_per_step"] * answer["steps"]  # [s], for half a second
     assert answer["real_time_factor"] == pytest.approx(0.5 / computing, rel=1e-9)
 

@@ -69,7 +69,7 @@ def passes(tests: Sequence[str], tree: Path) -> bool:
         cwd=tree, env={**os.environ, "PYTHONPATH": str(tree.parent)}, check=False,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
     )  # fmt: skip
-    if done.returncode not in (0, 1):
+    if 1 < done.returncode < 6:  # below 0 it was ended by a signal: an engine's own assertion
         raise RuntimeError(f"pytest ended with {done.returncode}: {done.stdout[-2000:]}")
     return done.returncode == 0
 
