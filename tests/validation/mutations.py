@@ -23,6 +23,7 @@ from plumbob.tests.contracts.tree import PACKAGE, files
 
 ROOT = Path(__file__).parents[2]
 MUTANTS = Path(__file__).parent / "mutants"
+LONGEST = 3600.0  # [s] of tests: a change that makes them run on for ever is noticed
 
 
 @dataclass(frozen=True)
@@ -64,11 +65,14 @@ def killed(mutation: Mutation, tree: Path) -> bool:
 def passes(tests: Sequence[str], tree: Path) -> bool:
     """Whether these tests of the copy `tree` pass; raises RuntimeError where pytest does not run
     them."""
-    done = subprocess.run(
-        [sys.executable, "-B", "-m", "pytest", "-x", "-p", "no:cacheprovider", *tests],
-        cwd=tree, env={**os.environ, "PYTHONPATH": str(tree.parent)}, check=False,
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-    )  # fmt: skip
+    try:
+        done = subprocess.run(
+            [sys.executable, "-B", "-m", "pytest", "-x", "-p", "no:cacheprovider", *tests],
+            cwd=tree, env={**os.environ, "PYTHONPATH": str(tree.parent)}, check=False,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=LONGEST,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return False
     if 1 < done.returncode < 6:  # below 0 it was ended by a signal: an engine's own assertion
         raise RuntimeError(f"pytest ended with {done.returncode}: {done.stdout[-2000:]}")
     return done.returncode == 0
