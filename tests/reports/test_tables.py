@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
+
 from plumbob.engines.study.order import Order
 from plumbob.models.registry import system_of
 from plumbob.reports.judge.verdict import judge_study, judged
@@ -22,6 +24,22 @@ def texts(table: Table | None) -> dict[str, list[str]]:
     rows = [[cell.text for cell in row] for row in table.rows]
     columns = list(zip(*rows, strict=True))
     return {head: list(column) for head, column in zip(table.heads, columns, strict=True)}
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(1.5, "1.5 s"), (2.5e-3, "2.5 ms"), (1e-3, "1 ms"), (320e-6, "320 µs"), (5e-6, "5 µs"),
+     (9.9e-7, "990 ns")],
+)  # fmt: skip
+def test_a_time_has_the_unit_that_suits_it(value: float, text: str) -> None:
+    assert notation.seconds(value) == text
+
+
+def test_a_real_time_factor_is_simulated_over_computing_time() -> None:
+    assert notation.real_time_factor(1e9) == "1"
+    assert notation.times_real(2e6) == "500×"  # 2 ms of computing for a simulated second
+    assert notation.times_real(4e9) == "0.25×"
+    assert notation.times_real(0.0) == "–"
 
 
 def test_the_summary_shows_the_finest_run() -> None:
