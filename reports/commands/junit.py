@@ -14,7 +14,7 @@ from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import pairs
 from plumbob.models.scene import Observable, Scene
-from plumbob.reports.judge.expectations import expected, standing
+from plumbob.reports.judge.expectations import expected, standing, surprise
 from plumbob.reports.judge.verdict import Judgement, Judgements
 
 
@@ -57,7 +57,7 @@ def _outcome(scene: Scene, method: Method, found: Judgement) -> tuple[str, str] 
     """`failure` or `skipped` with its message; None for a case that passes."""
     wanted, means = expected(scene.name, method.name), standing(scene, method, found)
     if means == "unexpected":
-        return "failure", f"{found.verdict}, expected {wanted.verdict}: {found.reason}"
+        return "failure", f"{surprise(scene, method, found)}: {found.reason}"
     if means == "known limit":
         return "skipped", f"known limit, {found.verdict}: {wanted.reason}"
     if means == "pre-asymptotic":
@@ -69,6 +69,8 @@ def _properties(runs: ConvergenceStudy, leading: Observable, found: Judgement) -
     """Verdict and order, and the errors of the leading observable, each the largest over a run, at
     the step [s] (or relative tolerance) with the smallest and the largest of them."""
     said = {"verdict": found.verdict, "observable": leading.name, "unit": leading.unit}
+    if found.unjudged:
+        said["unjudged"] = "; ".join(f"{name}: {why}" for name, why in found.unjudged.items())
     by_error = sorted(
         (m.errors[leading.name].largest, m.step)
         for m in runs.measurements

@@ -11,7 +11,7 @@ from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import Order
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Scene, System
-from plumbob.reports.judge.expectations import expected, refused
+from plumbob.reports.judge.expectations import expected, marked
 from plumbob.reports.judge.verdict import Judged, Judgement
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
@@ -24,9 +24,8 @@ def verdict_cell(scene: str, method: str, judged: Judgement, link: str = "") -> 
     """A verdict, coloured, and marked as known limit or as unexpected."""
     wanted = expected(scene, method)
     text, hint = judged.verdict.replace("-", " "), judged.reason or "within tolerance"
-    if wanted.verdict != "pass" or refused(scene, method, judged):
-        known = wanted.allows(judged)
-        text += " (known)" if known else " (unexpected)"
+    if mark := marked(scene, method, judged):
+        text += f" ({mark})"
         hint += f"; expected {wanted.verdict}"
         hint += f": {wanted.reason}" if wanted.reason else ""
     return Cell(text, judged.verdict, hint, link)
@@ -193,12 +192,15 @@ def budgets(
             for term in bound.terms:
                 value = Cell(notation.number(term.value), "number")
                 rows.append(row("", "", "", value, term.name, Cell(term.reason, "reason")))
+        for name, why in judged[c.method].whole.unjudged.items():
+            cells = ("", name, "", "not judged", Cell(why, "reason"))
+            rows.append(row(Cell(c.method, "method"), *cells))
     if not rows:
         return None
     heads = ("method", "step", "observable", "bound", "term", "reason")
     note = (
         "One run of each method: the first that fails, with every observable, else the finest, "
-        "with the first one."
+        "with the first one. An observable that is judged in no run says why."
     )
     return Table("Tolerance budget, term by term", heads, tuple(rows), note, folded=True)
 
@@ -226,7 +228,8 @@ def _run(found: Measurement, judged: Judgement, method: Method, leading: str) ->
     hint = f"{at}: {judged.reason or judged.verdict}"
     if bound := judged.tolerances.get(leading):
         hint += f"; allowed {notation.number(bound.bound)} {bound.unit}"
-    return Cell(notation.number(found.errors[leading].largest), f"{judged.verdict} number", hint)
+    error = notation.number(found.errors[leading].largest) if leading in found.errors else "–"
+    return Cell(error, f"{judged.verdict} number", hint)
 
 
 def _within_reach(convergence_study: ConvergenceStudy, done: Sequence[Measurement]) -> bool:

@@ -11,7 +11,7 @@ from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import pairs
 from plumbob.models.scene import Scene
-from plumbob.reports.judge.expectations import Standing, expected, standing
+from plumbob.reports.judge.expectations import Standing, expected, standing, surprise
 from plumbob.reports.judge.verdict import Judgements
 from plumbob.reports.view import notation
 
@@ -23,8 +23,7 @@ def unexpected_lines(study: Study, judged: Judgements) -> Iterator[str]:
         if standing(scene, method, found) != "unexpected":
             continue
         wanted = expected(scene.name, method.name)
-        either = f"{wanted.verdict} or {wanted.other}" if wanted.other else wanted.verdict
-        yield f"UNEXPECTED {scene.name} {method.name}: {found.verdict}, expected {either}"
+        yield f"UNEXPECTED {scene.name} {method.name}: {surprise(scene, method, found)}"
         yield f"  {found.reason or 'every error is within its tolerance'}"
         if wanted.reason:
             yield f"  declared: {wanted.reason}"
@@ -51,8 +50,10 @@ def scene_lines(
     yield _line(heads, widths)
     for method, cells in zip(chosen, rows, strict=True):
         yield _line(cells, widths)
-        if verbose and (reason := judged[scene.name, method.name].whole.reason):
-            yield f"      {reason}"
+        if verbose:
+            whole = judged[scene.name, method.name].whole
+            yield from (f"      {reason}" for reason in (whole.reason,) if reason)
+            yield from (f"      not judged: {n}, {why}" for n, why in whole.unjudged.items())
 
 
 def summary_lines(study: Study, judged: Judgements, page: Path) -> Iterator[str]:

@@ -19,6 +19,7 @@ from plumbob.tests.contracts.tree import PACKAGE, files
 
 ROOT = Path(__file__).parents[2]
 OUTCOME, COMPARE = "tests/commands/test_validate_outcome.py", "tests/commands/test_compare.py"
+SABOTAGE = "tests/commands/test_sabotage.py"
 TABLES, STUDY = "tests/reports/test_tables.py", "tests/study/test_study.py"
 
 
@@ -41,7 +42,7 @@ MUTATIONS = (
     Mutation("exit 3 of run becomes 0", "reports/commands/run.py", "INCOMPLETE = 3",
              "INCOMPLETE = 0", OUTCOME),
     Mutation("exit 1 of run becomes 0", "reports/commands/run.py",
-             ' else 1\n', ' else 0\n', OUTCOME),
+             "return 1 if run_surprise", "return 0 if run_surprise", OUTCOME),
     Mutation("exit 1 of growth becomes 0", "reports/commands/compare.py",
              "return 1 if grown else 0", "return 0", COMPARE),
     Mutation("no failure in the JUnit file", JUNIT, 'if means == "unexpected":', "if False:",
@@ -61,12 +62,21 @@ MUTATIONS = (
     Mutation("a study stops at the first floor", "engines/study/convergence.py",
              "        if at_floor > 2:", "        if at_floor > 0:", STUDY),
     Mutation("unsupported is always accepted", JUDGE,
-             "return not refused(scene.name, method.name, found)", "return True", OUTCOME),
+             "if refused(scene.name, method.name, found) else", "if False else", OUTCOME),
     Mutation("pre-asymptotic is always accepted", JUDGE,
-             'if found.verdict == "pre-asymptotic" and (',
-             'if found.verdict == "pre-asymptotic" or (', OUTCOME),
+             'scene.profile == "full" and bool(allowed)', "True", OUTCOME),
     Mutation("fail is always accepted of a known limit", JUDGE,
-             'short = found.cut and found.verdict', "short = found.verdict", OUTCOME),
+             'if found.cut and "not-converging" in allowed:', 'if "not-converging" in allowed:',
+             OUTCOME),
+    Mutation("known limits have any size", JUDGE,
+             "why = known.differs(found.errors)", 'why = ""', OUTCOME),
+    Mutation("one run of a known limit has any size", JUDGE,
+             "why = next((known.differs_at(*entry) for entry in found.errors.items()), \"\")",
+             'why = ""', OUTCOME),
+    Mutation("any accuracy is good enough", JUDGE, "[finest := min(found.errors)] <= within",
+             "[finest := min(found.errors)] >= 0.0", OUTCOME),
+    Mutation("observables may be left out", "reports/judge/verdict.py",
+             'if found.status != "done" or not names:', "if True:", SABOTAGE),
     Mutation("what vanished is not said", "reports/commands/compare.py",
              "if pair not in after:", "if False:", COMPARE),
     Mutation("small changes are not listed", "reports/commands/compare.py",
