@@ -17,6 +17,7 @@ from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case, Quantity
 
+REFERENCE_STEP = 1e-3  # [s] that errors of fixed-step methods are shown at
 Status = Literal["done", "diverged", "unsupported", "missing"]
 
 
@@ -256,6 +257,15 @@ def unpredicted(found: Sequence[Measurement], method: Method) -> bool:
     """Whether no theory says anything of the errors of fixed-step runs."""
     errors = [e for m in found for e in m.errors.values()]
     return method.control == "step" and bool(errors) and not any(e.predicted for e in errors)
+
+
+def reference_run(found: Sequence[Measurement], method: Method) -> Measurement | None:
+    """The run that stands for a method: the one whose step is nearest to a millisecond, or has the
+    tightest tolerance, of those that reached their end; None where none did."""
+    done = [m for m in found if m.status == "done"]
+    if method.control == "tolerance":
+        return min(done, key=lambda m: m.step, default=None)
+    return min(done, key=lambda m: abs(math.log(m.step / REFERENCE_STEP)), default=None)
 
 
 def relative_error(found: Measurement, quantities: Sequence[Quantity]) -> float:

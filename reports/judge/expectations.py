@@ -264,5 +264,5 @@ def standing(scene: Scene, method: Method, found: Judgement) -> Standing:
     if method.name == USER_METHOD or found.verdict == "pass":
         return "as expected"
     if expected(scene.name, method.name).limit:
-        return "known limit" if found.verdict != "pass" else "as expected"
+        return "known limit"
     return "as expected" if found.verdict == "converges" else "pre-asymptotic"

@@ -151,11 +151,12 @@ def test_the_table_and_the_last_lines(validate: Validate) -> None:
     (row,) = [line for line in lines if line.strip().startswith("ode/rk4 ")]
     cells = re.split(r" {2,}", row.strip())
     assert cells[:2] == ["ode/rk4", "pass"]
-    assert cells[2] == notation.number(float(said["smallest_error"]), 2)
-    assert cells[3] == notation.step(float(said["step_of_smallest_error"]), "step")
+    assert cells[2] == notation.number(float(said["relative_error"]), 2)
+    assert cells[3] == notation.step(float(said["step"]), "step") == "0.001 s"
+    assert said["quantity"] == "theta"
     assert float(cells[4]) == pytest.approx(float(said["order"]), abs=0.006)
     assert cells[5].endswith("×")
-    assert any("error of theta [rad]" in line for line in lines)
+    assert any("relative error of theta " in line for line in lines)
     assert any("not-converging (known)" in line for line in lines)
     runs, limits, page = lines[-3:]
     assert re.fullmatch(r"\d+ runs, 5 verdicts: 4 pass, 1 not-converging", runs)
@@ -168,7 +169,7 @@ def test_verbose_adds_reasons_intervals_and_costs(validate: Validate) -> None:
     assert " ns" not in plain.out
     assert "times the round-off level" not in plain.out
     assert "cost of a step" in verbose.out
-    assert re.search(r"\d ns$", verbose.out, re.MULTILINE)
+    assert re.search(r"\d ns +\S+ +\S+ s$", verbose.out, re.MULTILINE)
     assert re.search(r"stays at \S+, [\d.e+]{1,8} times the round-off level", verbose.out)
 
 
