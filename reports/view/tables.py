@@ -11,7 +11,7 @@ from plumbob.engines.study.measurement import Measurement, ObservedError
 from plumbob.engines.study.order import Order
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Scene, System
-from plumbob.reports.judge.expectations import expected, refused
+from plumbob.reports.judge.expectations import expected, marked
 from plumbob.reports.judge.tolerance import missed
 from plumbob.reports.judge.verdict import Judged, Judgement
 from plumbob.reports.view import notation
@@ -28,9 +28,8 @@ def verdict_cell(scene: str, method: str, judged: Judgement, link: str = "") -> 
         judged.verdict.replace("-", " "),
         judged.reason or "as predicted, or within its bound",
     )
-    if wanted.verdict != "pass" or refused(scene, method, judged):
-        known = wanted.allows(judged)
-        text += " (known)" if known else " (unexpected)"
+    if mark := marked(scene, method, judged):
+        text += f" ({mark})"
         hint += f"; expected {wanted.verdict}"
         hint += f": {wanted.reason}" if wanted.reason else ""
     return Cell(text, judged.verdict, hint, link)
@@ -197,13 +196,17 @@ def budgets(
             for term in bound.terms:
                 value = Cell(notation.number(term.value), "number")
                 rows.append(row("", "", "", value, term.name, Cell(term.reason, "reason")))
+        for name, why in judged[c.method].whole.unjudged.items():
+            cells = ("", name, "", "not judged", Cell(why, "reason"))
+            rows.append(row(Cell(c.method, "method"), *cells))
     if not rows:
         return None
     heads = ("method", "step", "observable", "bound", "term", "reason")
     note = (
         "One run of each method: the first that fails, with every observable, else the finest, "
         "with the first one. The sum is the most that the error may be; where it is predicted, "
-        "it may differ from the prediction by the other terms alone, to either side."
+        "it may differ from the prediction by the other terms alone, to either side. An observable "
+        "that is judged in no run says why."
     )
     return Table("Tolerance budget, term by term", heads, tuple(rows), note, folded=True)
 
@@ -236,6 +239,8 @@ def _run(found: Measurement, judged: Judgement, method: Method, leading: str) ->
     if found.status != "done":
         return Cell(found.status, judged.verdict, f"{at}: {found.reason}")
     hint = f"{at}: {judged.reason or judged.verdict}"
+    if leading not in found.errors:
+        return Cell("–", f"{judged.verdict} number", hint)
     error = found.errors[leading]
     if bound := judged.tolerances.get(leading):
         allowed, what = bound.bound, "allowed"
