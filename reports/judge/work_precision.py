@@ -1,31 +1,39 @@
-"""Error against cost: the points of a study, and those that no other beats in both."""
+"""Error against cost: the points of a study, and those that no other beats in both.
+
+An error is that of quantities of interest, relative to their scales; in a quantity of scale 1 it is
+in the observable's own unit.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from plumbob.engines.method import Method
-from plumbob.engines.study.measurement import Measurement
-from plumbob.engines.study.results import Study
+from plumbob.engines.study.measurement import Measurement, relative_error
+from plumbob.engines.study.results import Quantities, Study
+
+_RUNS, _OCTAVES = 5, 2.0**4  # that a curve has at least, to show that it falls
 
 
 @dataclass(frozen=True)
 class Point:
-    """One run: its largest error of the leading observable, and its cost."""
+    """One run: its error and its cost."""
 
     method: str
     step: float  # [s], or the relative tolerance
-    error: float  # in the observable's unit; infinite for a run that diverged
+    error: float  # relative to the scales; infinite for a run that diverged
     ns_per_second: float  # [ns] of wall time per simulated second
 
 
-def points(study: Study, scene: str) -> tuple[Point, ...]:
-    """Every run of `scene` whose cost is known, by method, coarse to fine; runs that diverged at
-    the end of the curve they belong to, with an infinite error and cost."""
-    leading = study.leading(scene).name
+def points(study: Study, scene: str, quantities: Quantities | None = None) -> tuple[Point, ...]:
+    """Every run of `scene` whose cost is known, by method, coarse to fine, with the error of
+    `quantities`, or of what the scene is about; runs that diverged at the end of the curve they
+    belong to, with an infinite error and cost."""
+    about = study.quantities(scene) if quantities is None else quantities
     return tuple(
-        Point(m.method, m.step, _error(m, leading), _cost(m, cost.ns_per_step))
+        Point(m.method, m.step, error_of(m, about), _cost(m, cost.ns_per_step))
         for convergence_study in study.convergence
         if convergence_study.scene == scene
         and (cost := study.costs.get((scene, convergence_study.method))) is not None
@@ -51,8 +59,20 @@ def of_method(found: Sequence[Point], method: Method) -> tuple[Point, ...]:
     return tuple(sorted((p for p in found if p.method == method.name), key=lambda p: p.step))
 
 
-def _error(found: Measurement, leading: str) -> float:
-    return found.errors[leading].largest if found.status == "done" else float("inf")
+def error_of(found: Measurement, quantities: Quantities) -> float:
+    """The relative error of a run; infinite where it leaves a quantity out too."""
+    error = relative_error(found, quantities)
+    return math.inf if math.isnan(error) else error
+
+
+def converging(curve: Sequence[Point]) -> bool:
+    """Whether the largest error at a step or below, on a curve from fine to coarse, falls over at
+    least four octaves, no slower than the square root of the step."""
+    done = [p for p in curve if math.isfinite(p.error)]
+    if len(done) < _RUNS or done[-1].step < _OCTAVES * done[0].step:
+        return False
+    fall = max(p.error for p in done) / max(done[0].error, 5e-324)
+    return fall >= math.sqrt(done[-1].step / done[0].step)
 
 
 def _cost(found: Measurement, ns_per_step: float) -> float:

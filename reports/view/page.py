@@ -14,7 +14,7 @@ from typing import Any
 from plumbob.engines.method import Method
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import systems
-from plumbob.models.scene import Scene, System
+from plumbob.models.scene import Quantity, Scene, System
 from plumbob.reports.judge.user_settings import user_results
 from plumbob.reports.judge.verdict import Judged, Judgements, Verdict, judge_study
 from plumbob.reports.judge.work_precision import points
@@ -180,8 +180,9 @@ def _scene(
         tables.every_run(system, convergence, judged, methods),
         tables.parameters(system, scene),
     )
+    in_units = (Quantity(study.leading(scene.name).name, 1.0),)
     figures = scene_figures(
-        scene, convergence, methods, styles(study.methods), points(study, scene.name)
+        scene, convergence, methods, styles(study.methods), points(study, scene.name, in_units)
     )
     return SceneView(
         scene,

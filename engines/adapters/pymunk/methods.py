@@ -20,6 +20,8 @@ ONE_LINE = (
     *("capsule-line/[!h]*", "capsule-line/heavy-slider", "capsule-hold", "capsule-train"),
     "capsule-coast/translation",
 )
+ABOVE = "seen from above: statics gives the support forces, and no contact"
+SIDE = "seen from the side: a body that moves along a line"
 METHODS = (
     Method(
         "pymunk/default", replace(EULER_STEP, joint_closing_rate=CLOSING_RATE), 1, systems=SYSTEMS
@@ -39,6 +41,7 @@ METHODS = (
         1,
         settings={"model": "feet", "iterations": 50},
         systems=("capsule-*",),
+        surrogate=ABOVE,
     ),
     Method(
         "pymunk/pivots",
@@ -46,8 +49,14 @@ METHODS = (
         1,
         settings={"model": "pivots", "iterations": 50},
         systems=("capsule-*",),
+        surrogate=ABOVE,
     ),
     Method(
-        "pymunk/side", EULER_STEP, 1, settings={"model": "side", "iterations": 30}, systems=ONE_LINE
+        "pymunk/side",
+        EULER_STEP,
+        1,
+        settings={"model": "side", "iterations": 30},
+        systems=ONE_LINE,
+        surrogate=SIDE,
     ),
 )
