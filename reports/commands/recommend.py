@@ -23,7 +23,7 @@ from plumbob.models.scene import Scene
 from plumbob.reports.commands import values
 
 if TYPE_CHECKING:
-    from plumbob.reports.judge.advice import Answer, Known, Ladders, Question
+    from plumbob.reports.judge.advice import Answer, Known, Question, RunStudies
     from plumbob.reports.judge.recommend import Choice, Recommendation
     from plumbob.reports.judge.user_settings import UserResult
     from plumbob.reports.judge.verdict import Judgements
@@ -80,7 +80,7 @@ def command(chosen: argparse.Namespace) -> int:
     methods = _methods(chosen.engine, known, chosen.stored)
     name = scenes[0].name if len(scenes) == 1 else chosen.scene
     asked = Question(name, scenes, methods, error, _observable(chosen, scenes, known))
-    answer = advise(asked, known, None if chosen.stored else _ladders())
+    answer = advise(asked, known, None if chosen.stored else _runner())
     if not chosen.stored:
         _store(answer, scenes, out / FILE, bool(changed))
     study = answer.studies[scenes[0].name]
@@ -109,18 +109,25 @@ def _wanted(chosen: argparse.Namespace) -> float:
 def _observable(
     chosen: argparse.Namespace, scenes: Sequence[Scene], known: Mapping[str, Known]
 ) -> str | None:
-    """The observable that an absolute error is of; None for a relative one."""
+    """The observable that an absolute error is of; None for a relative one; raises
+    ParameterError for one that there is not."""
     if chosen.error is not None:
         return None
-    if chosen.observable is not None:
-        return str(chosen.observable)
     first = scenes[0]
     if first.name in known:
-        return known[first.name].study.quantities(first.name)[0].observable
-    from plumbob.models.registry import case_of
+        study = known[first.name].study
+        names, about = study.observables(first.name), study.quantities(first.name)
+    else:
+        from plumbob.models.registry import case_of
 
-    case = case_of(first)
-    return case.system.quantities(case)[0].observable
+        case = case_of(first)
+        names, about = case.system.observables, case.system.quantities(case)
+    if chosen.observable is None:
+        return about[0].observable
+    if chosen.observable not in [o.name for o in names]:
+        must_be = f"one of {', '.join(o.name for o in names)}"
+        raise ParameterError("observable", chosen.observable, must_be)
+    return str(chosen.observable)
 
 
 def _scenes(name: str, changed: dict[str, Any], out: Path, stored: bool) -> tuple[Scene, ...]:
@@ -169,10 +176,10 @@ def _known(
             usable.append(kept)
             for one in left:
                 left_out[one.version, one.date] += one.runs
-        ladder = merged([s for s in usable if SEARCH not in s.profile], scene)
-        if ladder is not None and ladder.convergence:
+        steps_run = merged([s for s in usable if SEARCH not in s.profile], scene)
+        if steps_run is not None and steps_run.convergence:
             more = searched_runs([s for s in usable if SEARCH in s.profile], scene)
-            found[scene.name] = Known(ladder, more)
+            found[scene.name] = Known(steps_run, more)
     return found, left_out
 
 
@@ -201,7 +208,7 @@ def _methods(engine: str | None, known: Mapping[str, Known], stored: bool) -> tu
     return tuple(m for m in found if engine in (None, m.engine))
 
 
-def _ladders() -> Ladders:
+def _runner() -> RunStudies:
     """What runs convergence studies, of few runs in this process, of many in others too."""
     from plumbob.engines.study.runner import run_study
     from plumbob.reports.commands.validate import progress
@@ -223,7 +230,7 @@ def _store(answer: Answer, scenes: Sequence[Scene], file: Path, changed: bool) -
     from plumbob.engines.study.provenance import provenance
 
     suffix = f" {CHANGED}" if changed else ""
-    made = [replace(s, profile=f"{s.profile}{suffix}") for s in answer.ladders]
+    made = [replace(s, profile=f"{s.profile}{suffix}") for s in answer.made]
     for scene in scenes:
         study = answer.studies.get(scene.name)
         runs = {m: found for (name, m), found in answer.runs.items() if name == scene.name}

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from plumbob.analytic.errors.theory import no_theory
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.method import Method, meant
-from plumbob.engines.study.cost import Key
+from plumbob.engines.study.cost import Cost, Key
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.study.merged import merged
 from plumbob.engines.study.results import Quantities, Study
@@ -32,8 +32,9 @@ from plumbob.reports.judge.step_search import Evidence, searched
 from plumbob.reports.judge.verdict import Judgements, judge_study
 from plumbob.reports.judge.work_precision import error_of, of_method, points
 
+_UNTIMED = Cost(1.0, 1.0, 1.0, 1.0, 0.0, 0)  # where only the errors of a curve count
 SECONDS = 45.0  # [s] of computing, roughly, that the search for steps may take
-Ladders = Callable[[Sequence[Scene], Sequence[Method]], Study]
+RunStudies = Callable[[Sequence[Scene], Sequence[Method]], Study]
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ class Answer:
 
     recommendation: Recommendation
     studies: Mapping[str, Study]  # everything that the answer is made from, a scene each
-    ladders: tuple[Study, ...]  # convergence studies that were run now
+    made: tuple[Study, ...]  # convergence studies that were run now
     runs: Mapping[Key, Sequence[Measurement]]  # at other steps
     cut_short: bool
 
@@ -80,14 +81,14 @@ def counted(study: Study, scene: str, observable: str | None) -> Quantities:
 
 
 def advise(
-    asked: Question, known: Mapping[str, Known], ladders: Ladders | None,
+    asked: Question, known: Mapping[str, Known], run_studies: RunStudies | None,
     seconds: float = SECONDS,
 ) -> Answer:  # fmt: skip
     """The cheapest method and step that reach an error on every scene asked about; without
-    `ladders`, which run convergence studies, nothing is run and only what is known counts. Raises
+    `run_studies`, for convergence studies, nothing is run and only what is known counts. Raises
     ParameterError for an error that is not positive, and for an observable that there is not."""
     positive("error" if asked.observable is None else "absolute", asked.error)
-    gathering = _Gathering(asked, dict(known), ladders, [])
+    gathering = _Gathering(asked, dict(known), run_studies, [])
     first = asked.scenes[0]
     study = gathering.with_methods([first], asked.methods)
     quantities = {s.name: counted(study, s.name, asked.observable) for s in [first]}
@@ -104,7 +105,7 @@ def advise(
             quantities[scene.name] = counted(about, scene.name, asked.observable)
     evidence = Evidence(
         asked.scenes, quantities, gathering.costs(), gathering.runs(),
-        None if ladders is None else _run, seconds,
+        None if run_studies is None else _run, seconds,
     )  # fmt: skip
     methods = [
         m
@@ -146,13 +147,13 @@ class _Gathering:
 
     asked: Question
     known: dict[str, Known]
-    ladders: Ladders | None
+    run_studies: RunStudies | None
     made: list[Study]
 
     def with_methods(self, scenes: Sequence[Scene], methods: Sequence[Method]) -> Study:
         """The first scene's study, with convergence studies of these methods on these scenes, run
         where there is none."""
-        if self.ladders is not None:
+        if self.run_studies is not None:
             missing = {
                 s.name: tuple(
                     m.name for m in methods if meant(m, s) and not self._has(s.name, m.name)
@@ -161,7 +162,7 @@ class _Gathering:
             }
             for some in dict.fromkeys(found for found in missing.values() if found):
                 now = [s for s in scenes if missing[s.name] == some]
-                made = self.ladders(now, [m for m in methods if m.name in some])
+                made = self.run_studies(now, [m for m in methods if m.name in some])
                 self.made.append(made)
                 for scene in now:
                     self._add(scene, made)
@@ -193,7 +194,7 @@ class _Gathering:
         by_name = {m.name: m for m in study.methods}
         if (scene, method) not in judged or by_name[method].scheme.integrator == EXACT:
             return False
-        timed = replace(one, costs=dict.fromkeys(judged, next(iter(study.costs.values()))))
+        timed = replace(one, costs=dict.fromkeys(judged, _UNTIMED))
         return trusted(judged, scene, of_method(points(timed, scene), by_name[method]), method)
 
     def costs(self) -> dict[Key, float]:

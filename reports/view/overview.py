@@ -12,8 +12,8 @@ from plumbob.reports.view.content import Cell, Table, row
 from plumbob.reports.view.tables import verdict_cell
 
 NOT_RUN = ("unsupported", "missing")
-ERRORS = {0.1: "10 %", 1e-2: "1 %", 1e-3: "0.1 %", 1e-4: "1e-4", 1e-6: "1e-6"}  # relative
-FIRST = next(iter(ERRORS))
+# Relative, and as they are written.
+ERRORS = ((0.1, "10 %"), (1e-2, "1 %"), (1e-3, "0.1 %"), (1e-4, "1e-4"), (1e-6, "1e-6"))
 
 
 def anchor(scene: str) -> str:
@@ -72,7 +72,7 @@ def recommendations(study: Study, judged: Judgements) -> Table | None:
         return None
     rows = []
     for scene in study.scenes:
-        found = [cheapest(study, scene.name, error, judged) for error in ERRORS]
+        found = [cheapest(study, scene.name, error, judged) for error, _ in ERRORS]
         unit = f"{found[0].observable} [{found[0].unit}]"
         name = Cell(scene.name, "scene", scene.summary, anchor(scene.name))
         default = next(iter(found[0].defaults), None)
@@ -80,7 +80,7 @@ def recommendations(study: Study, judged: Judgements) -> Table | None:
         if default is not None and default.method == DEFAULT_METHOD:
             usual = Cell(notation.number(default.error), "number", _said(default))
         rows.append(row(name, unit, *(_cell(answer) for answer in found), usual))
-    heads = ("scene", "quantity", *(f"within {name}" for name in ERRORS.values()),
+    heads = ("scene", "quantity", *(f"within {name}" for _, name in ERRORS),
              "MuJoCo, default settings")  # fmt: skip
     note = (
         "Errors are relative: the worst of a scene's quantities of interest over their scales. "
@@ -98,7 +98,7 @@ def scene_recommendations(study: Study, scene: str, judged: Judgements) -> Table
     if not study.costs:
         return None
     rows = []
-    for error, name in ERRORS.items():
+    for error, name in ERRORS:
         answer = cheapest(study, scene, error, judged)
         wanted = Cell(name, "number", f"{notation.number(answer.absolute)} {answer.unit}")
         if answer.choice is None:
@@ -124,7 +124,7 @@ def scene_recommendations(study: Study, scene: str, judged: Judgements) -> Table
                 _surrogate(answer.surrogate),
             )
         )
-    first = cheapest(study, scene, FIRST, judged)
+    first = cheapest(study, scene, ERRORS[0][0], judged)
     note = "".join(
         f"The error of MuJoCo with default settings ({_said(c)} real time) is "
         f"{notation.number(c.error)}, {notation.number(c.absolute)} {first.unit} or less."

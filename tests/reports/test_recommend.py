@@ -232,8 +232,8 @@ def test_a_surrogate_stands_beside_a_full_model_alone() -> None:
     assert [c.method for c in both.by_engine] == [FIRST.name]
     alone = cheapest(made_up(curves[1:]), SCENE, 1e-3)
     assert (alone.choice, alone.surrogate, alone.best) == (None, None, None)
-    dear = cheapest(made_up(curves, ns=(1000.0, 1e5)), SCENE, 1e-3)
-    assert dear.surrogate is None
+    costly = cheapest(made_up(curves, ns=(1000.0, 1e5)), SCENE, 1e-3)
+    assert costly.surrogate is None
 
 
 def test_without_theory_the_errors_themselves_have_to_converge() -> None:
