@@ -23,6 +23,7 @@ from plumbob.models.scene import Scene
 from plumbob.reports.commands import values
 
 if TYPE_CHECKING:
+    from plumbob.engines.study.runner import Progress
     from plumbob.reports.judge.advice import Answer, Known, Question, RunStudies
     from plumbob.reports.judge.recommend import Choice, Recommendation
     from plumbob.reports.judge.user_settings import UserResult
@@ -67,6 +68,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def command(chosen: argparse.Namespace) -> int:
     """Answer from everything that is stored of the scenes; run what is missing. 0 where a method
     reaches the error, 1 where none does."""
+    from plumbob.reports.commands.validate import progress
     from plumbob.reports.judge.advice import Question, advise
 
     error = _wanted(chosen)
@@ -76,11 +78,15 @@ def command(chosen: argparse.Namespace) -> int:
     scenes = _scenes(chosen.scene, changed, out, chosen.stored)
     if own is not None and len(scenes) > 1:
         raise ParameterError("like", chosen.like, "given with one scene, not with a pattern")
-    known, left_out = _known(scenes, out, bool(changed))
+    known, left_out = _known(scenes, out, bool(changed), chosen.stored)
     methods = _methods(chosen.engine, known, chosen.stored)
     name = scenes[0].name if len(scenes) == 1 else chosen.scene
     asked = Question(name, scenes, methods, error, _observable(chosen, scenes, known))
-    answer = advise(asked, known, None if chosen.stored else _runner())
+    with progress() as show:
+        answer = advise(
+            asked, known, None if chosen.stored else _runner(show),
+            progress=lambda what: show(what, 0, 0),
+        )  # fmt: skip
     if not chosen.stored:
         _store(answer, scenes, out / FILE, bool(changed))
     study = answer.studies[scenes[0].name]
@@ -158,11 +164,13 @@ def _plain(file: Path, scene: str) -> tuple[Study, ...]:
 
 
 def _known(
-    scenes: Sequence[Scene], out: Path, changed: bool
+    scenes: Sequence[Scene], out: Path, changed: bool, stored: bool
 ) -> tuple[dict[str, Known], Counter[tuple[str, str]]]:
     """What is stored of each scene and of the installed versions, and what else there is."""
+    from plumbob.engines.registry import methods as find_methods
     from plumbob.reports.judge.advice import Known
 
+    here = find_methods()
     found: dict[str, Known] = {}
     left_out = Counter[tuple[str, str]]()
     for scene in scenes:
@@ -171,7 +179,7 @@ def _known(
             studies = [s for s in studies if CHANGED not in s.profile]
             studies += store.studies_of(out / store.FILE, scene.name)
         usable = []
-        for study in map(_without_own, studies):
+        for study in (_of(study, None if stored else here) for study in studies):
             kept, left = current(study)
             usable.append(kept)
             for one in left:
@@ -183,13 +191,20 @@ def _known(
     return found, left_out
 
 
-def _without_own(study: Study) -> Study:
-    """A study without a user's settings, which another file may have been."""
+def _of(study: Study, here: Sequence[Method] | None) -> Study:
+    """A study without a user's settings, which another file may have been, and without methods that
+    are defined in another way than `here`."""
+    known = {m.name: replace(m, surrogate="") for m in here or ()}
+    names = {
+        m.name
+        for m in study.methods
+        if m.name != USER_METHOD and (here is None or known.get(m.name) == replace(m, surrogate=""))
+    }
     return replace(
         study,
-        methods=tuple(m for m in study.methods if m.name != USER_METHOD),
-        convergence=tuple(c for c in study.convergence if c.method != USER_METHOD),
-        costs={key: cost for key, cost in study.costs.items() if key[1] != USER_METHOD},
+        methods=tuple(m for m in study.methods if m.name in names),
+        convergence=tuple(c for c in study.convergence if c.method in names),
+        costs={key: cost for key, cost in study.costs.items() if key[1] in names},
     )
 
 
@@ -208,18 +223,16 @@ def _methods(engine: str | None, known: Mapping[str, Known], stored: bool) -> tu
     return tuple(m for m in found if engine in (None, m.engine))
 
 
-def _runner() -> RunStudies:
+def _runner(show: Progress) -> RunStudies:
     """What runs convergence studies, of few runs in this process, of many in others too."""
     from plumbob.engines.study.runner import run_study
-    from plumbob.reports.commands.validate import progress
 
     def run(scenes: Sequence[Scene], methods: Sequence[Method]) -> Study:
         what = scenes[0].name if len(scenes) == 1 else f"{len(scenes)} scenes"
         which = methods[0].name if len(methods) == 1 else f"{len(methods)} methods"
         print(f"plumbob: not stored yet: running {which} on {what}", file=sys.stderr)
         jobs = min(os.cpu_count() or 1, 1 + len(scenes) * len(methods) // 4)
-        with progress() as show:
-            return run_study(scenes, methods, jobs=jobs, progress=show, timed=len(scenes) == 1)
+        return run_study(scenes, methods, jobs=jobs, progress=show, timed=len(scenes) == 1)
 
     return run
 
@@ -248,11 +261,10 @@ def _store(answer: Answer, scenes: Sequence[Scene], file: Path, changed: bool) -
     if made:
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            print(f"plumbob: {file} cannot be written ({error.strerror})", file=sys.stderr)
-            return
-        for study in made:
-            store.save(study, file)
+            for study in made:
+                store.save(study, file)
+        except (OSError, ParameterError) as error:
+            print(f"plumbob: the runs are not stored: {error}", file=sys.stderr)
 
 
 def _own(path: str) -> Method:

@@ -34,6 +34,7 @@ from plumbob.reports.judge.work_precision import error_of, of_method, points
 
 _UNTIMED = Cost(1.0, 1.0, 1.0, 1.0, 0.0, 0)  # where only the errors of a curve count
 SECONDS = 45.0  # [s] of computing, roughly, that the search for steps may take
+PER_SCENE = 5.0  # [s] more for each further scene of a family
 RunStudies = Callable[[Sequence[Scene], Sequence[Method]], Study]
 
 
@@ -82,10 +83,11 @@ def counted(study: Study, scene: str, observable: str | None) -> Quantities:
 
 def advise(
     asked: Question, known: Mapping[str, Known], run_studies: RunStudies | None,
-    seconds: float = SECONDS,
+    seconds: float = SECONDS, progress: Callable[[str], None] = lambda what: None,
 ) -> Answer:  # fmt: skip
     """The cheapest method and step that reach an error on every scene asked about; without
-    `run_studies`, for convergence studies, nothing is run and only what is known counts. Raises
+    `run_studies`, for convergence studies, nothing is run and only what is known counts;
+    `progress` is told what is being run. Raises
     ParameterError for an error that is not positive, and for an observable that there is not."""
     positive("error" if asked.observable is None else "absolute", asked.error)
     gathering = _Gathering(asked, dict(known), run_studies, [])
@@ -103,9 +105,14 @@ def advise(
                 interest={scene.name: case.system.quantities(case)},
             )  # fmt: skip
             quantities[scene.name] = counted(about, scene.name, asked.observable)
+
+    def run(scene: Scene, method: Method, step: float) -> Measurement:
+        progress(f"{scene.name} {method.name} at {step:.3g}")
+        return _run(scene, method, step)
+
     evidence = Evidence(
         asked.scenes, quantities, gathering.costs(), gathering.runs(),
-        None if run_studies is None else _run, seconds,
+        None if run_studies is None else run, seconds + PER_SCENE * (len(asked.scenes) - 1),
     )  # fmt: skip
     methods = [
         m
@@ -131,7 +138,8 @@ def advise(
         evidence, [m for m in methods if not m.surrogate], asked.error, good, scale
     )  # fmt: skip
     others = [m for m in methods if m.surrogate]
-    beside = searched(evidence, others, asked.error, good, scale) if full else []
+    cost = full[0].ns_per_second if full else 0.0
+    beside = searched(evidence, others, asked.error, good, scale, cost) if full else []
     return Answer(
         _answer(asked, study, full, beside, evidence, methods, good, quantities, scale),
         {name: found.study for name, found in gathering.known.items()},

@@ -130,16 +130,20 @@ def searched(
     wanted: float,
     trusted: Callable[[Method], bool],
     scale: float,
+    best: float = math.inf,
 ) -> list[Choice]:
     """The cheapest steps that reach the error, the cheapest first, at most one a method: those that
     could be the cheapest by far are searched, of others what was run before counts.
-    `trusted` is asked before a method is chosen; `scale` is the first quantity's."""
+    `trusted` is asked before a method is chosen; `scale` is the first quantity's; `best` [ns per
+    simulated second] is what others cost."""
     found: list[Choice] = []
-    best = math.inf
+    family = len(evidence.scenes) > 1
     bounds = {m.name: evidence.cost(m, evidence.failing(m, wanted)) for m in methods}
     for method in sorted(methods, key=lambda m: _hoped(evidence, m, wanted)):
-        refine = best > CHEAPER * bounds[method.name]
-        if not (refine or evidence.common(method, math.inf)) or not trusted(method):
+        refine = best > CHEAPER * bounds[method.name] and _may(evidence, method, wanted, best)
+        if not refine and family and evidence.run is not None:
+            continue  # to judge it on every scene would take long
+        if not trusted(method):
             continue
         step = _largest(evidence, method, wanted, best, refine and evidence.run is not None)
         if step is not None:
@@ -159,6 +163,18 @@ def _choice(evidence: Evidence, method: Method, step: float, scale: float) -> Ch
     return Choice(
         method.name, method.control, step, error, error * scale, cost, True, method.surrogate
     )
+
+
+def _may(evidence: Evidence, method: Method, wanted: float, best: float) -> bool:
+    """Whether a method may be much cheaper than the best: one run at the step where it would be."""
+    if math.isfinite(best) and evidence.seconds <= 0.0:
+        return False
+    if math.isinf(best) or method.control == "tolerance" or evidence.run is None:
+        return True
+    step = _digits(CHEAPER * evidence.cost(method, 1.0) / best)
+    if step > min(scene.duration for scene in evidence.scenes) / _FEWEST:
+        return False
+    return not _affordable(evidence, method, step) or evidence.reaches(method, step, wanted)
 
 
 def _hoped(evidence: Evidence, method: Method, wanted: float) -> float:

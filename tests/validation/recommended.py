@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from plumbob.analytic.errors.theory import no_theory
 from plumbob.engines.method import Method, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
+from plumbob.engines.study.cost import Key
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
@@ -71,20 +72,29 @@ def held(scene: Scene, wanted: float, methods: Sequence[Method], known: dict[str
     by_name = {m.name: m for m in methods}
     worst = math.nan
     if choice is not None:
-        worst = max(
-            error_of(
-                _run(scene, by_name[choice.method], part * choice.step),
-                study.quantities(scene.name),
-            )
-            for part in BELOW
-        )
+        worst = worst_error(study, scene, by_name[choice.method], choice.step)
     limit = choice.ns_per_second / CHEAPER if choice is not None else math.inf
-    return Held(scene.name, wanted, choice, worst, tuple(_cheaper(study, scene, wanted, limit)))
+    return Held(
+        scene.name, wanted, choice, worst, tuple(cheaper(study, scene, wanted, limit, answer.runs))
+    )
 
 
-def _cheaper(
-    study: Study, scene: Scene, wanted: float, limit: float
+def worst_error(study: Study, scene: Scene, method: Method, step: float) -> float:
+    """The largest error at a step and five slightly smaller ones."""
+    about = study.quantities(scene.name)
+    return max(error_of(_run(scene, method, part * step), about) for part in BELOW)
+
+
+def cheaper(
+    study: Study,
+    scene: Scene,
+    wanted: float,
+    limit: float,
+    runs: Mapping[Key, Sequence[Measurement]] | None = None,
 ) -> Iterator[tuple[str, float, float]]:
+    """Full models that reach the error for less than `limit` [ns per simulated second]: method,
+    step, and how many times cheaper than a choice of CHEAPER times that. None that is above a step
+    of `runs`, or of the study, which does not reach it: a step that does by chance is no choice."""
     judged, every = judge_study(study), points(study, scene.name)
     for method in study.methods:
         price = study.costs.get((scene.name, method.name))
@@ -99,9 +109,12 @@ def _cheaper(
         if method.control == "tolerance":
             yield from _looser(scene, method, wanted, limit, unit, study)
             continue
+        known = [m for c in study.convergence if c.method == method.name for m in c.measurements]
+        known += (runs or {}).get((scene.name, method.name), ())
+        failing = min((m.step for m in known if not error_of(m, about) <= wanted), default=math.inf)
         # Any larger step has these among the smaller ones that it has to reach the error at.
         step = unit / limit if math.isfinite(limit) else min(scene.steps)
-        if step <= scene.duration / 8 and all(
+        if step <= min(failing, scene.duration / 8) and all(
             error_of(_run(scene, method, step / FINE**k), about) <= wanted
             for k in range(BESIDE + 1)
         ):

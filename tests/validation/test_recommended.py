@@ -21,7 +21,15 @@ from plumbob.models.scene import Scene
 from plumbob.reports.judge.advice import Known
 from plumbob.reports.judge.recommend import Choice, cheapest
 from plumbob.reports.judge.work_precision import error_of
-from plumbob.tests.validation.recommended import every_method, held, random_pairs, table
+from plumbob.tests.validation.recommended import (
+    CHEAPER,
+    cheaper,
+    every_method,
+    held,
+    random_pairs,
+    table,
+    worst_error,
+)
 
 SCENES = ",".join((
     "simple-pendulum", "linear-pendulum", "cone-pendulum/rotating-base", "capsule-line/ca1",
@@ -93,3 +101,17 @@ def test_the_search_finds_a_step_that_holds_and_none_much_cheaper_is_missed(
     for row in rows:
         assert row.choice is None or row.worst <= row.wanted, row
         assert not row.missed, row
+
+
+def test_a_step_too_large_and_a_choice_too_costly_are_seen() -> None:
+    wanted, known = 1e-4, dict[str, Known]()
+    (scene,) = scenes("cone-pendulum/rotating-base")
+    method = find_method("mujoco/rk4")
+    choice = held(scene, wanted, [method], known).choice
+    assert choice is not None
+    study = known[scene.name].study
+    assert worst_error(study, scene, method, choice.step) <= wanted
+    assert worst_error(study, scene, method, 1.2 * choice.step) > wanted
+    price = choice.ns_per_second
+    assert not list(cheaper(study, scene, wanted, price / CHEAPER))
+    assert list(cheaper(study, scene, wanted, 1.2 * price))
