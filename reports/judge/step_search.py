@@ -35,6 +35,8 @@ _SHALLOW = 0.3  # a curve of errors with a smaller slope promises nothing
 _TRIES = 40
 _FEWEST = 8  # steps of a run
 _MOST = 4_000_000  # steps of a run
+_TIGHTEST = 1e-13  # a relative tolerance
+_STEEPEST = 0.25  # of steps against tolerance, on logarithmic axes: a solver of order 4 or more
 _COMPILE = 0.1  # [s] that a run takes beside its steps, roughly
 
 
@@ -267,7 +269,14 @@ def _affordable(evidence: Evidence, method: Method, step: float) -> bool:
     if evidence.seconds <= 0.0:
         return False
     if method.control == "tolerance":
-        return step >= 1e-13
+        near = [h for h in evidence.common(method, math.inf) if evidence.cost(method, h) > 0.0]
+        if step < _TIGHTEST or not near:
+            return False
+        nearest = min(near, key=lambda h: abs(math.log(h / step)))
+        most = max(1.0, (nearest / step) ** _STEEPEST)  # times as many steps
+        length = sum(scene.duration for scene in evidence.scenes)
+        each = 1e-9 * evidence.cost(method, nearest) * most * length
+        return step in near or each * (1 + len(FEW) + len(MORE)) <= evidence.seconds
     counts = [scene.duration / step for scene in evidence.scenes]
     seconds = 1e-9 * evidence.price(method) * sum(counts) * (1 + len(FEW))
     known = all(step in evidence.of(scene, method) for scene in evidence.scenes)

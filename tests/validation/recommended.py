@@ -124,7 +124,7 @@ def cheaper(
 def _looser(
     scene: Scene, method: Method, wanted: float, limit: float, unit: float, study: Study
 ) -> Iterator[tuple[str, float, float]]:
-    tolerance, about = TIGHTEST, study.quantities(scene.name)
+    tolerance, about = max(TIGHTEST, min(method.step_sizes)), study.quantities(scene.name)
     reached: tuple[float, float] | None = None
     while tolerance < LOOSEST:
         found = _run(scene, method, tolerance)
