@@ -87,7 +87,7 @@ def advise(
 ) -> Answer:  # fmt: skip
     """The cheapest method and step that reach an error on every scene asked about; without
     `run_studies`, for convergence studies, nothing is run and only what is known counts;
-    `progress` is told what is being run. Raises
+    `progress` is given what is being run. Raises
     ParameterError for an error that is not positive, and for an observable that there is not."""
     positive("error" if asked.observable is None else "absolute", asked.error)
     gathering = _Gathering(asked, dict(known), run_studies, [])
