@@ -9,7 +9,7 @@ import pytest
 
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
-from plumbob.reports.findings.cone_pendulum import energy, hamiltonian, source_claims
+from plumbob.reports.findings.cone_pendulum import energy, hamiltonian, source_claims, symmetry
 from plumbob.reports.findings.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.reports.findings.energy_drift import drift_table
 from plumbob.tests.support.declared import declared, nothing
@@ -31,6 +31,14 @@ def test_finding_inertia() -> None:
     (table,) = source_claims.inertia(declared(nothing(), source_claims.requests)).tables
     theta = [float(line[1].text) for line in table.rows]
     assert theta == pytest.approx([19.729448, 19.655093, 19.729448], abs=1e-6)
+
+
+def test_finding_symmetry() -> None:
+    found = symmetry.finding(declared(nothing(), symmetry.requests))
+    _, without, *engines = (float(line[2].text) for line in found.tables[0].rows)
+    assert without == pytest.approx(-0.00513060, rel=1e-3)
+    assert len(engines) == 3
+    assert max(map(abs, engines)) < 1e-11  # the errors of RK4 at 1e-4 and DOP853 at 1e-13
 
 
 def test_claims_in_numbers() -> None:

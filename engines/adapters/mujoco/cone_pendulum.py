@@ -45,11 +45,16 @@ def whole(mjcf: Path, problem: Any, platform_armature: float | None = None) -> m
     hung, offset = spec.body("cone"), body.mass * body.com_distance**2
     spec.option.gravity = [0.0, 0.0, -problem.gravity]
     spec.joint("platform").armature = platform_armature or armature(problem)
-    hung.pos = [problem.pivot_x, problem.pivot_y, 0.0]
+    hung.pos = [problem.pivot_x, problem.pivot_y, problem.pivot_z]
     hung.mass = body.mass
     hung.ipos = [0.0, 0.0, -body.com_distance]
     # about the centre of mass, by the parallel axis theorem
-    hung.inertia = [body.inertia_x - offset, body.inertia_y - offset, body.inertia_z]
+    moments = [body.inertia_x - offset, body.inertia_y - offset, body.inertia_z]
+    if body.inertia_yz:  # MuJoCo then works out the principal axes
+        hung.inertia = [0.0, 0.0, 0.0]
+        hung.fullinertia = [*moments, 0.0, 0.0, body.inertia_yz]
+    else:
+        hung.inertia = moments
     start = spec.key("start")
     start.qpos = [0.0, problem.theta]
     start.qvel = [problem.platform_rate, problem.theta_dot]
@@ -61,7 +66,7 @@ def load_inertia(problem: Any) -> float:
     body = problem.body
     reach = problem.pivot_x**2 + (abs(problem.pivot_y) + body.com_distance) ** 2
     across = body.inertia_y - body.mass * body.com_distance**2
-    return float(body.mass * reach + max(across, body.inertia_z))
+    return float(body.mass * reach + max(across, body.inertia_z) + abs(body.inertia_yz))
 
 
 def armature(problem: Any) -> float:

@@ -11,6 +11,7 @@ from plumbob.reports.findings.cone_pendulum import (
     hamiltonian,
     source_claims,
     source_figures,
+    symmetry,
 )
 from plumbob.reports.view.content import Finding, Section
 
@@ -21,6 +22,7 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
         *source_figures.requests(plan),
         *hamiltonian.requests(plan),
         *source_claims.requests(plan),
+        *symmetry.requests(plan),
         *energy.requests(plan),
     )
 
@@ -30,6 +32,7 @@ def findings(study: Study) -> Sequence[Finding]:
     return (
         hamiltonian.finding(study),
         source_claims.inertia(study),
+        symmetry.finding(study),
         source_claims.claims(),
         source_claims.euler_order(study),
         energy.finding(study),
