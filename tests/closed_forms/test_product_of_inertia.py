@@ -96,8 +96,8 @@ def test_theta_moves_by_5_mrad() -> None:
 
 @pytest.mark.parametrize("method", ["mujoco/rk4", "mujoco/euler", "ode/dop853", "ode/leapfrog"])
 def test_engines_agree_and_a_small_defect_fails(method: str) -> None:
-    """A product of inertia that is wrong by a relative 1e-4 (1e-2 for Euler's larger error), or of the
-    other sign, fails; the pivot elsewhere on the axle's line or higher does not."""
+    """A product of inertia that is wrong by a relative 1e-4 (1e-2 for Euler's larger error), or of
+    the other sign, fails; the pivot elsewhere on the axle's line or higher does not."""
     scene, how = find_scene(TILTED), find_method(method)
     system, step = system_of(scene), 1e-12 if "dop" in method else 2e-5
     right = system.case(scene)

@@ -5,11 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
-from plumbob.reports.findings.cone_pendulum import energy, hamiltonian, source_claims, symmetry
+from plumbob.reports.findings.cone_pendulum import (
+    energy,
+    hamiltonian,
+    source_claims,
+    symmetry,
+    uniformity,
+)
 from plumbob.reports.findings.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.reports.findings.energy_drift import drift_table
 from plumbob.tests.support.declared import declared, nothing
@@ -73,3 +80,19 @@ def test_errors_grow_at_the_saddle_s_rate() -> None:
     assert len(fitted) >= 3
     # The neighbourhood of 0.25 rad is linear to 3 %, and so are the rates in it.
     assert fitted == pytest.approx([rate] * len(fitted), rel=0.03)
+
+
+def test_finding_uniformity() -> None:
+    """Three verdicts, MuJoCo beside the closed form, and maps that agree with it."""
+    found = uniformity.finding(declared(nothing(), uniformity.requests))
+    assert [line[1].text for line in found.tables[0].rows] == [
+        "refuted", "holds in a regime", "holds in a regime",
+    ]  # fmt: skip
+    for line in found.tables[1].rows:
+        exact, seen = ([float(cell.text) for cell in line[i : i + 3]] for i in (1, 4))
+        # a recorded turn ends within a step of its period, 1e-3 of it, and has 500 samples
+        assert seen == pytest.approx(exact, rel=2e-3, abs=2e-3)
+    for one in map(uniformity.over_rates, uniformity.PIVOTS):
+        assert np.nanmin(one.by_spread) > 1 - 1e-12
+        at_rest = one.turning.deviation[:, 0]
+        assert at_rest == pytest.approx(one.resting.deviation[:, 0], rel=1e-12)

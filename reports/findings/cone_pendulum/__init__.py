@@ -12,6 +12,7 @@ from plumbob.reports.findings.cone_pendulum import (
     source_claims,
     source_figures,
     symmetry,
+    uniformity,
 )
 from plumbob.reports.view.content import Finding, Section
 
@@ -23,6 +24,7 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
         *hamiltonian.requests(plan),
         *source_claims.requests(plan),
         *symmetry.requests(plan),
+        *uniformity.requests(plan),
         *energy.requests(plan),
     )
 
@@ -34,6 +36,7 @@ def findings(study: Study) -> Sequence[Finding]:
         source_claims.inertia(study),
         symmetry.finding(study),
         source_claims.claims(),
+        uniformity.finding(study),
         source_claims.euler_order(study),
         energy.finding(study),
     )
