@@ -37,6 +37,7 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
 )
 from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
+from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.analytic.systems.pendulums.tilted_motion import TiltedMotion
 
@@ -170,6 +171,13 @@ class ConePendulum:
         """V(theta) less `potential` of theta + tilt [J], a constant."""
         return float(double(self._terms[2]))
 
+    def potential_at(self, theta: Array) -> Array:
+        """V(theta) [J] in double precision, shape (n,), the product of inertia included."""
+        a, b, c = (float(double(x)) for x in (self.potential.a, self.potential.b, self.potential.c))
+        angle = np.asarray(theta, dtype=float) + self.tilt
+        value = TrigonometricPotential(a, b, c).value(angle) + self.potential_offset
+        return np.asarray(value)
+
     @property
     def printed_potential(self) -> TrigonometricPotential:
         """V as printed in Sudakov 2015, eq. 9, which has no product of inertia: the centrifugal
@@ -244,3 +252,15 @@ class ConePendulum:
         spread = self.body.inertia_y - self.body.inertia_z
         weight = self.body.mass * self.body.com_distance * self.gravity
         return math.sqrt(weight / spread) if spread > 0.0 else math.inf
+
+    @property
+    def saddle_node_rate(self) -> float:
+        """Platform rate [rad/s] above which there are four equilibria and not two: V' and V'' are
+        zero together where (2 a)^(2/3) = b^(2/3) + c^(2/3), an astroid; at pivot_y = 0 a pitchfork.
+        Infinite where there are never four, NaN with a product of inertia."""
+        if self.body.inertia_yz:
+            return math.nan
+        arm = self.body.mass * self.body.com_distance
+        spread = abs(self.body.inertia_y - self.body.inertia_z) ** (2 / 3)
+        gap = spread - abs(arm * self.pivot_y) ** (2 / 3)
+        return math.sqrt(arm * self.gravity / gap**1.5) if gap > 0.0 else math.inf

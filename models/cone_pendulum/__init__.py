@@ -17,6 +17,7 @@ from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.models.cone_pendulum.answers import over_angle, over_time
 from plumbob.models.quantities import RADIAN, swing
 from plumbob.models.scene import (
     Case,
@@ -69,14 +70,20 @@ def change(parameters: Parameters, changes: Parameters) -> Parameters:
 
 
 def invariants(problem: ConePendulum, observed: Mapping[str, Array]) -> Mapping[str, Array]:
-    """Drift of the Jacobi integral [J] over the spread of the potential."""
+    """Drift of the Jacobi integral [J] over the spread of the potential; and of the action over its
+    own start, where a motion repeats: dI = dH/Omega, Sudakov 2015, eq. 12, to first order in dH."""
     v = problem.motion.potential
     a, b, c = (float(double(x)) for x in (v.a, v.b, v.c))
     angle = observed["theta"] + problem.tilt
     sine, cosine = np.sin(angle), np.cos(angle)
     kinetic = problem.body.inertia_x * observed["theta_dot"] ** 2 / 2
     energy = kinetic - (a * sine + b) * sine - c * cosine
-    return {"jacobi_integral": (energy - energy[0]) / max(abs(a) + abs(b) + abs(c), kinetic[0])}
+    drift = energy - energy[0]
+    found = {"jacobi_integral": drift / max(abs(a) + abs(b) + abs(c), kinetic[0])}
+    motion = problem.motion
+    if motion.regime in ("libration", "rotation"):
+        found["action"] = drift / (motion.mean_rate * motion.action)
+    return found
 
 
 def facts(problem: ConePendulum) -> Mapping[str, Any]:
@@ -90,6 +97,7 @@ def facts(problem: ConePendulum) -> Mapping[str, Any]:
         "body": asdict(problem.body),
         "equilibria": [asdict(e) for e in problem.equilibria],
         "pitchfork_rate": problem.pitchfork_rate,
+        "saddle_node_rate": problem.saddle_node_rate,
         "printed_hamiltonian": {
             **_about(problem.printed_motion()),
             "energy": float(double(problem.printed_motion().energy)),
@@ -191,5 +199,7 @@ SYSTEMS = (
         family="cone_pendulum",
         change=change,
         interest=interest,
+        also=over_time,
+        by_angle=over_angle,
     ),
 )

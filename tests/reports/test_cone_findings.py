@@ -11,7 +11,10 @@ import pytest
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.reports.findings.cone_pendulum import (
+    action_phase,
+    drive_work,
     energy,
+    equilibria,
     hamiltonian,
     source_claims,
     symmetry,
@@ -96,3 +99,40 @@ def test_finding_uniformity() -> None:
         assert np.nanmin(one.by_spread) > 1 - 1e-12
         at_rest = one.turning.deviation[:, 0]
         assert at_rest == pytest.approx(one.resting.deviation[:, 0], rel=1e-12)
+
+
+def test_finding_action_and_phase() -> None:
+    given = declared(nothing(), action_phase.requests)
+    found = action_phase.finding(given)
+    points = action_phase.measured(given)
+    assert len(points) == len(action_phase.STARTS)
+    for point in points:
+        assert point.seen is not None
+        # RK4 at 2e-4 s, and a cubic between 160 samples a period: (2 pi/160)^4/384, relative
+        assert point.seen == pytest.approx(point.exact, rel=1e-8)
+        assert point.drift is not None
+        assert point.drift < 1e-9
+    swings = [float(line[4].text) for line in found.tables[1].rows]
+    assert max(map(abs, swings[:5])) < 1e-8  # RK4
+    assert max(map(abs, swings[5:9])) < 1e-4 < 1e-2 > abs(swings[9])  # h^2; 0.04 rad from the top
+
+
+def test_finding_equilibria() -> None:
+    found = equilibria.finding(declared(nothing(), equilibria.requests))
+    assert "6.44823 rad/s" in found.summary
+    assert "11.2938 rad/s" in found.summary
+    gaps = [float(line[5].text) for line in found.tables[0].rows]
+    assert len(gaps) == 15
+    assert max(map(abs, gaps)) < 1e-6  # the amplitude's
+    near, far = (equilibria.still(0.0, rate).equilibria[0].rate for rate in (8.0, 8.001))
+    assert abs(near / far - 1.0) > 1e-4  # what a platform rate wrong by 1e-4 would change
+
+
+def test_finding_work_of_the_drive() -> None:
+    found = drive_work.finding(declared(nothing(), drive_work.requests))
+    (constant, own, given) = found.tables[0].rows[1:]
+    assert float(constant[1].text) < 1e-9
+    # the platform's rate changes by 2.4e-7 of 26 rad/s: 1e-8 of T; its energy has 4e-6 J of digits
+    assert float(own[2].text) < 1e-4
+    assert float(given[2].text) < 1e-3
+    assert float(own[1].text) > 1000.0

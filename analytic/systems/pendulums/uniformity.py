@@ -55,7 +55,7 @@ def of_motion(motion: PendulumMotion) -> Uniformity:
     return Uniformity(
         np.asarray(np.ptp(rates) / abs(motion.theta_dot)),
         np.sqrt(np.asarray(square) - mean**2) / mean,
-        np.mean(np.abs(rates / motion.theta_dot - 1.0) <= NEAR),
+        np.asarray(np.mean(np.abs(rates / motion.theta_dot - 1.0) <= NEAR)),
     )
 
 
@@ -68,7 +68,7 @@ def of_samples(times: Array, rates: Array) -> Uniformity:
     return Uniformity(
         np.asarray(np.ptp(rates) / abs(rates[0])),
         np.sqrt(np.asarray(max(square - mean**2, 0.0))) / abs(mean),
-        np.mean(np.abs(between / rates[0] - 1.0) <= NEAR),
+        np.asarray(np.mean(np.abs(between / rates[0] - 1.0) <= NEAR)),
     )
 
 

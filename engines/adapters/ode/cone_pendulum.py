@@ -33,11 +33,17 @@ def build(problem: Any, method: Method) -> Equation:
         return acceleration(time, theta, theta_dot) + product * cos(2 * theta)
 
     speed = possible_speed(problem.motion.rotor, problem.theta_dot)
+    undamped = without_symmetry if product else acceleration
+    damping_rate: float = method.settings.get("axle_damping_rate", 0.0)  # [1/s]
+
+    def damped(time: float, theta: float, theta_dot: float) -> float:
+        return undamped(time, theta, theta_dot) - damping_rate * theta_dot
+
     return Equation(
-        without_symmetry if product else acceleration,
+        damped if damping_rate else undamped,
         finite("theta", problem.theta),
         finite("theta_dot", problem.theta_dot),
         speed,
-        damping_rate=0.0,
+        damping_rate=damping_rate,
         limits={"theta_dot": BEYOND * speed},
     )

@@ -7,7 +7,10 @@ from collections.abc import Sequence
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings.cone_pendulum import (
+    action_phase,
+    drive_work,
     energy,
+    equilibria,
     hamiltonian,
     source_claims,
     source_figures,
@@ -25,6 +28,9 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
         *source_claims.requests(plan),
         *symmetry.requests(plan),
         *uniformity.requests(plan),
+        *action_phase.requests(plan),
+        *equilibria.requests(plan),
+        *drive_work.requests(plan),
         *energy.requests(plan),
     )
 
@@ -37,9 +43,12 @@ def findings(study: Study) -> Sequence[Finding]:
         symmetry.finding(study),
         source_claims.claims(),
         uniformity.finding(study),
+        action_phase.finding(study),
+        equilibria.finding(study),
+        drive_work.finding(study),
         source_claims.euler_order(study),
         energy.finding(study),
     )
 
 
-SECTION = Section(findings, source_figures.galleries, energy.hard, requests)
+SECTION = Section(findings, source_figures.galleries, energy.hard, requests, source_figures.solved)

@@ -209,7 +209,7 @@ def _heat(values: Array, middle: float) -> Mapping[str, Any]:
     }
 
 
-def _part(where: Array) -> float:
+def _part(where: Any) -> float:
     return float(np.mean(where))
 
 
