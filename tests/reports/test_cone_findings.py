@@ -15,7 +15,9 @@ from plumbob.reports.findings.cone_pendulum import (
     drive_work,
     energy,
     equilibria,
+    generating_solution,
     hamiltonian,
+    series,
     source_claims,
     symmetry,
     uniformity,
@@ -136,3 +138,28 @@ def test_finding_work_of_the_drive() -> None:
     assert float(own[2].text) < 1e-4
     assert float(given[2].text) < 1e-3
     assert float(own[1].text) > 1000.0
+
+
+def test_finding_generating_solution() -> None:
+    found = generating_solution.finding(declared(nothing(), generating_solution.requests))
+    damping, drives = found.tables
+    offs = [float(line[3].text) for line in damping.rows]
+    assert len(offs) == 3
+    assert offs[0] / offs[2] == pytest.approx(4.0, rel=0.3)  # of the order of xi
+    gaps = [float(line[4].text) for line in damping.rows]
+    assert gaps == pytest.approx([gaps[0]] * 3, rel=0.05)  # of order 1
+    assert abs(gaps[0]) < 0.1
+    for line in drives.rows:
+        inertia, *_, gap = (float(cell.text) for cell in line)
+        assert abs(gap) < 1.0 / inertia  # the next order: J/A, J at most 1.68 kg m^2
+
+
+def test_finding_series() -> None:
+    found = series.finding(nothing())
+    for line in found.tables[0].rows:
+        harmonics = [int(cell.text) for cell in line[2:]]
+        assert harmonics == sorted(harmonics)
+    near = [int(line[-1].text) for line in found.tables[0].rows[2:]]
+    assert near == sorted(near)
+    assert near[-1] > 2 * near[0]
+    assert [line[3].text for line in found.tables[1].rows] == ["–"] * 6

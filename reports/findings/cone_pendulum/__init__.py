@@ -11,7 +11,9 @@ from plumbob.reports.findings.cone_pendulum import (
     drive_work,
     energy,
     equilibria,
+    generating_solution,
     hamiltonian,
+    series,
     source_claims,
     source_figures,
     symmetry,
@@ -31,6 +33,7 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
         *action_phase.requests(plan),
         *equilibria.requests(plan),
         *drive_work.requests(plan),
+        *generating_solution.requests(plan),
         *energy.requests(plan),
     )
 
@@ -46,6 +49,8 @@ def findings(study: Study) -> Sequence[Finding]:
         action_phase.finding(study),
         equilibria.finding(study),
         drive_work.finding(study),
+        series.finding(study),
+        generating_solution.finding(study),
         source_claims.euler_order(study),
         energy.finding(study),
     )

@@ -144,6 +144,37 @@ def claims() -> Finding:
             ),
         ),
         _texts(
+            "There is no suitable special function for (15), (16)",
+            "–",
+            f"T = {number(turning.motion.period, 8)} s and θ(t) by Jacobi functions",
+            _judged(
+                "refuted",
+                "With u = tan(θ/2) the integral is an elliptic one of the first kind, and has a "
+                "closed form. See the finding on special functions.",
+            ),
+        ),
+        _texts(
+            "Fourier series are simpler and more exact",
+            "–",
+            "–",
+            _judged(
+                "refuted near a separatrix",
+                "The harmonics needed grow with the period, without bound. See the same finding.",
+            ),
+        ),
+        _texts(
+            "Any symmetry may be absent",
+            "I_x for I_y, no product of inertia",
+            "I_y, and tilted axes",
+            _judged("extended", "I_y for I_x, and a product of inertia: see the finding on it."),
+        ),
+        _texts(
+            "The solution can generate others, by perturbation, in electric drives",
+            "–",
+            "dI/dt = –ξI with a damped axle",
+            _judged("right", "Also for a drive that is not ideal: see the finding on it."),
+        ),
+        _texts(
             "Turning over is called libration, swinging vibration; θ = π the lower point",
             "–",
             "–",
