@@ -1,7 +1,8 @@
 """A pendulum with a weakly damped axle, by averaging: the exact motion as a generating solution.
 
-With a torque -xi I theta_dot on the axle, dH/dt = -xi I theta_dot^2. The mean of I theta_dot^2 over
-a period T is 2 pi J/T, J being the action (Sudakov 2015, eq. 10), and dH/dJ = 2 pi/T (12). Averaged,
+With a torque -xi I theta_dot on the axle, dH/dt = -xi I theta_dot^2. The mean of I theta_dot^2
+over a period T is 2 pi J/T, J being the action (Sudakov 2015, eq. 10), and dH/dJ = 2 pi/T (12).
+Averaged,
 
     dJ/dt = -xi J,     dPhi/dt = Omega(J),
 

@@ -13,6 +13,7 @@ from plumbob.reports.findings.cone_pendulum import (
     equilibria,
     generating_solution,
     hamiltonian,
+    plane_engine,
     series,
     source_claims,
     source_figures,
@@ -34,6 +35,7 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
         *equilibria.requests(plan),
         *drive_work.requests(plan),
         *generating_solution.requests(plan),
+        *plane_engine.requests(plan),
         *energy.requests(plan),
     )
 
@@ -51,6 +53,7 @@ def findings(study: Study) -> Sequence[Finding]:
         drive_work.finding(study),
         series.finding(study),
         generating_solution.finding(study),
+        plane_engine.finding(study),
         source_claims.euler_order(study),
         energy.finding(study),
     )
