@@ -210,7 +210,11 @@ def _write(case: Case, path: str) -> None:
 def _drawn(index: int, one: Figure, escape: object) -> str:
     assert callable(escape)
     data = json.dumps([dict(trace) for trace in one.traces]).replace("</", "<\\/")
-    layout = json.dumps({**one.layout, "height": one.height}).replace("</", "<\\/")
+    placed = {
+        "margin": {"l": 60, "r": 16, "t": 8, "b": 44},
+        "legend": {"orientation": "h", "y": 1.1},
+    }
+    layout = json.dumps({**placed, **one.layout, "height": one.height}).replace("</", "<\\/")
     return (
         f"<section><h2>{escape(text=one.title)}</h2><div id='f{index}'></div>"
         f"<p>{escape(text=one.caption)}</p><script>Plotly.newPlot('f{index}', {data}, {layout})"

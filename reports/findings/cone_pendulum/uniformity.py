@@ -26,7 +26,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings.cone_pendulum.hamiltonian import MUJOCO, MUJOCO_STEP, ROTATING
 from plumbob.reports.view.content import Figure, Finding, Table, row, value
 from plumbob.reports.view.notation import number
-from plumbob.reports.view.traces import figure, linear, rounded
+from plumbob.reports.view.traces import figure, linear, logarithmic, rounded
 
 # pivot_y [m], platform rate [rad/s], theta_dot [rad/s]: each turning platform beside one at rest
 POINTS = ((0.0, 0.0, 13.0), (0.0, 8.0, 13.0), (0.09, 0.0, 37.0), (0.09, 10.0, 37.0),
@@ -189,7 +189,7 @@ def _figures(maps: Sequence[Map]) -> list[Figure]:
                     f"{note} White: no difference, or no rotation.",
                     [_heat(shown, middle)],
                     linear("platform rate ω [rad/s]"),
-                    linear("initial speed θ̇₀ [rad/s]"),
+                    logarithmic("initial speed θ̇₀ [rad/s]"),
                     height=300,
                 )
             )
