@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plumbob.engines.study.cost import Cost
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.reports.findings.cone_pendulum import (
@@ -163,3 +164,7 @@ def test_finding_series() -> None:
     assert near == sorted(near)
     assert near[-1] > 2 * near[0]
     assert [line[3].text for line in found.tables[1].rows] == ["–"] * 6
+    assert "costs" not in found.summary
+    cost = Cost(500.0, 500.0, 500.0, 1.0, 0.0, 5)
+    timed = replace(nothing(), costs={(ROTATING, m): cost for m in (series.EXACT, series.STEPPED)})
+    assert "A sample of the closed form costs 500 ns" in series.finding(timed).summary
