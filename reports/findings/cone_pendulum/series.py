@@ -122,6 +122,6 @@ def _figure() -> Figure:
         "the deepest well. On the left the separatrix.",
         traces,
         logarithmic("(H – barrier) / depth"),
-        linear("harmonics of θ(t) – Ωt"),
+        linear("harmonics of θ(t) – Ωt [number]"),
         legend=True,
     )
