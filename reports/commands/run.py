@@ -18,7 +18,7 @@ from plumbob.models.scene import Case, Scene
 from plumbob.reports.commands import values
 from plumbob.reports.commands.like import add_like, own_method
 from plumbob.reports.commands.records import record
-from plumbob.reports.judge.expectations import run_as_expected
+from plumbob.reports.judge.expectations import run_surprise
 from plumbob.reports.judge.verdict import Judgement, judge
 
 INCOMPLETE = 3
@@ -55,7 +55,7 @@ def command(chosen: argparse.Namespace) -> int:
             found, _ = measure(case, method, step)
         measured, unit = costs([(case, method, step)] if found.status == "done" else [], repeats=5)
         cost = measured.get((scene.name, method.name))
-        judgement = judge(found, case.system, method)
+        judgement = judge(found, case.system, method, case.system.quantities(case))
         records.append(record(method, found, judgement, None, cost))
         codes.append(_code(scene, method, found, judgement))
         if not chosen.json:
@@ -81,23 +81,32 @@ def _code(scene: Scene, method: Method, found: Measurement, judged: Judgement) -
         return INCOMPLETE
     if method.name == USER_METHOD:  # of a user's own settings only a run is expected
         return INCOMPLETE if found.status == "unsupported" else 0
-    return 0 if run_as_expected(method, scene.name, judged) else 1
+    return 1 if run_surprise(scene, method, judged) else 0
 
 
 def _print(case: Case, method: Method, found: Measurement, judgement: Judgement) -> None:
     reason = f" ({judgement.reason})" if judgement.reason else ""
     print(f"{found.scene} with {method.name} at {found.step:g}: {judgement.verdict}{reason}")
     units = {o.name: o.unit for o in case.system.observables}
+    decided = _decided(found, judgement)
     for name, error in found.errors.items():
         bound = judgement.tolerances.get(name)
+        mark = f"  <- {judgement.verdict}" if name == decided else ""
         if bound is None:
-            print(f"  {name}: error {error.largest:.4g} {units[name]}")
+            print(f"  {name}: error {error.largest:.4g} {units[name]}{mark}")
             continue
-        print(f"  {name}: error {error.largest:.4g} {bound.unit}, allowed {bound.bound:.4g}")
+        print(f"  {name}: error {error.largest:.4g} {bound.unit}, allowed {bound.bound:.4g}{mark}")
         for term in bound.terms:
             print(f"    {term.value:10.3g}  {term.name}: {term.reason}")
     for name, drift in found.invariants.items():
         print(f"  {name}: relative drift {drift:.4g}")
+
+
+def _decided(found: Measurement, judgement: Judgement) -> str | None:
+    """The observable that the verdict is due to: the first that its reason names; None where the
+    reason names none, as where all are within their tolerances."""
+    words = judgement.reason.replace(",", " ").split()
+    return next((word for word in words if word in found.errors), None)
 
 
 def _print_cost(

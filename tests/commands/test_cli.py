@@ -115,7 +115,20 @@ def test_run_answers_with_its_budget(capsys: pytest.CaptureFixture[str]) -> None
     assert answer["verdict"] == "pass"
     assert 0 < answer["errors"]["theta"] <= answer["tolerances"]["theta"]
     assert answer["tolerances"]["theta"] == pytest.approx(sum(answer["budget"]["theta"].values()))
-    assert answer["real_time_factor"] > 0
+    rounding = 2 * answer["steps"] ** 0.5 * answer["budget"]["theta"]["conditioning"]
+    assert answer["budget"]["theta"]["round-off"] == pytest.approx(rounding, rel=1e-12, abs=0.0)
+    computing = 1e-9 * answer["ns_per_step"] * answer["steps"]  # [s], for half a second
+    assert answer["real_time_factor"] == pytest.approx(0.5 / computing, rel=1e-9)
+
+
+def test_run_says_the_error_at_the_end_with_its_sign(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ("run", "capsule-line", "mujoco/euler+reduced", "--step", "1e-3", "--json")
+    answer = json.loads(_run(capsys, *words)[1])
+    for name in ("displacement", "stroke_rate"):
+        assert abs(answer["errors_at_end"][name]) <= answer["errors"][name]
+    # the body stops late by a sawtooth, and goes too far, which is backward
+    assert answer["errors_at_end"]["displacement"] == pytest.approx(-5.89e-7, rel=0.01)
+    assert answer["predicted"]["displacement"] == pytest.approx(-5.89e-7, rel=0.01)
 
 
 def test_export_copies_and_never_writes_over(
@@ -143,3 +156,14 @@ def test_list_and_cite_name_everything(capsys: pytest.CaptureFixture[str]) -> No
 def test_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     code, out, _ = _run(capsys, "--version")
     assert (code, out) == (0, f"plumbob {__version__}\n")
+
+
+def test_run_marks_the_row_that_decided(capsys: pytest.CaptureFixture[str]) -> None:
+    line = ["run", "capsule-line/heading-030"]
+    assert main([*line, "mujoco/euler", "--step", "1e-3"]) == 0
+    marked = [row for row in capsys.readouterr().out.splitlines() if "<-" in row]
+    assert len(marked) == 1
+    assert marked[0].lstrip().startswith("displacement: error")
+    assert marked[0].endswith("  <- fail")
+    assert main([*line, "mujoco/euler+coulomb", "--step", "1e-3"]) == 0
+    assert "<-" not in capsys.readouterr().out  # every row is within its tolerance

@@ -27,6 +27,13 @@ def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping
     return {}
 
 
+def confirming(method: Method) -> tuple[Method, float]:
+    """The solver of the highest order at the smallest tolerance that scipy takes."""
+    from plumbob.engines.adapters.ode.simulation import SMALLEST
+
+    return next(m for m in METHODS if m.settings.get("method") == "DOP853"), SMALLEST
+
+
 def _adaptive(solver: str, tolerances: tuple[float, ...]) -> Method:
     name = f"ode/{solver.lower()}"
     return Method(name, Scheme(ADAPTIVE), None, "tolerance", {"method": solver}, tolerances, SMOOTH)
@@ -40,4 +47,4 @@ METHODS = (
     _adaptive("Radau", TOLERANCES[:5]),
     _adaptive("LSODA", TOLERANCES),
 )
-ENGINE = Engine("ode", "scipy", METHODS, prepare, model_error)
+ENGINE = Engine("ode", "scipy", METHODS, prepare, model_error, confirming=confirming)

@@ -19,7 +19,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings.cone_pendulum.hamiltonian import MUJOCO, ROTATING
 from plumbob.reports.findings.energy_drift import in_double
-from plumbob.reports.findings.measured_periods import PERIODS, swing_period, turn_period
+from plumbob.reports.findings.measurements import PERIODS, swing_period, turn_period
 from plumbob.reports.view.content import Figure, Finding, Table, method_cell, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, GREEN, GREY, ORANGE, PINK, RED

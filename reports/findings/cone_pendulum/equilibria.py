@@ -13,7 +13,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings.cone_pendulum.hamiltonian import MUJOCO, ROTATING
-from plumbob.reports.findings.measured_periods import PERIODS, swing_period
+from plumbob.reports.findings.measurements import PERIODS, swing_period
 from plumbob.reports.view.content import Figure, Finding, Table, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, RED

@@ -1,0 +1,85 @@
+"""Quantities of interest: what each scene is about, and the scale that its errors are held to."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from plumbob.engines.registry import method
+from plumbob.engines.study.measurement import measure, relative_error, worst
+from plumbob.models.registry import case_of, scene, scenes, systems
+from plumbob.models.scene import Quantity, Scene
+
+EVERY = scenes()
+
+
+def about(chosen: Scene) -> dict[str, Quantity]:
+    case = case_of(chosen)
+    return {q.observable: q for q in case.system.quantities(case)}
+
+
+@pytest.mark.parametrize("chosen", scenes(profile="quick"), ids=lambda s: s.name)
+def test_every_scene_is_about_observables_of_its_own_with_scales(chosen: Scene) -> None:
+    found = about(chosen)
+    assert found
+    names = {o.name for o in systems()[chosen.system].observables}
+    assert set(found) <= names
+    assert all(0.0 < q.scale < math.inf for q in found.values())
+
+
+@pytest.mark.parametrize(
+    ("name", "observable", "scale", "when"),
+    [
+        ("cone-pendulum/rotating-base", "theta", 1.0, "run"),  # a rotation: one radian
+        ("cone-pendulum/pitchfork", "theta", 0.1, "run"),  # a libration: its amplitude
+        ("simple-pendulum/free-large", "theta", math.radians(120), "run"),
+        ("simple-pendulum/rotating-fast", "theta", 1.0, "run"),
+        ("capsule-line/heading-045", "displacement", 5.5917e-3, "end"),  # its own final size
+        ("capsule-hold/0.999", "displacement", 1e-3, "run"),  # ought to be none: declared
+        ("capsule-coast/rotation", "heading", 0.52275, "end"),
+        ("capsule-turn/thousand", "body_angle", 1.0, "end"),  # many turns: one radian
+    ],
+)
+def test_scales_follow_from_the_motion(name: str, observable: str, scale: float, when: str) -> None:
+    found = about(scene(name))[observable]
+    assert found.scale == pytest.approx(scale, rel=2e-4)
+    assert found.when == when
+
+
+def test_a_scene_about_rotation_is_not_judged_by_a_place_that_stays() -> None:
+    assert set(about(scene("capsule-coast/rotation"))) == {"heading"}
+    assert set(about(scene("capsule-coast/translation"))) == {"x", "y"}
+
+
+def test_a_turn_to_the_right_has_the_scale_of_one_to_the_left() -> None:
+    left, right = (
+        about(scene("capsule-coast/rotation", {"heading_rate": rate})) for rate in (6.0, -6.0)
+    )
+    assert right["heading"].scale == pytest.approx(left["heading"].scale, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["cone-pendulum/rotating-base", "simple-pendulum/free-large"])
+def test_scales_do_not_grow_with_the_duration(name: str) -> None:
+    one = scene(name)
+    assert about(replace(one, duration=10 * one.duration)) == pytest.approx(about(one))
+
+
+def test_the_error_of_a_run_is_the_worst_of_its_quantities() -> None:
+    case = case_of(scene("capsule-coast/spin"))
+    found, _ = measure(case, method("mujoco/euler+coulomb"), 1e-3)
+    quantities = case.system.quantities(case)
+    errors = {q.observable: abs(found.errors[q.observable].end) / q.scale for q in quantities}
+    first, size = worst(found, quantities)
+    assert size == relative_error(found, quantities) == max(errors.values())
+    assert errors[first.observable] == size
+    assert 1e-6 < size < 1e-2
+
+
+def test_a_quantity_that_an_engine_leaves_out_is_the_worst() -> None:
+    case = case_of(scene("capsule-coast/spin"))
+    found, _ = measure(case, method("mujoco/euler+coulomb"), 1e-3)
+    rest = {name: error for name, error in found.errors.items() if name != "heading"}
+    assert math.isnan(relative_error(replace(found, errors=rest), case.system.quantities(case)))
+    assert relative_error(replace(found, status="diverged"), ()) == math.inf
