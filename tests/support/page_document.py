@@ -75,7 +75,8 @@ def resolve(command: str, folder: Path) -> None:
         assert found, command
         assert find_methods(chosen.methods or "*"), command
     elif "scene" in given:
-        find_scene(chosen.scene, changed)
+        pattern = chosen.scene if any(c in chosen.scene for c in "*?[") else ""
+        assert find_scenes(pattern) if pattern else find_scene(chosen.scene, changed), command
     if given.get("method"):
         find_method(chosen.method)
     for name in ("step", "error"):
