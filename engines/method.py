@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, Protocol
 
 from plumbob.analytic.errors.schemes import Scheme
+from plumbob.engines.audit.motion import OwnModel
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case, Scene
 
@@ -137,5 +138,8 @@ class Engine:
     own choice), friction coefficient -> what to paste into a model; raises ParameterError."""
     check_file: Callable[[Path, Method], FileCheck] | None = None
     """A user's model file against a method's settings; raises ParameterError."""
+    own_model: Callable[[Any, int | str | None], OwnModel] | None = None
+    """A user's model, a path or one that is compiled, and a keyframe -> the model as an audit needs
+    it; raises ParameterError and NotCertifiable."""
     model_text: Callable[[str, float], str] | None = None
     """Text of a model file whose contacts go with the step -> the text for another step [s]."""

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.mujoco.methods import METHODS
+from plumbob.engines.audit.motion import OwnModel
 from plumbob.engines.method import Engine, FileCheck, Method, Settings, Simulation, Trimming
 from plumbob.models.scene import Case
 
@@ -76,6 +78,16 @@ def model_text(text: str, step: float) -> str:
     return rewritten(text, step)
 
 
+def own_model(model: Any, keyframe: int | str | None = None) -> OwnModel:
+    """A user's model, from a file or compiled, as an audit needs it; raises ParameterError and
+    NotCertifiable."""
+    from plumbob.engines.adapters.mujoco.own_model.model import own_model, read
+
+    if isinstance(model, (str, Path)):
+        return own_model(read(Path(model)), Path(model).name, keyframe)
+    return own_model(model, "model", keyframe)
+
+
 ENGINE = Engine(
     "mujoco",
     "mujoco",
@@ -88,4 +100,5 @@ ENGINE = Engine(
     settings_text=settings_text,
     check_file=check_file,
     model_text=model_text,
+    own_model=own_model,
 )

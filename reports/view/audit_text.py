@@ -1,0 +1,130 @@
+"""An audit in ten lines: what is wrong by how much, and what to choose."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from plumbob.engines.audit.audit import Audit
+from plumbob.engines.audit.steps import RESOLVED, TARGETS, Compared, StepError, horizon
+
+WIDTH = 13  # of the first column
+
+
+def lines(found: Audit) -> list[str]:
+    """The answer as lines of text."""
+    script = found.script
+    head = f"{found.integrator} {duration(found.step)}, {script.duration:.3g} s"
+    rows = [(found.name, f"{head}, control ({found.control}) held {duration(script.period)}")]
+    rows += [("reference", _reference(found))]
+    if found.found is not None:
+        rows += list(_compared(found, found.found))
+    rows += [("model", _model(found))]
+    beyond = "" if found.found is None else f"; t > {found.until:.3g} s"
+    rows += [("not claimed", f"other motions; reality{beyond}")]
+    width = max(WIDTH, len(found.name) + 2)
+    return [f"{name:{width}}{text}" for name, text in rows]
+
+
+def _compared(found: Audit, steps: Compared) -> Iterator[tuple[str, str]]:
+    own = steps.own
+    if not found.error:
+        yield "your error", "none: nothing moves under this control"
+        return
+    if found.resolved:
+        yield "your error", f"{length(found.error)} (worst body: {own.worst})"
+    else:
+        most = length(found.error + found.uncertainty)
+        yield "your error", f"at most {most}: no more than the reference is known to"
+    yield "halving", _halving(found, steps)
+    yield "cheapest", _cheapest(steps)
+    yield "predictable", _predictable(found, steps)
+    events = len(found.reference.course.events)
+    yield "contacts", f"{events} begin or end, counted along the reference"
+
+
+def _reference(found: Audit) -> str:
+    reference = found.reference
+    if found.found is None:
+        return f"none: {reference.why or 'two computations do not agree'}"
+    how = "two methods"
+    if reference.widths:
+        how = "two layer widths"
+    known = f"certified to ±{found.uncertainty:.1e} m over {found.until:.3g} s"
+    nearest = f"its own steps come within {length(steps_nearest(found.found))} of it"
+    ended = f"; then: {reference.why}" if reference.why else ""
+    return f"{known} ({how}; {nearest}){ended}"
+
+
+def steps_nearest(steps: Compared) -> float:
+    """The smallest error [m] of all steps that were run."""
+    return steps.nearest
+
+
+def _halving(found: Audit, steps: Compared) -> str:
+    own = [s for s in steps.steps if s.integrator == found.integrator and s.step <= found.step]
+    shown = [s for s in own if s.at(steps.index) > RESOLVED * found.uncertainty][:5]
+    if len(shown) < 2:
+        return "not needed: the error is within what the reference resolves"
+    ratio = (shown[-1].at(steps.index) / shown[0].at(steps.index)) ** (1 / (len(shown) - 1))
+    helps = "helps" if ratio < 0.71 else "hardly helps" if ratio < 0.95 else "does not help"
+    chain = " -> ".join(length(s.at(steps.index)) for s in shown)
+    if steps.order is None:
+        return f"{helps}: {chain}"
+    order = steps.order
+    interval = f"{order.slope:.2g} [{order.low:.2g}, {order.high:.2g}]"
+    return f"{helps}: {chain}; observed order {interval}"
+
+
+def _cheapest(steps: Compared) -> str:
+    parts = []
+    for target in TARGETS:
+        best = next((c for c in steps.cheapest if c.target == target), None)
+        if best is None:
+            parts.append(f"{length(target)}: none found")
+        else:
+            choice = f"{best.integrator} {duration(best.step)}"
+            parts.append(f"{length(target)}: {choice} (×{best.cost:.2g})")
+    return "   ".join(parts)
+
+
+def _predictable(found: Audit, steps: Compared) -> str:
+    parts = []
+    for target in TARGETS[1:3]:
+        first = horizon(steps, found.reference, found.script, target)
+        until = f"all of {found.until:.3g} s" if math.isinf(first) else f"to {first:.3g} s"
+        parts.append(f"{length(target)}: {until}")
+    return "   ".join(parts)
+
+
+def _model(found: Audit) -> str:
+    clamped = sum(found.clamped.values())
+    step = duration(found.step)
+    told = f"refsafe clamps nothing at {step}"
+    if clamped:
+        fields = ", ".join(found.clamped)
+        told = f"refsafe raises {clamped} time constants at {step} ({fields})"
+    return "; ".join([told, *found.notes])
+
+
+def length(metres: float) -> str:
+    """A length [m] with two digits, in the unit that suits it."""
+    if not math.isfinite(metres):
+        return "diverged"
+    for unit, size in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9)):
+        if metres >= 0.9995 * size:
+            return f"{metres / size:.2g} {unit}"
+    return f"{metres:.1e} m" if metres else "0"
+
+
+def duration(seconds: float) -> str:
+    """A time step [s] in the unit that suits it."""
+    if seconds >= 1.0:
+        return f"{seconds:.3g} s"
+    return f"{1e3 * seconds:.3g} ms" if seconds >= 1e-3 else f"{1e6 * seconds:.3g} µs"
+
+
+def row(step: StepError, index: int) -> tuple[str, str, str, str]:
+    """A step as cells: integrator, step, error, real-time factor."""
+    factor = 1e9 / step.ns_per_second if step.ns_per_second else math.inf
+    return step.integrator, duration(step.step), length(step.at(index)), f"{factor:.3g}"
