@@ -125,6 +125,9 @@ class Engine:
     model_error: Callable[[Case, Method, float], Mapping[str, Mapping[str, float]]]
     """{observable: {reason: absolute bound}}: what the model itself adds, apart from the step."""
     optional: bool = False  # a peer: not missed unless it is asked for by name
+    confirming: Callable[[Method], tuple[Method, float]] | None = None
+    """A method that controls its local error -> a method and tolerance of this engine, on the same
+    equations, whose own error is much smaller."""
     contact_model: Callable[[Case, Method, float], object] | None = None
     """What the engine's contacts are at a step [s], as the record that theory takes (SoftContact,
     ...), or None where no theory covers them; does not import the engine's package."""

@@ -42,6 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     with _interrupts() as interrupts:
         try:
             words = list(sys.argv[1:] if argv is None else argv)
+            _no_null_byte(words)
             first = [word for word in words[:1] if word in (*COMMANDS, "--version")]
             chosen = parser(first or COMMANDS).parse_args(words)
             return int(chosen.command(chosen))
@@ -60,6 +61,17 @@ def main(argv: Sequence[str] | None = None) -> int:
                 where = f"{error.filename}: " if error.filename else ""
                 return _said(USAGE, f"{where}{error.strerror or error}", error)
             return _said(DEFECT, f"a defect of plumbob itself: {_described(error)}", error)
+
+
+def _no_null_byte(words: Sequence[str]) -> None:
+    """Raises ParameterError for a word that cannot be part of a command, nor name a file."""
+    from plumbob.analytic.parameters import ParameterError
+
+    for before, word in zip(("argument", *words), words, strict=False):
+        if "\0" in word:
+            name = word.partition("=")[0] if word.startswith("--") else before
+            named = name.lstrip("-") if name.startswith("--") else "argument"
+            raise ParameterError(named, word, "text without a null byte")
 
 
 def _said(code: int, message: str, error: BaseException) -> int:

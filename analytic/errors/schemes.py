@@ -42,9 +42,13 @@ class Scheme:
     joint_closing_rate: float | None = None
     """[1/s] at which a joint solved for velocities closes what it has opened, infinite where it
     closes in one step; None where coordinates keep every joint closed (EULER, position first)."""
+    jointed_moment: float = 0.0
+    """Moment of inertia about its centre of a body held by such a joint, over that about the joint;
+    below a quarter."""
 
     def __post_init__(self) -> None:
         euler, rate = self.integrator == EULER, self.joint_closing_rate
+        part = self.jointed_moment
         wrong = (
             ("control", self.control, self.control not in _CONTROLS),
             ("implicit_damping", True, self.implicit_damping and not euler),
@@ -53,6 +57,7 @@ class Scheme:
             ("position_first", True, self.position_first and self.implicit_damping),
             ("joint_closing_rate", rate, rate is not None and not self.position_first),
             ("joint_closing_rate", rate, rate is not None and not rate > 0.0),
+            ("jointed_moment", part, not 0.0 <= part < (0.0 if rate is None else 0.25) + 1e-300),
         )
         for name, value, broken in wrong:
             if broken and self.integrator in KNOWN:

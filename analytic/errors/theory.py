@@ -12,6 +12,27 @@ from plumbob.analytic.reference import Array
 Coefficients = Mapping[int, Mapping[str, Array]]
 """{p: {observable: C_p(t), shape (n,)}} of an error sum_p C_p step^p, simulated minus exact."""
 
+# Chosen, not derived: how much of a series its last terms, or its nonlinear part, may be.
+TRUST = 0.1
+
+
+def reaches(terms: Mapping[int, float], largest: float, nonlinearity: float) -> bool:
+    """Whether a series reaches the step: of its `terms`, {p: largest |C_p| step^p}, the last two,
+    since near-symmetric schemes can have tiny alternate ones, are at most a tenth of the `largest`
+    value of their sum, and so is what is nonlinear in the motion's response to it."""
+    last = sum(terms[p] for p in sorted(terms)[-2:])
+    return nonlinearity <= TRUST and last <= TRUST * largest
+
+
+@dataclass(frozen=True)
+class SteppedErrors:
+    """Error of each observable at a step as it is, simulated minus exact, shape (n,)."""
+
+    errors: Mapping[str, Array]
+    uncertainty: Mapping[str, Array] | None = None
+    """What a unit in the last place of every input, and of every step, moves the stepped motion by,
+    shape (n,); None where that of the exact motion applies."""
+
 
 class ErrorTheory(Protocol):
     """What is known of the error that a fixed step makes on one exact motion, in one of two ways:
@@ -22,10 +43,11 @@ class ErrorTheory(Protocol):
         there is no such series, or none is known."""
         ...
 
-    def at_step(self, scheme: Scheme, step: float, times: Array) -> Mapping[str, Array]:
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """Error of `scheme` with `step` [s] at grid `times` [s], shape (n,), for each observable
         that theory reaches: where friction stops a body inside a step, the error is a sawtooth and
-        no series. Empty for schemes that it does not cover."""
+        no series, and where the step is too large for a series, the scheme is stepped. Empty for
+        schemes and steps that it does not cover."""
         ...
 
 
@@ -39,9 +61,9 @@ class StepErrors:
         """Empty."""
         return {}
 
-    def at_step(self, scheme: Scheme, step: float, times: Array) -> Mapping[str, Array]:
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """See `ErrorTheory`."""
-        return self.error(scheme, step, times)
+        return SteppedErrors(self.error(scheme, step, times))
 
 
 @dataclass(frozen=True)
@@ -52,9 +74,9 @@ class NoTheory:
         """Empty."""
         return {}
 
-    def at_step(self, scheme: Scheme, step: float, times: Array) -> Mapping[str, Array]:
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """Empty."""
-        return {}
+        return SteppedErrors({})
 
 
 def no_theory(problem: Any) -> ErrorTheory:

@@ -134,6 +134,11 @@ def normal_forces(capsule: Capsule, slider_positions: Array) -> Array:
     return capsule.weight * load_fractions(capsule, centres)
 
 
+def by_support(forces: Array) -> dict[str, Array]:
+    """Normal forces [N], shape (n, 3), as the observables normal_force_1..3, shape (n,) each."""
+    return {f"normal_force_{i + 1}": forces[:, i] for i in range(3)}
+
+
 def load_slopes(capsule: Capsule, direction: float) -> Array:
     """Change of the N_i as the slider moves along `direction` [rad, from the body's x axis], [N/m],
     shape (3,): the same wherever it is."""

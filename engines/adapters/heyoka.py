@@ -77,6 +77,11 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     return TaylorSimulation(integrator, start, case.scene.duration, time.perf_counter() - begin)
 
 
+def confirming(method: Method) -> tuple[Method, float]:
+    """The method itself at its smallest tolerance."""
+    return method, SMALLEST
+
+
 def _equations(rotor: DrivenRotor) -> list[tuple[Any, Any]]:
     """The rotor's equation in heyoka's terms, without what is zero in it."""
     import heyoka
@@ -101,4 +106,6 @@ def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping
     return {}
 
 
-ENGINE = Engine("heyoka", "heyoka", METHODS, prepare, model_error, optional=True)
+ENGINE = Engine(
+    "heyoka", "heyoka", METHODS, prepare, model_error, optional=True, confirming=confirming
+)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache, partial
 
 import numpy as np
 
 from plumbob.analytic.reference import Reference
 from plumbob.engines.method import Method
-from plumbob.engines.study.measurement import Measurement, floor, measure
+from plumbob.engines.study.measurement import Measurement, confirming, floor, measure
 from plumbob.engines.study.order import Order, fit_order
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
@@ -60,8 +61,9 @@ def convergence_study(
     taken: list[Measurement] = []
     finest: tuple[float, Trajectory] | None = None
     at_floor = 0
+    second = cache(partial(confirming, case, method))  # of every tolerance the same
     for step in chosen:
-        found, run = measure(case, method, step)
+        found, run = measure(case, method, step, second)
         taken.append(found)
         if run is not None:
             keep(step, run)

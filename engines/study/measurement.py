@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 
 from plumbob.analytic.errors.schemes import ADAPTIVE
-from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.errors.theory import SteppedErrors, reaches
 from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case, Quantity
 
+# Of the difference to a second run with a much smaller tolerance: its error is at most half.
+SURE = 2.0
 Status = Literal["done", "diverged", "unsupported", "missing"]
 
 
@@ -31,6 +34,9 @@ class Prediction:
     difference: float = 0.0  # largest magnitude over the samples of measured less predicted, signed
     open: float = 0.0  # what theory leaves open of that, the largest over the samples
     beyond: float = 0.0  # the most by which a sample differs by more than is open there
+    uncertainty: float | None = None
+    """What double precision allows the stepped motion, largest over the samples; None where what it
+    allows the exact answer applies."""
 
     @property
     def for_this_step(self) -> bool:
@@ -40,11 +46,11 @@ class Prediction:
 
 @dataclass(frozen=True)
 class Controlled:
-    """What a solver that controls its local error to a relative tolerance may do to an observable:
-    every step has an error of the tolerance, and the motion carries that to the end."""
+    """What a solver that controls its local error does to an observable, as another on the same
+    equations shows, whose tolerance is much smaller. An error that both have is not in it."""
 
-    largest: float
-    nonlinearity: float  # see `Reference.nonlinearity`
+    largest: float  # bound on the error, over the samples
+    beyond: float  # the most by which the error of a sample is larger than its own bound
 
 
 @dataclass(frozen=True)
@@ -81,8 +87,14 @@ class Measurement:
     note: str = ""  # why there is no prediction, where theory knows nothing of the scheme
 
 
-def measure(case: Case, method: Method, step: float) -> tuple[Measurement, Trajectory | None]:
-    """Run once and measure; the trajectory too, for those who plot it. Raises ParameterError."""
+Second = Callable[[], Trajectory | None]
+
+
+def measure(
+    case: Case, method: Method, step: float, second: Second | None = None
+) -> tuple[Measurement, Trajectory | None]:
+    """Run once and measure; the trajectory too, for those who plot it. A method that controls its
+    local error is held to a `second` run, made here if none is given. Raises ParameterError."""
     scene = case.scene
     blank = Measurement(scene.name, method.name, step, "unsupported")
     if not installed(engine_of(method)):
@@ -112,7 +124,7 @@ def measure(case: Case, method: Method, step: float) -> tuple[Measurement, Traje
     return _with(
         blank,
         status="done",
-        errors=_errors(case, method, step, run, model),
+        errors=_errors(case, method, step, run, model, second or partial(confirming, case, method)),
         invariants={name: float(np.abs(drift).max()) for name, drift in drifts.items()},
         channels={name: float(np.ptp(values)) for name, values in run.channels.items()},
         duration=float(run.times[-1]),
@@ -130,48 +142,80 @@ def _errors(
     step: float,
     run: Trajectory,
     model: Mapping[str, Mapping[str, float]],
+    second: Second,
 ) -> Mapping[str, ObservedError]:
     exact, theory, names = case.reference, case.errors, [o.name for o in case.system.observables]
     truth, doubt = exact.observe(run.times), exact.uncertainty(run.times)
-    at_step: Mapping[str, Array] = {}
-    if method.control == "step":
-        at_step = theory.at_step(method.scheme, step, run.times)
-    series = {} if at_step else theory.series(method.scheme, run.times)
+    series = theory.series(method.scheme, run.times)
     powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
     total = {
         name: sum((terms[name] for terms in powers.values()), np.zeros(len(run.times)))
         for name in names
         if powers and all(name in terms for terms in powers.values())
     }
-    for predicted in total.values():
-        predicted[run.times == 0.0] = 0.0  # no step has been taken, and no joint has pulled
+    for values in total.values():
+        values[run.times == 0.0] = 0.0  # no step has been taken, and no joint has pulled
     nonlinear = exact.nonlinearity(run.times, total) if total else 0.0
-    carried = _carried(exact, method, step, run, doubt)
-    errors = {}
-    for name in (name for name in names if name in run.observables):
-        error = run.observables[name] - truth[name]
-        errors[name] = ObservedError(
+    errors = {n: run.observables[n] - truth[n] for n in names if n in run.observables}
+    predicted = {
+        name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear)
+        for name, error in errors.items()
+        if name in total
+    }
+    stepped = SteppedErrors({})
+    if method.control == "step" and not (
+        predicted and all(reaches(p.terms, p.largest, p.nonlinearity) for p in predicted.values())
+    ):
+        stepped = theory.at_step(method.scheme, step, run.times)
+    own = stepped.uncertainty or {}
+    adaptive = method.scheme.integrator == ADAPTIVE
+    controlled = _controlled(exact, run, errors, doubt, second()) if adaptive else {}
+    return {
+        name: ObservedError(
             largest=float(np.abs(error).max()),
             end=float(error[-1]),
             uncertainty=float(doubt[name].max()),
             scale=float(np.abs(truth[name]).max()),
             model=dict(model.get(name, {})),
-            predicted=_at_step(at_step[name], error, doubt[name], run.steps)
-            if name in at_step
-            else _series(name, error, doubt[name], run.steps, total, powers, nonlinear),
-            controlled=carried.get(name),
+            predicted=_at_step(stepped.errors[name], error, doubt[name], own.get(name), run.steps)
+            if name in stepped.errors
+            else predicted.get(name),
+            controlled=controlled.get(name),
         )
-    return errors
+        for name, error in errors.items()
+    }
 
 
-def _carried(
-    exact: Reference, method: Method, step: float, run: Trajectory, doubt: Mapping[str, Array]
+def confirming(case: Case, method: Method) -> Trajectory | None:
+    """The run that a method which controls its local error is held to; None where its engine has
+    none, or it fails."""
+    chosen = engine_of(method).confirming
+    if chosen is None:
+        return None
+    other, tolerance = chosen(method)
+    run = engine_of(method).prepare(case, other, tolerance).run()
+    return None if run.diverged_at is not None or len(run.times) < 2 else run
+
+
+def _controlled(
+    exact: Reference,
+    run: Trajectory,
+    errors: Mapping[str, Array],
+    doubt: Mapping[str, Array],
+    second: Trajectory | None,
 ) -> Mapping[str, Controlled]:
-    if method.scheme.integrator != ADAPTIVE:
+    """What the solver does to each observable: its error less that of the second run, which is at
+    most half of it, so that twice the difference bounds it; at its largest so far."""
+    if second is None:
         return {}
-    may = {name: step * run.steps * value / ULP for name, value in doubt.items()}
-    nonlinear = exact.nonlinearity(run.times, may)
-    return {name: Controlled(float(value.max()), nonlinear) for name, value in may.items()}
+    truth, found = exact.observe(second.times), {}
+    for name, error in errors.items():
+        theirs = np.interp(run.times, second.times, second.observables[name] - truth[name])
+        own = np.maximum.accumulate(SURE * np.abs(error - theirs))
+        bound = own + _rounding(doubt[name], run.steps)
+        beyond = np.maximum(np.abs(error) - bound, 0.0)
+        found[name] = Controlled(float(own.max()), float(beyond.max()))
+    return found
 
 
 def _series(
@@ -182,12 +226,10 @@ def _series(
     total: Mapping[str, Array],
     powers: Mapping[int, Mapping[str, Array]],
     nonlinear: float,
-) -> Prediction | None:
+) -> Prediction:
     """What a series in the step predicts of an error at the samples, shape (n,). It leaves open
     what follows in it, less than its last two terms (near-symmetric schemes can have tiny alternate
     terms), at their largest so far, and what is nonlinear."""
-    if name not in total:
-        return None
     predicted = total[name]
     last = sum((np.abs(powers[p][name]) for p in sorted(powers)[-2:]), np.zeros(len(error)))
     remainder = np.maximum.accumulate(last + nonlinear * np.abs(predicted))
@@ -195,10 +237,15 @@ def _series(
     return _held(predicted, error, remainder + _rounding(doubt, steps), terms, nonlinear)
 
 
-def _at_step(predicted: Array, error: Array, doubt: Array, steps: int) -> Prediction:
+def _at_step(
+    predicted: Array, error: Array, doubt: Array, own: Array | None, steps: int
+) -> Prediction:
     """What is predicted of an error at the samples, shape (n,), for this very step: rounding alone
-    is left open."""
-    return _held(predicted, error, _rounding(doubt, steps), {}, 0.0)
+    is left open; `doubt` is the uncertainty of the exact answer, `own` that of the stepped motion,
+    where it has one."""
+    left = _rounding(doubt if own is None else own, steps)
+    found = _held(predicted, error, left, {}, 0.0)
+    return found if own is None else replace(found, uncertainty=float(own.max()))
 
 
 def _held(

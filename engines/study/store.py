@@ -132,17 +132,20 @@ def load(file: Path, number: int | None = None, scene: str | None = None) -> Stu
                 "select body, observables, quantities from scene where study = ?"
                 f"{only.replace('scene', 'name')} order by rowid",
                 where,
-            )
+            ).fetchall()
         ]
-        methods = store.execute("select body from method where study = ? order by rowid", (found,))
+        query = "select body from method where study = ? order by rowid"
+        methods = store.execute(query, (found,)).fetchall()
         convergence, costs = _convergence(store, only, where)
         extras = {} if scene is not None else _extras(store, found)
-        return Study(
+        study = Study(
             head.profile, tuple(s for s, _, _ in scenes),
             tuple(from_json(text, Method) for (text,) in methods), convergence, costs,
             head.reference_step, head.seconds, {s.name: names for s, names, _ in scenes},
             {s.name: about for s, _, about in scenes}, extras, head.provenance,
         )  # fmt: skip
+        _whole(study)
+        return study
 
 
 def usable(file: Path) -> None:
@@ -153,16 +156,26 @@ def usable(file: Path) -> None:
             pass
 
 
+def _whole(study: Study) -> None:
+    """Raises ValueError where a run is of a scene or a method that the study does not hold."""
+    scenes, methods = {s.name for s in study.scenes}, {m.name for m in study.methods}
+    for c in study.convergence:
+        for named, known in ((c.scene, scenes), (c.method, methods)):
+            if named not in known:
+                raise ValueError(f"runs of {named}, which the study lacks")
+
+
 def _convergence(
     store: sqlite3.Connection, only: str, where: tuple[Any, ...]
 ) -> tuple[tuple[ConvergenceStudy, ...], dict[Key, Cost]]:
     runs: dict[Key, list[Measurement]] = {}
     query = f"select scene, method, body from run where study = ?{only} order by rowid"
-    for scene, method, body in store.execute(query, where):
+    for scene, method, body in store.execute(query, where).fetchall():
         runs.setdefault((scene, method), []).append(from_json(body, Measurement))
     found, costs = [], {}
     query = "select scene, method, body, cost from convergence_study where study = ?"
-    for scene, method, body, cost in store.execute(f"{query}{only} order by rowid", where):
+    query += f"{only} order by rowid"
+    for scene, method, body, cost in store.execute(query, where).fetchall():
         one = from_json(body, ConvergenceStudy)
         found.append(replace(one, measurements=tuple(runs.get((scene, method), ()))))
         if cost is not None:
@@ -183,7 +196,7 @@ def _extra_row(request: Request, result: Result) -> tuple[str, str, str | None, 
 def _extras(store: sqlite3.Connection, number: int) -> dict[Request, Result]:
     query = "select kind, request, result, arrays from extra where study = ? order by rowid"
     found: dict[Request, Result] = {}
-    for kind, request, text, arrays in store.execute(query, (number,)):
+    for kind, request, text, arrays in store.execute(query, (number,)).fetchall():
         if kind == ExtraRun.__name__:
             found[from_json(request, ExtraRun)] = text and unpacked(text, arrays)
         elif kind == ExtraConvergence.__name__:
@@ -196,6 +209,7 @@ def _extras(store: sqlite3.Connection, number: int) -> dict[Request, Result]:
 
 @contextmanager
 def _opened(file: Path) -> Iterator[sqlite3.Connection]:
+    # Rows are fetched before they are read: a cursor left half-way by an error would keep a lock.
     try:
         if file.exists() and not file.is_file():
             raise ValueError("no regular file")

@@ -153,7 +153,7 @@ SCENES = (
     *(_near(side, sign, k) for k in range(3, 13) for side, sign in (("above", 1), ("below", -1))),
     _scene("pitchfork", "hanging at the rate where it stops being stable", 20.0, **_LEVEL,
            hard="quartic well: the period grows as 1/amplitude", platform_rate=_PITCHFORK,
-           theta=0.1, theta_dot=0.0, steps=step_sizes(2e-2, 2e-4)),
+           theta=0.1, theta_dot=0.0, steps=step_sizes(2e-2, 2e-4), profile="quick"),
     _scene("pitchfork-small", "the same at half the amplitude: twice the period", 40.0, **_LEVEL,
            hard="quartic well: the period grows as 1/amplitude", platform_rate=_PITCHFORK,
            theta=0.05, theta_dot=0.0, steps=step_sizes(2e-2, 2e-4)),
@@ -163,7 +163,7 @@ SCENES = (
     _scene("flat-cone", "a cone so flat that I_x < I_z", 1.0, hard="the centrifugal term changes "
            "sign", apex_angle=2 * math.atan(2.5), theta_dot=30.0),
     _scene("fast-platform", "a platform at 1000 rad/s", 0.05, hard="accelerations of 10^6 rad/s^2",
-           platform_rate=1000.0, theta_dot=1500.0, steps=step_sizes(1e-4, 1e-7)),
+           platform_rate=1000.0, theta_dot=1500.0, steps=step_sizes(1e-4, 1e-7), profile="quick"),
     _scene("million-steps", "the source's Fig. 3, for 625 turns", 100.0, hard="10^6 steps of 1e-4 "
            "s: energy bounded, or drifting at a rate", steps=(8e-4, 4e-4, 2e-4, 1e-4)),
 )  # fmt: skip

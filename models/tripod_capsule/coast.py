@@ -27,6 +27,7 @@ from plumbob.models.scene import Observable, Parameters, Scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,
+    LOADS,
     SOURCE,
     capsule,
     capsule_system,
@@ -148,6 +149,7 @@ SYSTEM = capsule_system(
         Observable("velocity_y", "m/s"),
         Observable("heading", "rad"),
         Observable("heading_rate", "rad/s"),
+        *LOADS,
     ),
     parameters=NAMES,
     scenes=SCENES,

@@ -28,6 +28,7 @@ CHECK: Parameters = MappingProxyType({
     "body_mass": 1.0, "slider_mass": 0.3, "inertia": 0.02,
     "supports": ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15)), "friction": 0.3, "gravity": 9.81,
 })  # fmt: skip
+LOADS = tuple(Observable(f"normal_force_{i}", "N") for i in (1, 2, 3))
 ALONG = (
     Observable("displacement", "m"),
     Observable("velocity", "m/s"),
@@ -35,9 +36,7 @@ ALONG = (
     Observable("stroke_rate", "m/s"),
     Observable("heading", "rad"),
     Observable("sideways", "m"),
-    Observable("normal_force_1", "N"),
-    Observable("normal_force_2", "N"),
-    Observable("normal_force_3", "N"),
+    *LOADS,
     Observable("friction_force", "N"),
 )
 

@@ -23,6 +23,7 @@ from plumbob.models.scene import Observable, Parameters, Scene
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,
+    LOADS,
     SOURCE,
     capsule,
     capsule_system,
@@ -41,6 +42,7 @@ OBSERVED = (
     Observable("velocity_x", "m/s"),
     Observable("velocity_y", "m/s"),
     Observable("heading_rate", "rad/s"),
+    *LOADS,
 )
 
 
@@ -154,6 +156,10 @@ SCENES = (
     _scene("pivot", "a gentle drive: the body pivots about A2 and slides, three times over",
            _parameters(0.8, -0.3, radius=0.2, start=5.0),
            "one support comes to rest, holds while the body pivots about it, and gives way"),
+    _scene("pivot-short", "the same until 3 tau in four steps, for the quick profile",
+           _parameters(0.8, -0.3, radius=0.2, start=5.0),
+           "one support comes to rest, holds while the body pivots about it, and gives way",
+           lasting=3.0, parts=PARTS[:4], profile="quick"),
     _scene("held", "a drive that friction all but holds: the body rests, and slides late",
            _parameters(3.0, -1.0), "friction used up by a load that grows"),
     _scene("unloaded", "the common centre of mass within 0.1 % of an edge of the triangle",

@@ -18,7 +18,6 @@ METHODS = ",".join((
     "mujoco/euler+elliptic+noslip", "mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk",
     "ode/leapfrog", "ode/rk4",
 ))  # fmt: skip
-LARGEST_FILE = 10_000_000  # [bytes]: far more than a model file without meshes has
 LARGEST_RATIO = 2.5  # the largest ratio of two step sizes in a row
 
 
@@ -36,11 +35,7 @@ def own_method(path: str) -> Method:
     engine = engines()[USER_METHOD.partition("/")[0]]
     if engine.user_method is None or not installed(engine):
         raise ParameterError("like", path, "measured with MuJoCo, which is not installed")
-    # What a pipe or a huge file holds is not waited for; what is not there, the reader says.
-    file = Path(path)
-    if file.exists() and not (file.is_file() and file.stat().st_size <= LARGEST_FILE):
-        raise ParameterError("like", path, f"a regular file of at most {LARGEST_FILE} bytes")
-    return engine.user_method(file)
+    return engine.user_method(Path(path))
 
 
 def beside(scene: Scene, own: Method) -> Scene:

@@ -88,16 +88,25 @@ def _print(case: Case, method: Method, found: Measurement, judgement: Judgement)
     reason = f" ({judgement.reason})" if judgement.reason else ""
     print(f"{found.scene} with {method.name} at {found.step:g}: {judgement.verdict}{reason}")
     units = {o.name: o.unit for o in case.system.observables}
+    decided = _decided(found, judgement)
     for name, error in found.errors.items():
         bound = judgement.tolerances.get(name)
+        mark = f"  <- {judgement.verdict}" if name == decided else ""
         if bound is None:
-            print(f"  {name}: error {error.largest:.4g} {units[name]}")
+            print(f"  {name}: error {error.largest:.4g} {units[name]}{mark}")
             continue
-        print(f"  {name}: error {error.largest:.4g} {bound.unit}, allowed {bound.bound:.4g}")
+        print(f"  {name}: error {error.largest:.4g} {bound.unit}, allowed {bound.bound:.4g}{mark}")
         for term in bound.terms:
             print(f"    {term.value:10.3g}  {term.name}: {term.reason}")
     for name, drift in found.invariants.items():
         print(f"  {name}: relative drift {drift:.4g}")
+
+
+def _decided(found: Measurement, judgement: Judgement) -> str | None:
+    """The observable that the verdict is due to: the first that its reason names; None where the
+    reason names none, as where all are within their tolerances."""
+    words = judgement.reason.replace(",", " ").split()
+    return next((word for word in words if word in found.errors), None)
 
 
 def _print_cost(

@@ -102,7 +102,7 @@ def _stopping(study: Study) -> Sequence[Finding]:
 
 def _predicted_end(method: str, step: float, times: np.ndarray) -> float:
     """What theory predicts of the stopping distance's error [m]: positive where it is too far."""
-    predicted = case(SCENE).errors.at_step(scheme(method), step, times)
+    predicted = case(SCENE).errors.at_step(scheme(method), step, times).errors
     x, y = predicted["x"][-1], predicted["y"][-1]
     return math.copysign(math.hypot(x, y), x)
 

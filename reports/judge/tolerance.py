@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from plumbob.analytic.errors.schemes import ADAPTIVE
+from plumbob.analytic.errors.theory import reaches
 from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement, ObservedError
 
-# Chosen, not derived: how much of a series its last terms, or its nonlinear part, may be.
-TRUST = 0.1
 AT_STEP = "discretisation"  # the term that is predicted to the last digit, where one is
 
 
@@ -41,7 +41,7 @@ def tolerance(found: Measurement, method: Method, observable: str, unit: str) ->
     tolerance (what it allows is more than the motion responds to in proportion)."""
     error = found.errors[observable]
     if method.control == "tolerance":
-        step_terms: tuple[Term, ...] | None = _adaptive(error)
+        step_terms: tuple[Term, ...] | None = _adaptive(error, method)
     else:
         step_terms = _expansion(error, found.step)
     if step_terms is None:
@@ -57,6 +57,9 @@ def missed(error: ObservedError) -> str | None:
     """Why an error is not the predicted one, or None: at no sample may it differ from the
     prediction, with its sign, by more than theory leaves open there (a series' remainder, rounding)
     and the bound of the model's error."""
+    if error.controlled is not None and error.controlled.beyond > 0.0:
+        beside = "from those of a run with a much smaller tolerance"
+        return f"{error.controlled.beyond:.3g} further off than {beside} follows"
     predicted = error.predicted
     if predicted is None or predicted.beyond <= (allowed := sum(error.model.values())):
         return None
@@ -71,10 +74,9 @@ def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
     if predicted.for_this_step:
         reason = f"what the scheme does to this motion at this step, h = {step:g} s"
         return (Term(AT_STEP, predicted.largest, reason),)
-    # The last two: near-symmetric schemes can have tiny alternate terms.
-    last = sum(predicted.terms[p] for p in sorted(predicted.terms)[-2:])
-    if predicted.nonlinearity > TRUST or last > TRUST * predicted.largest:
+    if not reaches(predicted.terms, predicted.largest, predicted.nonlinearity):
         return None
+    last = sum(predicted.terms[p] for p in sorted(predicted.terms)[-2:])
     powers = " + ".join(f"C{p} h^{p}" for p in sorted(predicted.terms))
     return (
         Term(
@@ -90,25 +92,26 @@ def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
     )
 
 
-def _adaptive(error: ObservedError) -> tuple[Term, ...] | None:
+def _adaptive(error: ObservedError, method: Method) -> tuple[Term, ...] | None:
     if (may := error.controlled) is None:  # a closed form takes no steps
-        return ()
-    if may.nonlinearity > TRUST:
-        return None
-    reason = "every step may add an error of rtol times the state, which the motion carries on"
+        return None if method.scheme.integrator == ADAPTIVE else ()
+    reason = "twice its distance from a run on the same equations with a much smaller tolerance"
     return (Term("local error control", may.largest, reason),)
 
 
 def _double_precision(error: ObservedError, steps: int) -> tuple[Term, ...]:
+    moved, what = error.uncertainty, "exact answer"
+    if (predicted := error.predicted) is not None and predicted.uncertainty is not None:
+        moved, what = predicted.uncertainty, "answer of this step"
     return (
         Term(
             "conditioning",
-            error.uncertainty,
-            "one unit in the last place of every input moves the exact answer by this",
+            moved,
+            f"one unit in the last place of every input moves the {what} by this",
         ),
         Term(
             "round-off",
-            2.0 * steps**0.5 * error.uncertainty,
+            2.0 * steps**0.5 * moved,
             "each step's rounding, half an ulp, in a random walk: four standard deviations",
         ),
     )

@@ -135,6 +135,8 @@ def _leads_elsewhere(run: _Run) -> Judgement | None:
     predicted = error and error.predicted
     if not error or not predicted or not predicted.for_this_step:
         return None
+    if predicted.uncertainty is not None:  # the motion itself was stepped
+        return None
     if not predicted.largest > ELSEWHERE * error.scale > 0.0:
         return None
     far = f"the predicted error of {run.leading} at this step exceeds half the motion, where the "
@@ -162,6 +164,8 @@ def _says_nothing(run: _Run) -> Judgement | None:
     predicted = seen.predicted
     exactly = predicted is not None and predicted.for_this_step
     allowed = sum(seen.model.values()) if exactly else run.tolerances[name].bound
+    if predicted is not None and predicted.uncertainty is not None:
+        allowed = run.tolerances[name].bound - predicted.largest
     if not 0.0 < seen.scale <= allowed:
         return None
     why = f"{name} may be {allowed:.3g} {run.units[name]} beside what is predicted of it"
@@ -196,12 +200,15 @@ class _Runs:
 
     @cached_property
     def flat(self) -> str | None:
-        """Why the error has stopped far above round-off; None while smaller steps still help."""
+        """Why the error has stopped far above round-off; None while smaller steps still help, and
+        where it is that of the scheme stepped on the same equation, which does converge."""
         done = [m for m in self.found if m.status == "done"]
         if len(done) < 4:
             return None
         last: list[ObservedError] = [m.errors[self.leading] for m in done[-4:]]
         if last[-1].largest < FLAT * last[0].largest:
+            return None
+        if (predicted := last[-1].predicted) and predicted.uncertainty is not None:
             return None
         least = floor(last[-1], done[-1].steps)
         if last[-1].largest <= FLOORS * least:

@@ -23,6 +23,7 @@ from plumbob.reports.view.content import Figure, Finding, Section, Table
 from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plots import scene_figures
+from plumbob.reports.view.settings import pasted
 from plumbob.reports.view.trimming import trimming
 from plumbob.reports.view.user_settings import table as own_table
 
@@ -110,6 +111,7 @@ def render(
         user_settings=own_table(user_results(study, found)),
         verdicts=[overview.verdicts(view.system, study, found) for view in views],
         recommendations=overview.recommendations(study, found),
+        settings=pasted(study),
         styles=styles(study.methods),
         provenance=study.provenance,
         number=notation.number,

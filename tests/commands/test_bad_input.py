@@ -39,6 +39,16 @@ BAD = {
     "a folder as a model": ("run", CONE, "--like", "out"),
     "a huge file as a model": ("run", CONE, "--like", "huge.xml"),
     "a model's name that is no UTF-8": ("run", CONE, "--like", os.fsdecode(b"\xff.xml")),
+    "a pipe to check": ("settings", "--check", "pipe"),
+    "a device to check": ("settings", "--check", "/dev/zero"),
+    "a huge file to check": ("settings", "--check", "huge.xml"),
+    "a folder to check": ("settings", "--check", "out"),
+    "an encoding to check that no one knows": ("settings", "--check", "encoding.xml"),
+    "a null byte in a model's name": ("run", CONE, "--like", "a\0.xml"),
+    "a null byte in a folder's name": (*VALIDATE, "--out", "a\0b"),
+    "a null byte in an option's value": (*VALIDATE, "--junitxml=a\0b"),
+    "a null byte in a store's name": ("report", "a\0b"),
+    "a null byte in a command": ("re\0port", "out"),
     "a list for a track": ("solve", "capsule-plan", "--set", "track=[[]]"),
     "a condim of 2": ("run", CONE, "--like", "condim.xml"),
     "an encoding that no one knows": ("run", CONE, "--like", "encoding.xml"),
@@ -136,6 +146,46 @@ def test_a_damaged_store_is_bad_input(
     assert (out, err.count("\n")) == ("", 1)
     assert "must be a file of stored studies" in err
     assert not (tmp_path / "index.html").exists()
+    with closing(sqlite3.connect(tmp_path / store.FILE, timeout=0)) as held:
+        held.execute("begin exclusive")  # no lock is left behind
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        "update scene set name = 'other', body = replace(body, 'rotating-base', 'other')",
+        "update method set body = replace(body, 'rk4', 'rk5')",
+        "update convergence_study set body = replace(body, 'rk4', 'rk5')",
+        "update scene set observables = '7'",
+        "update convergence_study set cost = '{'",
+        "update run set body = 7",
+        "update run set body = x'ff'",
+        "update extra set request = '[]'",
+        "update extra set arrays = null, result = '[]'",
+    ],
+)
+@pytest.mark.parametrize("command", ["report", "compare"])
+def test_a_store_that_contradicts_itself_is_bad_input(
+    command: str, damage: str, stored: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / store.FILE).write_bytes(stored)
+    with closing(sqlite3.connect(tmp_path / store.FILE)) as held, held:
+        assert held.execute(damage).rowcount > 0
+    assert main([command, *([str(tmp_path)] * (2 if command == "compare" else 1))]) == 2
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert err.startswith("plumbob: store = ")
+
+
+@pytest.mark.parametrize("kept", [0.1, 0.5, 0.9])
+def test_a_store_that_was_cut_off_is_bad_input(
+    kept: float, stored: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / store.FILE).write_bytes(stored[: int(kept * len(stored))])
+    assert main(["report", str(tmp_path)]) == 2
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert err.startswith("plumbob: store = ")
 
 
 @pytest.mark.parametrize("table", ["study", "method", "convergence_study", "run", "scene"])

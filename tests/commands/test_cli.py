@@ -143,3 +143,14 @@ def test_list_and_cite_name_everything(capsys: pytest.CaptureFixture[str]) -> No
 def test_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     code, out, _ = _run(capsys, "--version")
     assert (code, out) == (0, f"plumbob {__version__}\n")
+
+
+def test_run_marks_the_row_that_decided(capsys: pytest.CaptureFixture[str]) -> None:
+    line = ["run", "capsule-line/heading-030"]
+    assert main([*line, "mujoco/euler", "--step", "1e-3"]) == 0
+    marked = [row for row in capsys.readouterr().out.splitlines() if "<-" in row]
+    assert len(marked) == 1
+    assert marked[0].lstrip().startswith("displacement: error")
+    assert marked[0].endswith("  <- fail")
+    assert main([*line, "mujoco/euler+coulomb", "--step", "1e-3"]) == 0
+    assert "<-" not in capsys.readouterr().out  # every row is within its tolerance

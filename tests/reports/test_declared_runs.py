@@ -4,38 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
+from pathlib import Path
 
-import numpy as np
 import pytest
 
-from plumbob.engines.method import Trimming
 from plumbob.engines.registry import engines
-from plumbob.engines.registry import methods as find_methods
-from plumbob.engines.study.convergence import ConvergenceStudy, chosen_step_sizes
-from plumbob.engines.study.cost import Cost
-from plumbob.engines.study.extra_runs import (
-    ExtraRun,
-    Request,
-    Result,
-    StudyPlan,
-    TrimmingRun,
-    UndeclaredRun,
-)
-from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
-from plumbob.engines.study.runner import most_steps, pairs
-from plumbob.engines.trajectory import Trajectory
-from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import scenes as find_scenes
-from plumbob.models.registry import system_of
-from plumbob.models.scene import Case
+from plumbob.engines.study.extra_runs import Request, Result, UndeclaredRun
 from plumbob.reports.findings import requests, section
 from plumbob.reports.view.page import render
 from plumbob.reports.view.trimming import trimming
-from plumbob.tests.support.declared import nothing, plan_of
+from plumbob.tests.support.declared import invented_study, nothing, plan_of
+from plumbob.tests.support.page_document import resolve
 from plumbob.tests.support.studies import quick
-
-SAMPLES, ERROR = 240, 1e-6
 
 
 @dataclass(frozen=True)
@@ -82,18 +62,16 @@ SMALL = quick()  # measured before the engines are taken away
 
 @pytest.mark.usefixtures("no_engine")
 def test_the_quick_profile_asks_for_what_was_declared_and_nothing_else() -> None:
-    plan = StudyPlan("quick", find_scenes("*", "quick"), find_methods("*"))
-    asked = Asked({request: invented(request) for request in requests(plan)})
-    cost = Cost(1.0, 1.0, 1.0, 1.0, 0.0, 5)
-    study = replace(
-        nothing(), scenes=plan.scenes, methods=plan.methods, convergence=convergence(plan),
-        costs={(s.name, m.name): cost for s, m in pairs(plan.scenes, plan.methods)}, extras=asked,
-    )  # fmt: skip
-    for name in dict.fromkeys(scene.system for scene in plan.scenes):
+    whole = invented_study(requests)
+    asked = Asked(whole.extras)
+    study = replace(whole, extras=asked)
+    for name in dict.fromkeys(scene.system for scene in study.scenes):
         if (own := section(name)) is not None:
-            own.findings(study)
+            for finding in own.findings(study):
+                for command in finding.commands:
+                    resolve(command, Path())
             own.figures(study)
-    for scene in plan.scenes:
+    for scene in study.scenes:
         trimming(study, scene)
         if scene.hard and (own := section(scene.system)) is not None:
             own.hard(study, scene)
@@ -105,42 +83,3 @@ def test_a_run_that_was_not_declared_is_refused() -> None:
     assert own is not None
     with pytest.raises(UndeclaredRun, match="cone-pendulum"):
         own.findings(nothing())
-
-
-@cache
-def posed(name: str) -> Case:
-    scene = find_scene(name)
-    return system_of(scene).case(scene)
-
-
-def invented(request: Request) -> Result:
-    """What an engine with a small, constant error would give."""
-    if isinstance(request, TrimmingRun):
-        return Trimming(3.0, 2.0, 1.0, True)
-    if not isinstance(request, ExtraRun):
-        raise AssertionError(f"the quick profile fits its own orders: {request}")
-    case = posed(request.scene)
-    times = np.linspace(0.0, request.duration or case.scene.duration, SAMPLES)
-    channels = {"contacts": np.full(SAMPLES, 3.0), "vertical_displacement": np.zeros(SAMPLES)}
-    exact = case.reference.observe(times)
-    seen = {name: values + ERROR for name, values in exact.items()}
-    return Trajectory(times, seen, channels, steps=SAMPLES)
-
-
-def convergence(plan: StudyPlan) -> tuple[ConvergenceStudy, ...]:
-    """A made-up study of every pair: errors of first order, as predicted."""
-    found = []
-    for scene, method in pairs(plan.scenes, plan.methods):
-        names = [observable.name for observable in system_of(scene).observables]
-        runs = tuple(
-            Measurement(
-                scene.name, method.name, step, "done", steps=1,
-                channels={"vertical_displacement": step},
-                errors={n: ObservedError(step, step, 1e-16, 1.0,
-                                         predicted=Prediction(step, step, {1: step}, 0.0))
-                        for n in names},
-            )
-            for step in chosen_step_sizes(scene, method, most_steps(scene, plan.profile))
-        )  # fmt: skip
-        found.append(ConvergenceStudy(scene.name, method.name, runs))
-    return tuple(found)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import math
 import re
@@ -16,6 +17,7 @@ from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.engines.method import Method
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
+from plumbob.reports.cli import main
 from plumbob.reports.findings import section
 from plumbob.reports.judge.work_precision import Point, front
 from plumbob.reports.view.content import Finding, Section
@@ -23,7 +25,7 @@ from plumbob.reports.view.page import figure_json, write_page
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.traces import MOST, curve, figure, linear, logarithmic
 from plumbob.tests.support import browser
-from plumbob.tests.support.page_document import Document
+from plumbob.tests.support.page_document import Document, resolve, words
 from plumbob.tests.support.studies import made_up, quick
 
 MEGABYTES = 8.0
@@ -73,6 +75,19 @@ def test_foot_says_where_it_comes_from(page: Path) -> None:
     foot = page.read_text("utf-8").partition('id="provenance"')[2].partition("</footer>")[0]
     for word in ("plumbob validate", "cone-*", "mujoco", "numpy", "UTC", "cores"):
         assert word in foot
+
+
+def test_commands_on_the_page_run(page: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each can be read, and what it names is there; the shortest of each cheap kind runs."""
+    shown = re.findall(r"<code>(plumbob .*?)</code>", page.read_text("utf-8"))
+    kinds: dict[str, list[str]] = {}
+    for command in map(html.unescape, shown):
+        resolve(command, page.parent)
+        kinds.setdefault(words(command)[0], []).append(command)
+    assert set(kinds) == {"validate", "solve", "run", "settings"}
+    for kind in ("solve", "run", "settings"):
+        assert main(words(min(kinds[kind], key=len))) == 0
+        assert capsys.readouterr().err == ""
 
 
 def test_plots_are_light(document: Document) -> None:

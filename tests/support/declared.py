@@ -6,11 +6,36 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
+
+from plumbob.engines.method import Trimming
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.convergence import convergence_study
-from plumbob.engines.study.extra_runs import Request, Requests, Result, StudyPlan, make
+from plumbob.engines.registry import methods as find_methods
+from plumbob.engines.study.convergence import (
+    ConvergenceStudy,
+    chosen_step_sizes,
+    convergence_study,
+)
+from plumbob.engines.study.cost import Cost
+from plumbob.engines.study.extra_runs import (
+    ExtraRun,
+    Request,
+    Requests,
+    Result,
+    StudyPlan,
+    TrimmingRun,
+    make,
+)
+from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
 from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import most_steps, pairs
+from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import scenes as find_scenes
+from plumbob.models.registry import system_of
+from plumbob.models.scene import Case
+
+SAMPLES, ERROR = 240, 1e-6  # of invented runs
 
 
 @cache
@@ -41,3 +66,54 @@ def measured(scene: str, methods: Sequence[str], *steps: float) -> Study:
     chosen, hows = find_scene(scene), [find_method(name) for name in methods]
     convergence = tuple(convergence_study(chosen, how, 100_000, steps) for how in hows if steps)
     return replace(nothing(), scenes=(chosen,), methods=tuple(hows), convergence=convergence)
+
+
+def invented_study(wanted: Requests) -> Study:
+    """The quick study of every scene and method, with what `wanted` declares, and without a run:
+    errors of first order, as predicted."""
+    plan = StudyPlan("quick", find_scenes("*", "quick"), find_methods("*"))
+    cost = Cost(1.0, 1.0, 1.0, 1.0, 0.0, 5)
+    return replace(
+        nothing(), scenes=plan.scenes, methods=plan.methods, convergence=_convergence(plan),
+        costs={(s.name, m.name): cost for s, m in pairs(plan.scenes, plan.methods)},
+        extras={request: _invented(request) for request in wanted(plan)},
+    )  # fmt: skip
+
+
+@cache
+def _posed(name: str) -> Case:
+    scene = find_scene(name)
+    return system_of(scene).case(scene)
+
+
+def _invented(request: Request) -> Result:
+    """What an engine with a small, constant error would give."""
+    if isinstance(request, TrimmingRun):
+        return Trimming(3.0, 2.0, 1.0, True)
+    if not isinstance(request, ExtraRun):
+        raise AssertionError(f"the quick profile fits its own orders: {request}")
+    case = _posed(request.scene)
+    times = np.linspace(0.0, request.duration or case.scene.duration, SAMPLES)
+    channels = {"contacts": np.full(SAMPLES, 3.0), "vertical_displacement": np.zeros(SAMPLES)}
+    exact = case.reference.observe(times)
+    seen = {name: values + ERROR for name, values in exact.items()}
+    return Trajectory(times, seen, channels, steps=SAMPLES)
+
+
+def _convergence(plan: StudyPlan) -> tuple[ConvergenceStudy, ...]:
+    """A made-up study of every pair: errors of first order, as predicted."""
+    found = []
+    for scene, method in pairs(plan.scenes, plan.methods):
+        names = [observable.name for observable in system_of(scene).observables]
+        runs = tuple(
+            Measurement(
+                scene.name, method.name, step, "done", steps=1,
+                channels={"vertical_displacement": step},
+                errors={n: ObservedError(step, step, 1e-16, 1.0,
+                                         predicted=Prediction(step, step, {1: step}, 0.0))
+                        for n in names},
+            )
+            for step in chosen_step_sizes(scene, method, most_steps(scene, plan.profile))
+        )  # fmt: skip
+        found.append(ConvergenceStudy(scene.name, method.name, runs))
+    return tuple(found)

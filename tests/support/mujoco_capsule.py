@@ -53,7 +53,7 @@ def loads(name: str, method: str, step: float) -> tuple[Array, Array, Array]:
     """Normal forces [N] of a run, of statics, and the prediction of their difference: (3, n)."""
     _, run_ = run(name, method, step)
     case = case_of(find_scene(name))
-    predicted = case.errors.at_step(METHODS[method].scheme, step, run_.times)
+    predicted = case.errors.at_step(METHODS[method].scheme, step, run_.times).errors
     exact = case.reference.observe(run_.times)
     return (
         np.stack([run_.observables[load] for load in LOADS]),

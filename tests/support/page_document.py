@@ -1,10 +1,19 @@
-"""A page read by a test, without running its scripts."""
+"""A page read by a test, without running its scripts, and the commands in a text."""
 
 from __future__ import annotations
 
 import json
+import shlex
 from html.parser import HTMLParser
+from pathlib import Path
 from typing import Any
+
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.registry import methods as find_methods
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import scenes as find_scenes
+from plumbob.reports.cli import COMMANDS, parser
+from plumbob.reports.commands import values
 
 
 class Document(HTMLParser):
@@ -46,3 +55,31 @@ class Document(HTMLParser):
             self.scripts.append(data)
         elif self.cells:
             self.cells[-1] += data
+
+
+def words(command: str) -> list[str]:
+    """What follows `plumbob` in a command as a text has it, without its comment."""
+    first, *rest = shlex.split(command, comments=True)
+    assert first == "plumbob", command
+    return rest
+
+
+def resolve(command: str, folder: Path) -> None:
+    """Raises SystemExit, ParameterError or AssertionError unless a command can be read, and its
+    scenes, methods, numbers, and files in `folder` are there; runs nothing."""
+    chosen = parser(COMMANDS).parse_args(words(command))
+    given = vars(chosen)
+    changed = values.changes(given.get("changes") or [])
+    if "scenes" in given:
+        found = find_scenes(chosen.scenes or "*", chosen.profile)
+        assert found, command
+        assert find_methods(chosen.methods or "*"), command
+    elif "scene" in given:
+        find_scene(chosen.scene, changed)
+    if given.get("method"):
+        find_method(chosen.method)
+    for name in ("step", "error"):
+        if given.get(name) is not None:
+            values.positive_number(name, given[name])
+    if "like" in given and chosen.like:
+        assert (folder / chosen.like).is_file(), command

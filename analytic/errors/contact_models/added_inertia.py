@@ -90,13 +90,15 @@ def slider_on_a_line(
     problem: CapsuleProblem,
     times: Array,
     armature: float,
+    step: float,
     line: LineManoeuvre | None,
     count: int,
 ) -> Mapping[str, float]:
     """Bounds where the slider's way in the body lacks m/A of its way in space, at `times` [s],
-    shape (n,), for an `armature` [kg]; of `count` manoeuvres `line` where the motion is these."""
+    shape (n,), for an `armature` [kg] and steps of `step` [s]; of `count` manoeuvres `line` where
+    the motion is these."""
     setup, duration = problem.setup, float(times[-1])
-    part = setup.capsule.slider_mass / armature
+    part, mu = setup.capsule.slider_mass / armature, setup.capsule.mass_ratio
     seen = problem.reference.observe(times)
     way = float((np.abs(seen["stroke"]) + np.abs(seen["displacement"])).max())
     rate = float((np.abs(seen["stroke_rate"]) + np.abs(seen["velocity"])).max())
@@ -107,11 +109,15 @@ def slider_on_a_line(
         left = TIME_ROUNDINGS * ROUNDOFF * duration * line.w1
     slid = part * way + left * duration
     slope = float(np.abs(load_slopes(setup.capsule, setup.direction)).max())
+    driven = (part + DRIVE_ROUNDINGS * ROUNDOFF) * rate
+    # Friction that stops the body takes its velocity in a step; where there is none it is rounding.
+    stopped = driven if setup.capsule.friction else DRIVE_ROUNDINGS * ROUNDOFF * rate
     return {
         "stroke": slid,
-        "stroke_rate": (part + DRIVE_ROUNDINGS * ROUNDOFF) * rate,
+        "stroke_rate": driven,
         "displacement": part * moved,
-        "velocity": part * rate,
+        "velocity": mu * driven,  # while it slides: the reaction is m/(M + m) of the acceleration
+        "friction_force": setup.capsule.slider_mass * stopped / step,
         **dict.fromkeys(NORMAL_FORCES, slid * slope),
     }
 

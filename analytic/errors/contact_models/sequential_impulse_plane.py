@@ -144,7 +144,8 @@ def _sliding(single: Any, switches: Any) -> float:
     slider, to the rest that follows; and the longest slide that a switch sets off.
 
     A push that begins in the last half per cent of a step sets the body off by the residual: of a
-    plan's some ninety pushes at most one or two do.
+    plan's some ninety pushes at most one or two do. Such a step asks for a push of at most the
+    friction, or no foot would stick, and for friction too: the slide counts twice.
     """
     sliding, longest, resting = 0.0, 0.0, single.rest_time
     modes_before = (None, *(event.mode for event in single.events[:-1]))
@@ -155,4 +156,4 @@ def _sliding(single: Any, switches: Any) -> float:
             sliding += resting - event.time
         elif before == "rest":
             longest = max(longest, resting - event.time)
-    return float(sliding + longest)
+    return float(sliding + 2.0 * longest)

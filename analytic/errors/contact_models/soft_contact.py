@@ -16,6 +16,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import load_fractions
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 
+DEPTH_ROUNDINGS = 16  # of the place of a support, turned and moved
 # Calibrated; tests/sensitivity/test_contact_calibration.py holds both from both sides.
 QUASI_STATIC_FACTOR = 3.0  # on a quasi-static error, for contacts that lag behind and overshoot
 OVERSHOOT_FACTOR = 6.0  # on the loads that inertia takes: overshoot of weakly damped tilt

@@ -25,6 +25,7 @@ from plumbob.analytic.errors.contact_models.model_error import (
     by_observable,
 )
 from plumbob.analytic.errors.contact_models.soft_contact import (
+    DEPTH_ROUNDINGS,
     NormalContact,
     SoftContact,
     load_fraction_slopes,
@@ -35,7 +36,7 @@ from plumbob.analytic.systems.capsule import ROUNDOFF, load_fractions, normal_fo
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 
-DEPTH_ROUNDINGS = 16  # of the place of a support, turned and moved
+LAST_STEPS = 2.5  # steps at the drift's speed that a stop takes longer, of Euler and of RK4
 POINTS = 4001  # of the motion that is looked at; its forces are piecewise smooth
 PLACES = ("displacement", "x", "y")
 VELOCITIES = ("velocity", "velocity_x", "velocity_y")
@@ -111,18 +112,25 @@ def model_error(problem: CapsuleProblem, duration: float, contact: SoftContact) 
 
 
 def stiction_drift(motion: LineMotion, contact: SoftContact) -> Bounds:
-    """A body that sticks under a force F drifts at the slip compliance times F <= f W or less."""
+    """A body that sticks under a force F drifts at the slip compliance times F <= f W or less; one
+    that coasts to rest keeps of its velocity no more than that, for a step."""
     capsule = motion.problem.setup.capsule
-    if motion.coasting or not capsule.friction:
-        return {}
     speed = contact.slip_compliance * capsule.friction * capsule.weight
+    if motion.coasting:
+        turned = motion.problem.motion.centre is not None
+        return {} if turned else _drift_after_a_stop(contact, speed)
     way = speed * motion.duration
     return {
         **dict.fromkeys(("displacement", "sideways"), way),
         "velocity": speed,
-        "friction_force": motion.mass * speed / contact.step,
+        "friction_force": 2 * motion.mass * speed / contact.step,  # where the force is reversed
         "heading": way / shortest_arm(motion.problem),
     }
+
+
+def _drift_after_a_stop(contact: SoftContact, speed: float) -> Bounds:
+    way = LAST_STEPS * speed * contact.step
+    return {**dict.fromkeys(("x", "y"), way), **dict.fromkeys(("velocity_x", "velocity_y"), speed)}
 
 
 def slider_armature(motion: LineMotion, contact: SoftContact) -> Bounds:
@@ -130,7 +138,9 @@ def slider_armature(motion: LineMotion, contact: SoftContact) -> Bounds:
     if motion.problem.setup.relative_velocity is None:
         return {}
     times = np.linspace(0.0, motion.duration, POINTS)
-    return slider_on_a_line(motion.problem, times, contact.armature, motion.line, motion.count)
+    return slider_on_a_line(
+        motion.problem, times, contact.armature, contact.step, motion.line, motion.count
+    )
 
 
 def solver_accuracy(motion: LineMotion, contact: SoftContact) -> Bounds:

@@ -37,15 +37,27 @@ import numpy as np
 
 from plumbob.analytic.errors.contact_models import soft_contact
 from plumbob.analytic.errors.contact_models.added_inertia import slider_in_the_plane
-from plumbob.analytic.errors.contact_models.model_error import Bounds, ModelError, by_observable
+from plumbob.analytic.errors.contact_models.model_error import (
+    NORMAL_FORCES,
+    Bounds,
+    ModelError,
+    by_observable,
+)
 from plumbob.analytic.errors.contact_models.soft_contact import (
+    DEPTH_ROUNDINGS,
     NormalContact,
     SoftContact,
     load_fraction_slopes,
     shortest_arm,
 )
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule, load_fractions, normal_forces
+from plumbob.analytic.systems.capsule import (
+    ROUNDOFF,
+    Capsule,
+    load_fractions,
+    normal_forces,
+    steepest_load,
+)
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.equations import Complex
@@ -116,7 +128,23 @@ def model_error(problem: CapsuleProblem, duration: float, contact: SoftContact) 
     parts["drift of stiction"] = _stiction_drift(problem, motion, contact, count)
     if problem.setup.plane_velocity is not None:
         parts["armature"] = _slider_armature(problem, motion, contact, count)
+    loads = {
+        "contact deflection": soft_contact.OVERSHOOT_FACTOR * np.abs(lost).max(axis=1),
+        "tangential–normal coupling": coupled.max(axis=1),
+        "solver": np.full(3, math.sqrt(2.0 * contact.solver_tolerance) * motion.mass),
+        "rounding of depths": np.full(3, _rounded_depths(capsule, contact.normal)),
+    }
+    for why, bounds in loads.items():
+        parts[why] = {
+            **parts.get(why, {}),
+            **dict(zip(NORMAL_FORCES, bounds.tolist(), strict=True)),
+        }
     return by_observable(parts)
+
+
+def _rounded_depths(capsule: Capsule, normal: NormalContact) -> float:
+    reach = max(math.hypot(*support) for support in capsule.supports)
+    return DEPTH_ROUNDINGS * ROUNDOFF * reach / normal.compliance
 
 
 def plane_motion(problem: CapsuleProblem, duration: float) -> PlaneMotion:
@@ -309,7 +337,8 @@ def _slider_armature(
     mass, arm = problem.setup.capsule.slider_mass, shortest_arm(problem)
     once, speed = slider_in_the_plane(mass, contact.armature, motion.times, speeds)
     way = once * count
-    return _named(way, speed, way / arm, speed / arm)
+    loads = dict.fromkeys(NORMAL_FORCES, steepest_load(problem.setup.capsule) * way)
+    return {**_named(way, speed, way / arm, speed / arm), **loads}
 
 
 def _named(way: float, speed: float, turned: float, rate: float) -> Mapping[str, float]:

@@ -31,7 +31,9 @@ from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, course
 from plumbob.analytic.errors.sliding_motion.position_first import position_first_course
 from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import by_support, normal_forces
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
+from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 
 MOST_STEPS = 200_000  # each takes some tens of microseconds
@@ -55,7 +57,18 @@ def plane_errors(
         rows = course(*driven, scheme.integrator, step, steps)[taken]
     found, exact = dict(zip(COLUMNS, rows.T, strict=True)), reference.observe(times)
     found["body_angle"] = found["heading"]
-    return {name: found[name] - values for name, values in exact.items()}
+    if not scheme.position_first:
+        places = held_places(motion.path, float(scheme.position_lead), step, steps)[taken]
+        found |= by_support(normal_forces(motion.capsule, places))
+    return {name: found[name] - values for name, values in exact.items() if name in found}
+
+
+def held_places(path: SliderPath, lead: float, step: float, steps: int) -> Array:
+    """Places of the slider [m], shape (steps + 1, 2), whose velocity is right at grid times: sums
+    of it, each step of `step` [s] with the part 1/2 + `lead` of that at its end."""
+    places, speeds, _ = path.kinematics(np.arange(steps + 1, dtype=np.float64) * step)
+    mean = (0.5 - lead) * speeds[:-1] + (0.5 + lead) * speeds[1:]
+    return np.vstack([places[:1], places[0] + step * np.cumsum(mean, axis=0)])
 
 
 def euler_lead(turn: TurnManoeuvre) -> float:

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from plumbob.analytic.errors.contact_models.model_error import NORMAL_FORCES
 from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.analytic.errors.sliding_motion.discontinuities import (
     GRID,
@@ -38,8 +39,8 @@ def line_errors(line: LineManoeuvre, scheme: Scheme, step: float, times: Array) 
     observable of `LineReference`: friction stops it within a step, w is averaged over it.
 
     Euler: a position is ahead by half a step, and has a trapezoid error where the acceleration
-    jumps; friction is its mean over the step that follows. RK4: no lead, and it stops late. Empty
-    for other schemes.
+    jumps; friction is its mean over the step that follows. RK4: no lead, and it stops late;
+    friction is that of the first stage of the step that follows. Empty for other schemes.
     """
     closed = line.closed
     if (lead := scheme.position_lead) is None:
@@ -57,7 +58,9 @@ def line_errors(line: LineManoeuvre, scheme: Scheme, step: float, times: Array) 
             return found  # push and stop within the stages of one step, or of two
         late, fast = rk4_stop(closed.t_star, closed.braking, step, times, line.t1)
         pushed = trapezoid_errors([(line.t1, closed.backward + closed.braking)], step, times)
-        return {**found, "displacement": pushed - late, "velocity": -fast}
+        velocity = line.body_velocity(times) - fast
+        found |= {"displacement": pushed - late, "velocity": -fast}
+        return {**found, "friction_force": _first_stage(line, step, times, velocity)}
     jumps = [(line.t1, closed.backward + closed.braking), (closed.t_star, -closed.braking)]
     moved = lead * step * line.body_velocity(times) + trapezoid_errors(jumps, step, times)
     mean = (line.momentum(times + step) - line.momentum(times)) / step
@@ -104,7 +107,12 @@ def repeated_line_errors(motion: RepeatedLine, scheme: Scheme, step: float, time
     found["displacement"] = found["displacement"] + done * one["displacement"]
     found["stroke"] = found["stroke"] + after["stroke"] + done * (one["stroke"] + rest["stroke"])
     found |= _normal_forces(line, found["stroke"])
-    if "friction_force" in found:
+    if scheme.integrator == RK4 and line.capsule.friction > 0.0:
+        if (late := found.get("velocity")) is not None:
+            found["friction_force"] = _first_stage(
+                motion, step, times, line.body_velocity(local) + late
+            )
+    elif "friction_force" in found:
         gained = np.diff(motion.momentum(np.stack([times, times + step])), axis=0)[0]
         found["friction_force"] = gained / step - motion.friction_force(times)
     return found
@@ -127,6 +135,7 @@ def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: 
     times, moving = np.asarray(times, dtype=np.float64), motion.coasting
     sense = math.copysign(1.0, moving.rate)
     still = rate = np.zeros_like(times)
+    loads = dict.fromkeys(NORMAL_FORCES, still)
     if scheme.integrator == RK4:
         late, fast = rk4_stop(moving.duration, moving.deceleration, step, times)
         way, rate = sense * late, sense * fast
@@ -137,10 +146,23 @@ def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: 
     if motion.centre is None:
         cos, sin = math.cos(motion.direction), math.sin(motion.direction)
         found = {"x": way * cos, "y": way * sin, "velocity_x": rate * cos, "velocity_y": rate * sin}
-        return {**found, **dict.fromkeys(("heading", "heading_rate"), still)}
+        return {**found, **loads, **dict.fromkeys(("heading", "heading_rate"), still)}
     central = dict.fromkeys(("x", "y", "velocity_x", "velocity_y"), still)
     turned = {"heading": way, "heading_rate": rate}
-    return {**(central if motion.centre == (0.0, 0.0) else {}), **turned}
+    return {**(central if motion.centre == (0.0, 0.0) else {}), **turned, **loads}
+
+
+def _first_stage(
+    motion: LineManoeuvre | RepeatedLine, step: float, times: Array, velocity: Array
+) -> Array:
+    """Errors of friction [N] in the first stage of RK4 steps of `step` [s] that begin at grid
+    `times` [s], shape (n,), the body moving at `velocity` [m/s]: what would bring it to rest
+    within the step against the mean control, at most the friction limit."""
+    capsule = motion.single.capsule
+    both, limit = capsule.body_mass + capsule.slider_mass, capsule.friction * capsule.weight
+    gained = np.diff(motion.relative_velocity(np.stack([times, times + step])), axis=0)[0]
+    asked = (capsule.slider_mass * gained - both * velocity) / step
+    return np.asarray(np.clip(asked, -limit, limit) - motion.friction_force(times))
 
 
 def _normal_forces(motion: LineManoeuvre | SlowStroke, slid: Array) -> dict[str, Array]:

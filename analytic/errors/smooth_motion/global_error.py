@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -30,12 +31,14 @@ from plumbob.analytic.errors.smooth_motion.rotor_steps import (
     exact,
     rotor_step,
 )
-from plumbob.analytic.errors.theory import Coefficients
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import stepped_errors
+from plumbob.analytic.errors.theory import Coefficients, SteppedErrors
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.numerics.rotor.variational import Response, TangentFlow
 from plumbob.analytic.numerics.truncated_series import constant
 from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 
 
 def leading_error(
@@ -70,6 +73,11 @@ class RotorErrors:
         default_factory=dict, repr=False, compare=False
     )
 
+    @cached_property
+    def exact(self) -> UnendingMotion:
+        """The exact motion."""
+        return UnendingMotion(self.rotor, self.theta, self.theta_dot)
+
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """What `leading_error` says at `times` [s], shape (n,). Raises ParameterError."""
         if (how := rotor_step(scheme)) is None:
@@ -82,9 +90,10 @@ class RotorErrors:
             self._found[scheme] = until, series
         return evaluated(series, times)
 
-    def at_step(self, scheme: Scheme, step: float, times: Array) -> Mapping[str, Array]:
-        """Empty: the error is a series in the step."""
-        return {}
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
+        """The scheme stepped, less the exact motion, see `stepped_errors`."""
+        start = self.theta, self.theta_dot
+        return stepped_errors(self.rotor, start, scheme, step, times, self.exact)
 
 
 def evaluated(coefficients: Mapping[int, Response], times: Array) -> Coefficients:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +10,8 @@ import numpy as np
 from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
 from plumbob.analytic.errors.smooth_motion.jointed_euler import JointedSeries
-from plumbob.analytic.errors.theory import Coefficients, ErrorTheory
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import Rod, stepped_errors
+from plumbob.analytic.errors.theory import Coefficients, ErrorTheory, SteppedErrors
 from plumbob.analytic.numerics.truncated_series import constant, product, sine_cosine
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
@@ -35,9 +35,10 @@ class PendulumErrors:
         [s], shape (n,), see `errors.global_error`."""
         return self._rotor.series(scheme, times)
 
-    def at_step(self, scheme: Scheme, step: float, times: Array) -> Mapping[str, Array]:
-        """Empty: the error is a series in the step."""
-        return {}
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
+        """The scheme stepped, less the exact motion, see `stepped_errors`."""
+        start = self._rotor.theta, self._rotor.theta_dot
+        return stepped_errors(self.motion.rotor, start, scheme, step, times, self.motion)
 
 
 @dataclass(frozen=True)
@@ -60,9 +61,12 @@ class RodErrors:
             return self._with_tension(self.angle.series(scheme, times), times)
         return self._with_tension(self._jointed.at(scheme.joint_closing_rate, times), times)
 
-    def at_step(self, scheme: Scheme, step: float, times: Array) -> Mapping[str, Array]:
-        """Empty: the error is a series in the step."""
-        return {}
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
+        """The scheme stepped, less the exact motion, with the tension, see `stepped_errors`."""
+        pendulum = self.pendulum.started
+        start, rod = (pendulum.theta, pendulum.theta_dot), Rod(pendulum.length, pendulum.gravity)
+        exact = self.pendulum.motion
+        return stepped_errors(pendulum.rotor, start, scheme, step, times, exact, rod)
 
     def _with_tension(self, terms: Coefficients, times: Array) -> Coefficients:
         if not terms:

@@ -16,6 +16,8 @@ from plumbob.analytic.systems.capsule import (
     Capsule,
     Point,
     Segment,
+    by_support,
+    normal_force_uncertainty,
     normal_forces,
     validity,
 )
@@ -68,10 +70,11 @@ class Coasting:
 
 @dataclass(frozen=True)
 class ResidualMotion:
-    """Body that turns about `centre` [m, relative to C, at the start], or if `centre` is None
+    """`capsule` that turns about `centre` [m, relative to C, at the start], or if `centre` is None
     translates along `direction` [rad], with Q at `slider` relative to C [m]; at the start C is the
     origin and the heading is 0."""
 
+    capsule: Capsule
     coasting: Coasting
     centre: Point | None
     direction: float = 0.0
@@ -101,8 +104,8 @@ class ResidualMotion:
         return self.coasting.duration
 
     def observe(self, times: Array) -> Mapping[str, Array]:
-        """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad] and heading_rate
-        [rad/s] at `times` [s], shape (n,)."""
+        """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad], heading_rate [rad/s]
+        and normal_force_1..3 [N] at `times` [s], shape (n,)."""
         times = np.asarray(times, dtype=np.float64)
         way, rate = self.coasting.ways(times), self.coasting.rates(times)
         if self.centre is None:
@@ -120,6 +123,7 @@ class ResidualMotion:
             "velocity_y": speed[1],
             "heading": way,
             "heading_rate": rate,
+            **by_support(np.tile(_placed(self.capsule, self.slider), (len(times), 1))),
         }
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
@@ -132,7 +136,8 @@ class ResidualMotion:
         turned = 0.0 if self.centre is None else 1.0
         moved = arm * (way + few * turned)
         speed = arm * (rate + turned * (abs(self.coasting.rate) * (way + few)))
-        bounds = (moved, moved, speed, speed, turned * way, turned * rate)
+        load = normal_force_uncertainty(self.capsule, math.hypot(*self.slider))
+        bounds = (moved, moved, speed, speed, turned * way, turned * rate, *3 * (load,))
         return {
             name: still + bound for name, bound in zip(self.observe(still), bounds, strict=True)
         }
@@ -157,7 +162,11 @@ def translation(capsule: Capsule, slider: Point, speed: float, direction: float)
     _placed(capsule, slider)
     deceleration = capsule.friction * capsule.gravity
     return ResidualMotion(
-        Coasting(finite("speed", speed), deceleration), None, finite("direction", direction), slider
+        capsule,
+        Coasting(finite("speed", speed), deceleration),
+        None,
+        finite("direction", direction),
+        slider,
     )
 
 
@@ -177,7 +186,9 @@ def spin(capsule: Capsule, slider: Point, rate: float) -> ResidualMotion:
         raise ParameterError("supports", capsule.supports, need)
     inertia = capsule.inertia + mu * capsule.body_mass * (slider[0] ** 2 + slider[1] ** 2)
     torque = capsule.friction * capsule.weight * sum(arms) / 3
-    return ResidualMotion(Coasting(finite("rate", rate), torque / inertia), centre, slider=slider)
+    return ResidualMotion(
+        capsule, Coasting(finite("rate", rate), torque / inertia), centre, slider=slider
+    )
 
 
 def pivoting(capsule: Capsule, slider: Point, support: int, rate: float) -> ResidualMotion:
@@ -198,7 +209,7 @@ def pivoting(capsule: Capsule, slider: Point, support: int, rate: float) -> Resi
         if needed > limit:
             wanted = f"such that support {support} sticks: {needed:.6g} N of {limit:.6g} N"
             raise ParameterError("rate", rate, wanted)
-    return ResidualMotion(coasting, capsule.supports[support - 1], slider=slider)
+    return ResidualMotion(capsule, coasting, capsule.supports[support - 1], slider=slider)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,13 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.capsule import (
+    Capsule,
+    by_support,
+    normal_force_uncertainty,
+    normal_forces,
+    steepest_load,
+)
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.friction import Start
 from plumbob.analytic.systems.three_points.motion import Pose
@@ -55,8 +61,9 @@ class PlaneReference:
         return complex(*begin.position[0]), float(begin.heading[0])
 
     def observe(self, times: Array) -> Mapping[str, Array]:
-        """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad] and heading_rate
-        [rad/s] at `times` [s], shape (n,); body_angle is the heading by the source's name."""
+        """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad], heading_rate [rad/s]
+        and normal_force_1..3 [N] at `times` [s], shape (n,); body_angle is the heading by the
+        source's name."""
         now, (place, heading) = self.motion.at(times), self._start
         back = np.exp(-1j * heading)
         moved = (now.position @ [1.0, 1j] - place) * back
@@ -70,7 +77,12 @@ class PlaneReference:
             "velocity_y": speed.imag,
             "heading": turned,
             "heading_rate": now.angular_velocity,
+            **self._loads(times),
         }
+
+    def _loads(self, times: Array) -> Mapping[str, Array]:
+        places = self.motion.path.kinematics(np.asarray(times, dtype=np.float64))[0]
+        return by_support(normal_forces(self.motion.capsule, places))
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """The error of the motion, and that of rounded inputs, at `times` [s], shape (n,)."""
@@ -78,11 +90,19 @@ class PlaneReference:
         place, speed = float(np.abs(own.position).max()), float(np.abs(own.velocity).max())
         heading, rate = float(own.heading[0]), float(own.angular_velocity[0])
         # In rotated axes an error of either coordinate affects both.
-        bounds = (heading, *2 * (2 * place,), *2 * (2 * speed,), heading, rate)
+        load = self._load_uncertainty(times)
+        bounds = (heading, *2 * (2 * place,), *2 * (2 * speed,), heading, rate, *3 * (load,))
         return {
             name: np.full(np.shape(times), bound + ROUNDINGS * float(np.abs(values).max()))
             for (name, values), bound in zip(seen.items(), bounds, strict=True)
         }
+
+    def _load_uncertainty(self, times: Array) -> float:
+        """Of each N_i [N]: its arithmetic, and the times at which the slider is where it is."""
+        capsule, (places, speeds, _) = self.motion.capsule, self.motion.path.kinematics(times)
+        late = ROUNDINGS * float(np.max(np.abs(times))) * float(np.hypot(*speeds.T).max())
+        reach = float(np.hypot(*places.T).max())
+        return normal_force_uncertainty(capsule, reach) + steepest_load(capsule) * late
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """None: no expansion of the error is claimed."""

@@ -77,7 +77,10 @@ def start(setup: CapsuleSetup, rest: Array) -> tuple[Array, Array]:
     else:
         qpos[3] = setup.heading
     vx, vy = _rotated(*setup.velocity, setup.heading)
-    turn = [0.0, 0.0, setup.heading_rate] if len(rest) >= FREE else [setup.heading_rate]
+    turn = np.array([0.0, 0.0, setup.heading_rate])
+    if len(rest) >= FREE:  # about the vertical, in the axes of a body that leans
+        mujoco.mju_rotVecQuat(turn, turn.copy(), qpos[3:7] * [1.0, -1.0, -1.0, -1.0])
+    turn = turn if len(rest) >= FREE else turn[2:]
     slider = [0.0] if setup.relative_velocity is not None else []
     slider = slider if setup.plane_velocity is None else [0.0, 0.0]
     return qpos, np.array([vx, vy, 0.0, *turn, *slider])
@@ -146,10 +149,9 @@ def turned(attitude: Array, angle: float) -> Array:
 
 
 def reading(setup: CapsuleSetup) -> Probe:
-    """Along a line the normal forces N_i and friction [N], over the step that begins; in the plane
-    none of them. As channels the number of contacts, the common centre of mass [m], and what is
-    left of the balance of momentum [N]: the actuator is inside, so the plane and gravity alone may
-    change it."""
+    """The normal forces N_i and, along a line, friction [N], over the step that begins. As
+    channels the number of contacts, the common centre of mass [m], and what is left of the balance
+    of momentum [N]: the actuator is inside, so the plane and gravity alone may change it."""
     capsule, angle = setup.capsule, setup.heading + setup.direction
     line = np.array([math.cos(angle), math.sin(angle), 0.0])
     both = capsule.body_mass + capsule.slider_mass
@@ -163,8 +165,7 @@ def reading(setup: CapsuleSetup) -> Probe:
             friction = float(force @ line)
             pushed = both * (data.qacc[:3] @ line - setup.pull)
             pushed += capsule.slider_mass * data.qacc[-1] if driven else 0.0
-            seen = {f"normal_force_{i + 1}": float(normal[i]) for i in range(3)}
-            return {**seen, "friction_force": friction}, {
+            return {**_loads(normal), "friction_force": friction}, {
                 "contacts": float(data.ncon),
                 "centre_of_mass": float(data.subtree_com[body] @ line),
                 "momentum_residual": float(pushed) - friction,
@@ -176,7 +177,7 @@ def reading(setup: CapsuleSetup) -> Probe:
             pushed = capsule.body_mass * _acceleration(model, data, body)
             pushed = pushed + capsule.slider_mass * _acceleration(model, data, slider)
             x, y, _ = data.subtree_com[body]
-            return {}, {
+            return _loads(normal), {
                 "contacts": float(data.ncon),
                 "least_normal_force": float(normal.min()),
                 "centre_of_mass_x": float(x),
@@ -187,6 +188,10 @@ def reading(setup: CapsuleSetup) -> Probe:
         return in_plane if setup.in_plane else along
 
     return probe
+
+
+def _loads(normal: Array) -> Values:
+    return {f"normal_force_{i + 1}": float(normal[i]) for i in range(3)}
 
 
 def _pressed(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array]:

@@ -35,10 +35,10 @@ SOFTENING = 1e2  # a factor on that regularisation, set after compiling
 PLANE_SOFTENING = 1e8  # the same in the plane: with 1e2, turns of epsilon 0.03 chatter
 REGULARISATION_RATIO = 1e9  # of the normal's regularisation over friction's
 TOLERANCE = 1e-16  # of the solver: takes barely more iterations than the default 1e-8
-DEFAULT_TOLERANCE = 1e-8
 
 JOINT_IMPEDANCE = 0.9999  # of the reduced model's joint friction: the most that MuJoCo takes
 JOINT_HARDENING = 1e-3  # a factor on what is left to 1, set after compiling
+EXACT = 0.0  # solver tolerance of a single scalar constraint, solved by projection
 
 ARMATURE_RATIO = 1e10  # least ratio of the slider's armature to its mass
 PLACES = 2001  # of the slider on its way, for the largest of a smooth function of them
@@ -167,7 +167,7 @@ def soft_contact(
     both = setup.capsule.body_mass + setup.capsule.slider_mass
     if model == "reduced":
         drift = (1.0 - JOINT_IMPEDANCE) / JOINT_IMPEDANCE * JOINT_HARDENING * step
-        held = SoftContact(step, drift / both, DEFAULT_TOLERANCE, armature(setup))
+        held = SoftContact(step, drift / both, EXACT, armature(setup))
         return None if without_formula(problem) else held
     chosen = contacts(problem, settings)
     if model == "planar" or not chosen.convergent:

@@ -15,6 +15,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import USER_METHOD, Method
 
+LARGEST_FILE = 10_000_000  # [bytes]: far more than a model file without meshes has
 HALVINGS = 6  # of the user's own step, to show whether a smaller one helps
 # Physical options (gravity, wind, density) stay the scene's; so do the step and what a file needs
 # for its own geoms. The rest is about how MuJoCo computes.
@@ -82,6 +83,10 @@ def _read(path: str | Path) -> Any:
 
     from plumbob.engines.adapters.mujoco import options
 
+    # What a pipe or a huge file holds is not waited for; what is not there, the reader says.
+    file = Path(path)
+    if file.exists() and not (file.is_file() and file.stat().st_size <= LARGEST_FILE):
+        raise ParameterError("like", str(path), f"a regular file of at most {LARGEST_FILE} bytes")
     with options.collected():
         try:
             spec = mujoco.MjSpec.from_file(str(path))

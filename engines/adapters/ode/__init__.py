@@ -6,11 +6,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from plumbob.analytic.errors.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import Case
 
 # relative; of order 5 and implicit, Radau takes seconds for its tenth digit of a swing
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 14))
+SMALLEST = 100 * ULP  # relative tolerance below which scipy refuses
 SMOOTH = ("!capsule-*",)  # dry friction has no equation of motion that they could follow
 
 
@@ -27,6 +29,11 @@ def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping
     return {}
 
 
+def confirming(method: Method) -> tuple[Method, float]:
+    """The solver of the highest order at the smallest tolerance that scipy takes."""
+    return next(m for m in METHODS if m.settings.get("method") == "DOP853"), SMALLEST
+
+
 def _adaptive(solver: str, tolerances: tuple[float, ...]) -> Method:
     name = f"ode/{solver.lower()}"
     return Method(name, Scheme(ADAPTIVE), None, "tolerance", {"method": solver}, tolerances, SMOOTH)
@@ -40,4 +47,4 @@ METHODS = (
     _adaptive("Radau", TOLERANCES[:5]),
     _adaptive("LSODA", TOLERANCES),
 )
-ENGINE = Engine("ode", "scipy", METHODS, prepare, model_error)
+ENGINE = Engine("ode", "scipy", METHODS, prepare, model_error, confirming=confirming)

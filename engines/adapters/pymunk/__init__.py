@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from plumbob.engines.adapters.pymunk.methods import METHODS
-from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.engines.method import Engine, Method, Settings, Simulation
 from plumbob.models.scene import Case
 
 
@@ -24,4 +24,13 @@ def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping
     return builder(case.system).model_error(case.problem, case.scene.duration, method, step)
 
 
-ENGINE = Engine("pymunk", "pymunk", METHODS, prepare, model_error)
+def settings_text(
+    method: Method, step: float, stiffness: float | None, friction: float
+) -> Settings:
+    """What to paste for `method` at `step` [s]; raises ParameterError. Works without pymunk."""
+    from plumbob.engines.adapters.pymunk.settings_to_paste import settings
+
+    return settings(method, step, stiffness, friction)
+
+
+ENGINE = Engine("pymunk", "pymunk", METHODS, prepare, model_error, settings_text=settings_text)

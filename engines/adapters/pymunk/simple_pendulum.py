@@ -13,14 +13,9 @@ import pymunk
 from plumbob.analytic.errors.contact_models.sequential_impulse import opening_error
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.engines.adapters.divergence import fastest, limits
-from plumbob.engines.adapters.pymunk.methods import CLOSING_RATE
+from plumbob.engines.adapters.pymunk.methods import CLOSING_RATE, MOMENT
 from plumbob.engines.adapters.pymunk.simulation import Translation
 from plumbob.engines.method import Method
-
-# Of m L^2: pymunk wants a moment of inertia, a point has none. Taken off the rod's length it does
-# not show in the swing, but the joint's equations lose as many digits as it is small: at 1e-12, and
-# one iteration of the solver, the bob flies off.
-MOMENT = 1e-7
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:
@@ -62,8 +57,8 @@ def _on_a_rod(problem: Any, method: Method, step: float) -> Translation:
         theta, theta_dot = bob.angle, bob.angular_velocity
         rod = MASS * (length * theta_dot**2 + gravity * math.cos(theta))
         if h := space.current_time_step:  # 0 before the first step; its impulse has no sign
-            late = MASS * gravity * h * theta_dot * math.sin(theta)  # of the step's start, nearly
-            rod = math.copysign(joint.impulse / h, rod + late)
+            outwards = bob.rotation_vector.perpendicular()
+            rod = math.copysign(joint.impulse / h, (free[0] - bob.velocity).dot(-outwards))
         return {
             "theta": theta,
             "theta_dot": theta_dot,
@@ -71,11 +66,18 @@ def _on_a_rod(problem: Any, method: Method, step: float) -> Translation:
             "opening": math.hypot(*bob.local_to_world((0.0, arm))),
         }
 
+    def before(time: float) -> None:
+        theta = bob.angle
+        push = forcing * math.sin(frequency * time) - damping * bob.angular_velocity
+        force = pymunk.Vec2d(push * math.cos(theta), push * math.sin(theta)) / MASS
+        free[0] = bob.velocity + step * (space.gravity + force)
+
     def act(time: float) -> None:
         theta = bob.angle
         push = forcing * math.sin(frequency * time) - damping * bob.angular_velocity
         bob.force = push * math.cos(theta), push * math.sin(theta)
 
+    free = [bob.velocity]  # what it would be after the step if there were no joint
     forcing = MASS * length * problem.forcing_amplitude
     damping, frequency = MASS * length * problem.damping_rate, problem.forcing_frequency
     return Translation(
@@ -84,6 +86,7 @@ def _on_a_rod(problem: Any, method: Method, step: float) -> Translation:
         act if forcing or damping else None,
         frozenset({"opening"}),
         limits=limits(problem),
+        before_sample=before,
     )
 
 

@@ -32,6 +32,8 @@ class Translation:
     """Magnitudes of observables that only a diverged run exceeds."""
     following: Callable[[], Mapping[str, float]] | None = None
     """Observables of the step that begins at a sample: read when it is done."""
+    before_sample: Callable[[float], None] | None = None
+    """Called with the time [s] before the step that ends at a sample."""
 
 
 class Builder(Protocol):
@@ -94,6 +96,10 @@ def _advance(
 ) -> float:
     """Take the steps `first` to `last` - 1 of length `step` [s], add to the `sample` at `first`
     what the step that follows it gives, and return the wall time of the stepping [s]."""
+    if built.before_sample is not None:
+        seconds = _timed(built, first, last - 1, step)
+        built.before_sample((last - 1) * step)
+        return seconds + _timed(built, last - 1, last, step)
     if built.following is None:
         return _timed(built, first, last, step)
     seconds = _timed(built, first, first + 1, step)

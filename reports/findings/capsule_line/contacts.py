@@ -217,7 +217,7 @@ def _from_statics(study: Study, method: str) -> tuple[Array, Array, Array] | Non
     if (found := study.recording(ExtraRun(STATICS, method, STATICS_STEP))) is None:
         return None
     exact = case(STATICS).reference.observe(found.times)
-    predicted = case(STATICS).errors.at_step(scheme(method), STATICS_STEP, found.times)
+    predicted = case(STATICS).errors.at_step(scheme(method), STATICS_STEP, found.times).errors
     seen, truth, lead = (
         np.stack([source[load] for load in LOADS])
         for source in (found.observables, exact, predicted)

@@ -85,6 +85,25 @@
     });
   }
 
+  // Where the clipboard is refused, the text is selected: then one key copies it.
+  const select = (text, status) => {
+    getSelection().selectAllChildren(text);
+    text.focus();
+    status.textContent = "selected: press Ctrl+C (or Cmd+C) to copy";
+  };
+  for (const button of document.querySelectorAll("[data-copy]")) {
+    const text = button.parentElement.querySelector("pre");
+    const status = button.parentElement.querySelector("[role=status]");
+    button.addEventListener("click", async () => {
+      try {
+        await navigator.clipboard.writeText(text.textContent);
+        status.textContent = "copied";
+      } catch {
+        select(text, status);
+      }
+    });
+  }
+
   const follow = () => {
     if (location.hash === "#all") {
       openAll(true);

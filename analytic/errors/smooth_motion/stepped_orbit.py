@@ -1,0 +1,149 @@
+"""What a one-step map makes of a start, and how far rounding may take its orbit.
+
+The map is written once, for plain numbers and for arrays alike. Numbers step it from sample to
+sample. Arrays then step it from all samples at once, with derivatives as imaginary parts of 1e-30
+of their size (Squire and Trapp 1998, SIAM Review 40, 110): M = dz'/dz of each step, and the
+response to a unit in the last place of each coefficient and each number of the start. With M a
+step's rounding, of standard deviation q, is carried on by the orbit itself:
+C' = M C M^T + diag(q^2).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF, ULP
+from plumbob.analytic.reference import Array
+
+TINY = 1e-30  # imaginary part per derivative: its square is lost in a double
+BLOCKS = 500  # parts of the orbit that arrays step at once
+Marks = npt.NDArray[np.int64]
+State = tuple[Any, ...]
+Function = Callable[..., Any]
+
+
+@dataclass(frozen=True)
+class Step:
+    """A one-step map z' = advance(t, *z) and what is seen of its states."""
+
+    advance: Callable[..., State]
+    observe: Callable[..., tuple[Any, ...]]
+
+
+@dataclass(frozen=True)
+class StepMap:
+    """How a map is built of coefficients and of the functions sin and cos, and where it starts."""
+
+    build: Callable[[tuple[Any, ...], Function, Function], Step]
+    coefficients: tuple[float, ...]
+    start: tuple[float, ...]
+    noise: Callable[[Array], Array]
+    """Size of what rounds in a step, in units of each state's own number: of states (d, n), the
+    same shape; a standard deviation is ROUNDOFF times it."""
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """What is seen at the marks, shape (n, observables), and its uncertainty: what a unit in the
+    last place of every input moves it by, and 2/sqrt(steps) standard deviations of all roundings,
+    so that 2 sqrt(steps) times it holds four of them."""
+
+    values: Array
+    uncertainty: Array
+
+
+def orbit(step_map: StepMap, step: float, marks: Marks) -> Orbit | None:
+    """The orbit of steps of `step` [s] after the increasing numbers of steps `marks`, shape (n,),
+    0 the first; None where it leaves what doubles hold."""
+    last = int(marks[-1])
+    every = np.union1d(marks, np.arange(0, last, max(1, last // BLOCKS)))
+    built = step_map.build(step_map.coefficients, math.sin, math.cos)
+    advance, state, states = built.advance, step_map.start, [step_map.start]
+    try:
+        for first, after in pairwise(every.tolist()):
+            for n in range(first, after):
+                state = advance(n * step, *state)
+            states.append(state)
+    except (ValueError, OverflowError, ZeroDivisionError):  # math.sin of infinity
+        return None
+    reached = np.array(states).T
+    if not np.isfinite(reached).all():
+        return None
+    with np.errstate(over="ignore", invalid="ignore"):  # an orbit that diverges between samples
+        return _with_uncertainty(step_map, step, every, reached, np.isin(every, marks))
+
+
+def _with_uncertainty(
+    step_map: StepMap, step: float, marks: Marks, reached: Array, kept: npt.NDArray[np.bool_]
+) -> Orbit | None:
+    """Carry the responses of the blocks between `marks` one after the other."""
+    count, size = len(step_map.coefficients), len(step_map.start)
+    flow, forced, rounded = _blocks(step_map, step, marks, reached)
+    response = np.zeros((size, count + size))
+    response[:, count:] = ULP * np.diag(np.abs(step_map.start))
+    covariance = np.diag(ROUNDOFF * step_map.noise(reached[:, :1])[:, 0]) ** 2
+    responses, covariances = [response], [covariance]
+    for b in range(len(marks) - 1):
+        response = flow[b] @ response
+        response[:, :count] += forced[b]
+        covariance = flow[b] @ covariance @ flow[b].T + rounded[b]
+        responses.append(response)
+        covariances.append(covariance)
+    states = reached[:, None, kept] + 1j * TINY * np.eye(size)[:, :, None]
+    built = step_map.build(step_map.coefficients, np.sin, np.cos)
+    seen = np.array(np.broadcast_arrays(*built.observe(*states)))  # (observables, size, n)
+    slopes = np.moveaxis(seen.imag / TINY, -1, 0)
+    inputs = np.abs(slopes @ np.array(responses)[kept]).sum(axis=2)
+    spread = np.einsum("nij,njk,nik->ni", slopes, np.array(covariances)[kept], slopes)
+    values = seen[:, 0].real.T
+    walk = 2.0 * np.sqrt(np.maximum(spread, 0.0) / max(1, int(marks[-1])))
+    uncertainty = inputs + walk + ULP * np.abs(values)
+    return Orbit(values, uncertainty) if np.isfinite(uncertainty).all() else None
+
+
+def _blocks(
+    step_map: StepMap, step: float, marks: Marks, reached: Array
+) -> tuple[Array, Array, Array]:
+    """For each block between marks, shape (blocks, ...): the derivative of its end by its start,
+    (d, d); the response to an ulp of each coefficient, (d, c); the covariance of what rounds in it,
+    (d, d)."""
+    size, count = reached.shape[0], len(step_map.coefficients)
+    given = np.zeros((count, size + count, 1), dtype=complex)  # coefficient, derivative, block
+    for i, value in enumerate(step_map.coefficients):
+        given[i] = value
+        given[i, size + i] += 1j * TINY * ULP * abs(value)
+    advance = step_map.build(tuple(given), np.sin, np.cos).advance
+    lengths = np.diff(marks)
+    blocks, states = len(lengths), reached[:, :-1].copy()
+    flow = np.broadcast_to(np.eye(size), (blocks, size, size)).copy()
+    forced, rounded = np.zeros((blocks, size, count)), np.zeros((blocks, size, size))
+    for n in range(int(lengths.max())):
+        on = lengths > n
+        begun = np.zeros((size, size + count, blocks), dtype=complex)
+        begun.real = states[:, None, :]
+        begun.imag[:, :size] = TINY * np.eye(size)[:, :, None]
+        begun.imag[:, size:] = TINY * np.moveaxis(forced, 0, -1)
+        after = np.array(np.broadcast_arrays(*advance((marks[:-1] + n) * step, *begun)))
+        slopes = np.moveaxis(after.imag / TINY, -1, 0)  # (blocks, size, size + count)
+        matrix = slopes[:, :, :size]
+        new = after[:, 0].real
+        noise = ROUNDOFF * step_map.noise(new)
+        carried = matrix @ rounded @ np.swapaxes(matrix, 1, 2)
+        carried += np.eye(size) * (noise**2).T[:, :, None]
+        states = np.where(on, new, states)
+        flow[on] = (matrix @ flow)[on]
+        forced[on] = slopes[on][:, :, size:]
+        rounded[on] = carried[on]
+    return flow, forced, rounded
+
+
+def seen_by(names: tuple[str, ...], values: Array) -> Mapping[str, Array]:
+    """Columns of `values`, shape (n, len(names)), by name."""
+    return dict(zip(names, values.T, strict=True))

@@ -1,0 +1,309 @@
+"""The schemes' steps on the driven rotor in plain numbers, for steps that no series reaches.
+
+What a step is, is written here once more, from its definition, apart from any engine. A plain
+scheme's state is theta and theta_dot. Where a joint, solved for velocities, holds the bob, it is
+theta, its rate w, and in the complex plane turning with the rod (1 outwards, i along theta) the
+bob's velocity V and the joint's opening Z, both in units of the bob's distance d from the joint. A
+bob of moment of inertia I = j m L^2, L its length as a pendulum, has d = s L with s (1 - s) = j.
+The joint closes the part k of Z in a step h (`errors.jointed_euler` has I = 0); F is the damping
+and forcing at the step's start, U the velocity before the joint acts:
+
+    D = h w,     theta' = theta + D,     Z' = e^(-iD) ((1 - k) Z + 1 + iD) - 1,
+    U = e^(-iD) (V + i h F / s) + h (g / (s L)) (cos theta' - i sin theta'),
+    w' = w + s (Im U - w + k Im Z' / h),                 V' = i w' - k Z' / h,
+    T/(m L) = s Re(U + k Z' / h) / h.
+
+The joint's impulse h T is added up in doubles: what it lacks in its last place turns the bob by
+1/I, but moves it by 1/m alone, and so does not last.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import astuple, dataclass
+from functools import lru_cache
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4, Scheme
+from plumbob.analytic.errors.smooth_motion.stepped_orbit import (
+    Function,
+    Orbit,
+    State,
+    Step,
+    StepMap,
+    orbit,
+    seen_by,
+)
+from plumbob.analytic.errors.theory import SteppedErrors
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.systems.pendulums.rod_tension import MASS
+
+MOST_STEPS = 2_000_000  # of a run: a few seconds
+FORCE_ROUNDINGS = 8.0  # of a force, whose parts an engine adds up along its own way
+OFF = 1e-6  # of a step: samples this far from a whole number of steps are none of the orbit's
+READ_AT = MappingProxyType(
+    {"start": 0.0, "midpoint": 0.5}
+)  # where in a step a held control is read
+
+
+@dataclass(frozen=True)
+class Rod:
+    """A rod's length [m] and the gravity [m/s^2] that together make its tension."""
+
+    length: float
+    gravity: float
+
+
+def stepped_errors(
+    rotor: DrivenRotor,
+    start: tuple[float, float],
+    scheme: Scheme,
+    step: float,
+    times: Array,
+    exact: Reference,
+    rod: Rod | None = None,
+) -> SteppedErrors:
+    """Error of `scheme` with `step` [s] from `start`, theta [rad] and theta_dot [rad/s], at `times`
+    [s], shape (n,), beside the `exact` motion: of theta, theta_dot, and of the tension where there
+    is a rod. Empty for other schemes, for more than MOST_STEPS steps, for times that
+    are no multiples of the step, and for an orbit that diverges."""
+    nothing = SteppedErrors({}, None)
+    marks = np.rint(times / step).astype(np.int64)
+    if scheme.integrator not in (EULER, LEAPFROG, RK4) or not 0 < int(marks[-1]) <= MOST_STEPS:
+        return nothing
+    if np.abs(times / step - marks).max() > OFF + ULP * marks[-1]:
+        return nothing
+    found = _orbit(rotor, start, scheme, step, marks.tobytes(), rod)
+    if found is None:
+        return nothing
+    names = ("theta", "theta_dot", "tension")[: found.values.shape[1]]
+    seen, truth = seen_by(names, found.values), exact.observe(times)
+    return SteppedErrors(
+        {name: seen[name] - truth[name] for name in names}, seen_by(names, found.uncertainty)
+    )
+
+
+@lru_cache(maxsize=16)  # all methods of one scheme ask for the same
+def _orbit(
+    rotor: DrivenRotor,
+    start: tuple[float, float],
+    scheme: Scheme,
+    step: float,
+    marks: bytes,
+    rod: Rod | None,
+) -> Orbit | None:
+    wanted = np.frombuffer(marks, dtype=np.int64)
+    every = wanted if wanted[0] == 0 else np.append(0, wanted)
+    chosen = _plain if scheme.joint_closing_rate is None else _jointed
+    found = orbit(chosen(rotor, start, scheme, step, rod), step, every)
+    if found is None:
+        return None
+    values, doubt = found.values[-len(wanted) :], found.uncertainty[-len(wanted) :] + ULP
+    if rod is not None:
+        theta, rate = values[:, 0], values[:, 1]
+        parts = rod.length * rate**2 + rod.gravity * np.abs(np.cos(theta))
+        doubt = doubt + np.outer(3 * MASS * ULP * parts, [0.0, 0.0, 1.0])
+        if wanted[0] == 0:  # no step has been taken: a joint's pull is not read
+            values = values.copy()
+            values[0, 2] = MASS * (rod.length * rate[0] ** 2 + rod.gravity * math.cos(theta[0]))
+    return Orbit(values, doubt)
+
+
+@dataclass(frozen=True)
+class _Torques:
+    """The equation of motion without damping, in plain numbers or in arrays."""
+
+    rotor: DrivenRotor  # which terms there are
+    step: float  # [s]
+    scheme: Scheme
+    given: tuple[Any, ...]  # the rotor's coefficients, in its order
+    sin: Function
+    cos: Function
+
+    def pull(self) -> Function:
+        """Acceleration by theta."""
+        sin2, along, down, _, _, _, _, stiffness = self.given
+        rotor, sin, cos = self.rotor, self.sin, self.cos
+        if rotor.linear:
+            return lambda x: -stiffness * x
+        if not (rotor.sin2 or rotor.cos or rotor.stiffness):
+            return lambda x: -down * sin(x)
+
+        def every(x: Any) -> Any:
+            sine, cosine = sin(x), cos(x)
+            return (2.0 * sin2 * sine + along) * cosine - down * sine - stiffness * x
+
+        return every
+
+    def push(self) -> Function:
+        """Acceleration by the forcing in the step from t, at a fraction of it."""
+        _, _, _, _, amplitude, frequency, phase, _ = self.given
+        if self.rotor.autonomous:
+            return lambda t, fraction: 0.0
+        h, sin = self.step, self.sin
+        if self.scheme.control == "continuous":
+            return lambda t, fraction: amplitude * sin(frequency * (t + fraction * h) + phase)
+        if self.scheme.control == "mean" and self.rotor.forcing_frequency:
+            half = 0.5 * h * frequency
+            mean = sin(half) / half
+            return lambda t, fraction: amplitude * mean * sin(frequency * t + half + phase)
+        at = h * READ_AT.get(self.scheme.control, 0.0)
+        return lambda t, fraction: amplitude * sin(frequency * (t + at) + phase)
+
+
+def _weight(rotor: DrivenRotor) -> float:
+    """Bound on the acceleration without damping, at an angle of 1 rad [rad/s^2]."""
+    return sum(
+        abs(part)
+        for part in (rotor.sin2, rotor.cos, rotor.sin, rotor.stiffness, rotor.forcing_amplitude)
+    )
+
+
+def _plain(
+    rotor: DrivenRotor, start: tuple[float, float], scheme: Scheme, step: float, rod: Rod | None
+) -> StepMap:
+    """A scheme's step with the joint closed."""
+    kick = FORCE_ROUNDINGS * step * _weight(rotor)
+
+    def build(given: tuple[Any, ...], sin: Function, cos: Function) -> Step:
+        torques = _Torques(rotor, step, scheme, given, sin, cos)
+
+        def observe(x: Any, v: Any) -> tuple[Any, ...]:
+            if rod is None:
+                return x, v
+            return x, v, MASS * (rod.length * v * v + rod.gravity * cos(x))
+
+        return Step(_advance(torques), observe)
+
+    def noise(states: Array) -> Array:
+        speed = np.abs(states[1])
+        return np.array([np.abs(states[0]) + step * speed, speed + kick])
+
+    return StepMap(build, astuple(rotor), start, noise)
+
+
+def _advance(torques: _Torques) -> Function:
+    """The step of a plain scheme, as `errors.rotor_steps` has it."""
+    if torques.scheme.integrator == EULER:
+        return _euler(torques)
+    if torques.scheme.integrator == LEAPFROG:
+        return _leapfrog(torques)
+    return _rk4(torques)
+
+
+def _euler(torques: _Torques) -> Function:
+    pull, push, h, scheme = torques.pull(), torques.push(), torques.step, torques.scheme
+    damping, stiffness = torques.given[3], torques.given[7]
+
+    def explicit(t: Any, x: Any, v: Any) -> State:
+        v = v + h * (pull(x) + push(t, 0.0) - damping * v)
+        return x + h * v, v
+
+    def position_first(t: Any, x: Any, v: Any) -> State:
+        x = x + h * v
+        return x, v + h * (pull(x) + push(t, 0.0) - damping * v)
+
+    def implicit(t: Any, x: Any, v: Any) -> State:
+        v = (v + h * (pull(x) + push(t, 0.0))) / grown
+        return x + h * v, v
+
+    if scheme.position_first:
+        return position_first
+    if not scheme.implicit_damping:
+        return explicit
+    grown = 1.0 + h * damping + (h * h * stiffness if scheme.implicit_spring else 0.0)
+    return implicit
+
+
+def _leapfrog(torques: _Torques) -> Function:
+    pull, push, h, damping = torques.pull(), torques.push(), torques.step, torques.given[3]
+    half = 0.5 * h
+    grown = 1.0 + half * damping
+
+    def advance(t: Any, x: Any, v: Any) -> State:
+        v = v + half * (pull(x) + push(t, 0.0) - damping * v)
+        x = x + h * v
+        return x, (v + half * (pull(x) + push(t, 1.0))) / grown
+
+    return advance
+
+
+def _rk4(torques: _Torques) -> Function:
+    pull, push, h, damping = torques.pull(), torques.push(), torques.step, torques.given[3]
+    half, sixth = 0.5 * h, h / 6.0
+
+    def advance(t: Any, x: Any, v: Any) -> State:
+        middle = push(t, 0.5)
+        a1 = pull(x) + push(t, 0.0) - damping * v
+        v2 = v + half * a1
+        a2 = pull(x + half * v) + middle - damping * v2
+        v3 = v + half * a2
+        a3 = pull(x + half * v2) + middle - damping * v3
+        v4 = v + h * a3
+        a4 = pull(x + h * v3) + push(t, 1.0) - damping * v4
+        return (
+            x + sixth * (v + 2.0 * v2 + 2.0 * v3 + v4),
+            v + sixth * (a1 + 2.0 * a2 + 2.0 * a3 + a4),
+        )
+
+    return advance
+
+
+def _jointed(
+    rotor: DrivenRotor, start: tuple[float, float], scheme: Scheme, step: float, rod: Rod | None
+) -> StepMap:
+    """Euler's step with the position first, of a bob held by a joint (module docstring)."""
+    closing = scheme.joint_closing_rate
+    assert closing is not None
+    closed = 1.0 if math.isinf(closing) else -math.expm1(-closing * step)
+    kept, rate = 1.0 - closed, closed / step
+    part = (1.0 + math.sqrt(1.0 - 4.0 * scheme.jointed_moment)) / 2.0
+    theta, theta_dot = start
+    kick = FORCE_ROUNDINGS * step * _weight(rotor)
+    opening = 0j
+    if math.isinf(closing):  # it starts as open as the step before would have left it
+        before = 1j * step * (theta_dot - step * float(rotor.acceleration(0.0, theta, theta_dot)))
+        opening = complex(np.exp(-before)) * (1 + before) - 1
+
+    def build(given: tuple[Any, ...], sin: Function, cos: Function) -> Step:
+        push = _Torques(rotor, step, scheme, given, sin, cos).push()
+        down, damping = given[2], given[3]
+
+        def advance(t: Any, x: Any, w: Any, v: Any, a: Any, b: Any, pull: Any) -> State:
+            turned = step * w
+            s, c = sin(turned), cos(turned)
+            x = x + turned
+            out, aside, weight = 1.0 + kept * a, turned + kept * b, step / part * down
+            back, along = -rate * a, v + step / part * (push(t, 0.0) - damping * w)
+            outwards = c * back + s * along + weight * cos(x)
+            along = c * along - s * back - weight * sin(x)
+            a, b = c * out + s * aside - 1.0, c * aside - s * out
+            w = w + part * (along - w + rate * b)
+            return x, w, w - rate * b, a, b, part / step * (outwards + rate * a)
+
+        def observe(x: Any, w: Any, v: Any, a: Any, b: Any, pull: Any) -> tuple[Any, ...]:
+            return (x, w) if rod is None else (x, w, MASS * rod.length * pull)
+
+        return Step(advance, observe)
+
+    def noise(states: Array) -> Array:
+        x, w, v, _, _, pull = np.abs(states)
+        one = np.ones_like(x)
+        # What the impulse, h T, lacks in its last place acts on the bob's moment of inertia.
+        impulse = step * pull / scheme.jointed_moment if scheme.jointed_moment else 0.0 * x
+        turning = w + 2.0 * rate + impulse
+        return np.array(
+            [x + step * w, turning, v + w + kick, 2.0 * one, 2.0 * one, (w + kick) / step]
+        )
+
+    return StepMap(
+        build,
+        astuple(rotor),
+        (theta, theta_dot, theta_dot - rate * opening.imag, opening.real, opening.imag, 0.0),
+        noise,
+    )

@@ -1,0 +1,45 @@
+"""Settings to copy, as the page shows them: text of an adapter, which runs no engine for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from plumbob.engines.method import Settings, Snippet
+from plumbob.engines.registry import engine_of, method
+from plumbob.engines.study.results import Study
+
+SHOWN = (  # methods, what for, and the step [s] to write the settings for
+    ("mujoco/euler+coulomb", "A robot with sliding contacts in MuJoCo", 1e-3),
+    ("pymunk/feet", "A body that slides in pymunk, seen from above", 1e-3),
+)
+FRICTION = 0.3  # coefficient in the text, as `plumbob settings` has it by default
+
+
+@dataclass(frozen=True)
+class Pasted:
+    """Settings of one method, under a title, with the command that prints them."""
+
+    title: str
+    command: str
+    settings: Settings
+
+    def codes(self, snippet: Snippet) -> Iterator[tuple[str, str]]:
+        """Kind and text of each part of a snippet: where it goes differs."""
+        if snippet.mjcf:
+            yield "MJCF", snippet.mjcf
+        if snippet.python:
+            yield "Python", snippet.python
+
+
+def pasted(study: Study) -> tuple[Pasted, ...]:
+    """The settings to show for the engines that are in the study."""
+    found = []
+    engines = {m.engine for m in study.methods}
+    for name, title, step in SHOWN:
+        chosen = method(name)
+        write = engine_of(chosen).settings_text
+        if chosen.engine in engines and write is not None:
+            command = f"plumbob settings {name} --step {step:g}"
+            found.append(Pasted(title, command, write(chosen, step, None, FRICTION)))
+    return tuple(found)

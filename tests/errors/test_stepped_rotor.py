@@ -1,0 +1,180 @@
+"""Steps taken in plain numbers beside the series in the step, and beside the engines' own."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4, Scheme
+from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import MOST_STEPS
+from plumbob.analytic.errors.theory import SteppedErrors, reaches
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.reference import Array
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of
+
+PLAIN = (
+    Scheme(EULER),
+    Scheme(EULER, "start", implicit_damping=True),
+    Scheme(EULER, "midpoint", implicit_damping=True, implicit_spring=True),
+    Scheme(EULER, position_first=True),
+    Scheme(LEAPFROG),
+    Scheme(LEAPFROG, "midpoint"),
+    Scheme(RK4),
+    Scheme(RK4, "start"),
+    Scheme(RK4, "midpoint"),
+)
+JOINTED = Scheme(EULER, position_first=True, joint_closing_rate=math.inf)
+# every coefficient at once, two terms of the potential among them
+ROTOR = DrivenRotor(3.0, 1.0, 9.0, 0.3, 1.2, 2.1, 0.4, 0.7)
+START = (0.7, 1.3)
+COEFFICIENTS = ("sin2", "cos", "sin", "damping_rate", "stiffness", "forcing_amplitude")
+UNTIL = 2.0  # [s]
+TERMS = {EULER: 3, LEAPFROG: 1, RK4: 1}  # so that the next one is above round-off
+
+
+def left_over(scheme: Scheme, step: float, rotor: DrivenRotor = ROTOR) -> Array:
+    """Largest difference of the stepped error from the series, for theta and theta_dot."""
+    theory = RotorErrors(ROTOR, *START, terms=TERMS[scheme.integrator])
+    times = np.arange(0, round(UNTIL / step) + 1, 4).astype(float) * step
+    stepped = RotorErrors(rotor, *START).at_step(scheme, step, times).errors
+    truth, wrong = (RotorErrors(r, *START).exact.observe(times) for r in (ROTOR, rotor))
+    found = []
+    for name in ("theta", "theta_dot"):
+        error = stepped[name] + wrong[name] - truth[name]
+        for p, terms in theory.series(scheme, times).items():
+            error = error - terms[name] * step**p
+        found.append(np.abs(error).max())
+    return np.array(found)
+
+
+@pytest.mark.parametrize("scheme", PLAIN, ids=str)
+def test_what_the_series_leaves_is_of_the_next_order(scheme: Scheme) -> None:
+    one_more = RotorErrors(ROTOR, *START, terms=TERMS[scheme.integrator] + 1)
+    after = max(one_more.series(scheme, np.ones(1)))
+    coarse, fine = (left_over(scheme, h) for h in (2e-2, 1e-2))
+    assert (fine > 1e-12).all()
+    assert (np.log2(coarse / fine) > after - 0.3).all()
+
+
+@pytest.mark.parametrize("scheme", PLAIN, ids=str)
+def test_a_wrong_coefficient_leaves_more(scheme: Scheme) -> None:
+    right = left_over(scheme, 1e-2)
+    for name in COEFFICIENTS:
+        wrong = replace(ROTOR, **{name: getattr(ROTOR, name) + 0.1})
+        assert (left_over(scheme, 1e-2, wrong) > 3 * right).any(), name
+
+
+def stepped(name: str, method: str, step: float) -> tuple[SteppedErrors, dict[str, Array], int]:
+    """What theory steps, the errors of the engine's run, and its number of steps."""
+    scene, how = find_scene(name), find_method(method)
+    case = system_of(scene).case(scene)
+    found, run = measure(case, how, step)
+    assert run is not None
+    truth = case.reference.observe(run.times)
+    errors = {n: run.observables[n] - truth[n] for n in truth if n in run.observables}
+    return case.errors.at_step(how.scheme, step, run.times), errors, found.steps
+
+
+# Held from both sides: the rounding of an engine stays within what is derived for it, and is not
+# far below it: a start next to the top is the same double for all, the largest part of it.
+RUNS = (
+    ("simple-pendulum/rotating-slow", "mujoco/euler", 1e-2),
+    ("simple-pendulum/rotating-slow", "mujoco/rk4", 1e-1),
+    ("simple-pendulum/rotating-slow", "ode/rk4", 1e-1),
+    ("simple-pendulum/rotating-slow", "pymunk/default", 1e-2),
+    ("simple-pendulum/rotating-slow", "pymunk/tight", 2e-2),
+    ("simple-pendulum/near-top-1e-6", "pymunk/default", 5e-4),
+    ("simple-pendulum/damped-rotating", "mujoco/implicitfast", 5e-2),
+    ("simple-pendulum/forced-large", "mujoco/rk4+midpoint", 1e-1),
+    ("linear-pendulum/forced-large", "mujoco/discrete", 1e-1),
+    ("linear-pendulum/forced-large", "pymunk/spring", 1e-1),
+    ("cone-pendulum/above-barrier-1e-6", "mujoco/euler", 2e-4),
+    ("cone-pendulum/above-barrier-1e-6", "ode/leapfrog", 5e-4),
+)
+
+
+@pytest.mark.parametrize(("name", "method", "step"), RUNS)
+def test_an_engine_takes_these_steps(name: str, method: str, step: float) -> None:
+    theory, errors, steps = stepped(name, method, step)
+    assert theory.uncertainty is not None
+    parts = [
+        np.abs(error - theory.errors[n]).max()
+        / (theory.uncertainty[n].max() * (1 + 2 * math.sqrt(steps)))
+        for n, error in errors.items()
+    ]
+    assert 1e-4 < max(parts) < 1.0
+
+
+def test_a_joint_s_moment_of_inertia_is_seen() -> None:
+    name, step = "simple-pendulum/rotating-slow", 2e-2
+    how, scene = find_method("pymunk/tight"), find_scene(name)
+    case = system_of(scene).case(scene)
+    times = measure(case, how, step)[1].times  # type: ignore[union-attr]
+    right, point = (
+        case.errors.at_step(replace(how.scheme, jointed_moment=moment), step, times)
+        for moment in (how.scheme.jointed_moment, 0.0)
+    )
+    assert right.uncertainty is not None
+    rounded = right.uncertainty["theta"].max() * (1 + 2 * math.sqrt(len(times)))
+    assert np.abs(right.errors["theta"] - point.errors["theta"]).max() > 3 * rounded
+
+
+def test_the_uncertainty_is_that_of_the_stepped_orbit() -> None:
+    # leapfrog stays next to the saddle for a while and then falls to the other side
+    theory, _, _ = stepped("cone-pendulum/above-barrier-1e-6", "ode/leapfrog", 1e-4)
+    scene = find_scene("cone-pendulum/above-barrier-1e-6")
+    case = system_of(scene).case(scene)
+    exact = case.reference.uncertainty(np.array([scene.duration]))["theta"][0]
+    assert theory.uncertainty is not None
+    assert theory.uncertainty["theta"].max() > 5 * exact
+
+
+def test_a_unit_in_the_last_place_moves_it_by_the_uncertainty() -> None:
+    times = 0.05 * np.arange(0.0, 401.0)
+    theory = RotorErrors(ROTOR, *START)
+    base = theory.at_step(Scheme(EULER), 0.05, times)
+    assert base.uncertainty is not None
+    moved = np.zeros(len(times))
+    for name in (*COEFFICIENTS, "forcing_frequency", "forcing_phase"):
+        wrong = replace(ROTOR, **{name: getattr(ROTOR, name) * (1 + 1e-8)})
+        other = RotorErrors(wrong, *START).at_step(Scheme(EULER), 0.05, times).errors
+        exact = RotorErrors(wrong, *START).exact.observe(times)["theta"]
+        here = other["theta"] + exact - theory.exact.observe(times)["theta"]
+        moved += np.abs(here - base.errors["theta"]) * 2**-52 / 1e-8
+    late = times > 5.0
+    ratio = base.uncertainty["theta"][late] / moved[late]
+    assert ratio.min() > 1.0
+    assert np.median(ratio) < 5.0
+
+
+@pytest.mark.parametrize(
+    ("scheme", "step", "times"),
+    [
+        (Scheme("some-other"), 0.1, np.array([0.0, 0.1])),
+        (Scheme(EULER), 0.1, np.array([0.0, 0.15])),
+        (Scheme(EULER), 0.1, np.array([0.0, 0.1 * (MOST_STEPS + 1)])),
+        (Scheme(EULER), 0.1, np.array([0.0])),
+    ],
+)
+def test_nothing_is_said_where_there_are_no_such_steps(
+    scheme: Scheme, step: float, times: Array
+) -> None:
+    assert not RotorErrors(ROTOR, *START).at_step(scheme, step, times).errors
+
+
+def test_an_orbit_that_diverges_says_nothing() -> None:
+    stiff = RotorErrors(DrivenRotor(stiffness=1e4), 1.0, 0.0)
+    assert not stiff.at_step(Scheme(EULER), 1.0, np.arange(500.0)).errors
+
+
+def test_a_series_reaches_where_its_last_terms_are_small() -> None:
+    assert reaches({1: 1.0, 2: 0.06, 3: 0.03}, 1.0, 0.1)
+    assert not reaches({1: 1.0, 2: 0.08, 3: 0.03}, 1.0, 0.0)
+    assert not reaches({1: 1.0, 2: 0.0, 3: 0.0}, 1.0, 0.11)

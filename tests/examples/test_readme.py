@@ -1,0 +1,113 @@
+"""Every command in README.md and the other texts runs as it is written there."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.reports.cli import main
+from plumbob.tests.support.page_document import resolve, words
+
+ROOT = Path(__file__).parents[2]
+TEXTS = ("README.md", "models/tripod_capsule/README.md", "analytic/errors/THEORY.md")
+INDENTED = re.compile(r"^    (plumbob|make|git) (.+)$", re.MULTILINE)
+PLAIN = re.compile(r"`(plumbob [a-z][^`]*)`")
+PYTHON = re.compile(r"^    from plumbob import check\n(?:    .+\n)+", re.MULTILINE)
+ABRIDGED = re.compile(r"\b(METHOD|DT|DIR|OUT|FILE|X Y PSI|validate|compare)\b")
+# What is not run here, and why; all but the first three are read, and their names looked up.
+NOT_RUN = {
+    "git clone <this repository> plumbob && cd plumbob": "the repository is here",
+    "make validate": "the whole study: minutes; .ci/run does it",
+    "make test": "this is part of it",
+    "plumbob validate --like my.xml": "every quick scene: test_like_command.py does a part",
+    "plumbob recommend simple-pendulum/free-large --error 1e-6 --like my.xml":
+        "every method of the scene: half a minute; test_like_command.py does a part",
+    "plumbob plan --to 0.3 0.1 3.14": "the next line plans the same, and runs it",
+}  # fmt: skip
+
+
+def commands(text: str) -> list[str]:
+    """The commands in the indented blocks of README.md, without their comments."""
+    found = [f"{m[1]} {m[2]}" for m in INDENTED.finditer(text)]
+    return [command.partition("  #")[0].rstrip() for command in found]
+
+
+README = (ROOT / "README.md").read_text("utf-8")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where a user works: with a model file of their own, here the model that is exported."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(ROOT / "models" / "tripod_capsule", tmp_path / "theirs")
+    model = (tmp_path / "theirs" / "tripod_capsule.xml").read_text("utf-8")
+    (tmp_path / "my.xml").write_text(model, "utf-8")
+    return tmp_path
+
+
+def test_every_command_runs_as_it_is_written(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In their order, in one folder: each ends with exit code 0 and says nothing on stderr."""
+    given = commands(README)
+    assert set(NOT_RUN) <= set(given)
+    for command in given:
+        if command in NOT_RUN:
+            if command.startswith("plumbob"):
+                resolve(command, folder)
+            continue
+        _prepare(command, folder)
+        assert main(words(command)) == 0, f"{command}\n{capsys.readouterr().err}"
+        out, err = capsys.readouterr()
+        assert (bool(out), err) == (True, ""), command
+
+
+def _prepare(command: str, folder: Path) -> None:
+    """What a command needs that no other has made: an older study to compare with."""
+    if "old-out" in command:
+        shutil.copytree(folder / "plumbob-out", folder / "old-out")
+
+
+def test_the_python_example_runs() -> None:
+    (example,) = PYTHON.findall(README)
+    code = "\n".join(line.strip() for line in example.splitlines())
+    assert code.count("check(") == 2
+    exec(code, {})
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_commands_within_sentences_can_be_read(name: str, folder: Path) -> None:
+    for command in PLAIN.findall((ROOT / name).read_text("utf-8")):
+        if not ABRIDGED.search(command):
+            resolve(" ".join(command.split()), folder)
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        "plumbob recomend cone-pendulum --error 1e-6",
+        "plumbob recommend cone-pendulum --eror 1e-6",
+        "plumbob recommend cone-pendulum --error small",
+        "plumbob run cone-pendulum mujoco/rk5 --step 1e-3",
+        "plumbob run cone-pendulums mujoco/rk4 --step 1e-3",
+        "plumbob run capsule-line/heading-030 --like other.xml",
+        "plumbob validate --scenes cone-pendulum/none --methods ode/rk4",
+        "plumbob validate --methods mujoco/none",
+        "plumbob solve cone-pendulum --set colour=1",
+    ],
+)
+def test_a_broken_command_is_seen(broken: str, folder: Path) -> None:
+    with pytest.raises((SystemExit, ParameterError, AssertionError)):
+        resolve(broken, folder)
+
+
+def test_a_command_that_fails_is_seen(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A step left out, as README.md once had it, passes every look-up but not the run."""
+    command = "plumbob plan --to 0.3 0.1 3.14 --method mujoco/euler+coulomb"
+    resolve(command, folder)
+    assert main(words(command)) == 2
+    assert capsys.readouterr().err

@@ -1,0 +1,73 @@
+"""`plumbob settings` for pymunk: a body that stands on the pasted feet stops as predicted."""
+
+from __future__ import annotations
+
+import math
+
+import pymunk
+import pytest
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.registry import engine_of
+from plumbob.engines.registry import method as find_method
+
+FRICTION, GRAVITY, SPEED, HEADING = 0.3, 9.81, 0.5, math.pi / 6
+EXACT = SPEED**2 / (2 * FRICTION * GRAVITY)  # stopping distance [m]
+CORNERS = [(x, y) for x in (0.15, -0.15) for y in (0.1, -0.1)]
+REST = 2e-3  # of v dt/2: the next order of the step, dt f g/v = 0.012 at 2 ms, and iterations
+BARE = 0.05  # relative error of a stopping distance on bare pivot joints: at least this
+
+
+def _python(method: str, step: float) -> tuple[str, float | None]:
+    write = engine_of(find_method(method)).settings_text
+    assert write is not None
+    found = write(find_method(method), step, None, FRICTION)
+    return found.snippets[0].python.partition("while running")[0], found.stop_error_per_speed
+
+
+def _block() -> tuple[pymunk.Space, pymunk.Body]:
+    space, body = pymunk.Space(), pymunk.Body(2.0, 2.0 * (0.3**2 + 0.2**2) / 12)
+    body.velocity = SPEED * math.cos(HEADING), SPEED * math.sin(HEADING)
+    space.add(body)
+    return space, body
+
+
+def _distance(space: pymunk.Space, body: pymunk.Body, step: float) -> float:
+    for _ in range(round(0.25 / step)):
+        space.step(step)
+    return float(abs(complex(*body.position)))
+
+
+@pytest.mark.parametrize("step", [2e-3, 1e-3, 1e-4])
+def test_a_stopping_distance_is_as_predicted(step: float) -> None:
+    space, body = _block()
+    code, predicted = _python("pymunk/feet", step)
+    exec(code, {"space": space, "body": body, "anchors": CORNERS})  # what a user pastes
+    assert predicted == step / 2
+    error = _distance(space, body, step) - EXACT
+    assert error == pytest.approx(predicted * SPEED, rel=REST)
+    assert abs(body.angle) < 1e-9
+
+
+@pytest.mark.parametrize("step", [2e-3, 1e-3, 1e-4])
+def test_bare_pivot_joints_do_not_converge(step: float) -> None:
+    space, body = _block()
+    for corner in CORNERS:
+        joint = pymunk.PivotJoint(body, space.static_body, corner, (0.0, 0.0))
+        joint.max_bias, joint.max_force = 0.0, FRICTION * GRAVITY * 2.0 / len(CORNERS)
+        space.add(joint)
+    assert _distance(space, body, step) / EXACT - 1 > BARE
+
+
+def test_pasted_joints_close_in_a_step() -> None:
+    space, body = _block()
+    joint = pymunk.PivotJoint(space.static_body, body, (0.0, 0.0))
+    space.add(joint)
+    exec(_python("pymunk/tight", 1e-3)[0], {"space": space})
+    assert joint.error_bias == 0.0
+
+
+@pytest.mark.parametrize("method", ["pymunk/default", "pymunk/pivots", "pymunk/side"])
+def test_a_known_limit_has_nothing_to_paste(method: str) -> None:
+    with pytest.raises(ParameterError, match="pymunk/feet or pymunk/tight"):
+        _python(method, 1e-3)

@@ -1,0 +1,112 @@
+"""Settings on the page: the text of `plumbob settings`, which a button copies or selects."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from plumbob.engines.registry import method as find_method
+from plumbob.reports.cli import main
+from plumbob.reports.view.page import write_page
+from plumbob.tests.support import browser
+from plumbob.tests.support.studies import made_up
+
+METHODS = ("mujoco/euler+coulomb", "pymunk/feet")
+CODE = re.compile(r"<pre [^>]*>(.*?)</pre>", re.DOTALL)
+# What a click left: the text handed to the clipboard, what the page said, what is selected.
+CLICK = """<script>addEventListener("load", async () => {{
+  const kept = [];
+  const clipboard = {clipboard};
+  Object.defineProperty(navigator, "clipboard", {{value: clipboard}});
+  const seen = [];
+  for (const button of document.querySelectorAll("[data-copy]")) {{
+    kept.length = 0;
+    button.closest("details").open = true;
+    button.focus();
+    const focused = document.activeElement === button;
+    button.click();
+    await new Promise((done) => setTimeout(done, 20));
+    seen.push({{focused, kept: kept.join(""), selected: getSelection().toString(),
+      said: button.parentElement.querySelector("[role=status]").textContent}});
+  }}
+  const place = document.createElement("output");
+  place.textContent = JSON.stringify(seen);
+  document.body.append(place);
+}});</script></body>"""
+CLIPBOARDS = {
+    "allowed": "{writeText: async (text) => { kept.push(text); }}",
+    "refused": '{writeText: () => Promise.reject(new DOMException("no", "NotAllowedError"))}',
+    "missing": "undefined",
+}
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    study = made_up([(find_method(name), (1e-3, 1e-4), lambda h: h) for name in METHODS])
+    return write_page(study, tmp_path_factory.mktemp("settings"), section=lambda name: None)
+
+
+def _codes(page: Path) -> list[str]:
+    return [html.unescape(code) for code in CODE.findall(page.read_text("utf-8"))]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_it_is_what_the_command_prints(
+    method: str, page: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["settings", method, "--step", "1e-3"]) == 0
+    printed = "".join(capsys.readouterr().out.split())
+    shown = page.read_text("utf-8").partition(f"<code>{method}</code> at")[2]
+    shown = html.unescape(shown.partition("</article>")[0])
+    codes = CODE.findall(shown)
+    assert len(codes) == (3 if method.startswith("mujoco") else 1)
+    for said in (*codes, *re.findall(r"<dd>(.*?)</dd>", shown)):
+        assert "".join(said.split()) in printed
+
+
+def test_an_engine_that_is_not_in_the_study_is_not_spoken_of(tmp_path: Path) -> None:
+    study = made_up([(find_method("ode/rk4"), (1e-3,), lambda h: h)])
+    assert _codes(write_page(study, tmp_path, section=lambda name: None)) == []
+
+
+@pytest.mark.parametrize("clipboard", CLIPBOARDS)
+def test_a_click_copies_or_selects(clipboard: str, page: Path, tmp_path: Path) -> None:
+    seen = _clicked(page.read_text("utf-8"), clipboard, tmp_path)
+    assert len(seen) == len(_codes(page)) == 4
+    for one, code in zip(seen, _codes(page), strict=True):
+        assert one["focused"]
+        if clipboard == "allowed":
+            assert (one["kept"], one["said"]) == (code, "copied")
+        else:
+            assert "Ctrl+C" in one["said"]
+            assert one["selected"].strip() == code.strip()
+
+
+def test_sensitivity_to_what_is_copied(page: Path, tmp_path: Path) -> None:
+    """A button that copies another text, or does nothing where it is refused, is seen."""
+    text = page.read_text("utf-8")
+    other = text.replace("writeText(text.textContent)", "writeText(button.textContent)", 1)
+    assert _clicked(other, "allowed", tmp_path)[0]["kept"] == "copy"
+    silent = text.replace("        select(text, status);\n", "", 1)
+    assert silent != text
+    assert _clicked(silent, "refused", tmp_path)[0]["said"] == ""
+
+
+def _clicked(text: str, clipboard: str, folder: Path) -> list[dict[str, str]]:
+    """What each click on a button of the page `text` left."""
+    script = CLICK.format(clipboard=CLIPBOARDS[clipboard])
+    before, body, after = text.rpartition("</body>")
+    assert body
+    (folder / "clicked.html").write_text(before + script + after, "utf-8")
+    seen = browser.look(folder / "clicked.html", "", folder)
+    assert seen.console == ()
+    found: list[dict[str, str]] = json.loads(html.unescape(_output(seen.document)))
+    return found
+
+
+def _output(document: str) -> str:
+    return document.rpartition("<output>")[2].partition("</output>")[0]

@@ -1,0 +1,86 @@
+"""Normal forces of motions in the plane: predicted and bounded tightly; small mistakes are seen."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob.engines.adapters.mujoco.simulation import compiled
+from plumbob.engines.study.measurement import Measurement, ObservedError, measure
+from plumbob.models.registry import case_of, scene
+from plumbob.tests.support.mujoco_capsule import LOADS, METHODS, run, verdict
+
+TURN, SPIN, PLAN = "capsule-turn/0.3", "capsule-coast/spin", "capsule-plan/near-free"
+ROTATION = "capsule-coast/rotation"
+BOTH = pytest.mark.parametrize("method", ["euler+coulomb", "rk4+coulomb"])
+
+
+def step_of(name: str, part: int) -> float:
+    """A step of a scene's own [s], counted from the largest."""
+    return scene(name).steps[part]
+
+
+def allowed(error: ObservedError) -> float:
+    """What theory leaves open beside the prediction [N]."""
+    return sum(error.model.values())
+
+
+def missed(error: ObservedError) -> float:
+    """What is off the prediction [N]."""
+    assert error.predicted is not None
+    assert error.predicted.for_this_step
+    return error.predicted.beyond
+
+
+def off(found: Measurement) -> bool:
+    """Whether any normal force is off its prediction."""
+    return any(missed(found.errors[load]) > allowed(found.errors[load]) for load in LOADS)
+
+
+@BOTH
+@pytest.mark.parametrize(("name", "part"), [(TURN, 2), (SPIN, 2), (ROTATION, 2), (PLAN, 1)])
+def test_normal_forces_are_predicted_and_bounds_are_tight(
+    name: str, part: int, method: str
+) -> None:
+    found, _ = run(name, method, step_of(name, part))
+    assert verdict(found, method) == "pass"
+    for load in LOADS:
+        error = found.errors[load]
+        assert missed(error) <= allowed(error) < 10 * missed(error), load
+
+
+@BOTH
+@pytest.mark.parametrize(("name", "part"), [("capsule-turn/pivot", 3), (SPIN, 2)])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_mass_distribution_off_by_a_thousandth(
+    name: str, part: int, method: str, sign: int
+) -> None:
+    mass = scene(name).parameters["slider_mass"] * (1 + sign * 1e-3)
+    wrong = scene(name, {"slider_mass": mass, "body_mass": 1.3 - mass})
+    step = step_of(name, part)
+    assert not off(run(name, method, step)[0])
+    assert off(run(name, method, step, other=wrong)[0])
+
+
+@BOTH
+def test_normal_forces_of_two_supports_swapped(method: str) -> None:
+    one, two, three = scene(SPIN).parameters["supports"]
+    wrong = scene(SPIN, {"supports": (two, one, three)})
+    assert off(run(SPIN, method, 1e-3, other=wrong)[0])
+
+
+def test_a_spin_about_the_axis_of_a_leaning_body_shows_in_its_normal_forces() -> None:
+    case, method = case_of(scene(SPIN)), METHODS["euler+coulomb"]
+    simulation = compiled(case, method, 1e-3)
+    assert isinstance(simulation.translation.qvel, np.ndarray)
+    right, _ = measure(case, method, 1e-3)
+    upright = simulation.translation.qvel.copy()
+    world = np.zeros(3)
+    mujoco.mju_rotVecQuat(world, upright[3:6], simulation.translation.qpos[3:7])
+    np.testing.assert_allclose(world, [0.0, 0.0, 6.0], atol=1e-14)
+    assert np.hypot(*upright[3:5]) > 1e-4  # what the lean adds
+    simulation.translation.qvel[3:6] = [0.0, 0.0, 6.0]
+    leaning = simulation.run().observables["normal_force_2"]
+    exact = case.reference.observe(np.zeros(1))["normal_force_2"]
+    assert np.abs(leaning - exact).max() > 10 * allowed(right.errors["normal_force_2"])
