@@ -12,6 +12,7 @@ PERIOD = 0.02  # [s] about, for which a control is held
 DURATION = 1.0  # [s]
 AMPLITUDE = 0.3  # of half a control's range
 FREQUENCY, APART = 0.7, 0.13  # [Hz] of the first sine, and from each to the next
+MOST = 100_000  # periods, and steps in one
 KINDS = ("rest", "zero", "sines")
 
 
@@ -26,15 +27,18 @@ def script(
     actuators). It is held for the multiple of the model's step that is nearest to `period` [s], and
     lasts about `duration` [s], or as long as the values. Raises ParameterError."""
     wanted = positive("ctrl period", PERIOD if period is None else period)
+    if wanted > MOST * model.step:
+        raise ParameterError("ctrl period", wanted, f"at most {MOST} steps of {model.step:g} s")
     held = max(1, round(wanted / model.step)) * model.step
+    if duration is not None and positive("duration", duration) > MOST * held:
+        raise ParameterError("duration", duration, f"at most {MOST} periods of {held:g} s")
     if isinstance(control, str):
-        lasts = positive("duration", DURATION if duration is None else duration)
-        count = max(1, round(lasts / held))
+        count = max(1, round((DURATION if duration is None else duration) / held))
         values = _named(model, control, np.asarray(held * np.arange(count), dtype=float))
     else:
         values = _given(model, np.asarray(control, dtype=float))
         if duration is not None:
-            values = values[: max(1, round(positive("duration", duration) / held))]
+            values = values[: max(1, round(duration / held))]
     return Script(model.state, held, values)
 
 

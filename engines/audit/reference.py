@@ -137,6 +137,8 @@ def _compared(model: OwnModel, best: Course, other: Course, widths: tuple[float,
     """A reference from two computations: how far they are apart is its uncertainty."""
     here, there = model.positions(best.states), model.positions(other.states)
     apart = largest(np.linalg.norm(here - there, axis=2))
+    rounding = np.finfo(float).eps * largest(np.abs(here).max(axis=2))
+    apart[1:] = np.maximum(apart, rounding)[1:]
     coordinates = largest(np.abs(model.coordinates(best.states, other.states)))
     why = best.why or other.why
     return Reference(best, other, apart, coordinates, here, widths, why)

@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,9 @@ TRUSTED = 0.2  # of a wanted error: the reference must be known to that
 # Of the error at the model's own step: some step must come nearer to the reference than this, or it
 # is not what the steps tend to.
 FALLS = 0.4
+# Of the error at a step four times as large: where the errors of all integrators fall by less, and
+# the reference resolves them, they level off at how far the reference is from their own limit.
+LEVEL = 0.7
 
 
 @dataclass(frozen=True)
@@ -89,8 +93,8 @@ def compared(
                 del going[name]
             else:
                 going[name] = 2 * parts
-    mine = [s for s in found if s.integrator == model.integrator]
-    as_is = next(s for s in mine if s.parts == own)
+    fixed = [s for s in found if s.integrator == model.integrator]
+    as_is = next(s for s in fixed if s.parts == own)
     index = tends(found, as_is, reference)
     return Compared(
         as_is,
@@ -99,7 +103,7 @@ def compared(
         ),
         index,
         min(s.at(index) for s in found),
-        observed_order(mine, reference, index),
+        observed_order(fixed, reference, index),
         tuple(c for t in TARGETS if (c := cheapest(found, as_is, reference, index, t))),
     )
 
@@ -111,11 +115,27 @@ def known(reference: Reference) -> int:
 
 def tends(steps: Sequence[StepError], own: StepError, reference: Reference) -> int:
     """Index of the last control period up to which some step comes much nearer to the reference
-    than the model's own, or as near as it is known: what catches a reference of something else."""
+    than the model's own, or as near as it is known, and the errors do not level off above that:
+    what catches a reference of something else."""
     nearest = np.min([s.errors for s in steps], axis=0)
     allowed = np.maximum(RESOLVED * reference.uncertainty, FALLS * own.errors)
     good = np.isfinite(reference.uncertainty) & (nearest <= allowed)
+    good &= ~_level(steps, own, reference)
     return int(np.argmin(good)) - 1 if not good.all() else len(good) - 1
+
+
+def _level(steps: Sequence[StepError], own: StepError, reference: Reference) -> Any:
+    """Where the errors of every integrator level off above what the reference resolves, shape
+    (n,); three steps up to the model's own are needed to tell."""
+    found = []
+    for name in {s.integrator for s in steps}:
+        these = [s for s in steps if s.integrator == name and s.parts >= own.parts]
+        errors = [s.errors for s in sorted(these, key=lambda s: s.parts)]
+        if len(errors) > 2 and np.isfinite(errors[-3:]).all():
+            fine = np.minimum(errors[-1], errors[-2])
+            level = fine > np.maximum(LEVEL * errors[-3], RESOLVED * reference.uncertainty)
+            found.append(level)
+    return np.all(found, axis=0) if found else np.zeros(len(own.errors), bool)
 
 
 def observed_order(steps: Sequence[StepError], reference: Reference, index: int) -> Order | None:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import warnings
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -78,10 +80,13 @@ def controls_of(file: Path) -> Array:
     try:
         if file.suffix == ".npz":
             with np.load(file, allow_pickle=False) as arrays:
-                return np.asarray(arrays["ctrl"], dtype=float)
-        return np.loadtxt(file, delimiter=",", ndmin=2)
-    except (ValueError, KeyError, OSError, EOFError) as error:
-        raise ParameterError("ctrl", str(file), f"{what} ({error})") from None
+                return np.asarray(arrays["ctrl"]).astype(float, casting="same_kind")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # of no rows, which its shape tells
+            return np.loadtxt(file, delimiter=",", ndmin=2)
+    except (ValueError, TypeError, KeyError, OSError, EOFError, BadZipFile) as error:
+        reason = " ".join(str(error).split())
+        raise ParameterError("ctrl", str(file), f"{what} ({reason})") from None
 
 
 def as_data(found: Audit) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import Progress, pairs, run_study
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.commands import values
-from plumbob.reports.commands.junit import write_junit
+from plumbob.reports.view.junit import write_junit
 from plumbob.reports.commands.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.like import add_like, beside, own_method

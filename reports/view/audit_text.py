@@ -100,11 +100,11 @@ def _predictable(found: Audit, steps: Compared) -> str:
 def _model(found: Audit) -> str:
     clamped = sum(found.clamped.values())
     step = duration(found.step)
-    told = f"refsafe clamps nothing at {step}"
+    clamping = f"refsafe clamps nothing at {step}"
     if clamped:
         fields = ", ".join(found.clamped)
-        told = f"refsafe raises {clamped} time constants at {step} ({fields})"
-    return "; ".join([told, *found.notes])
+        clamping = f"refsafe raises {clamped} time constants at {step} ({fields})"
+    return "; ".join([clamping, *found.notes])
 
 
 def length(metres: float) -> str:

@@ -81,10 +81,11 @@ def model_text(text: str, step: float) -> str:
 def own_model(model: Any, keyframe: int | str | None = None) -> OwnModel:
     """A user's model, from a file or compiled, as an audit needs it; raises ParameterError and
     NotCertifiable."""
-    from plumbob.engines.adapters.mujoco.own_model.model import own_model, read
+    from plumbob.engines.adapters.mujoco.own_model.model import own_model
+    from plumbob.engines.adapters.mujoco.user_file import compiled_model
 
     if isinstance(model, (str, Path)):
-        return own_model(read(Path(model)), Path(model).name, keyframe)
+        return own_model(compiled_model(Path(model), "model"), Path(model).name, keyframe)
     return own_model(model, "model", keyframe)
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import copy
+import math
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -14,12 +14,10 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, exact_solver
 from plumbob.engines.audit.motion import NotCertifiable, Script, Stepped
 
 INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
-_KINDS = {name: getattr(mujoco.mjtIntegrator, f"mjINT_{name.upper()}") for name in INTEGRATORS}
 # Every array of time constants that refsafe raises to two steps.
 TIME_CONSTANTS = (
     "geom_solref", "jnt_solref", "dof_solref", "eq_solref", "pair_solref", "pair_solreffriction",
@@ -82,7 +80,7 @@ class MujocoModel:
         """See `OwnModel`."""
         model = copy.copy(self.effective)
         model.opt.timestep = script.period / parts
-        model.opt.integrator = _KINDS[integrator]
+        model.opt.integrator = _kind(integrator)
         # A model that blows up must not start again in silence.
         model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         data, nq, nv = self._begun(model), model.nq, model.nv
@@ -131,24 +129,13 @@ class MujocoModel:
         return found
 
 
-def read(path: Path) -> Any:
-    """The compiled model of the file `path`; raises ParameterError."""
-    from plumbob.engines.adapters.mujoco.user_file import read_model
-
-    spec = read_model(path, "model")
-    try:
-        with collected():
-            return spec.compile()
-    except (ValueError, TypeError) as error:
-        reason = " ".join(str(error).split())
-        raise ParameterError("model", str(path), f"a model that compiles ({reason})") from None
-
-
 def own_model(model: Any, name: str, keyframe: int | str | None = None) -> MujocoModel:
     """The compiled `model` as an audit needs it, started from a keyframe, or as it stands; raises
     ParameterError for a keyframe that it does not have, NotCertifiable for what no audit can
     follow."""
     model = copy.copy(model)
+    if not 0.0 < model.opt.timestep < math.inf:
+        raise ParameterError("model", name, f"one with a step above 0, not {model.opt.timestep:g}")
     refused(model)
     data = mujoco.MjData(model)
     if keyframe is not None:
@@ -156,12 +143,14 @@ def own_model(model: Any, name: str, keyframe: int | str | None = None) -> Mujoc
     mujoco.mj_forward(model, data)
     step = float(model.opt.timestep)
     effective, clamped = clamped_for(model, step)
-    integrator = next(
-        (n for n, kind in _KINDS.items() if int(kind) == int(model.opt.integrator)), ""
-    )
+    integrator = next((n for n in INTEGRATORS if int(_kind(n)) == int(model.opt.integrator)), "")
     if not integrator:
         raise NotCertifiable(f"its integrator is {mujoco.mjtIntegrator(model.opt.integrator).name}")
     return MujocoModel(name, effective, data, step, integrator, clamped, _notes(model))
+
+
+def _kind(integrator: str) -> Any:
+    return getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
 
 
 def clamped_for(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
