@@ -124,6 +124,8 @@ class Engine:
     prepare: Callable[[Case, Method, float], Simulation]  # raises Unsupported
     model_error: Callable[[Case, Method, float], Mapping[str, Mapping[str, float]]]
     """{observable: {reason: absolute bound}}: what the model itself adds, apart from the step."""
+    scheme: Callable[[Case, Method], Scheme] | None = None
+    """What a method does in a step of a case, where that is not always the method's own scheme."""
     optional: bool = False  # a peer: not missed unless it is asked for by name
     confirming: Callable[[Method], tuple[Method, float]] | None = None
     """A method that controls its local error -> a method and tolerance of this engine, on the same

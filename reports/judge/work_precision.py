@@ -52,7 +52,7 @@ def of_method(found: Sequence[Point], method: Method) -> tuple[Point, ...]:
 
 
 def _error(found: Measurement, leading: str) -> float:
-    return found.errors[leading].largest if found.status == "done" else float("inf")
+    return found.errors[leading].largest if leading in found.errors else float("inf")
 
 
 def _cost(found: Measurement, ns_per_step: float) -> float:

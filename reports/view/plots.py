@@ -120,7 +120,7 @@ def error_against_step(
     leading = system.observables[0]
     traces: list[Trace] = []
     for c in convergence:
-        done = _done(c)
+        done = [m for m in _done(c) if leading.name in m.errors]
         if not done:
             continue
         errors = [m.errors[leading.name] for m in done]

@@ -56,3 +56,12 @@ def test_the_command_refuses_in_one_line(
     assert main(["plan", "--to", "0.1", "0", "0", *words]) == 2
     out, err = capsys.readouterr()
     assert (out, err.count("\n")) == ("", 1)
+
+
+def test_a_plan_for_an_engine_that_is_missing_is_exit_code_3(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
+    words = ["plan", "--to", "0.05", "0", "0", "--method", "mujoco/rk4+coulomb", "--step", "1e-3"]
+    assert main(words) == 3
+    assert "missing" in capsys.readouterr().out

@@ -9,7 +9,12 @@ import pytest
 
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
-from plumbob.reports.findings.cone_pendulum import energy, hamiltonian, source_claims
+from plumbob.reports.findings.cone_pendulum import (
+    energy,
+    hamiltonian,
+    source_claims,
+    source_figures,
+)
 from plumbob.reports.findings.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.reports.findings.energy_drift import drift_table
 from plumbob.tests.support.declared import declared, nothing
@@ -25,6 +30,16 @@ def test_finding_printed_hamiltonian() -> None:
     assert max(map(abs, mutual)) < 1e-11  # the errors of RK4 at 1e-4 and DOP853 at 1e-13
     correct, printed = (float(cell.text) for cell in found.tables[2].rows[0][1:])
     assert correct < 1e-8 < 1000.0 < printed
+
+
+def test_figures_of_the_source_begin_at_the_start() -> None:
+    (*_, momentum, speed) = source_figures.panels(
+        declared(nothing(), source_figures.requests), ROTATING
+    )
+    problem = forms(ROTATING).problem
+    assert speed.traces[0]["y"][0] == pytest.approx(problem.theta_dot, rel=1e-3)
+    moment = problem.body.inertia_x * problem.theta_dot
+    assert momentum.traces[0]["y"][0] == pytest.approx(moment, rel=1e-3)
 
 
 def test_finding_inertia() -> None:

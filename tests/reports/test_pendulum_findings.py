@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
 import pytest
 
 from plumbob.engines.registry import methods as find_methods
@@ -14,6 +15,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
+from plumbob.reports.findings.energy_drift import Drift
 from plumbob.reports.findings.simple_pendulum import (
     SECTION,
     energy,
@@ -127,6 +129,19 @@ def test_energy_is_bounded_drifts_or_is_lost() -> None:
         assert again == pytest.approx(loss("pymunk/default", 1e-3), rel=1e-6)
     cube = loss("pymunk/tight", 4e-3) / loss("pymunk/tight", 2e-3)
     assert math.log2(cube) == pytest.approx(3.0, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("rate", "ripple", "fate"),
+    [(-1.0, 0.0, "lost"), (1.0, 0.0, "gained"), (-0.02, 0.0, "secular"), (0.0, 0.1, "bounded")],
+)
+def test_what_becomes_of_an_energy(rate: float, ripple: float, fate: str) -> None:
+    times = np.linspace(0.0, 1.0, 200)
+    errors = rate * times + ripple * np.sin(40.0 * times)
+    run = Trajectory(times, {}, {}, steps=199)
+    found = Drift(run, tuple(errors.tolist()), rate, ripple, None, 0.0, available=1.0)
+    assert found.fate == fate
+    assert found.secular == (fate != "bounded")
 
 
 def test_tension_of_the_rod() -> None:

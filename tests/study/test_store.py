@@ -10,15 +10,18 @@ from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import methods
 from plumbob.engines.study import store
+from plumbob.engines.study.codec import packed, unpacked
 from plumbob.engines.study.measurement import ObservedError
 from plumbob.engines.study.provenance import provenance
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
+from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scenes
 from plumbob.reports.cli import main
 
@@ -55,7 +58,24 @@ def test_the_newest_study_of_a_scene(study: Study, tmp_path: Path) -> None:
     assert found is not None
     assert found.convergence == study.convergence
     assert store.load(file, first) == found
+    second = _save(replace(study, reference_step=2 * study.reference_step), file)
+    assert store.load(file, scene=SCENE) == store.load(file, second)
+    assert store.load(file, second) != found
     assert store.load(file, scene="nothing/like-it") is None
+
+
+def test_a_recording_comes_back_as_it_was() -> None:
+    values = {"theta": np.array([0.1, math.nan]), "theta_dot": np.array([-0.0, math.inf])}
+    run = Trajectory(np.array([0.0, 0.1]), values, {"contacts": np.array([3.0, 4.0])}, steps=7,
+                     seconds=0.25, diverged_at=0.3, warnings=("NaN", "unstable"))  # fmt: skip
+    back = unpacked(*packed(run))
+    assert (back.steps, back.seconds, back.diverged_at) == (7, 0.25, 0.3)
+    assert back.warnings == run.warnings
+    np.testing.assert_array_equal(back.times, run.times)
+    for part in ("observables", "channels"):
+        assert getattr(back, part).keys() == getattr(run, part).keys()
+        for name, array in getattr(run, part).items():
+            np.testing.assert_array_equal(getattr(back, part)[name], array)
 
 
 def test_a_file_that_is_no_store(tmp_path: Path) -> None:
