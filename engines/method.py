@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, Protocol
 
 from plumbob.analytic.errors.schemes import Scheme
-from plumbob.engines.audit.motion import OwnModel
+from plumbob.engines.own_motion import OwnModel
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case, Scene
 

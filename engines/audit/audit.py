@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from plumbob.engines.audit.motion import OwnModel, Script
 from plumbob.engines.audit.reference import Reference, certified
 from plumbob.engines.audit.steps import RESOLVED, Compared, compared
+from plumbob.engines.own_motion import OwnModel, Script
 
 REFERENCE = 0.6  # of the budget
 

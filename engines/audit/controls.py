@@ -6,7 +6,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
-from plumbob.engines.audit.motion import OwnModel, Script
+from plumbob.engines.own_motion import OwnModel, Script
 
 PERIOD = 0.02  # [s] about, for which a control is held
 DURATION = 1.0  # [s]

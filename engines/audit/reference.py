@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.audit.motion import Course, Field, NotCertifiable, OwnModel, Script
+from plumbob.engines.own_motion import Course, Field, NotCertifiable, OwnModel, Script
 
 TIGHT, LOOSE = 1e-10, 1e-8  # relative and absolute tolerances of the two smooth methods
 WIDTHS = (1e-5, 1e-6, 3e-7)  # [m] of the layer

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.audit.motion import OwnModel, Script
 from plumbob.engines.audit.reference import Reference, largest
+from plumbob.engines.own_motion import OwnModel, Script
 from plumbob.engines.study.order import Order, fit_order
 
 TARGETS = (0.1, 0.01, 1e-3, 1e-4)  # [m] wanted errors

@@ -18,7 +18,7 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.controls import KINDS
 from plumbob.reports.commands import values
 from plumbob.reports.judge.audit import BUDGET, audit
-from plumbob.reports.view import audit_text
+from plumbob.reports.view.audit.text import lines
 
 MISSED = 1  # the accuracy asked for
 _LARGEST = 100_000_000  # bytes of a control file
@@ -58,7 +58,7 @@ def command(chosen: argparse.Namespace) -> int:
         json.dump(values.plain(as_data(found)), sys.stdout, indent=1)
         print()
     else:
-        print("\n".join(audit_text.lines(found)))
+        print("\n".join(lines(found)))
     if "absolute" not in numbers:
         return 0
     try:

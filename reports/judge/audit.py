@@ -9,7 +9,7 @@ from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.motion import NotCertifiable
+from plumbob.engines.own_motion import NotCertifiable
 from plumbob.engines.registry import engines
 
 BUDGET = 60.0  # [s] of wall time

@@ -15,9 +15,9 @@ from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_mod
 from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.motion import NotCertifiable
 from plumbob.engines.audit.reference import Reference, certified
 from plumbob.engines.audit.steps import HALVINGS
+from plumbob.engines.own_motion import NotCertifiable
 from plumbob.tests.audit.scenes_as_models import ball, pendulum
 
 BUDGET = 60.0  # [s], far more than these take

@@ -16,8 +16,8 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.own_model import field as field_module
 from plumbob.engines.adapters.mujoco.own_model.model import own_model, refused
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.motion import NotCertifiable
 from plumbob.engines.audit.reference import certified
+from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.cli import main
 from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, pendulum
 

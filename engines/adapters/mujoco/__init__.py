@@ -13,8 +13,8 @@ from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
 from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.mujoco.methods import METHODS
-from plumbob.engines.audit.motion import OwnModel
 from plumbob.engines.method import Engine, FileCheck, Method, Settings, Simulation, Trimming
+from plumbob.engines.own_motion import OwnModel
 from plumbob.models.scene import Case
 
 

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.audit.motion import NotCertifiable
+from plumbob.engines.own_motion import NotCertifiable
 
 MOST_IN_LAYER = 4  # contacts: their 16 on-off states are all evaluated
 ITERATIONS = 60  # of Newton's method; it converges in a few

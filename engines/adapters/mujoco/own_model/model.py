@@ -15,7 +15,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, exact_solver
-from plumbob.engines.audit.motion import NotCertifiable, Script, Stepped
+from plumbob.engines.own_motion import NotCertifiable, Script, Stepped
 
 INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
 # Every array of time constants that refsafe raises to two steps.
