@@ -32,6 +32,8 @@ class Method:
     step_sizes: tuple[float, ...] = ()  # of tolerances, loose to tight; steps are the scene's own
     systems: tuple[str, ...] = ()
     """Patterns of systems, or scenes, it is meant for, or after "!" is not; empty: all."""
+    surrogate: str = ""
+    """Why its model is not the full body, where it is not: what no robot model can take over."""
 
     def __getstate__(self) -> dict[str, Any]:
         """What a worker is sent: a read-only view of a dict cannot be."""

@@ -91,21 +91,6 @@ _NUMERICAL = (  # scenes whose reference is no closed form
     *("capsule-coast/spin", "capsule-plan/*", "capsule-turn/*", "simple-pendulum/damped-*"),
     *("simple-pendulum/forced-*", "simple-pendulum/overdamped"),
 )
-_EULER = (  # of first order, with the same error
-    *("mujoco/euler", "mujoco/implicit", "mujoco/implicitfast", "mujoco/discrete", "ode/euler"),
-)
-_SADDLE = (
-    "the motion lingers near a saddle, which multiplies the error: steps of the quick profile are"
-    " too large for a series"
-)
-_LONG = "over 50 s the error grows beyond what a series in steps of the quick profile reaches"
-_NEAR_SADDLE = ("cone-pendulum/above-barrier-1e-6", "simple-pendulum/rotating-slow")
-_RADAU = "the bound on what its local errors may become exceeds what this motion is linear in"
-_RADAU_SCENES = (
-    *_NEAR_SADDLE, "simple-pendulum/free-large", "simple-pendulum/damped-rotating",
-    "simple-pendulum/forced-large", "simple-pendulum/near-top-1e-6",
-)  # fmt: skip
-
 EXPECTATIONS: tuple[Expectation, ...] = (
     Expectation("capsule-line/w1-threshold*", "pymunk/feet", "pre-asymptotic", _NANOMETRE, "pass"),
     Expectation("capsule-line/frictionless", "pymunk/pivots", "pass", ""),

@@ -14,10 +14,10 @@ from typing import Any
 from plumbob.engines.method import Method
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import systems
-from plumbob.models.scene import Scene, System
-from plumbob.reports.judge.user_settings import user_results
+from plumbob.models.scene import Quantity, Scene, System
+from plumbob.reports.advice.user_settings import user_results
+from plumbob.reports.advice.work_precision import points
 from plumbob.reports.judge.verdict import LEAVES_OUT, Judged, Judgements, Verdict, judge_study
-from plumbob.reports.judge.work_precision import points
 from plumbob.reports.view import notation, overview, sensitivity, tables, tightness
 from plumbob.reports.view.content import Figure, Finding, Section, Table
 from plumbob.reports.view.overview import anchor
@@ -188,8 +188,9 @@ def _scene(
         sensitivity.table(study, scene, found),
         tables.parameters(system, scene),
     )
+    in_units = (Quantity(study.leading(scene.name).name, 1.0),)
     figures = scene_figures(
-        scene, convergence, methods, styles(study.methods), points(study, scene.name)
+        scene, convergence, methods, styles(study.methods), points(study, scene.name, in_units)
     )
     return SceneView(
         scene,

@@ -17,9 +17,9 @@ from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.engines.method import Method
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
+from plumbob.reports.advice.work_precision import Point, front
 from plumbob.reports.cli import main
 from plumbob.reports.findings import section
-from plumbob.reports.judge.work_precision import Point, front
 from plumbob.reports.view.content import Finding, Section
 from plumbob.reports.view.page import figure_json, write_page
 from plumbob.reports.view.palette import styles
