@@ -39,6 +39,7 @@ class Reference:
     positions: Array  # [m] of the bodies, shape (n, bodies, 3)
     widths: tuple[float, ...] = ()  # [m] of the layers; empty for a smooth motion
     why: str = ""  # there is none, or it ends early
+    not_smooth: str = ""  # why layers were needed
 
     @property
     def until(self) -> float:
@@ -58,8 +59,10 @@ def certified(
         second = integrated(model.field(), script, "RK45", LOOSE, ends, clock)
         return _compared(model, first, second, ())
     courses: list[Course] = []
+    layers_ended = ""
     for width in WIDTHS:
         found = integrated(model.field(width), script, "RK45", IN_LAYER, ends, clock)
+        layers_ended = layers_ended or found.why
         if found.until <= 0.0:
             break
         courses.append(replace(found, how=f"{found.how}, contacts over {width:g} m"))
@@ -79,7 +82,13 @@ def certified(
     if not known:
         return _none(model, script, first)
     best = max(known, key=lambda r: r.until)
-    return best if best.until >= script.duration * (1 - 1e-9) else replace(best, why=first.why)
+    best = replace(best, not_smooth=first.why if best.widths else "")
+    if best.until >= script.duration * (1 - 1e-9):
+        return best
+    after = (
+        "" if best.widths or not layers_ended else f"; with contacts over a layer, {layers_ended}"
+    )
+    return replace(best, why=(best.why if best.widths else first.why + after))
 
 
 def integrated(

@@ -104,6 +104,7 @@ def as_data(found: Audit) -> dict[str, Any]:
         "error": found.error,
         "resolved": found.resolved if steps else False,
         "why": found.reference.why,
+        "not_smooth": found.reference.not_smooth,
         "layer_widths": found.reference.widths,
         "events": found.reference.course.events,
         "clamped": found.clamped,

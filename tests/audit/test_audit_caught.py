@@ -18,7 +18,7 @@ from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import Reference, certified
 from plumbob.engines.audit.steps import HALVINGS
 from plumbob.engines.own_motion import NotCertifiable
-from plumbob.tests.audit.scenes_as_models import ball, pendulum
+from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, pendulum
 
 BUDGET = 60.0  # [s], far more than these take
 
@@ -166,3 +166,16 @@ def test_effective_contacts_are_those_that_refsafe_leaves() -> None:
     unchanged, nothing = own_model_module.clamped_for(ball(solref=".002 1"), 0.001)
     assert nothing == {}
     assert unchanged.geom_solref[:, 0].tolist() == [0.002, 0.002]
+
+
+def test_activation_at_its_limit_ends_the_reference() -> None:
+    """Steps hold an activation at its limit, where rates alone would go on."""
+    text = PENDULUM.format(integrator="Euler").replace(
+        '<motor joint="hinge" ctrlrange="-1 1"/>',
+        '<intvelocity joint="hinge" kp="1" actrange="-.1 .1" ctrlrange="-1 1"/>',
+    )
+    own = own_model(mujoco.MjModel.from_xml_string(text), "held")
+    motion = script(own, np.ones((20, 1)), period=0.02)
+    found = certified(own, motion, BUDGET)
+    assert found.until == pytest.approx(0.1)
+    assert "an activation reaches its limit" in found.why

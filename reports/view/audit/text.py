@@ -39,8 +39,7 @@ def _compared(found: Audit, steps: Compared) -> Iterator[tuple[str, str]]:
     yield "halving", _halving(found, steps)
     yield "cheapest", _cheapest(steps)
     yield "predictable", _predictable(found, steps)
-    events = len(found.reference.course.events)
-    yield "contacts", f"{events} begin or end, counted along the reference"
+    yield "contacts", _contacts(found)
 
 
 def _reference(found: Audit) -> str:
@@ -52,8 +51,17 @@ def _reference(found: Audit) -> str:
         how = "two layer widths"
     known = f"certified to ±{found.uncertainty:.1e} m over {found.until:.3g} s"
     nearest = f"its own steps come within {length(steps_nearest(found.found))} of it"
-    ended = f"; then: {reference.why}" if reference.why else ""
+    why = reference.why
+    if found.until < reference.until * (1 - 1e-9):
+        why = "the model's own steps tend to something else, or not at all"
+    ended = f"; then: {why}" if why else ""
     return f"{known} ({how}; {nearest}){ended}"
+
+
+def _contacts(found: Audit) -> str:
+    events = len(found.reference.course.events)
+    counted = f"{events} begin or end, counted along the reference" if events else "none changes"
+    return "; ".join(part for part in (counted, found.reference.not_smooth) if part)
 
 
 def steps_nearest(steps: Compared) -> float:
@@ -64,7 +72,7 @@ def steps_nearest(steps: Compared) -> float:
 def _halving(found: Audit, steps: Compared) -> str:
     own = [s for s in steps.steps if s.integrator == found.integrator and s.step <= found.step]
     shown = [s for s in own if s.at(steps.index) > RESOLVED * found.uncertainty][:5]
-    if len(shown) < 2:
+    if len(shown) < 2 or not found.resolved:
         return "not needed: the error is within what the reference resolves"
     ratio = (shown[-1].at(steps.index) / shown[0].at(steps.index)) ** (1 / (len(shown) - 1))
     helps = "helps" if ratio < 0.71 else "hardly helps" if ratio < 0.95 else "does not help"
@@ -113,7 +121,7 @@ def length(metres: float) -> str:
         return "diverged"
     for unit, size in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9)):
         if metres >= 0.9995 * size:
-            return f"{metres / size:.2g} {unit}"
+            return f"{float(f'{metres / size:.2g}'):g} {unit}"
     return f"{metres:.1e} m" if metres else "0"
 
 

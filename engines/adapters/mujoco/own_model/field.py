@@ -17,6 +17,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.own_motion import NotCertifiable
 
 MOST_IN_LAYER = 4  # contacts: their 16 on-off states are all evaluated
+BEYOND = 1e-6  # of its range: an activation as near to its limit as that may rest there
 ITERATIONS = 60  # of Newton's method; it converges in a few
 _FROM_THE_START = int(mujoco.mjtStage.mjSTAGE_NONE)
 _AFTER_POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
@@ -62,6 +63,11 @@ class ContinuousField:
                 places.append(q)
                 rates.append(v)
         self.places, self.rates = np.array(places, int), np.array(rates, int)
+        # Steps hold an activation at its limit, the rates do not: beyond one there is no motion.
+        self.least, self.most = np.full(model.na, -np.inf), np.full(model.na, np.inf)
+        for i in np.flatnonzero(model.actuator_actlimited):
+            last = model.actuator_actadr[i] + model.actuator_actnum[i] - 1
+            self.least[last], self.most[last] = model.actuator_actrange[i]
 
     def __call__(self, t: float, y: Array) -> Array:
         """See `Field`; raises NotCertifiable."""
@@ -70,6 +76,8 @@ class ContinuousField:
         data.qpos[:], data.qvel[:], data.time = y[:nq], y[nq : nq + nv], t
         if model.na:
             data.act[:] = y[nq + nv :]
+            if ((data.act < self.least - BEYOND) | (data.act > self.most + BEYOND)).any():
+                raise NotCertifiable(f"an activation reaches its limit at {t:.4g} s")
         acceleration = self._in_layer() if self.width else self._sharp()
         out = np.empty_like(y)
         speed = y[nq : nq + nv]
