@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -78,6 +78,14 @@ class Stepped:
     why: str = ""  # it ended before its time
 
 
+@dataclass(frozen=True)
+class Change:
+    """Something that a model may do without: numbers of it, and what they are set to."""
+
+    name: str
+    sets: tuple[tuple[str, tuple[int, ...], float], ...]  # field, indices (none: a number), value
+
+
 class OwnModel(Protocol):
     """A user's model, made ready for an audit: as it stands at its own step, contacts clamped as
     the engine clamps them there."""
@@ -142,6 +150,14 @@ class OwnModel(Protocol):
 
     def positions(self, states: Array) -> Array:
         """Centres of mass of the bodies [m], shape (len(states), bodies, 3)."""
+        ...
+
+    def changes(self, script: Script) -> tuple[Change, ...]:
+        """What may be left out, judged by its own steps under `script`, each to be tried."""
+        ...
+
+    def changed(self, changes: Sequence[Change]) -> OwnModel:
+        """The model with these left out."""
         ...
 
     def coordinates(self, states: Array, others: Array) -> Array:

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 
 from plumbob.engines.audit.reference import Reference, certified
 from plumbob.engines.audit.steps import RESOLVED, Compared, compared
+from plumbob.engines.audit.trims import Trims, trims
 from plumbob.engines.own_motion import OwnModel, Script
 
-REFERENCE = 0.6  # of the budget
+REFERENCE, TRIMS = 0.6, 0.1  # of the budget
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,8 @@ class Audit:
     clamped: Mapping[str, int]
     notes: tuple[str, ...]
     seconds: float  # wall time
+    trims: Trims | None = None  # None where no error is known
+    model: OwnModel | None = None
 
     @property
     def error(self) -> float:
@@ -80,7 +83,11 @@ def audited(
         if not found.index:
             found, why = None, "the model's own steps do not tend to what was integrated"
             reference = replace(reference, why=why)
+    left_out = None
+    if found is not None:
+        error = found.own.at(found.index)
+        left_out = trims(model, script, found.own.parts, found.index, error, TRIMS * budget, clock)
     return Audit(
         model.name, model.integrator, model.step, script, control, reference, found,
-        model.clamped, model.notes, clock() - begin,
+        model.clamped, model.notes, clock() - begin, left_out, model,
     )  # fmt: skip

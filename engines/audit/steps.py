@@ -25,6 +25,8 @@ FALLS = 0.4
 # Of the error at a step four times as large: where the errors of all integrators fall by less, and
 # the reference resolves them, they level off at how far the reference is from their own limit.
 LEVEL = 0.7
+NOTHING = 1e-9  # [m] rounding and solver tolerances leave as much in the steps
+MOSTLY = 0.8  # of the periods so far must tend: contacts make single ones irregular
 
 
 @dataclass(frozen=True)
@@ -87,9 +89,10 @@ def compared(
             begin = clock()
             found.append(_held(model, script, reference, name, parts))
             last = found[-1].at(reached)
-            fine = parts >= own and last <= 2.0 * float(reference.uncertainty[reached])
+            fine = parts >= 4 * own and last <= 2.0 * float(reference.uncertainty[reached])
             late = clock() + 2.5 * (clock() - begin) > ends
-            if fine or (late and parts >= own) or parts >= own << HALVINGS:
+            needed = own << (name == model.integrator)  # one halving at least
+            if fine or (late and parts >= needed) or parts >= own << HALVINGS:
                 del going[name]
             else:
                 going[name] = 2 * parts
@@ -118,23 +121,25 @@ def tends(steps: Sequence[StepError], own: StepError, reference: Reference) -> i
     than the model's own, or as near as it is known, and the errors do not level off above that:
     what catches a reference of something else."""
     nearest = np.min([s.errors for s in steps], axis=0)
-    allowed = np.maximum(RESOLVED * reference.uncertainty, FALLS * own.errors)
+    floor = np.maximum(RESOLVED * reference.uncertainty, NOTHING)
+    allowed = np.maximum(floor, FALLS * own.errors)
     good = np.isfinite(reference.uncertainty) & (nearest <= allowed)
-    good &= ~_level(steps, own, reference)
-    return int(np.argmin(good)) - 1 if not good.all() else len(good) - 1
+    good &= ~_level(steps, own, floor)
+    mostly = np.cumsum(good) >= MOSTLY * np.arange(1, len(good) + 1)
+    return int(np.flatnonzero(good & mostly)[-1])
 
 
-def _level(steps: Sequence[StepError], own: StepError, reference: Reference) -> Any:
-    """Where the errors of every integrator level off above what the reference resolves, shape
-    (n,); three steps up to the model's own are needed to tell."""
+def _level(steps: Sequence[StepError], own: StepError, floor: Array) -> Any:
+    """Where the errors of every integrator level off above `floor` [m], shape (n,); three steps up
+    to the model's own are needed to tell."""
     found = []
     for name in {s.integrator for s in steps}:
         these = [s for s in steps if s.integrator == name and s.parts >= own.parts]
         errors = [s.errors for s in sorted(these, key=lambda s: s.parts)]
-        if len(errors) > 2 and np.isfinite(errors[-3:]).all():
+        if len(errors) > 2:
             fine = np.minimum(errors[-1], errors[-2])
-            level = fine > np.maximum(LEVEL * errors[-3], RESOLVED * reference.uncertainty)
-            found.append(level)
+            level = fine > np.maximum(LEVEL * errors[-3], floor)
+            found.append(level | np.isinf(fine))
     return np.all(found, axis=0) if found else np.zeros(len(own.errors), bool)
 
 

@@ -16,6 +16,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.controls import KINDS
+from plumbob.engines.registry import engines
 from plumbob.reports.commands import values
 from plumbob.reports.judge.audit import BUDGET, audit
 from plumbob.reports.view.audit.text import lines
@@ -39,6 +40,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--budget", metavar="SECONDS", help=f"wall time, about; default: {BUDGET:g}"
     )
+    parser.add_argument(
+        "--write-trimmed",
+        metavar="FILE.xml",
+        help="write the model without what this motion does not need, to this new file",
+    )
     parser.add_argument("--json", action="store_true", help="print JSON, with every digit")
 
 
@@ -49,11 +55,14 @@ def command(chosen: argparse.Namespace) -> int:
         for name in ("ctrl_period", "duration", "absolute", "budget")
         if (text := getattr(chosen, name)) is not None
     }
+    target = None if chosen.write_trimmed is None else new_file(Path(chosen.write_trimmed))
     control = chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl))
     found = audit(
         Path(chosen.model), control, keyframe=chosen.keyframe, duration=numbers.get("duration"),
         period=numbers.get("ctrl_period"), budget=numbers.get("budget", BUDGET),
     )  # fmt: skip
+    if target is not None:
+        trimmed_file(found, Path(chosen.model), target)
     if chosen.json:
         json.dump(values.plain(as_data(found)), sys.stdout, indent=1)
         print()
@@ -67,6 +76,26 @@ def command(chosen: argparse.Namespace) -> int:
         print(f"plumbob: {why}", file=sys.stderr)
         return MISSED
     return 0
+
+
+def new_file(target: Path) -> Path:
+    """A path where a file can be written and none is; raises ParameterError."""
+    if target.suffix != ".xml" or target.exists() or target.is_symlink():
+        raise ParameterError("write trimmed", str(target), "an .xml file that does not exist yet")
+    if not target.parent.is_dir():
+        raise ParameterError("write trimmed", str(target), "in a folder that exists")
+    return target
+
+
+def trimmed_file(found: Audit, source: Path, target: Path) -> None:
+    """Write the model `source` without what `found` leaves out; raises ParameterError where
+    nothing is, or it cannot be written."""
+    together = found.trims.together if found.trims else None
+    write = engines()["mujoco"].write_trimmed
+    assert write is not None
+    if together is None:
+        raise ParameterError("write trimmed", str(target), "left away: nothing can be left out")
+    write(source, together.changes, target)
 
 
 def controls_of(file: Path) -> Array:
@@ -119,5 +148,12 @@ def as_data(found: Audit) -> dict[str, Any]:
             for s in steps.steps
         ],
         "cheapest": [] if steps is None else [c.__dict__ for c in steps.cheapest],
+        "trims": []
+        if found.trims is None
+        else [
+            {"left_out": t.name, "same_bits": t.same_bits, "moved": t.moved, "cost": t.cost,
+             "accepted": t.accepted(found.error)}
+            for t in (*found.trims.each, *filter(None, [found.trims.together]))
+        ],
         "seconds": found.seconds,
     }  # fmt: skip

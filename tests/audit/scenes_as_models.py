@@ -86,3 +86,11 @@ def ball(
 def pendulum(integrator: str = "Euler") -> Any:
     """A compiled rod on a hinge, with a motor."""
     return mujoco.MjModel.from_xml_string(PENDULUM.format(integrator=integrator))
+
+
+def ready(model: Any, keyframe: int | None = None) -> MujocoModel:
+    """A model, or a file, as the engine gets it ready."""
+    assert ENGINE.own_model is not None
+    found = ENGINE.own_model(model, keyframe)
+    assert isinstance(found, MujocoModel)
+    return found

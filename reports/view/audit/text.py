@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.steps import RESOLVED, TARGETS, Compared, StepError, horizon
+from plumbob.engines.audit.trims import Trim
 
 WIDTH = 13  # of the first column
 
@@ -40,6 +41,7 @@ def _compared(found: Audit, steps: Compared) -> Iterator[tuple[str, str]]:
     yield "cheapest", _cheapest(steps)
     yield "predictable", _predictable(found, steps)
     yield "contacts", _contacts(found)
+    yield "trims", _trims(found)
 
 
 def _reference(found: Audit) -> str:
@@ -62,6 +64,19 @@ def _contacts(found: Audit) -> str:
     events = len(found.reference.course.events)
     counted = f"{events} begin or end, counted along the reference" if events else "none changes"
     return "; ".join(part for part in (counted, found.reference.not_smooth) if part)
+
+
+def _trims(found: Audit) -> str:
+    together = found.trims.together if found.trims else None
+    if together is None:
+        return "nothing that saves anything and leaves the motion as it is"
+    return f"without {together.name}: {trim_effect(together)}; on this motion only"
+
+
+def trim_effect(trim: Trim) -> str:
+    """What leaving something out does, in words."""
+    moves = "same bits" if trim.same_bits else f"moves {length(trim.moved)}"
+    return f"{moves}, ×{trim.cost:.2f}"
 
 
 def steps_nearest(steps: Compared) -> float:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import copy
 import math
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from typing import Any
 
 import mujoco
@@ -14,8 +15,9 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco.own_model import left_out
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, exact_solver
-from plumbob.engines.own_motion import NotCertifiable, Script, Stepped
+from plumbob.engines.own_motion import Change, NotCertifiable, Script, Stepped
 
 INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
 # Every array of time constants that refsafe raises to two steps.
@@ -43,6 +45,7 @@ class MujocoModel:
     integrator: str
     clamped: Mapping[str, int]
     notes: tuple[str, ...]
+    idle: int = 0  # disable flags of the stages that have nothing to do
 
     @property
     def integrators(self) -> tuple[str, ...]:
@@ -78,6 +81,10 @@ class MujocoModel:
 
     def stepped(self, script: Script, integrator: str, parts: int) -> Stepped:
         """See `OwnModel`."""
+        with silent():
+            return self._stepped(script, integrator, parts)
+
+    def _stepped(self, script: Script, integrator: str, parts: int) -> Stepped:
         model = copy.copy(self.effective)
         model.opt.timestep = script.period / parts
         model.opt.integrator = _kind(integrator)
@@ -98,6 +105,25 @@ class MujocoModel:
                 break
             states[k + 1] = np.concatenate([data.qpos, data.qvel, data.act])
         return Stepped(integrator, model.opt.timestep, states, 1e9 * spent / script.duration, why)
+
+    def changes(self, script: Script) -> tuple[Change, ...]:
+        """See `OwnModel`."""
+        model, nq, nv = self.effective, self.effective.nq, self.effective.nv
+        data, touched = self._begun(model), set[int]()
+        data.qpos[:], data.qvel[:] = script.start[:nq], script.start[nq : nq + nv]
+        data.act[:] = script.start[nq + nv :]
+        for control in script.controls:
+            data.ctrl[:] = control
+            for _ in range(round(script.period / self.step)):
+                mujoco.mj_step(model, data)
+                touched.update(data.contact.geom.ravel().tolist())
+        return tuple(left_out.changes(model, self.idle, touched))
+
+    def changed(self, changes: Sequence[Change]) -> MujocoModel:
+        """See `OwnModel`."""
+        model = copy.copy(self.effective)
+        left_out.apply(model, changes)
+        return replace(self, effective=model)
 
     def _begun(self, model: Any) -> Any:
         data, start = mujoco.MjData(model), self.start
@@ -147,6 +173,17 @@ def own_model(model: Any, name: str, keyframe: int | str | None = None) -> Mujoc
     if not integrator:
         raise NotCertifiable(f"its integrator is {mujoco.mjtIntegrator(model.opt.integrator).name}")
     return MujocoModel(name, effective, data, step, integrator, clamped, _notes(model))
+
+
+@contextmanager
+def silent() -> Iterator[None]:
+    """Keep the engine's warnings from the terminal and the disk; a run's end says what they do."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 def _kind(integrator: str) -> Any:
