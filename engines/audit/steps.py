@@ -19,8 +19,8 @@ TARGETS = (0.1, 0.01, 1e-3, 1e-4)  # [m] wanted errors
 HALVINGS = 7  # of the model's own step
 RESOLVED = 5.0  # times the reference's uncertainty: an error from there on is quoted
 TRUSTED = 0.2  # of a wanted error: the reference must be known to that
-# Of the error at the model's own step: some step must come nearer to the reference than this, or it
-# is not what the steps tend to.
+# Of the error at the model's own step, or a finer one: some step must come nearer to the reference
+# than this, or it is not what the steps tend to.
 FALLS = 0.4
 # Of the error at a step four times as large: where the errors of all integrators fall by less, and
 # the reference resolves them, they level off at how far the reference is from their own limit.
@@ -118,11 +118,13 @@ def known(reference: Reference) -> int:
 
 def tends(steps: Sequence[StepError], own: StepError, reference: Reference) -> int:
     """Index of the last control period up to which some step comes much nearer to the reference
-    than the model's own, or as near as it is known, and the errors do not level off above that:
-    what catches a reference of something else."""
+    than the worst of the model's own and finer ones (its own may be near by luck), or as near as it
+    is known, and the errors do not level off above that: what catches a reference of something
+    else."""
     nearest = np.min([s.errors for s in steps], axis=0)
     floor = np.maximum(RESOLVED * reference.uncertainty, NOTHING)
-    allowed = np.maximum(floor, FALLS * own.errors)
+    same = [s.errors for s in steps if s.integrator == own.integrator and s.parts >= own.parts]
+    allowed = np.maximum(floor, FALLS * np.max(same, axis=0))
     good = np.isfinite(reference.uncertainty) & (nearest <= allowed)
     good &= ~_level(steps, own, floor)
     mostly = np.cumsum(good) >= MOSTLY * np.arange(1, len(good) + 1)

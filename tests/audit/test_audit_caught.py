@@ -179,3 +179,15 @@ def test_activation_at_its_limit_ends_the_reference() -> None:
     found = certified(own, motion, BUDGET)
     assert found.until == pytest.approx(0.1)
     assert "an activation reaches its limit" in found.why
+
+
+def test_board_that_drags_is_certified() -> None:
+    """A board that lands at an angle and slides begins and ceases to touch."""
+    text = """<mujoco><option timestep="0.005"/><worldbody><geom type="plane" size="9 9 1"/>
+      <body pos="0 0 .0999"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
+      <joint axis="0 1 0"/><geom type="capsule" size=".1" fromto="-.3 0 0 .3 0 0" friction="1.5"/>
+      </body></worldbody><keyframe><key qvel="2 0 -1"/></keyframe></mujoco>"""
+    own = own_model(mujoco.MjModel.from_xml_string(text), "board", 0)
+    found = audited(own, script(own, duration=0.3), "rest", BUDGET)
+    assert found.until == pytest.approx(0.3)
+    assert found.uncertainty < found.error / 5
