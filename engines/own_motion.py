@@ -160,6 +160,11 @@ class OwnModel(Protocol):
         """The model with these left out."""
         ...
 
+    def readings(self, states: Array) -> Mapping[str, Array]:
+        """Energy [J] and violations of contacts, limits and equalities [m or rad] of states, by
+        name, each of shape (len(states),); what the model cannot have is left out."""
+        ...
+
     def coordinates(self, states: Array, others: Array) -> Array:
         """Differences of two motions in generalised coordinates, rad or m, shape (len(states),
         degrees of freedom)."""

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
+from plumbob.engines.audit.balance import Balance, balances
 from plumbob.engines.audit.reference import Reference, certified
 from plumbob.engines.audit.steps import RESOLVED, Compared, compared
 from plumbob.engines.audit.trims import Trims, trims
@@ -29,6 +30,7 @@ class Audit:
     notes: tuple[str, ...]
     seconds: float  # wall time
     trims: Trims | None = None  # None where no error is known
+    balances: tuple[Balance, ...] = ()
     model: OwnModel | None = None
 
     @property
@@ -83,11 +85,13 @@ def audited(
         if not found.index:
             found, why = None, "the model's own steps do not tend to what was integrated"
             reference = replace(reference, why=why)
-    left_out = None
+    left_out, read = None, tuple[Balance, ...]()
     if found is not None:
+        states = model.stepped(script, model.integrator, found.own.parts).states
+        read = balances(model, states, reference.course.states, found.index)
         error = found.own.at(found.index)
         left_out = trims(model, script, found.own.parts, found.index, error, TRIMS * budget, clock)
     return Audit(
         model.name, model.integrator, model.step, script, control, reference, found,
-        model.clamped, model.notes, clock() - begin, left_out, model,
+        model.clamped, model.notes, clock() - begin, left_out, read, model,
     )  # fmt: skip

@@ -148,6 +148,7 @@ def as_data(found: Audit) -> dict[str, Any]:
             for s in steps.steps
         ],
         "cheapest": [] if steps is None else [c.__dict__ for c in steps.cheapest],
+        "balances": [b.__dict__ for b in found.balances],
         "trims": []
         if found.trims is None
         else [

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from plumbob.engines.audit.audit import Audit
+from plumbob.engines.audit.balance import Balance
 from plumbob.engines.audit.steps import RESOLVED, TARGETS, Compared, StepError, horizon
 from plumbob.engines.audit.trims import Trim
 
@@ -41,6 +42,7 @@ def _compared(found: Audit, steps: Compared) -> Iterator[tuple[str, str]]:
     yield "cheapest", _cheapest(steps)
     yield "predictable", _predictable(found, steps)
     yield "contacts", _contacts(found)
+    yield "balance", "; ".join(balance(b) for b in found.balances)
     yield "trims", _trims(found)
 
 
@@ -64,6 +66,13 @@ def _contacts(found: Audit) -> str:
     events = len(found.reference.course.events)
     counted = f"{events} begin or end, counted along the reference" if events else "none changes"
     return "; ".join(part for part in (counted, found.reference.not_smooth) if part)
+
+
+def balance(read: Balance) -> str:
+    """A reading at the own step beside the continuous motion's, in words."""
+    if read.name == "energy":
+        return f"energy differs by {read.apart:.2g} J; it changes by {read.continuous:.2g} J"
+    return f"{read.name} {read.own:.2g}, continuously {read.continuous:.2g}"
 
 
 def _trims(found: Audit) -> str:
