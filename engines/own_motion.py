@@ -165,6 +165,10 @@ class OwnModel(Protocol):
         name, each of shape (len(states),); what the model cannot have is left out."""
         ...
 
+    def touching(self, states: Array) -> Mapping[str, Array]:
+        """Which pairs touch in states, by their names, each of shape (len(states),)."""
+        ...
+
     def coordinates(self, states: Array, others: Array) -> Array:
         """Differences of two motions in generalised coordinates, rad or m, shape (len(states),
         degrees of freedom)."""

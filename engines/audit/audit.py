@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
-from plumbob.engines.audit.balance import Balance, balances
+from plumbob.analytic.reference import Array
 from plumbob.engines.audit.reference import Reference, certified
-from plumbob.engines.audit.steps import RESOLVED, Compared, compared
+from plumbob.engines.audit.steps import RESOLVED, Balance, Compared, balances, compared
 from plumbob.engines.audit.trims import Trims, trims
 from plumbob.engines.own_motion import OwnModel, Script
 
@@ -31,6 +31,7 @@ class Audit:
     seconds: float  # wall time
     trims: Trims | None = None  # None where no error is known
     balances: tuple[Balance, ...] = ()
+    touching: Mapping[str, Array] = field(default_factory=dict)  # at the ends of the periods
     model: OwnModel | None = None
 
     @property
@@ -93,5 +94,6 @@ def audited(
         left_out = trims(model, script, found.own.parts, found.index, error, TRIMS * budget, clock)
     return Audit(
         model.name, model.integrator, model.step, script, control, reference, found,
-        model.clamped, model.notes, clock() - begin, left_out, read, model,
+        model.clamped, model.notes, clock() - begin, left_out, read,
+        model.touching(reference.course.states), model,
     )  # fmt: skip

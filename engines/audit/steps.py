@@ -70,6 +70,18 @@ class Compared:
     cheapest: tuple[Cheapest, ...]  # by target; one that nothing reaches is left out
 
 
+@dataclass(frozen=True)
+class Balance:
+    """One reading at the own step beside the continuous motion's, which books the work of actuators,
+    springs, dampers and friction: what their energies differ by is the steps' own. At the ends of
+    the control periods, up to where errors are known."""
+
+    name: str
+    own: float  # the largest magnitude at the own step; of an energy the largest change
+    continuous: float  # the same of the continuous motion
+    apart: float  # largest difference of the two at the same time
+
+
 def compared(
     model: OwnModel,
     script: Script,
@@ -184,6 +196,21 @@ def horizon(found: Compared, reference: Reference, script: Script, target: float
     missed = (best + reference.uncertainty > target) | (reference.uncertainty > TRUSTED * target)
     at = np.flatnonzero(missed)
     return float(script.times[at[0]]) if at.size else math.inf
+
+
+def balances(model: OwnModel, steps: Array, reference: Array, index: int) -> tuple[Balance, ...]:
+    """Readings of two courses of states, shapes (n, ...), up to the period `index`. An energy is
+    measured from its start, as it has no zero."""
+    ours = model.readings(steps[: index + 1])
+    theirs = model.readings(reference[: index + 1])
+    found = []
+    for name in [n for n in (*ours, *theirs) if n in ours or n in theirs]:
+        zero = np.zeros(index + 1)
+        one, other = ours.get(name, zero), theirs.get(name, zero)
+        start = one[0] if name == "energy" else 0.0
+        here, there = np.abs(one - start).max(), np.abs(other - start).max()
+        found.append(Balance(name, float(here), float(there), float(np.abs(one - other).max())))
+    return tuple(dict.fromkeys(found))
 
 
 def _held(

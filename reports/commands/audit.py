@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 import sys
 import warnings
 from pathlib import Path
@@ -45,6 +46,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE.xml",
         help="write the model without what this motion does not need, to this new file",
     )
+    parser.add_argument("--out", metavar="DIR", help="write the page audit-NAME.html there")
     parser.add_argument("--json", action="store_true", help="print JSON, with every digit")
 
 
@@ -56,6 +58,8 @@ def command(chosen: argparse.Namespace) -> int:
         if (text := getattr(chosen, name)) is not None
     }
     target = None if chosen.write_trimmed is None else new_file(Path(chosen.write_trimmed))
+    if chosen.out is not None and Path(chosen.out).exists() and not Path(chosen.out).is_dir():
+        raise ParameterError("out", chosen.out, "a folder to write into")
     control = chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl))
     found = audit(
         Path(chosen.model), control, keyframe=chosen.keyframe, duration=numbers.get("duration"),
@@ -63,6 +67,8 @@ def command(chosen: argparse.Namespace) -> int:
     )  # fmt: skip
     if target is not None:
         trimmed_file(found, Path(chosen.model), target)
+    if chosen.out is not None:
+        print(page(found, Path(chosen.out), chosen), file=sys.stderr)
     if chosen.json:
         json.dump(values.plain(as_data(found)), sys.stdout, indent=1)
         print()
@@ -76,6 +82,20 @@ def command(chosen: argparse.Namespace) -> int:
         print(f"plumbob: {why}", file=sys.stderr)
         return MISSED
     return 0
+
+
+def page(found: Audit, folder: Path, chosen: argparse.Namespace) -> Path:
+    """Write the page; raises ParameterError where it cannot be written."""
+    from plumbob.reports.view.audit.page import write_audit_page
+
+    options = ("keyframe", "ctrl", "ctrl_period", "duration", "budget")
+    given = [(o, v) for o in options if (v := getattr(chosen, o)) not in (None, "rest")]
+    words = [w for o, v in given for w in (f"--{o.replace('_', '-')}", str(v))]
+    command = shlex.join(["plumbob", "audit", chosen.model, *words, "--out", chosen.out])
+    try:
+        return write_audit_page(found, folder, command)
+    except OSError as error:
+        raise ParameterError("out", str(folder), f"a folder to write into ({error})") from None
 
 
 def new_file(target: Path) -> Path:

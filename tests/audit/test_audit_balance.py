@@ -22,7 +22,7 @@ def audit_of(text: str, duration: float) -> Audit:
     return audited(model, script(model, duration=duration), "rest", 20.0)
 
 
-def test_energy_of_a_fall_is_off_by_what_the_step_does() -> None:
+def test_energy_error_of_a_fall_is_that_of_the_step() -> None:
     """Semi-implicit Euler falls g h t/2 too far with the right speed: m g^2 h t/2 too little."""
     (energy,) = audit_of(FALLING.format("Euler"), 0.4).balances
     assert energy.name == "energy"

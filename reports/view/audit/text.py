@@ -6,8 +6,7 @@ import math
 from collections.abc import Iterator
 
 from plumbob.engines.audit.audit import Audit
-from plumbob.engines.audit.balance import Balance
-from plumbob.engines.audit.steps import RESOLVED, TARGETS, Compared, StepError, horizon
+from plumbob.engines.audit.steps import RESOLVED, TARGETS, Balance, Compared, StepError, horizon
 from plumbob.engines.audit.trims import Trim
 
 WIDTH = 13  # of the first column
@@ -15,17 +14,21 @@ WIDTH = 13  # of the first column
 
 def lines(found: Audit) -> list[str]:
     """The answer as lines of text."""
+    width = max(WIDTH, len(found.name) + 2)
+    return [f"{name:{width}}{text}" for name, text in rows(found)]
+
+
+def rows(found: Audit) -> list[tuple[str, str]]:
+    """The answer: names of the lines, and what they say."""
     script = found.script
     head = f"{found.integrator} {duration(found.step)}, {script.duration:.3g} s"
-    rows = [(found.name, f"{head}, control ({found.control}) held {duration(script.period)}")]
-    rows += [("reference", _reference(found))]
+    said = [(found.name, f"{head}, control ({found.control}) held {duration(script.period)}")]
+    said += [("reference", _reference(found))]
     if found.found is not None:
-        rows += list(_compared(found, found.found))
-    rows += [("model", _model(found))]
+        said += list(_compared(found, found.found))
+    said += [("model", _model(found))]
     beyond = "" if found.found is None else f"; t > {found.until:.3g} s"
-    rows += [("not claimed", f"other motions; reality{beyond}")]
-    width = max(WIDTH, len(found.name) + 2)
-    return [f"{name:{width}}{text}" for name, text in rows]
+    return [*said, ("not claimed", f"other motions; reality{beyond}")]
 
 
 def _compared(found: Audit, steps: Compared) -> Iterator[tuple[str, str]]:

@@ -17,7 +17,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.own_model import left_out
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, exact_solver
-from plumbob.engines.adapters.mujoco.own_model.readings import readings
+from plumbob.engines.adapters.mujoco.own_model.readings import readings, touching
 from plumbob.engines.own_motion import Change, NotCertifiable, Script, Stepped
 
 INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
@@ -149,6 +149,10 @@ class MujocoModel:
     def readings(self, states: Array) -> Mapping[str, Array]:
         """See `OwnModel`."""
         return readings(self.effective, self._begun(self.effective), states)
+
+    def touching(self, states: Array) -> Mapping[str, Array]:
+        """See `OwnModel`."""
+        return touching(self.effective, self._begun(self.effective), states)
 
     def coordinates(self, states: Array, others: Array) -> Array:
         """See `OwnModel`."""

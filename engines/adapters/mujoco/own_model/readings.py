@@ -13,6 +13,19 @@ from plumbob.analytic.reference import Array
 ENERGY, DEPTH, LIMITS, EQUALITIES = "energy", "penetration", "limits exceeded", "equalities missed"
 
 
+def touching(model: Any, data: Any, states: Array) -> Mapping[str, Array]:
+    """{pair of geoms: in which of `states`, shape (n, ...), it touches, shape (n,)}."""
+    found: dict[str, Array] = {}
+    for k, state in enumerate(states):
+        if np.isfinite(state).all():
+            data.qpos[:] = state[: model.nq]
+            mujoco.mj_fwdPosition(model, data)
+            for pair in data.contact.geom[data.contact.dist <= 0.0]:
+                name = " – ".join(model.geom(i).name or f"geom {i}" for i in pair if i >= 0)
+                found.setdefault(name, np.zeros(len(states), bool))[k] = True
+    return found
+
+
 def readings(model: Any, data: Any, states: Array) -> Mapping[str, Array]:
     """Of each of `states`, shape (n, ...): energy [J], deepest penetration [m], the most by which a
     joint or tendon exceeds its limit and an equality is missed [m or rad]; only what the model can
