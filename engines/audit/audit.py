@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.reference import Reference, certified
 from plumbob.engines.audit.steps import RESOLVED, Balance, Compared, balances, compared
@@ -54,6 +56,16 @@ class Audit:
     def resolved(self) -> bool:
         """Whether the error stands out of the reference's uncertainty."""
         return self.error > RESOLVED * self.uncertainty
+
+    @property
+    def resolved_index(self) -> int:
+        """Of the last period at whose end the error stands out of the reference's uncertainty, 0
+        where none does."""
+        if self.found is None:
+            return 0
+        errors = self.found.own.errors[: self.found.index + 1]
+        known = self.reference.uncertainty[: self.found.index + 1]
+        return int(np.flatnonzero((errors > RESOLVED * known) | (known == 0.0))[-1])
 
     def assert_within(self, metres: float) -> None:
         """Raise AssertionError unless the error is known over the whole motion and within

@@ -83,6 +83,8 @@ def certified(
     if not known:
         return _none(model, script, first)
     best = max(known, key=lambda r: r.until)
+    if layered is not None and smooth is not None and best is layered:
+        best = _joined(smooth, layered)
     best = replace(best, not_smooth=first.why if best.widths else "")
     if best.until >= script.duration * (1 - 1e-9):
         return best
@@ -159,6 +161,29 @@ def _compared(model: OwnModel, best: Course, other: Course, widths: tuple[float,
     coordinates = largest(np.abs(model.coordinates(best.states, other.states)))
     why = best.why or other.why
     return Reference(best, other, apart, coordinates, here, widths, why)
+
+
+def _joined(first: Reference, then: Reference) -> Reference:
+    """The first reference as far as it is known better than the second, which goes on from there."""
+    better = np.flatnonzero(first.uncertainty <= then.uncertainty)
+    count = int(better[-1]) + 1
+    assert first.confirmed_by is not None
+    assert then.confirmed_by is not None
+
+    def course(one: Course, other: Course) -> Course:
+        return replace(other, states=np.concatenate([one.states[:count], other.states[count:]]))
+
+    def known(one: Array, other: Array) -> Array:
+        return np.asarray(np.maximum.accumulate(np.concatenate([one[:count], other[count:]])))
+
+    return replace(
+        then,
+        course=course(first.course, then.course),
+        confirmed_by=course(first.confirmed_by, then.confirmed_by),
+        uncertainty=known(first.uncertainty, then.uncertainty),
+        uncertainty_coordinates=known(first.uncertainty_coordinates, then.uncertainty_coordinates),
+        positions=np.concatenate([first.positions[:count], then.positions[count:]]),
+    )
 
 
 def _at_most(one: Reference, other: Reference) -> Reference:

@@ -72,9 +72,9 @@ class Compared:
 
 @dataclass(frozen=True)
 class Balance:
-    """One reading at the own step beside the continuous motion's, which books the work of actuators,
-    springs, dampers and friction: what their energies differ by is the steps' own. At the ends of
-    the control periods, up to where errors are known."""
+    """One reading at the own step beside the continuous motion's, which books the work of
+    actuators, springs, dampers and friction: what their energies differ by is the steps' own. At
+    the ends of the control periods, up to where errors are known."""
 
     name: str
     own: float  # the largest magnitude at the own step; of an energy the largest change

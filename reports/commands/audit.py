@@ -151,6 +151,7 @@ def as_data(found: Audit) -> dict[str, Any]:
         "certified_until": found.until,
         "uncertainty": found.uncertainty,
         "error": found.error,
+        "resolved_until": float(found.script.times[found.resolved_index]),
         "resolved": found.resolved if steps else False,
         "why": found.reference.why,
         "not_smooth": found.reference.not_smooth,

@@ -191,3 +191,16 @@ def test_board_that_drags_is_certified() -> None:
     found = audited(own, script(own, duration=0.3), "rest", BUDGET)
     assert found.until == pytest.approx(0.3)
     assert found.uncertainty < found.error / 5
+
+
+def test_what_was_known_before_the_layers_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ball that falls is known to rounding until it touches, whatever the layers are."""
+    monkeypatch.setattr(reference_module, "CHATTER", 0)
+    monkeypatch.setattr(reference_module, "WIDTHS", (3e-2, 1e-2))
+    own = own_model(ball(0.13), "ball")
+    found = certified(own, script(own, duration=0.2), BUDGET)
+    assert found.widths
+    assert found.not_smooth
+    assert found.uncertainty[3] < 1e-9  # 0.06 s: it touches at 0.078 s
+    assert found.uncertainty[-1] > 1e-4
+    assert np.array_equal(found.uncertainty, np.maximum.accumulate(found.uncertainty))

@@ -9,6 +9,7 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.steps import RESOLVED, TARGETS, Balance, Compared, StepError, horizon
 from plumbob.engines.audit.trims import Trim
 
+NOTICED = 1e-6  # [m]: a smaller error at an earlier time is not mentioned
 WIDTH = 13  # of the first column
 
 
@@ -40,7 +41,10 @@ def _compared(found: Audit, steps: Compared) -> Iterator[tuple[str, str]]:
         yield "your error", f"{length(found.error)} (worst body: {own.worst})"
     else:
         most = length(found.error + found.uncertainty)
-        yield "your error", f"at most {most}: no more than the reference is known to"
+        before = ""
+        if (last := found.resolved_index) and own.at(last) > NOTICED:
+            before = f"; {length(own.at(last))} at {found.script.times[last]:.3g} s"
+        yield "your error", f"at most {most}: no more than the reference is known to{before}"
     yield "halving", _halving(found, steps)
     yield "cheapest", _cheapest(steps)
     yield "predictable", _predictable(found, steps)
