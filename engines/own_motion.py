@@ -169,6 +169,11 @@ class OwnModel(Protocol):
         """Which pairs touch in states, by their names, each of shape (len(states),)."""
         ...
 
+    def starts(self, count: int, size: float) -> Array:
+        """States near the start, by `size` [m or rad] in each coordinate, the same at each call,
+        shape (count, n)."""
+        ...
+
     def coordinates(self, states: Array, others: Array) -> Array:
         """Differences of two motions in generalised coordinates, rad or m, shape (len(states),
         degrees of freedom)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -9,12 +10,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.audit.ensemble import Likely, likely
 from plumbob.engines.audit.reference import Reference, certified
-from plumbob.engines.audit.steps import RESOLVED, Balance, Compared, balances, compared
+from plumbob.engines.audit.steps import RESOLVED, Balance, Compared, balances, compared, horizon
 from plumbob.engines.audit.trims import Trims, trims
 from plumbob.engines.own_motion import OwnModel, Script
 
-REFERENCE, TRIMS = 0.6, 0.1  # of the budget
+REFERENCE, TRIMS, ENSEMBLE = 0.6, 0.1, 0.2  # of the budget
+BEYOND = 0.01  # [m]: a motion that no step predicts to that is described by means of many starts
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,7 @@ class Audit:
     seconds: float  # wall time
     trims: Trims | None = None  # None where no error is known
     balances: tuple[Balance, ...] = ()
+    likely: Likely | None = None  # beyond what can be predicted; None where all can be
     touching: Mapping[str, Array] = field(default_factory=dict)  # at the ends of the periods
     model: OwnModel | None = None
 
@@ -98,14 +102,17 @@ def audited(
         if not found.index:
             found, why = None, "the model's own steps do not tend to what was integrated"
             reference = replace(reference, why=why)
-    left_out, read = None, tuple[Balance, ...]()
+    left_out, read, means = None, tuple[Balance, ...](), None
     if found is not None:
         states = model.stepped(script, model.integrator, found.own.parts).states
+        beyond = math.isfinite(horizon(found, reference, script, BEYOND))
+        if beyond and np.isfinite(states).all():
+            means = likely(model, script, found.own.parts, ENSEMBLE * budget, clock)
         read = balances(model, states, reference.course.states, found.index)
         error = found.own.at(found.index)
         left_out = trims(model, script, found.own.parts, found.index, error, TRIMS * budget, clock)
     return Audit(
         model.name, model.integrator, model.step, script, control, reference, found,
-        model.clamped, model.notes, clock() - begin, left_out, read,
+        model.clamped, model.notes, clock() - begin, left_out, read, means,
         model.touching(reference.course.states), model,
     )  # fmt: skip

@@ -164,7 +164,7 @@ def _compared(model: OwnModel, best: Course, other: Course, widths: tuple[float,
 
 
 def _joined(first: Reference, then: Reference) -> Reference:
-    """The first reference as far as it is known better than the second, which goes on from there."""
+    """The first reference as far as it is the better known, then the second."""
     better = np.flatnonzero(first.uncertainty <= then.uncertainty)
     count = int(better[-1]) + 1
     assert first.confirmed_by is not None

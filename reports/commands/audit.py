@@ -169,6 +169,7 @@ def as_data(found: Audit) -> dict[str, Any]:
             for s in steps.steps
         ],
         "cheapest": [] if steps is None else [c.__dict__ for c in steps.cheapest],
+        "likely": None if found.likely is None else found.likely.__dict__,
         "balances": [b.__dict__ for b in found.balances],
         "trims": []
         if found.trims is None

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from plumbob.engines.audit.audit import Audit
+from plumbob.engines.audit.ensemble import FINER, MEANS, STANDS_OUT, Likely
 from plumbob.engines.audit.steps import RESOLVED, TARGETS, Balance, Compared, StepError, horizon
 from plumbob.engines.audit.trims import Trim
 
@@ -48,6 +49,8 @@ def _compared(found: Audit, steps: Compared) -> Iterator[tuple[str, str]]:
     yield "halving", _halving(found, steps)
     yield "cheapest", _cheapest(steps)
     yield "predictable", _predictable(found, steps)
+    if found.likely is not None:
+        yield "likely", _likely(found.likely)
     yield "contacts", _contacts(found)
     yield "balance", "; ".join(balance(b) for b in found.balances)
     yield "trims", _trims(found)
@@ -67,6 +70,16 @@ def _reference(found: Audit) -> str:
         why = "the model's own steps tend to something else, or not at all"
     ended = f"; then: {why}" if why else ""
     return f"{known} ({how}; {nearest}){ended}"
+
+
+def _likely(means: Likely) -> str:
+    name, apart = means.most
+    known = f"over {means.starts} starts at the end, {FINER} times as many steps"
+    if apart < STANDS_OUT:
+        return f"{known} change no mean by more than {apart:.2g} standard errors"
+    k = MEANS.index(name)
+    values = f"{length(abs(means.own[k] - means.finer[k]))}, {apart:.2g} standard errors"
+    return f"{known} change the {name} of the bodies by {values}"
 
 
 def _contacts(found: Audit) -> str:

@@ -154,6 +154,16 @@ class MujocoModel:
         """See `OwnModel`."""
         return touching(self.effective, self._begun(self.effective), states)
 
+    def starts(self, count: int, size: float) -> Array:
+        """See `OwnModel`."""
+        model, random = self.effective, np.random.default_rng(0)
+        found = np.tile(self.state, (count, 1))
+        for state in found:
+            mujoco.mj_integratePos(
+                model, state[: model.nq], size * random.standard_normal(model.nv), 1.0
+            )
+        return found
+
     def coordinates(self, states: Array, others: Array) -> Array:
         """See `OwnModel`."""
         model = self.effective
