@@ -178,7 +178,7 @@ def _errors(
     nonlinear = exact.nonlinearity(run.times, total) if total else 0.0
     errors = {n: run.observables[n] - truth[n] for n in names if n in run.observables}
     predicted = {
-        name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear)
+        name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear, scheme)
         for name, error in errors.items()
         if name in total
     }
@@ -246,13 +246,15 @@ def _series(
     total: Mapping[str, Array],
     powers: Mapping[int, Mapping[str, Array]],
     nonlinear: float,
+    scheme: Scheme,
 ) -> Prediction:
     """What a series in the step predicts of an error at the samples, shape (n,). It leaves open
     what follows in it, less than its last two terms (near-symmetric schemes can have tiny alternate
-    terms), at their largest so far: what is nonlinear in the error is in its coefficients."""
+    terms), at their largest so far; what is nonlinear in the error is in its coefficients, but not
+    the moment of inertia of a jointed body, which adds about as large a part of the error."""
     predicted = total[name]
     last = sum((np.abs(powers[p][name]) for p in sorted(powers)[-2:]), np.zeros(len(error)))
-    remainder = np.maximum.accumulate(last)
+    remainder = np.maximum.accumulate(last + 2.0 * scheme.jointed_moment * np.abs(predicted))
     terms = {p: float(np.abs(terms[name]).max()) for p, terms in powers.items()}
     return _held(predicted, error, remainder + _rounding(doubt, steps), terms, nonlinear)
 

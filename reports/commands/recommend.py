@@ -230,7 +230,8 @@ def _runner(show: Progress) -> RunStudies:
     def run(scenes: Sequence[Scene], methods: Sequence[Method]) -> Study:
         what = scenes[0].name if len(scenes) == 1 else f"{len(scenes)} scenes"
         which = methods[0].name if len(methods) == 1 else f"{len(methods)} methods"
-        print(f"plumbob: not stored yet: running {which} on {what}", file=sys.stderr)
+        if sys.stderr.isatty():
+            print(f"plumbob: not stored yet: running {which} on {what}", file=sys.stderr)
         jobs = min(os.cpu_count() or 1, 1 + len(scenes) * len(methods) // 4)
         return run_study(scenes, methods, jobs=jobs, progress=show, timed=len(scenes) == 1)
 

@@ -260,7 +260,7 @@ def test_a_users_settings_come_back_as_they_were(study: Study, tmp_path: Path) -
         study.methods[0], name="mujoco/mine", step_sizes=(2e-3, 1e-3),
         settings={"integrator": "euler", "contact": {"solref": (0.02, 1.0), "condim": 3}},
     )  # fmt: skip
-    number = _save(replace(study, methods=(own,)), tmp_path / store.FILE)
+    number = _save(replace(study, methods=(own,), convergence=(), costs={}), tmp_path / store.FILE)
     back = store.load(tmp_path / store.FILE, number)
     assert back is not None
     assert back.methods == (own,)

@@ -39,6 +39,8 @@ METHODS = (
     ),
     # The linear pendulum is a body on a spring, without a joint: Euler's step and no more.
     Method("pymunk/spring", EULER_STEP, 1, systems=("linear-pendulum",)),
+    # No rotating platform in the plane: its moments about the axle are a torque, without a joint.
+    Method("pymunk/torque", EULER_STEP, 1, settings={"torque": "within"}, systems=("cone-*",)),
     Method(
         "pymunk/feet",
         EULER_STEP,
