@@ -29,7 +29,16 @@ def audit(
 
     `control` is "rest", "zero", "sines" or values of shape (periods, actuators), held for `period`
     [s]; the motion lasts `duration` [s]; the whole takes about `budget` [s]. Raises ParameterError
-    for bad input, and for a model that no reference can be certified for, with the reason."""
+    for bad input, and for a model that no reference can be certified for, with the reason.
+
+    >>> import mujoco
+    >>> rod = '''<mujoco><worldbody><body><joint axis="0 1 0"/>
+    ...   <geom size=".1" pos=".5 0 0"/></body></worldbody></mujoco>'''
+    >>> found = audit(mujoco.MjModel.from_xml_string(rod), duration=0.1, budget=5.0)
+    >>> found.until, found.resolved
+    (0.1, True)
+    >>> found.assert_within(metres=0.01)
+    """
     positive("budget", budget)
     name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
