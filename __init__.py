@@ -5,17 +5,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from plumbob.reports.judge.audit import audit
     from plumbob.reports.judge.check import check
 
-__all__ = ["__version__", "check"]
+__all__ = ["__version__", "audit", "check"]
 
 
 def __getattr__(name: str) -> Any:
-    """`check` and `__version__`, looked up when asked for: importing plumbob loads no engine."""
+    """The names above, looked up when asked for: importing plumbob loads no engine."""
     if name == "check":
         from plumbob.reports.judge.check import check
 
         return check
+    if name == "audit":
+        from plumbob.reports.judge.audit import audit
+
+        return audit
     if name == "__version__":
         from importlib import metadata
 

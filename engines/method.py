@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, Literal, Protocol
 
 from plumbob.analytic.errors.schemes import Scheme
+from plumbob.engines.own_motion import Change, OwnModel
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case, Scene
 
@@ -144,5 +145,10 @@ class Engine:
     own choice), friction coefficient -> what to paste into a model; raises ParameterError."""
     check_file: Callable[[Path, Method], FileCheck] | None = None
     """A user's model file against a method's settings; raises ParameterError."""
+    own_model: Callable[[Any, int | str | None], OwnModel] | None = None
+    """A user's model, a path or one that is compiled, and a keyframe -> the model as an audit needs
+    it; raises ParameterError and NotCertifiable."""
+    write_trimmed: Callable[[Path, Sequence[Change], Path], None] | None = None
+    """A model file without what can be left out of it, to another file; raises ParameterError."""
     model_text: Callable[[str, float], str] | None = None
     """Text of a model file whose contacts go with the step -> the text for another step [s]."""

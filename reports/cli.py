@@ -20,8 +20,8 @@ from plumbob import __version__
 
 USAGE, DEFECT, INTERRUPTED = 2, 4, 130
 COMMANDS = (
-    "list", "validate", "report", "solve", "run", "recommend", "settings", "compare", "plan",
-    "models", "cite",
+    "list", "validate", "report", "solve", "run", "recommend", "settings", "audit", "compare",
+    "plan", "models", "cite",
 )  # fmt: skip
 
 

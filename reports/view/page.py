@@ -69,18 +69,23 @@ def write_page(
     """Write the page of `study` into `folder`, whole or not at all, and return its path; `section`
     finds what there is to say of one system alone, `judged` are the study's verdicts where they
     are known already. Raises OSError where the folder cannot be written."""
-    text = render(study, section, judged)
+    return written(render(study, section, judged), folder, NAME)
+
+
+def written(text: str, folder: Path, name: str) -> Path:
+    """Write a page into `folder` under `name`, whole or not at all, and return its path; raises
+    OSError where the folder cannot be written."""
     folder.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=".page-", suffix=".html", dir=folder)
+    handle, made = tempfile.mkstemp(prefix=".page-", suffix=".html", dir=folder)
     try:
         with open(handle, "w", encoding="utf-8") as file:
             file.write(text)
-        os.chmod(name, 0o644)
-        os.replace(name, folder / NAME)
+        os.chmod(made, 0o644)
+        os.replace(made, folder / name)
     except BaseException:
-        Path(name).unlink(missing_ok=True)
+        Path(made).unlink(missing_ok=True)
         raise
-    return folder / NAME
+    return folder / name
 
 
 def render(

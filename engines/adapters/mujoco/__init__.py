@@ -5,14 +5,17 @@ Every function imports MuJoCo, or the module that needs it, when it is called.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
 from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import Engine, FileCheck, Method, Settings, Simulation, Trimming
+from plumbob.engines.own_motion import Change, OwnModel
 from plumbob.models.scene import Case
 
 
@@ -86,6 +89,27 @@ def model_text(text: str, step: float) -> str:
     return rewritten(text, step)
 
 
+def own_model(model: Any, keyframe: int | str | None = None) -> OwnModel:
+    """A user's model, from a file or compiled, as an audit needs it; raises ParameterError and
+    NotCertifiable."""
+    from plumbob.engines.adapters.mujoco.options import needless_stages
+    from plumbob.engines.adapters.mujoco.own_model.model import own_model
+    from plumbob.engines.adapters.mujoco.user_file import compiled_model
+
+    if isinstance(model, (str, Path)):
+        found = own_model(compiled_model(Path(model), "model"), Path(model).name, keyframe)
+    else:
+        found = own_model(model, "model", keyframe)
+    return replace(found, idle=needless_stages(found.effective))
+
+
+def write_trimmed(source: Path, left_out: Sequence[Change], target: Path) -> None:
+    """Write the model file `source` with these left out to `target`; raises ParameterError."""
+    from plumbob.engines.adapters.mujoco.own_model.left_out import write
+
+    write(source, left_out, target)
+
+
 ENGINE = Engine(
     "mujoco",
     "mujoco",
@@ -98,5 +122,7 @@ ENGINE = Engine(
     settings_text=settings_text,
     check_file=check_file,
     model_text=model_text,
+    own_model=own_model,
+    write_trimmed=write_trimmed,
     scheme=scheme,
 )

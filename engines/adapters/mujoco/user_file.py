@@ -78,6 +78,20 @@ def read_model(path: str | Path, name: str) -> Any:
         raise ParameterError(name, error.value, error.requirement) from None
 
 
+def compiled_model(path: Path, name: str) -> Any:
+    """The compiled model of the file `path`, which the argument `name` gave; raises
+    ParameterError."""
+    from plumbob.engines.adapters.mujoco import options
+
+    spec = read_model(path, name)
+    try:
+        with options.collected():
+            return spec.compile()
+    except (ValueError, TypeError) as error:
+        reason = " ".join(str(error).split())
+        raise ParameterError(name, str(path), f"a model that compiles ({reason})") from None
+
+
 def _read(path: str | Path) -> Any:
     import mujoco
 

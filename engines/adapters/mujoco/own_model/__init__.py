@@ -1,0 +1,1 @@
+"""A user's own MuJoCo model, as an audit needs it: read, checked, continuous, stepped."""

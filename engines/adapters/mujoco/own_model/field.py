@@ -1,0 +1,159 @@
+"""The continuous motion of a MuJoCo model: accelerations from the constraint solver, no time step.
+
+MuJoCo's state changes by qdot = v (quaternions by half their product with the angular velocity),
+vdot = qacc and actdot = act_dot. `qacc` comes from the solver, run to its floor without a warm
+start, so that it is a function of the state alone.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.own_motion import NotCertifiable
+
+MOST_IN_LAYER = 4  # contacts: their 16 on-off states are all evaluated
+BEYOND = 1e-6  # of its range: an activation as near to its limit as that may rest there
+ITERATIONS = 60  # of Newton's method; it converges in a few
+_FROM_THE_START = int(mujoco.mjtStage.mjSTAGE_NONE)
+_AFTER_POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
+
+
+def exact_solver(model: Any) -> Any:
+    """The model with a solver that runs to its floor and remembers nothing; changed in place."""
+    option = model.opt
+    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    # Never 0, which disables the early exit.
+    option.tolerance, option.iterations = 1e-16, ITERATIONS
+    option.ls_tolerance, option.ls_iterations = 0.01, 50
+    option.ccd_tolerance = min(option.ccd_tolerance, 1e-9)
+    option.ccd_iterations = max(option.ccd_iterations, 200)
+    option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_WARMSTART)
+    return model
+
+
+class ContinuousField:
+    """y' = f(t, y) of a model, y = (qpos, qvel, act); a `Field`. With a layer of `width` [m] a
+    contact sets in over that depth: f is the mean over the on-off states of the contacts within it,
+    weighted by their depths, whose limit for no width is Filippov's sliding motion."""
+
+    def __init__(self, model: Any, start: Any, width: float = 0.0) -> None:
+        self.model, self.data, self.width = model, mujoco.MjData(model), width
+        self.evaluations = 0
+        if model.nmocap:
+            self.data.mocap_pos[:], self.data.mocap_quat[:] = start.mocap_pos, start.mocap_quat
+        self.data.qfrc_applied[:], self.data.xfrc_applied[:] = 0.0, 0.0
+        if model.neq:
+            self.data.eq_active[:] = start.eq_active
+        places, rates = [], []
+        self.quaternions: list[tuple[int, int]] = []  # where it and its angular velocity begin
+        kinds = mujoco.mjtJoint
+        for kind, q, v in zip(model.jnt_type, model.jnt_qposadr, model.jnt_dofadr, strict=True):
+            if kind == kinds.mjJNT_FREE:
+                places += [q, q + 1, q + 2]
+                rates += [v, v + 1, v + 2]
+                self.quaternions.append((int(q) + 3, int(v) + 3))
+            elif kind == kinds.mjJNT_BALL:
+                self.quaternions.append((int(q), int(v)))
+            else:
+                places.append(q)
+                rates.append(v)
+        self.places, self.rates = np.array(places, int), np.array(rates, int)
+        # Steps hold an activation at its limit, the rates do not: beyond one there is no motion.
+        self.least, self.most = np.full(model.na, -np.inf), np.full(model.na, np.inf)
+        for i in np.flatnonzero(model.actuator_actlimited):
+            last = model.actuator_actadr[i] + model.actuator_actnum[i] - 1
+            self.least[last], self.most[last] = model.actuator_actrange[i]
+
+    def __call__(self, t: float, y: Array) -> Array:
+        """See `Field`; raises NotCertifiable."""
+        model, data, nq, nv = self.model, self.data, self.model.nq, self.model.nv
+        self.evaluations += 1
+        data.qpos[:], data.qvel[:], data.time = y[:nq], y[nq : nq + nv], t
+        if model.na:
+            data.act[:] = y[nq + nv :]
+            if ((data.act < self.least - BEYOND) | (data.act > self.most + BEYOND)).any():
+                raise NotCertifiable(f"an activation reaches its limit at {t:.4g} s")
+        acceleration = self._in_layer() if self.width else self._sharp()
+        out = np.empty_like(y)
+        speed = y[nq : nq + nv]
+        out[self.places] = speed[self.rates]
+        for q, v in self.quaternions:
+            a, b, c, d = y[q : q + 4]
+            x, yy, z = speed[v : v + 3]
+            out[q] = -0.5 * (b * x + c * yy + d * z)
+            out[q + 1] = 0.5 * (a * x + c * z - d * yy)
+            out[q + 2] = 0.5 * (a * yy + d * x - b * z)
+            out[q + 3] = 0.5 * (a * z + b * yy - c * x)
+        out[nq : nq + nv] = acceleration
+        if model.na:
+            out[nq + nv :] = data.act_dot
+        return out
+
+    def _sharp(self) -> Array:
+        mujoco.mj_forwardSkip(self.model, self.data, _FROM_THE_START, 1)
+        self._converged()
+        return np.array(self.data.qacc)
+
+    def _in_layer(self) -> Array:
+        model, data = self.model, self.data
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_camlight(model, data)
+        mujoco.mj_flex(model, data)
+        mujoco.mj_tendon(model, data)
+        mujoco.mj_makeM(model, data)
+        mujoco.mj_factorM(model, data)
+        mujoco.mj_collision(model, data)
+        within = []
+        for i in range(data.ncon):
+            contact = data.contact[i]
+            depth = (contact.includemargin - contact.dist) / self.width
+            if 0.0 < depth < 1.0 and contact.exclude == 0:
+                within.append((i, depth))
+        if len(within) > MOST_IN_LAYER:
+            raise NotCertifiable(
+                f"{len(within)} contacts begin within {self.width:g} m of each other, more than "
+                f"{MOST_IN_LAYER}"
+            )
+        total = np.zeros(model.nv)
+        for acting in product((False, True), repeat=len(within)):
+            weight = 1.0
+            for (i, depth), acts in zip(within, acting, strict=True):
+                weight *= depth if acts else 1.0 - depth
+                data.contact[i].exclude = 0 if acts else 1
+            mujoco.mj_makeConstraint(model, data)
+            mujoco.mj_island(model, data)
+            mujoco.mj_transmission(model, data)
+            mujoco.mj_projectConstraint(model, data)
+            mujoco.mj_forwardSkip(model, data, _AFTER_POSITIONS, 1)
+            self._converged()
+            total += weight * data.qacc
+        return total
+
+    def _converged(self) -> None:
+        data = self.data
+        if data.nefc and data.solver_niter[0] >= ITERATIONS:
+            raise NotCertifiable(f"the constraint solver stops at {ITERATIONS} iterations")
+
+    def hold(self, control: Array) -> None:
+        """See `Field`."""
+        self.data.ctrl[:] = control
+
+    def normalised(self, y: Array) -> Array:
+        """See `Field`."""
+        whole = y.copy()
+        for q, _ in self.quaternions:
+            whole[q : q + 4] /= np.linalg.norm(whole[q : q + 4])
+        return whole
+
+    def active(self) -> bytes:
+        """See `Field`."""
+        data = self.data
+        touching = data.contact.geom.tobytes() if data.ncon else b""
+        acting: bytes = data.efc_id.tobytes() + (data.efc_force != 0).tobytes() + touching
+        return acting

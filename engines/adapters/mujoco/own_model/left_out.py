@@ -1,0 +1,96 @@
+"""What a MuJoCo model may do without on a motion, and the file without it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.own_motion import Change
+
+BITS = mujoco.mjtDisableBit
+FEW = (20, 5)  # solver iterations to try
+LOOSE = 1e-5  # solver tolerance to try, where the model's is smaller
+STAGES = ("ISLAND", "WARMSTART", "MIDPHASE")  # of any model; a motion may not need them
+
+
+def changes(model: Any, idle: int, touched: set[int]) -> Iterator[Change]:
+    """What may be left out of `model`, whose geoms `touched` are all that touched; `idle` has the
+    disable flags of the stages that have nothing to do."""
+    collides = (model.geom_contype | model.geom_conaffinity) != 0
+    never = tuple(int(i) for i in np.flatnonzero(collides) if int(i) not in touched)
+    if never:
+        off = (("geom_contype", never, 0), ("geom_conaffinity", never, 0))
+        yield Change(f"collisions of {len(never)} geoms that never touch", off)
+    flags = int(model.opt.disableflags)
+    if model.nsensor:
+        yield Change("sensors", (_flag(BITS.mjDSBL_SENSOR),))
+    unused = idle & ~flags & ~int(BITS.mjDSBL_SENSOR)
+    if unused:
+        yield Change("stages with nothing to do", (("disableflags", (), unused),))
+    if idle & int(BITS.mjDSBL_CONSTRAINT):
+        return  # nothing below has anything to do
+    for name in STAGES:
+        bit = getattr(BITS, f"mjDSBL_{name}", None)
+        if bit is not None and not flags & int(bit):
+            yield Change(name.lower(), (_flag(bit),))
+    large = tuple(int(i) for i in np.flatnonzero(collides & (model.geom_condim > 3)))
+    if large:
+        yield Change("condim above 3", (("geom_condim", large, 3),))
+    for count in FEW:
+        if model.opt.iterations > count:
+            yield Change(f"iterations above {count}", (("iterations", (), count),))
+    if model.opt.tolerance < LOOSE:
+        yield Change(f"tolerance below {LOOSE:g}", (("tolerance", (), LOOSE),))
+
+
+def _flag(bit: Any) -> tuple[str, tuple[int, ...], float]:
+    return ("disableflags", (), int(bit))
+
+
+def apply(model: Any, left_out: Sequence[Change]) -> None:
+    """Leave out of a compiled `model`, in place."""
+    for change in left_out:
+        for field, indices, value in change.sets:
+            if indices:
+                getattr(model, field)[list(indices)] = value
+            elif field == "disableflags":
+                model.opt.disableflags |= int(value)
+            else:
+                setattr(model.opt, field, value)
+
+
+def write(source: Path, left_out: Sequence[Change], target: Path) -> None:
+    """Write the model of the file `source` without these to `target`; raises ParameterError where
+    it cannot be written, or would not compile there."""
+    spec = mujoco.MjSpec.from_file(str(source))
+    spec.compile()  # which numbers the geoms
+    geoms = {geom.id: geom for geom in spec.geoms}
+    for change in left_out:
+        for field, indices, value in change.sets:
+            if indices:
+                for index in indices:
+                    setattr(geoms[index], field.removeprefix("geom_"), value)
+            elif field == "disableflags":
+                spec.option.disableflags |= int(value)
+            else:
+                setattr(spec.option, field, value)
+    spec.compile()
+    text = spec.to_xml()
+    if target.exists() and not target.is_file():
+        raise ParameterError("write trimmed", str(target), "a file to write")
+    try:
+        target.write_text(text, "utf-8")
+    except OSError as error:
+        raise ParameterError("write trimmed", str(target), f"a file to write ({error})") from None
+    try:
+        mujoco.MjModel.from_xml_path(str(target))
+    except ValueError as error:
+        target.unlink()
+        reason = " ".join(str(error).split())
+        what = f"beside the model, where the files are that it names ({reason})"
+        raise ParameterError("write trimmed", str(target), what) from None

@@ -1,0 +1,282 @@
+"""A user's own model made ready for an audit: what it is at its own step, and what is refused."""
+
+from __future__ import annotations
+
+import copy
+import math
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco.own_model import left_out
+from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, exact_solver
+from plumbob.engines.adapters.mujoco.own_model.readings import readings, touching
+from plumbob.engines.own_motion import Change, NotCertifiable, Script, Stepped
+
+INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
+# Every array of time constants that refsafe raises to two steps.
+TIME_CONSTANTS = (
+    "geom_solref", "jnt_solref", "dof_solref", "eq_solref", "pair_solref", "pair_solreffriction",
+    "tendon_solref_lim", "tendon_solref_fri", "flex_solref",
+)  # fmt: skip
+CALLBACKS = ("act_bias", "act_dyn", "act_gain", "contactfilter", "control", "passive", "sensor")
+SAFE = 2.0  # steps: the shortest time constant that refsafe leaves
+_BAD = (
+    mujoco.mjtWarning.mjWARN_BADQPOS,
+    mujoco.mjtWarning.mjWARN_BADQVEL,
+    mujoco.mjtWarning.mjWARN_BADQACC,
+)
+
+
+@dataclass(frozen=True)
+class MujocoModel:
+    """An `OwnModel`: the model with contacts clamped for its own step, and where it starts."""
+
+    name: str
+    effective: Any  # the mjModel whose contacts no longer depend on the step
+    start: Any  # mjData at the start
+    step: float
+    integrator: str
+    clamped: Mapping[str, int]
+    notes: tuple[str, ...]
+    idle: int = 0  # disable flags of the stages that have nothing to do
+
+    @property
+    def integrators(self) -> tuple[str, ...]:
+        """Its own first, then those that a user would try."""
+        return tuple(dict.fromkeys((self.integrator, "euler", "implicitfast", "rk4")))
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies, numbers where they have none."""
+        model = self.effective
+        return tuple(model.body(i).name or f"body {i}" for i in range(model.nbody))
+
+    @property
+    def state(self) -> Array:
+        """The start: qpos, qvel, act."""
+        return np.concatenate([self.start.qpos, self.start.qvel, self.start.act])
+
+    @property
+    def rest(self) -> Array:
+        """Controls at the start."""
+        return np.array(self.start.ctrl)
+
+    @property
+    def ranges(self) -> Array:
+        """Ranges of the controls, not numbers where there is none."""
+        model = self.effective
+        limited = np.array(model.actuator_ctrllimited, bool)
+        return np.where(limited[:, None], model.actuator_ctrlrange, np.nan)
+
+    def field(self, width: float = 0.0) -> ContinuousField:
+        """See `OwnModel`."""
+        return ContinuousField(exact_solver(copy.copy(self.effective)), self.start, width)
+
+    def stepped(self, script: Script, integrator: str, parts: int) -> Stepped:
+        """See `OwnModel`."""
+        with silent():
+            return self._stepped(script, integrator, parts)
+
+    def _stepped(self, script: Script, integrator: str, parts: int) -> Stepped:
+        model = copy.copy(self.effective)
+        model.opt.timestep = script.period / parts
+        model.opt.integrator = _kind(integrator)
+        # A model that blows up must not start again in silence.
+        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+        data, nq, nv = self._begun(model), model.nq, model.nv
+        data.qpos[:], data.qvel[:] = script.start[:nq], script.start[nq : nq + nv]
+        data.act[:] = script.start[nq + nv :]
+        states = np.full((len(script.controls) + 1, script.start.size), np.nan)
+        states[0], spent, why = script.start, 0.0, ""
+        for k, control in enumerate(script.controls):
+            data.ctrl[:] = control
+            begin = time.process_time()
+            mujoco.mj_step(model, data, parts)
+            spent += time.process_time() - begin
+            if any(data.warning[bad].number for bad in _BAD) or not np.isfinite(data.qpos).all():
+                why = f"diverged within {(k + 1) * script.period:g} s"
+                break
+            states[k + 1] = np.concatenate([data.qpos, data.qvel, data.act])
+        return Stepped(integrator, model.opt.timestep, states, 1e9 * spent / script.duration, why)
+
+    def changes(self, script: Script) -> tuple[Change, ...]:
+        """See `OwnModel`."""
+        model, nq, nv = self.effective, self.effective.nq, self.effective.nv
+        data, touched = self._begun(model), set[int]()
+        data.qpos[:], data.qvel[:] = script.start[:nq], script.start[nq : nq + nv]
+        data.act[:] = script.start[nq + nv :]
+        for control in script.controls:
+            data.ctrl[:] = control
+            for _ in range(round(script.period / self.step)):
+                mujoco.mj_step(model, data)
+                touched.update(data.contact.geom.ravel().tolist())
+        return tuple(left_out.changes(model, self.idle, touched))
+
+    def changed(self, changes: Sequence[Change]) -> MujocoModel:
+        """See `OwnModel`."""
+        model = copy.copy(self.effective)
+        left_out.apply(model, changes)
+        return replace(self, effective=model)
+
+    def _begun(self, model: Any) -> Any:
+        data, start = mujoco.MjData(model), self.start
+        if model.nmocap:
+            data.mocap_pos[:], data.mocap_quat[:] = start.mocap_pos, start.mocap_quat
+        if model.neq:
+            data.eq_active[:] = start.eq_active
+        return data
+
+    def positions(self, states: Array) -> Array:
+        """See `OwnModel`."""
+        model, data = self.effective, self._begun(self.effective)
+        found = np.full((len(states), model.nbody, 3), np.nan)
+        for k, state in enumerate(states):
+            if np.isfinite(state[: model.nq]).all():
+                data.qpos[:] = state[: model.nq]
+                mujoco.mj_kinematics(model, data)
+                mujoco.mj_comPos(model, data)
+                found[k] = data.xipos
+        return found
+
+    def readings(self, states: Array) -> Mapping[str, Array]:
+        """See `OwnModel`."""
+        return readings(self.effective, self._begun(self.effective), states)
+
+    def touching(self, states: Array) -> Mapping[str, Array]:
+        """See `OwnModel`."""
+        return touching(self.effective, self._begun(self.effective), states)
+
+    def starts(self, count: int, size: float) -> Array:
+        """See `OwnModel`."""
+        model, random = self.effective, np.random.default_rng(0)
+        found = np.tile(self.state, (count, 1))
+        for state in found:
+            mujoco.mj_integratePos(
+                model, state[: model.nq], size * random.standard_normal(model.nv), 1.0
+            )
+        return found
+
+    def coordinates(self, states: Array, others: Array) -> Array:
+        """See `OwnModel`."""
+        model = self.effective
+        found = np.full((len(states), model.nv), np.nan)
+        for k, (one, two) in enumerate(zip(states, others, strict=True)):
+            if np.isfinite(one[: model.nq]).all() and np.isfinite(two[: model.nq]).all():
+                mujoco.mj_differentiatePos(model, found[k], 1.0, two[: model.nq], one[: model.nq])
+        return found
+
+
+def own_model(model: Any, name: str, keyframe: int | str | None = None) -> MujocoModel:
+    """The compiled `model` as an audit needs it, started from a keyframe, or as it stands; raises
+    ParameterError for a keyframe that it does not have, NotCertifiable for what no audit can
+    follow."""
+    model = copy.copy(model)
+    if not 0.0 < model.opt.timestep < math.inf:
+        raise ParameterError("model", name, f"one with a step above 0, not {model.opt.timestep:g}")
+    refused(model)
+    data = mujoco.MjData(model)
+    if keyframe is not None:
+        mujoco.mj_resetDataKeyframe(model, data, _keyframe(model, keyframe))
+    mujoco.mj_forward(model, data)
+    step = float(model.opt.timestep)
+    effective, clamped = clamped_for(model, step)
+    integrator = next((n for n in INTEGRATORS if int(_kind(n)) == int(model.opt.integrator)), "")
+    if not integrator:
+        raise NotCertifiable(f"its integrator is {mujoco.mjtIntegrator(model.opt.integrator).name}")
+    return MujocoModel(name, effective, data, step, integrator, clamped, _notes(model))
+
+
+@contextmanager
+def silent() -> Iterator[None]:
+    """Keep the engine's warnings from the terminal and the disk; a run's end says what they do."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _kind(integrator: str) -> Any:
+    return getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
+
+
+def clamped_for(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
+    """A copy whose contacts are those that refsafe makes of the model's at `step` [s], refsafe
+    itself off, so that its motion no longer depends on the step; and how many are changed."""
+    model = copy.copy(model)
+    changed: dict[str, int] = {}
+    if model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_REFSAFE):
+        return model, changed
+    least = SAFE * step
+    for name in TIME_CONSTANTS:
+        values = getattr(model, name, np.zeros((0, 2)))
+        if values.size:
+            short = (values[:, 0] > 0.0) & (values[:, 0] < least)
+            values[short, 0] = least
+            if (used := short & _in_use(model, name)).any():
+                changed[name] = int(used.sum())
+    overriding = model.opt.enableflags & int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)
+    if overriding and 0.0 < model.opt.o_solref[0] < least:
+        model.opt.o_solref[0], changed["o_solref"] = least, 1
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
+    return model, changed
+
+
+def _in_use(model: Any, name: str) -> Any:
+    """Which of the time constants of a field act on anything."""
+    return {
+        "geom_solref": lambda: (model.geom_contype | model.geom_conaffinity) != 0,
+        "jnt_solref": lambda: model.jnt_limited != 0,
+        "dof_solref": lambda: model.dof_frictionloss > 0.0,
+        "tendon_solref_lim": lambda: model.tendon_limited != 0,
+        "tendon_solref_fri": lambda: model.tendon_frictionloss > 0.0,
+    }.get(name, lambda: np.ones(len(getattr(model, name)), bool))()
+
+
+def refused(model: Any) -> None:
+    """Raises NotCertifiable for what has a state, or a use of the step, that no continuous motion
+    has."""
+    option, enabled = model.opt, mujoco.mjtEnableBit
+    set_callbacks = [n for n in CALLBACKS if getattr(mujoco, f"get_mjcb_{n}")() is not None]
+    reasons = (
+        (bool(model.nplugin and sum(model.plugin_statenum)), "a plugin with a state of its own"),
+        (bool(set_callbacks), f"a callback: mjcb_{', mjcb_'.join(set_callbacks)}"),
+        (bool(np.any(getattr(model, "actuator_delay", 0.0))), "an actuator with a delay"),
+        (bool(np.any(getattr(model, "sensor_delay", 0.0))), "a sensor with a delay"),
+        (bool(np.any(getattr(model, "flex_damping", 0.0))), "a flex with damping"),
+        (bool(option.enableflags & int(enabled.mjENBL_SLEEP)), "sleeping bodies"),
+        (option.noslip_iterations > 0, "the noslip solver, which corrects after the fact"),
+        (model.nv == 0, "no degree of freedom"),
+    )
+    for found, what in reasons:
+        if found:
+            raise NotCertifiable(f"the model has {what}")
+
+
+def _keyframe(model: Any, keyframe: int | str) -> int:
+    names = [model.key(i).name for i in range(model.nkey)]
+    if str(keyframe) in names:
+        return names.index(str(keyframe))
+    if str(keyframe).isdecimal() and int(keyframe) < model.nkey:
+        return int(keyframe)
+    offered = ", ".join(n or str(i) for i, n in enumerate(names)) or "none: the model has none"
+    raise ParameterError("keyframe", keyframe, f"one of {offered}")
+
+
+def _notes(model: Any) -> tuple[str, ...]:
+    flags = mujoco.mjtDisableBit.__members__.items()
+    disabled = [
+        name.removeprefix("mjDSBL_").lower()
+        for name, bit in flags
+        if name.startswith("mjDSBL_") and model.opt.disableflags & int(bit)
+    ]
+    return (f"disabled: {', '.join(disabled)}",) if disabled else ()

@@ -1,0 +1,118 @@
+"""The audit of a model of one's own: a certified reference, its own steps, and what follows."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.audit.ensemble import Likely, likely
+from plumbob.engines.audit.reference import Reference, certified
+from plumbob.engines.audit.steps import RESOLVED, Balance, Compared, balances, compared, horizon
+from plumbob.engines.audit.trims import Trims, trims
+from plumbob.engines.own_motion import OwnModel, Script
+
+REFERENCE, TRIMS, ENSEMBLE = 0.6, 0.1, 0.2  # of the budget
+BEYOND = 0.01  # [m]: a motion that no step predicts to that is described by means of many starts
+
+
+@dataclass(frozen=True)
+class Audit:
+    """How wrong a model's own steps are on one motion of it."""
+
+    name: str
+    integrator: str
+    step: float  # [s]
+    script: Script
+    control: str  # what drives it: "zero", "sines", or a file's name
+    reference: Reference
+    found: Compared | None  # None where there is no reference
+    clamped: Mapping[str, int]
+    notes: tuple[str, ...]
+    seconds: float  # wall time
+    trims: Trims | None = None  # None where no error is known
+    balances: tuple[Balance, ...] = ()
+    likely: Likely | None = None  # beyond what can be predicted; None where all can be
+    touching: Mapping[str, Array] = field(default_factory=dict)  # at the ends of the periods
+    model: OwnModel | None = None
+
+    @property
+    def error(self) -> float:
+        """Error [m] at the model's own integrator and step, as far as the reference is known; not a
+        number where there is none."""
+        return self.found.own.at(self.found.index) if self.found else float("nan")
+
+    @property
+    def uncertainty(self) -> float:
+        """[m] of the reference there."""
+        return float(self.reference.uncertainty[self.found.index]) if self.found else float("inf")
+
+    @property
+    def until(self) -> float:
+        """[s] to which the error is known."""
+        return float(self.script.times[self.found.index]) if self.found else 0.0
+
+    @property
+    def resolved(self) -> bool:
+        """Whether the error stands out of the reference's uncertainty."""
+        return self.error > RESOLVED * self.uncertainty
+
+    @property
+    def resolved_index(self) -> int:
+        """Of the last period at whose end the error stands out of the reference's uncertainty, 0
+        where none does."""
+        if self.found is None:
+            return 0
+        errors = self.found.own.errors[: self.found.index + 1]
+        known = self.reference.uncertainty[: self.found.index + 1]
+        return int(np.flatnonzero((errors > RESOLVED * known) | (known == 0.0))[-1])
+
+    def assert_within(self, metres: float) -> None:
+        """Raise AssertionError unless the error is known over the whole motion and within
+        `metres`."""
+        if self.found is None or self.until < self.script.duration * (1 - 1e-9):
+            raise AssertionError(f"{self.name}: no reference beyond {self.until:g} s: "
+                                 f"{self.reference.why}")  # fmt: skip
+        if not self.error + self.uncertainty <= metres:
+            raise AssertionError(
+                f"{self.name}: {self.integrator} at {self.step:g} s is {self.error:.3g} m off "
+                f"(known to {self.uncertainty:.1g} m), more than {metres:g} m"
+            )
+
+
+def audited(
+    model: OwnModel,
+    script: Script,
+    control: str,
+    budget: float,
+    clock: Callable[[], float] = time.perf_counter,
+) -> Audit:
+    """The audit of `model` on the motion that `script` makes of it, within about `budget` [s] of
+    wall time."""
+    begin = clock()
+    reference = certified(model, script, REFERENCE * budget, clock)
+    found = None
+    if reference.until > 0.0:
+        left = max(budget - (clock() - begin), 0.2 * budget)
+        found = compared(model, script, reference, left, clock)
+        if not found.index:
+            found, why = None, "the model's own steps do not tend to what was integrated"
+            reference = replace(reference, why=why)
+    left_out, read, means = None, tuple[Balance, ...](), None
+    if found is not None:
+        states = model.stepped(script, model.integrator, found.own.parts).states
+        beyond = math.isfinite(horizon(found, reference, script, BEYOND))
+        if beyond and np.isfinite(states).all():
+            means = likely(model, script, found.own.parts, ENSEMBLE * budget, clock)
+        read = balances(model, states, reference.course.states, found.index)
+        error = found.own.at(found.index)
+        left_out = trims(model, script, found.own.parts, found.index, error, TRIMS * budget, clock)
+    return Audit(
+        model.name, model.integrator, model.step, script, control, reference, found,
+        model.clamped, model.notes, clock() - begin, left_out, read, means,
+        model.touching(reference.course.states), model,
+    )  # fmt: skip

@@ -1,0 +1,72 @@
+"""What drives a model during its audit: a control that is held over periods, and replayed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError, positive
+from plumbob.analytic.reference import Array
+from plumbob.engines.own_motion import OwnModel, Script
+
+PERIOD = 0.02  # [s] about, for which a control is held
+DURATION = 1.0  # [s]
+AMPLITUDE = 0.3  # of half a control's range
+FREQUENCY, APART = 0.7, 0.13  # [Hz] of the first sine, and from each to the next
+MOST = 100_000  # periods, and steps in one
+KINDS = ("rest", "zero", "sines")
+
+
+def script(
+    model: OwnModel,
+    control: str | Array = "rest",
+    duration: float | None = None,
+    period: float | None = None,
+) -> Script:
+    """The start of `model` and its control: "rest" keeps what it starts with, "zero" nothing,
+    "sines" moves each actuator about that by sines of its own; or values of shape (periods,
+    actuators). It is held for the multiple of the model's step that is nearest to `period` [s], and
+    lasts about `duration` [s], or as long as the values. Raises ParameterError."""
+    wanted = positive("ctrl period", PERIOD if period is None else period)
+    if wanted > MOST * model.step:
+        raise ParameterError("ctrl period", wanted, f"at most {MOST} steps of {model.step:g} s")
+    held = max(1, round(wanted / model.step)) * model.step
+    if duration is not None and positive("duration", duration) > MOST * held:
+        raise ParameterError("duration", duration, f"at most {MOST} periods of {held:g} s")
+    if isinstance(control, str):
+        count = max(1, round((DURATION if duration is None else duration) / held))
+        values = _named(model, control, np.asarray(held * np.arange(count), dtype=float))
+    else:
+        values = _given(model, np.asarray(control, dtype=float))
+        if duration is not None:
+            values = values[: max(1, round(duration / held))]
+    return Script(model.state, held, values)
+
+
+def _named(model: OwnModel, control: str, times: Array) -> Array:
+    if control not in KINDS:
+        raise ParameterError("ctrl", control, f"{', '.join(KINDS)}, or a .csv or .npz file")
+    if control == "zero":
+        return np.zeros((times.size, model.rest.size))
+    if control == "rest":
+        return np.tile(model.rest, (times.size, 1))
+    low, high = model.ranges.T
+    limited = np.isfinite(low)
+    half = np.where(limited, (high - low) / 2, 1.0)
+    centre = np.where(limited, (high + low) / 2, 0.0) if not model.rest.any() else model.rest
+    i = np.arange(model.rest.size)
+    rates = 2 * np.pi * (FREQUENCY + APART * i)
+    wave = centre + AMPLITUDE * half * np.sin(rates * times[:, None] + i)
+    return np.where(limited, np.clip(wave, low, high), wave)
+
+
+def _given(model: OwnModel, values: Array) -> Array:
+    if values.ndim == 1:
+        values = values[:, None]
+    wanted = (len(values), model.rest.size)
+    if values.ndim != 2 or values.shape != wanted or not len(values):
+        raise ParameterError(
+            "ctrl", f"shape {values.shape}", f"of shape (periods, {model.rest.size})"
+        )
+    if not np.isfinite(values).all():
+        raise ParameterError("ctrl", "not a number", "finite numbers")
+    return values

@@ -1,0 +1,75 @@
+"""Whether the step changes what is likely, where no single motion can be predicted."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.own_motion import OwnModel, Script
+
+STARTS = 24
+SIZE = 1e-3  # [m or rad] standard deviation of the starts in each coordinate
+FINER = 4  # times as many steps, to compare with
+STANDS_OUT = 3.0  # standard errors: of four means, one in a hundred cases has that by chance
+MEANS = ("mean x", "mean y", "mean height", "mean distance moved")  # of all bodies at the end [m]
+
+
+@dataclass(frozen=True)
+class Likely:
+    """Means over many starts at the own step and at a finer one."""
+
+    starts: int
+    own: tuple[float, ...]  # [m], as in `MEANS`
+    finer: tuple[float, ...]
+    standard_errors: tuple[float, ...]  # [m] of their differences
+
+    @property
+    def most(self) -> tuple[str, float]:
+        """The mean that differs most, and by how many standard errors."""
+        apart = [
+            abs(a - b) / error if error > 0.0 else 0.0
+            for a, b, error in zip(self.own, self.finer, self.standard_errors, strict=True)
+        ]
+        worst = int(np.argmax(apart))
+        return MEANS[worst], apart[worst]
+
+
+def likely(
+    model: OwnModel,
+    script: Script,
+    parts: int,
+    budget: float,
+    clock: Callable[[], float] = time.perf_counter,
+) -> Likely | None:
+    """Means at the end over `STARTS` starts near that of `script`, at `parts` steps in a period and
+    at more; None where that would take longer than `budget` [s], or runs diverge."""
+    starts = model.starts(STARTS, SIZE)
+    begin, found = clock(), []
+    for done, start in enumerate(starts, start=1):
+        moved = replace(script, start=start)
+        pair = [
+            _means(model, start, model.stepped(moved, model.integrator, n).states[-1])
+            for n in (parts, FINER * parts)
+        ]
+        found.append(pair)
+        if (clock() - begin) / done * STARTS > budget:
+            return None
+    values = np.array(found)  # shape (starts, 2, means)
+    if not np.isfinite(values).all():
+        return None
+    own, finer = values.mean(axis=0)
+    # Near the start both follow each other, far beyond neither does: the differences of pairs say
+    # how far means may be apart by chance in both cases.
+    errors = (values[:, 0] - values[:, 1]).std(axis=0, ddof=1) / math.sqrt(STARTS)
+    return Likely(STARTS, tuple(own.tolist()), tuple(finer.tolist()), tuple(errors.tolist()))
+
+
+def _means(model: OwnModel, start: Array, end: Array) -> Array:
+    first, last = model.positions(np.stack([start, end]))
+    moved = np.linalg.norm(last - first, axis=1).mean()
+    return np.array([*last.mean(axis=0), moved])

@@ -1,0 +1,227 @@
+"""A model's own steps held against its continuous motion: error, order, choice."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.audit.reference import Reference, largest
+from plumbob.engines.own_motion import OwnModel, Script
+from plumbob.engines.study.order import Order, fit_order
+
+TARGETS = (0.1, 0.01, 1e-3, 1e-4)  # [m] wanted errors
+HALVINGS = 7  # of the model's own step
+RESOLVED = 5.0  # times the reference's uncertainty: an error from there on is quoted
+TRUSTED = 0.2  # of a wanted error: the reference must be known to that
+# Of the error at the model's own step, or a finer one: some step must come nearer to the reference
+# than this, or it is not what the steps tend to.
+FALLS = 0.4
+# Of the error at a step four times as large: where the errors of all integrators fall by less, and
+# the reference resolves them, they level off at how far the reference is from their own limit.
+LEVEL = 0.7
+NOTHING = 1e-9  # [m] rounding and solver tolerances leave as much in the steps
+MOSTLY = 0.8  # of the periods so far must tend: contacts make single ones irregular
+
+
+@dataclass(frozen=True)
+class StepError:
+    """What one integrator makes of the motion at one step."""
+
+    integrator: str
+    step: float  # [s]
+    parts: int  # in a control period
+    errors: Array  # [m] largest distance of any body so far, at the ends of the periods, shape (n,)
+    coordinates: Array  # [rad or m] the same in generalised coordinates
+    worst: str  # the body that is furthest off at the end
+    ns_per_second: float  # [ns] of processor time per simulated second
+    why: str = ""  # it ended early
+
+    def at(self, index: int) -> float:
+        """Error [m] at the end of a period; infinite where the run had ended."""
+        return float(self.errors[index])
+
+
+@dataclass(frozen=True)
+class Cheapest:
+    """The cheapest integrator and step for a wanted error, and its cost over the model's own."""
+
+    target: float  # [m]
+    integrator: str
+    step: float  # [s]
+    error: float  # [m]
+    cost: float  # in multiples of the model's own
+
+
+@dataclass(frozen=True)
+class Compared:
+    """All steps that were tried, own integrator first, coarse to fine, and how far they reach."""
+
+    own: StepError
+    steps: tuple[StepError, ...]
+    index: int  # of the period up to which the steps tend to the reference
+    nearest: float  # [m] the smallest error of all steps there
+    order: Order | None  # of the own integrator
+    cheapest: tuple[Cheapest, ...]  # by target; one that nothing reaches is left out
+
+
+@dataclass(frozen=True)
+class Balance:
+    """One reading at the own step beside the continuous motion's, which books the work of
+    actuators, springs, dampers and friction: what their energies differ by is the steps' own. At
+    the ends of the control periods, up to where errors are known."""
+
+    name: str
+    own: float  # the largest magnitude at the own step; of an energy the largest change
+    continuous: float  # the same of the continuous motion
+    apart: float  # largest difference of the two at the same time
+
+
+def compared(
+    model: OwnModel,
+    script: Script,
+    reference: Reference,
+    budget: float,
+    clock: Callable[[], float] = time.perf_counter,
+) -> Compared:
+    """Run the model's integrators at its own step, twice it where the control allows, and halves of
+    it, within about `budget` [s], and hold each against the reference."""
+    reached = known(reference)
+    ends, own = clock() + budget, round(script.period / model.step)
+    found: list[StepError] = []
+    going = {name: own // 2 if own % 2 == 0 else own for name in model.integrators}
+    # In turns, coarse to fine, so that what the time allows is spread over all.
+    while going and (not found or clock() < ends):
+        for name, parts in list(going.items()):
+            begin = clock()
+            found.append(_held(model, script, reference, name, parts))
+            last = found[-1].at(reached)
+            fine = parts >= 4 * own and last <= 2.0 * float(reference.uncertainty[reached])
+            late = clock() + 2.5 * (clock() - begin) > ends
+            needed = own << (name == model.integrator)  # one halving at least
+            if fine or (late and parts >= needed) or parts >= own << HALVINGS:
+                del going[name]
+            else:
+                going[name] = 2 * parts
+    fixed = [s for s in found if s.integrator == model.integrator]
+    as_is = next(s for s in fixed if s.parts == own)
+    index = tends(found, as_is, reference)
+    return Compared(
+        as_is,
+        tuple(
+            sorted(found, key=lambda s: (s.integrator != model.integrator, s.integrator, -s.step))
+        ),
+        index,
+        min(s.at(index) for s in found),
+        observed_order(fixed, reference, index),
+        tuple(c for t in TARGETS if (c := cheapest(found, as_is, reference, index, t))),
+    )
+
+
+def known(reference: Reference) -> int:
+    """Index of the last control period at whose end the reference is known."""
+    return int(np.flatnonzero(np.isfinite(reference.uncertainty))[-1])
+
+
+def tends(steps: Sequence[StepError], own: StepError, reference: Reference) -> int:
+    """Index of the last control period up to which some step comes much nearer to the reference
+    than the worst of the model's own and finer ones (its own may be near by luck), or as near as it
+    is known, and the errors do not level off above that: what catches a reference of something
+    else."""
+    nearest = np.min([s.errors for s in steps], axis=0)
+    floor = np.maximum(RESOLVED * reference.uncertainty, NOTHING)
+    same = [s.errors for s in steps if s.integrator == own.integrator and s.parts >= own.parts]
+    allowed = np.maximum(floor, FALLS * np.max(same, axis=0))
+    good = np.isfinite(reference.uncertainty) & (nearest <= allowed)
+    good &= ~_level(steps, own, floor)
+    mostly = np.cumsum(good) >= MOSTLY * np.arange(1, len(good) + 1)
+    return int(np.flatnonzero(good & mostly)[-1])
+
+
+def _level(steps: Sequence[StepError], own: StepError, floor: Array) -> Any:
+    """Where the errors of every integrator level off above `floor` [m], shape (n,); three steps up
+    to the model's own are needed to tell."""
+    found = []
+    for name in {s.integrator for s in steps}:
+        these = [s for s in steps if s.integrator == name and s.parts >= own.parts]
+        errors = [s.errors for s in sorted(these, key=lambda s: s.parts)]
+        if len(errors) > 2:
+            fine = np.minimum(errors[-1], errors[-2])
+            level = fine > np.maximum(LEVEL * errors[-3], floor)
+            found.append(level | np.isinf(fine))
+    return np.all(found, axis=0) if found else np.zeros(len(own.errors), bool)
+
+
+def observed_order(steps: Sequence[StepError], reference: Reference, index: int) -> Order | None:
+    """Slope of log error against log step, of the errors that the reference resolves."""
+    done = [s for s in steps if math.isfinite(s.at(index))]
+    floor = float(reference.uncertainty[index]) * RESOLVED / 10.0  # as `fit_order` takes it
+    return fit_order(
+        [s.step for s in done], [s.at(index) for s in done], [floor] * len(done), most=8
+    )
+
+
+def cheapest(
+    steps: Sequence[StepError], own: StepError, reference: Reference, index: int, target: float
+) -> Cheapest | None:
+    """The cheapest of all integrators whose error, with the reference's uncertainty, stays within
+    `target` [m] at this step and every smaller one that was run; None where there is none, or the
+    reference is not known well enough to say."""
+    doubt = float(reference.uncertainty[index])
+    if doubt > TRUSTED * target:
+        return None
+    reaching: list[StepError] = []
+    for name in {s.integrator for s in steps}:
+        fine_first = sorted((s for s in steps if s.integrator == name), key=lambda s: s.step)
+        for one in fine_first:
+            if not one.at(index) + doubt <= target:
+                break
+            reaching.append(one)
+    best = min(reaching, key=lambda s: s.ns_per_second, default=None)
+    if best is None:
+        return None
+    cost = best.ns_per_second / own.ns_per_second
+    return Cheapest(target, best.integrator, best.step, best.at(index), cost)
+
+
+def horizon(found: Compared, reference: Reference, script: Script, target: float) -> float:
+    """The first time [s] at which even the most accurate step that was run misses `target` [m], or
+    the reference is not known to a fifth of it; infinite where neither happens."""
+    best = np.min([s.errors for s in found.steps], axis=0)
+    missed = (best + reference.uncertainty > target) | (reference.uncertainty > TRUSTED * target)
+    at = np.flatnonzero(missed)
+    return float(script.times[at[0]]) if at.size else math.inf
+
+
+def balances(model: OwnModel, steps: Array, reference: Array, index: int) -> tuple[Balance, ...]:
+    """Readings of two courses of states, shapes (n, ...), up to the period `index`. An energy is
+    measured from its start, as it has no zero."""
+    ours = model.readings(steps[: index + 1])
+    theirs = model.readings(reference[: index + 1])
+    found = []
+    for name in [n for n in (*ours, *theirs) if n in ours or n in theirs]:
+        zero = np.zeros(index + 1)
+        one, other = ours.get(name, zero), theirs.get(name, zero)
+        start = one[0] if name == "energy" else 0.0
+        here, there = np.abs(one - start).max(), np.abs(other - start).max()
+        found.append(Balance(name, float(here), float(there), float(np.abs(one - other).max())))
+    return tuple(dict.fromkeys(found))
+
+
+def _held(
+    model: OwnModel, script: Script, reference: Reference, integrator: str, parts: int
+) -> StepError:
+    run = model.stepped(script, integrator, parts)
+    apart = np.linalg.norm(model.positions(run.states) - reference.positions, axis=2)
+    off = model.coordinates(run.states, reference.course.states)
+    both = np.flatnonzero(np.isfinite(apart).all(axis=1))
+    worst = model.bodies[int(np.argmax(apart[: both[-1] + 1].max(axis=0)))]
+    return StepError(
+        integrator, run.step, parts, largest(apart), largest(np.abs(off)), worst,
+        run.ns_per_second, run.why,
+    )  # fmt: skip

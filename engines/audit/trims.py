@@ -1,0 +1,107 @@
+"""What a model may do without on one motion: each thing tried alone, then all that help."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.own_motion import Change, OwnModel, Script, Stepped
+
+TENTH = 0.1  # of the step's own error: a change of the motion that is let pass
+ROUNDS = 5  # interleaved, of which medians are taken
+SAVES = 0.98  # of the cost: what saves less is not left out
+
+
+@dataclass(frozen=True)
+class Trim:
+    """What leaving something out does to the motion and to the cost of the model's own steps."""
+
+    changes: tuple[Change, ...]
+    same_bits: bool
+    moved: float  # [m] largest distance of any body from where it was, as far as errors are known
+    cost: float  # in multiples of the complete model's; medians of interleaved runs
+
+    @property
+    def name(self) -> str:
+        """What is left out."""
+        return ", ".join(change.name for change in self.changes)
+
+    def accepted(self, error: float) -> bool:
+        """Whether the motion is the same to the bit, or changes by less than a tenth of the step's
+        `error` [m]."""
+        return self.same_bits or self.moved <= TENTH * error
+
+
+@dataclass(frozen=True)
+class Trims:
+    """All that were tried, and those that are accepted and save something, left out together."""
+
+    each: tuple[Trim, ...]
+    together: Trim | None
+
+
+def trims(
+    model: OwnModel,
+    script: Script,
+    parts: int,
+    index: int,
+    error: float,
+    budget: float,
+    clock: Callable[[], float] = time.perf_counter,
+) -> Trims:
+    """Try what `model` offers to leave out, under `script` and `parts` steps in a period, whose
+    `error` [m] is known up to the period `index`; about `budget` [s] of wall time."""
+    ends = clock() + budget
+    offered = [(change,) for change in model.changes(script)]
+    each = _tried(model, script, parts, index, offered, ends, clock)
+    useful = [t for t in each if t.accepted(error) and t.cost < SAVES]
+    # Those to the bit alone, where all together change too much.
+    for chosen in (useful, [t for t in useful if t.same_bits]):
+        if not chosen:
+            continue
+        together = tuple(change for trim in chosen for change in trim.changes)
+        (found,) = _tried(model, script, parts, index, [together], ends, clock)
+        if found.accepted(error):
+            return Trims(each, found)
+    return Trims(each, None)
+
+
+def _tried(
+    model: OwnModel,
+    script: Script,
+    parts: int,
+    index: int,
+    offered: Sequence[tuple[Change, ...]],
+    ends: float,
+    clock: Callable[[], float],
+) -> tuple[Trim, ...]:
+    models = [model, *(model.changed(changes) for changes in offered)]
+    spent: list[list[float]] = [[] for _ in models]
+    runs: list[Stepped] = []
+    for turn in range(ROUNDS):
+        if turn and clock() > ends:
+            break
+        for k, one in enumerate(models):
+            run = one.stepped(script, one.integrator, parts)
+            spent[k].append(run.ns_per_second)
+            runs += [run] if not turn else []
+    whole, *costs = [statistics.median(values) for values in spent]
+    return tuple(
+        Trim(
+            changes,
+            np.array_equal(runs[0].states, run.states, equal_nan=True),
+            _moved(model, runs[0].states[: index + 1], run.states[: index + 1]),
+            cost / whole,
+        )
+        for changes, run, cost in zip(offered, runs[1:], costs, strict=True)
+    )
+
+
+def _moved(model: OwnModel, one: Array, other: Array) -> float:
+    apart = np.linalg.norm(model.positions(one) - model.positions(other), axis=2)
+    return float(np.where(np.isfinite(apart), apart, np.inf).max())

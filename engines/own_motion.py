@@ -1,0 +1,184 @@
+"""What an audit asks of an engine: the continuous motion of a model, and the model's own steps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+
+
+@dataclass(frozen=True)
+class Script:
+    """A start and a control held over periods: what is replayed by the reference and every step."""
+
+    start: Array  # state, shape (n,)
+    period: float  # [s], a multiple of the model's own step
+    controls: Array  # shape (periods, actuators)
+
+    @property
+    def times(self) -> Array:
+        """Ends of the periods [s], the start included, shape (periods + 1,)."""
+        return np.asarray(self.period * np.arange(len(self.controls) + 1), dtype=float)
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+        return self.period * len(self.controls)
+
+
+class Field(Protocol):
+    """The continuous motion of a model, y' = f(t, y), under a control that is held."""
+
+    evaluations: int
+    """Calls so far."""
+
+    def __call__(self, t: float, y: Array) -> Array:
+        """Rates of a state y of shape (n,) at t [s]; raises NotCertifiable."""
+        ...
+
+    def hold(self, control: Array) -> None:
+        """Hold a control, shape (actuators,), from now on."""
+        ...
+
+    def normalised(self, y: Array) -> Array:
+        """The state with quaternions of length one."""
+        ...
+
+    def active(self) -> bytes:
+        """Which contacts and limits act in the state of the last call: an event is a change."""
+        ...
+
+
+@dataclass(frozen=True)
+class Course:
+    """States at the ends of the periods, shape (periods + 1, n), not numbers from where it ended;
+    how it was computed."""
+
+    states: Array
+    until: float  # [s] to which it is known
+    how: str
+    evaluations: int = 0
+    events: tuple[float, ...] = ()  # [s] at which contacts or limits begin or cease to act
+    why: str = ""  # it ended before its time
+    seconds: float = 0.0  # wall time
+
+
+@dataclass(frozen=True)
+class Stepped:
+    """What the model's own steps gave: states as in `Course`, and their cost."""
+
+    integrator: str
+    step: float  # [s]
+    states: Array
+    ns_per_second: float  # [ns] of processor time per simulated second
+    why: str = ""  # it ended before its time
+
+
+@dataclass(frozen=True)
+class Change:
+    """Something that a model may do without: numbers of it, and what they are set to."""
+
+    name: str
+    sets: tuple[tuple[str, tuple[int, ...], float], ...]  # field, indices (none: a number), value
+
+
+class OwnModel(Protocol):
+    """A user's model, made ready for an audit: as it stands at its own step, contacts clamped as
+    the engine clamps them there."""
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+        ...
+
+    @property
+    def step(self) -> float:
+        """Its own step [s]."""
+        ...
+
+    @property
+    def integrator(self) -> str:
+        """Its own integrator."""
+        ...
+
+    @property
+    def integrators(self) -> tuple[str, ...]:
+        """Those to try, its own first."""
+        ...
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies."""
+        ...
+
+    @property
+    def clamped(self) -> Mapping[str, int]:
+        """{field: how many time constants are raised at its own step}."""
+        ...
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is disabled, and what else is said of the model."""
+        ...
+
+    @property
+    def state(self) -> Array:
+        """Where it starts, shape (n,)."""
+        ...
+
+    @property
+    def rest(self) -> Array:
+        """Controls at the start, shape (actuators,)."""
+        ...
+
+    @property
+    def ranges(self) -> Array:
+        """Of the controls, shape (actuators, 2), not numbers where there is none."""
+        ...
+
+    def field(self, width: float = 0.0) -> Field:
+        """Its continuous motion; contacts that begin over a layer of `width` [m], if given."""
+        ...
+
+    def stepped(self, script: Script, integrator: str, parts: int) -> Stepped:
+        """Its own steps, `parts` in a control period."""
+        ...
+
+    def positions(self, states: Array) -> Array:
+        """Centres of mass of the bodies [m], shape (len(states), bodies, 3)."""
+        ...
+
+    def changes(self, script: Script) -> tuple[Change, ...]:
+        """What may be left out, judged by its own steps under `script`, each to be tried."""
+        ...
+
+    def changed(self, changes: Sequence[Change]) -> OwnModel:
+        """The model with these left out."""
+        ...
+
+    def readings(self, states: Array) -> Mapping[str, Array]:
+        """Energy [J] and violations of contacts, limits and equalities [m or rad] of states, by
+        name, each of shape (len(states),); what the model cannot have is left out."""
+        ...
+
+    def touching(self, states: Array) -> Mapping[str, Array]:
+        """Which pairs touch in states, by their names, each of shape (len(states),)."""
+        ...
+
+    def starts(self, count: int, size: float) -> Array:
+        """States near the start, by `size` [m or rad] in each coordinate, the same at each call,
+        shape (count, n)."""
+        ...
+
+    def coordinates(self, states: Array, others: Array) -> Array:
+        """Differences of two motions in generalised coordinates, rad or m, shape (len(states),
+        degrees of freedom)."""
+        ...
+
+
+class NotCertifiable(Exception):
+    """A model, or a moment, for which no reference can be certified; its text says why."""

@@ -1,0 +1,182 @@
+"""plumbob audit: how wrong a MuJoCo model of one's own is at its own step, and what to choose."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import sys
+import warnings
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.engines.audit.audit import Audit
+from plumbob.engines.audit.controls import KINDS
+from plumbob.engines.registry import engines
+from plumbob.reports.commands import values
+from plumbob.reports.judge.audit import BUDGET, audit
+from plumbob.reports.view.audit.text import lines
+
+MISSED = 1  # the accuracy asked for
+_LARGEST = 100_000_000  # bytes of a control file
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("model", metavar="FILE.xml", help="a MuJoCo model")
+    parser.add_argument("--keyframe", metavar="K", help="start from this keyframe, name or number")
+    parser.add_argument(
+        "--ctrl", metavar="|".join((*KINDS, "FILE")), default="rest",
+        help="the control: what the model starts with, nothing, sines, or a .csv or .npz file with"
+        " a row for each period; default: rest",
+    )  # fmt: skip
+    parser.add_argument("--ctrl-period", metavar="T", help="[s] a control is held; about 0.02")
+    parser.add_argument("--duration", metavar="T", help="[s] of the motion; default: 1")
+    parser.add_argument("--absolute", metavar="METRES", help="exit 1 unless the error is within")
+    parser.add_argument(
+        "--budget", metavar="SECONDS", help=f"wall time, about; default: {BUDGET:g}"
+    )
+    parser.add_argument(
+        "--write-trimmed",
+        metavar="FILE.xml",
+        help="write the model without what this motion does not need, to this new file",
+    )
+    parser.add_argument("--out", metavar="DIR", help="write the page audit-NAME.html there")
+    parser.add_argument("--json", action="store_true", help="print JSON, with every digit")
+
+
+def command(chosen: argparse.Namespace) -> int:
+    """Print the audit; returns 1 where an accuracy asked for is missed."""
+    numbers = {
+        name: values.positive_number(name.replace("_", " "), text)
+        for name in ("ctrl_period", "duration", "absolute", "budget")
+        if (text := getattr(chosen, name)) is not None
+    }
+    target = None if chosen.write_trimmed is None else new_file(Path(chosen.write_trimmed))
+    if chosen.out is not None and Path(chosen.out).exists() and not Path(chosen.out).is_dir():
+        raise ParameterError("out", chosen.out, "a folder to write into")
+    control = chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl))
+    found = audit(
+        Path(chosen.model), control, keyframe=chosen.keyframe, duration=numbers.get("duration"),
+        period=numbers.get("ctrl_period"), budget=numbers.get("budget", BUDGET),
+    )  # fmt: skip
+    if target is not None:
+        trimmed_file(found, Path(chosen.model), target)
+    if chosen.out is not None:
+        print(page(found, Path(chosen.out), chosen), file=sys.stderr)
+    if chosen.json:
+        json.dump(values.plain(as_data(found)), sys.stdout, indent=1)
+        print()
+    else:
+        print("\n".join(lines(found)))
+    if "absolute" not in numbers:
+        return 0
+    try:
+        found.assert_within(numbers["absolute"])
+    except AssertionError as why:
+        print(f"plumbob: {why}", file=sys.stderr)
+        return MISSED
+    return 0
+
+
+def page(found: Audit, folder: Path, chosen: argparse.Namespace) -> Path:
+    """Write the page; raises ParameterError where it cannot be written."""
+    from plumbob.reports.view.audit.page import write_audit_page
+
+    options = ("keyframe", "ctrl", "ctrl_period", "duration", "budget")
+    given = [(o, v) for o in options if (v := getattr(chosen, o)) not in (None, "rest")]
+    words = [w for o, v in given for w in (f"--{o.replace('_', '-')}", str(v))]
+    command = shlex.join(["plumbob", "audit", chosen.model, *words, "--out", chosen.out])
+    try:
+        return write_audit_page(found, folder, command)
+    except OSError as error:
+        raise ParameterError("out", str(folder), f"a folder to write into ({error})") from None
+
+
+def new_file(target: Path) -> Path:
+    """A path where a file can be written and none is; raises ParameterError."""
+    if target.suffix != ".xml" or target.exists() or target.is_symlink():
+        raise ParameterError("write trimmed", str(target), "an .xml file that does not exist yet")
+    if not target.parent.is_dir():
+        raise ParameterError("write trimmed", str(target), "in a folder that exists")
+    return target
+
+
+def trimmed_file(found: Audit, source: Path, target: Path) -> None:
+    """Write the model `source` without what `found` leaves out; raises ParameterError where
+    nothing is, or it cannot be written."""
+    together = found.trims.together if found.trims else None
+    write = engines()["mujoco"].write_trimmed
+    assert write is not None
+    if together is None:
+        raise ParameterError("write trimmed", str(target), "left away: nothing can be left out")
+    write(source, together.changes, target)
+
+
+def controls_of(file: Path) -> Array:
+    """Controls from a .csv file, a row for each period, or the array `ctrl` of a .npz file; raises
+    ParameterError."""
+    what = f"{', '.join(KINDS)}, or a .csv or .npz file of controls"
+    if file.suffix not in (".csv", ".npz") or not file.is_file():
+        raise ParameterError("ctrl", str(file), what)
+    if file.stat().st_size > _LARGEST:
+        raise ParameterError("ctrl", str(file), f"a file of {_LARGEST} bytes at most")
+    try:
+        if file.suffix == ".npz":
+            with np.load(file, allow_pickle=False) as arrays:
+                return np.asarray(arrays["ctrl"]).astype(float, casting="same_kind")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # of no rows, which its shape tells
+            return np.loadtxt(file, delimiter=",", ndmin=2)
+    except (ValueError, TypeError, KeyError, OSError, EOFError, BadZipFile) as error:
+        reason = " ".join(str(error).split())
+        raise ParameterError("ctrl", str(file), f"{what} ({reason})") from None
+
+
+def as_data(found: Audit) -> dict[str, Any]:
+    """An audit as plain data."""
+    steps = found.found
+    return {
+        "model": found.name,
+        "integrator": found.integrator,
+        "step": found.step,
+        "control": found.control,
+        "control_period": found.script.period,
+        "duration": found.script.duration,
+        "certified_until": found.until,
+        "uncertainty": found.uncertainty,
+        "error": found.error,
+        "resolved_until": float(found.script.times[found.resolved_index]),
+        "resolved": found.resolved if steps else False,
+        "why": found.reference.why,
+        "not_smooth": found.reference.not_smooth,
+        "layer_widths": found.reference.widths,
+        "events": found.reference.course.events,
+        "clamped": found.clamped,
+        "notes": found.notes,
+        "worst_body": steps.own.worst if steps else None,
+        "order": None if not steps or not steps.order else steps.order.__dict__,
+        "steps": []
+        if steps is None
+        else [
+            {"integrator": s.integrator, "step": s.step, "error": s.at(steps.index),
+             "ns_per_second": s.ns_per_second, "why": s.why}
+            for s in steps.steps
+        ],
+        "cheapest": [] if steps is None else [c.__dict__ for c in steps.cheapest],
+        "likely": None if found.likely is None else found.likely.__dict__,
+        "balances": [b.__dict__ for b in found.balances],
+        "trims": []
+        if found.trims is None
+        else [
+            {"left_out": t.name, "same_bits": t.same_bits, "moved": t.moved, "cost": t.cost,
+             "accepted": t.accepted(found.error)}
+            for t in (*found.trims.each, *filter(None, [found.trims.together]))
+        ],
+        "seconds": found.seconds,
+    }  # fmt: skip

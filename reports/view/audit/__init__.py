@@ -1,0 +1,1 @@
+"""The answers of an audit, as text and as a page."""

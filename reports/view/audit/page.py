@@ -1,0 +1,191 @@
+"""The page of an audit: its ten lines, errors over time and against cost, contacts, trims."""
+
+from __future__ import annotations
+
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.audit.audit import Audit
+from plumbob.engines.audit.steps import Compared, StepError
+from plumbob.reports.view.audit.text import duration, length, rows, trim_effect
+from plumbob.reports.view.content import Cell, Figure, Table, row
+from plumbob.reports.view.page import TEMPLATES, figure_json, written
+from plumbob.reports.view.palette import GREY
+from plumbob.reports.view.traces import (
+    Trace,
+    curve,
+    figure,
+    linear,
+    logarithmic,
+    over_time,
+    positive,
+)
+
+COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7")  # of integrators, and of steps
+SHOWN = 4  # steps of the own integrator in the figure over time
+MOST_PAIRS = 24  # in the contact timeline
+
+
+def write_audit_page(found: Audit, folder: Path, command: str) -> Path:
+    """Write `audit-NAME.html` into `folder`, whole or not at all, and return its path; `command` is
+    what reproduces it. Raises OSError where the folder cannot be written."""
+    name = Path(found.name).stem or "model"
+    return written(render(found, command), folder, f"audit-{name}.html")
+
+
+def render(found: Audit, command: str) -> str:
+    """The page of an audit as HTML."""
+    import jinja2
+    from markupsafe import Markup
+    from plotly.offline import get_plotlyjs
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["figure_json"] = lambda figure: Markup(figure_json(figure))
+    return environment.get_template("audit.html.jinja").render(
+        audit=found,
+        answer=Table("The answer", ("", ""), tuple(row(*pair) for pair in rows(found))),
+        figures=figures(found),
+        tables=tuple(table for table in (steps_table(found), trims_table(found)) if table),
+        command=command,
+        versions=", ".join(f"{n} {metadata.version(n)}" for n in ("mujoco", "numpy", "scipy")),
+        seconds=f"{found.seconds:.3g}",
+        styles={},
+        style_sheet=Markup((TEMPLATES / "page.css").read_text("utf-8")),
+        script=Markup((TEMPLATES / "page.js").read_text("utf-8")),
+        plotly=Markup(get_plotlyjs()),
+    )
+
+
+def figures(found: Audit) -> tuple[Figure, ...]:
+    """What can be drawn of an audit."""
+    if found.found is None:
+        return ()
+    drawn = [errors_over_time(found, found.found), error_against_cost(found.found)]
+    contacts = contact_timeline(found)
+    return (*drawn, contacts) if contacts else tuple(drawn)
+
+
+def errors_over_time(found: Audit, steps: Compared) -> Figure:
+    """The error at the own step and halves of it, and how well the reference is known."""
+    times = found.script.times
+    own = [s for s in steps.steps if s.integrator == found.integrator and s.step <= found.step]
+    traces = [
+        curve(times, _drawn(s.errors), colour=colour, name=f"{s.integrator} {duration(s.step)}")
+        for s, colour in zip(own[:SHOWN], COLOURS, strict=False)
+    ]
+    known = curve(
+        times, _drawn(found.reference.uncertainty), colour=GREY, dash="dot",
+        name="the reference is known to",
+    )  # fmt: skip
+    return over_time(
+        "Error over time",
+        "The largest distance so far of any body's centre of mass from where the continuous motion "
+        "has it.",
+        [*traces, known],
+        logarithmic("error [m]"),
+    )
+
+
+def error_against_cost(steps: Compared) -> Figure:
+    """Every integrator and step that was run, with the Pareto front."""
+    usable = [s for s in steps.steps if np.isfinite(s.at(steps.index)) and s.ns_per_second]
+    best = front(usable, steps.index)
+    edge: Trace = {
+        **curve([s.ns_per_second for s in best], positive([s.at(steps.index) for s in best]),
+                colour=GREY, width=7.0, name="Pareto front"),
+        "opacity": 0.35, "hoverinfo": "skip",
+    }  # fmt: skip
+    names = tuple(dict.fromkeys(s.integrator for s in usable))
+    traces = [edge] if best else []
+    for name, colour in zip(names, COLOURS, strict=False):
+        line = [s for s in usable if s.integrator == name]
+        traces.append(
+            curve([s.ns_per_second for s in line], positive([s.at(steps.index) for s in line]),
+                  colour=colour, name=name, marks=True, hints=[duration(s.step) for s in line],
+                  hint=f"{name} %{{text}}<br>error %{{y:.3g}} m<br>cost %{{x:.3g}} ns per s")
+        )  # fmt: skip
+    return figure(
+        "Error against cost",
+        "Left and low is better. The grey band is the Pareto front: no other run is both cheaper "
+        "and more accurate.",
+        traces,
+        logarithmic("cost [ns of processor time per simulated second]"),
+        logarithmic("error [m]"),
+        legend=True,
+    )
+
+
+def front(steps: list[StepError], index: int) -> list[StepError]:
+    """Those with no other that is both cheaper and more accurate, from cheap to accurate."""
+    best, kept = float("inf"), []
+    for step in sorted(steps, key=lambda s: (s.ns_per_second, s.at(index))):
+        if step.at(index) < best:
+            best = step.at(index)
+            kept.append(step)
+    return kept
+
+
+def contact_timeline(found: Audit) -> Figure | None:
+    """Which pairs touch when along the reference; None where none does."""
+    pairs = [(name, on) for name, on in found.touching.items() if on.any()][:MOST_PAIRS]
+    if not pairs:
+        return None
+    times = found.script.times
+    traces = [
+        curve(times, np.where(on, float(k), np.nan), colour=COLOURS[0], width=5.0, name=name)
+        for k, (name, on) in enumerate(pairs)
+    ]
+    names = {"tickvals": list(range(len(pairs))), "ticktext": [name for name, _ in pairs]}
+    seconds = max(found.until, found.script.period)
+    events = sum(1 for t in found.reference.course.events if t <= seconds)
+    return figure(
+        "Contacts",
+        f"Pairs that touch at the ends of the control periods. {events / seconds:.3g} contacts and "
+        "limits begin or end in a second of the reference.",
+        traces,
+        linear("time [s]"),
+        linear("", automargin=True, **names),
+        height=120 + 26 * len(pairs),
+    )
+
+
+def steps_table(found: Audit) -> Table | None:
+    """Every run; None where there is none."""
+    if found.found is None:
+        return None
+    index = found.found.index
+    cells = tuple(
+        row(s.integrator, *(Cell(t, "number") for t in (
+            duration(s.step), length(s.at(index)), f"{s.ns_per_second / 1e9:.3g}")), s.why)
+        for s in found.found.steps
+    )  # fmt: skip
+    heads = ("integrator", "step", "error", "processor time per simulated time", "")
+    return Table(f"Every run, up to {found.until:.3g} s", heads, cells)
+
+
+def trims_table(found: Audit) -> Table | None:
+    """What was tried to be left out; None where nothing was."""
+    if found.trims is None or not found.trims.each:
+        return None
+    tried = (*found.trims.each, *filter(None, [found.trims.together]))
+    cells = tuple(
+        row(t.name, trim_effect(t), "left out" if t is found.trims.together else
+            "the motion is the same" if t.same_bits else
+            "less than a tenth of the error" if t.accepted(found.error) else "stays")
+        for t in tried
+    )  # fmt: skip
+    note = "On this motion only. Cost in multiples of the complete model's, medians of turns."
+    return Table("What can be left out", ("without", "effect", ""), cells, note)
+
+
+def _drawn(errors: Array) -> Array:
+    return np.where(errors > 0.0, errors, np.nan)

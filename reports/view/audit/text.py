@@ -1,0 +1,182 @@
+"""An audit in ten lines: what is wrong by how much, and what to choose."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from plumbob.engines.audit.audit import Audit
+from plumbob.engines.audit.ensemble import FINER, MEANS, STANDS_OUT, Likely
+from plumbob.engines.audit.steps import RESOLVED, TARGETS, Balance, Compared, StepError, horizon
+from plumbob.engines.audit.trims import Trim
+
+NOTICED = 1e-6  # [m]: a smaller error at an earlier time is not mentioned
+WIDTH = 13  # of the first column
+
+
+def lines(found: Audit) -> list[str]:
+    """The answer as lines of text."""
+    width = max(WIDTH, len(found.name) + 2)
+    return [f"{name:{width}}{text}" for name, text in rows(found)]
+
+
+def rows(found: Audit) -> list[tuple[str, str]]:
+    """The answer: names of the lines, and what they say."""
+    script = found.script
+    head = f"{found.integrator} {duration(found.step)}, {script.duration:.3g} s"
+    said = [(found.name, f"{head}, control ({found.control}) held {duration(script.period)}")]
+    said += [("reference", _reference(found))]
+    if found.found is not None:
+        said += list(_compared(found, found.found))
+    said += [("model", _model(found))]
+    beyond = "" if found.found is None else f"; t > {found.until:.3g} s"
+    return [*said, ("not claimed", f"other motions; reality{beyond}")]
+
+
+def _compared(found: Audit, steps: Compared) -> Iterator[tuple[str, str]]:
+    own = steps.own
+    if not found.error:
+        yield "your error", "none: nothing moves under this control"
+        return
+    if found.resolved:
+        yield "your error", f"{length(found.error)} (worst body: {own.worst})"
+    else:
+        most = length(found.error + found.uncertainty)
+        before = ""
+        if (last := found.resolved_index) and own.at(last) > NOTICED:
+            before = f"; {length(own.at(last))} at {found.script.times[last]:.3g} s"
+        yield "your error", f"at most {most}: no more than the reference is known to{before}"
+    yield "halving", _halving(found, steps)
+    yield "cheapest", _cheapest(steps)
+    yield "predictable", _predictable(found, steps)
+    if found.likely is not None:
+        yield "likely", _likely(found.likely)
+    yield "contacts", _contacts(found)
+    yield "balance", "; ".join(balance(b) for b in found.balances)
+    yield "trims", _trims(found)
+
+
+def _reference(found: Audit) -> str:
+    reference = found.reference
+    if found.found is None:
+        return f"none: {reference.why or 'two computations do not agree'}"
+    how = "two methods"
+    if reference.widths:
+        how = "two layer widths"
+    known = f"certified to ±{found.uncertainty:.1e} m over {found.until:.3g} s"
+    nearest = f"its own steps come within {length(steps_nearest(found.found))} of it"
+    why = reference.why
+    if found.until < reference.until * (1 - 1e-9):
+        why = "the model's own steps tend to something else, or not at all"
+    ended = f"; then: {why}" if why else ""
+    return f"{known} ({how}; {nearest}){ended}"
+
+
+def _likely(means: Likely) -> str:
+    name, apart = means.most
+    known = f"over {means.starts} starts at the end, {FINER} times as many steps"
+    if apart < STANDS_OUT:
+        return f"{known} change no mean by more than {apart:.2g} standard errors"
+    k = MEANS.index(name)
+    values = f"{length(abs(means.own[k] - means.finer[k]))}, {apart:.2g} standard errors"
+    return f"{known} change the {name} of the bodies by {values}"
+
+
+def _contacts(found: Audit) -> str:
+    events = len(found.reference.course.events)
+    counted = f"{events} begin or end, counted along the reference" if events else "none changes"
+    return "; ".join(part for part in (counted, found.reference.not_smooth) if part)
+
+
+def balance(read: Balance) -> str:
+    """A reading at the own step beside the continuous motion's, in words."""
+    if read.name == "energy":
+        return f"energy differs by {read.apart:.2g} J; it changes by {read.continuous:.2g} J"
+    return f"{read.name} {read.own:.2g}, continuously {read.continuous:.2g}"
+
+
+def _trims(found: Audit) -> str:
+    together = found.trims.together if found.trims else None
+    if together is None:
+        return "nothing that saves anything and leaves the motion as it is"
+    return f"without {together.name}: {trim_effect(together)}; on this motion only"
+
+
+def trim_effect(trim: Trim) -> str:
+    """What leaving something out does, in words."""
+    moves = "same bits" if trim.same_bits else f"moves {length(trim.moved)}"
+    return f"{moves}, ×{trim.cost:.2f}"
+
+
+def steps_nearest(steps: Compared) -> float:
+    """The smallest error [m] of all steps that were run."""
+    return steps.nearest
+
+
+def _halving(found: Audit, steps: Compared) -> str:
+    own = [s for s in steps.steps if s.integrator == found.integrator and s.step <= found.step]
+    shown = [s for s in own if s.at(steps.index) > RESOLVED * found.uncertainty][:5]
+    if len(shown) < 2 or not found.resolved:
+        return "not needed: the error is within what the reference resolves"
+    ratio = (shown[-1].at(steps.index) / shown[0].at(steps.index)) ** (1 / (len(shown) - 1))
+    helps = "helps" if ratio < 0.71 else "hardly helps" if ratio < 0.95 else "does not help"
+    chain = " -> ".join(length(s.at(steps.index)) for s in shown)
+    if steps.order is None:
+        return f"{helps}: {chain}"
+    order = steps.order
+    interval = f"{order.slope:.2g} [{order.low:.2g}, {order.high:.2g}]"
+    return f"{helps}: {chain}; observed order {interval}"
+
+
+def _cheapest(steps: Compared) -> str:
+    parts = []
+    for target in TARGETS:
+        best = next((c for c in steps.cheapest if c.target == target), None)
+        if best is None:
+            parts.append(f"{length(target)}: none found")
+        else:
+            choice = f"{best.integrator} {duration(best.step)}"
+            parts.append(f"{length(target)}: {choice} (×{best.cost:.2g})")
+    return "   ".join(parts)
+
+
+def _predictable(found: Audit, steps: Compared) -> str:
+    parts = []
+    for target in TARGETS[1:3]:
+        first = horizon(steps, found.reference, found.script, target)
+        until = f"all of {found.until:.3g} s" if math.isinf(first) else f"to {first:.3g} s"
+        parts.append(f"{length(target)}: {until}")
+    return "   ".join(parts)
+
+
+def _model(found: Audit) -> str:
+    clamped = sum(found.clamped.values())
+    step = duration(found.step)
+    clamping = f"refsafe clamps nothing at {step}"
+    if clamped:
+        fields = ", ".join(found.clamped)
+        clamping = f"refsafe raises {clamped} time constants at {step} ({fields})"
+    return "; ".join([clamping, *found.notes])
+
+
+def length(metres: float) -> str:
+    """A length [m] with two digits, in the unit that suits it."""
+    if not math.isfinite(metres):
+        return "diverged"
+    for unit, size in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9)):
+        if metres >= 0.9995 * size:
+            return f"{float(f'{metres / size:.2g}'):g} {unit}"
+    return f"{metres:.1e} m" if metres else "0"
+
+
+def duration(seconds: float) -> str:
+    """A time step [s] in the unit that suits it."""
+    if seconds >= 1.0:
+        return f"{seconds:.3g} s"
+    return f"{1e3 * seconds:.3g} ms" if seconds >= 1e-3 else f"{1e6 * seconds:.3g} µs"
+
+
+def row(step: StepError, index: int) -> tuple[str, str, str, str]:
+    """A step as cells: integrator, step, error, real-time factor."""
+    factor = 1e9 / step.ns_per_second if step.ns_per_second else math.inf
+    return step.integrator, duration(step.step), length(step.at(index)), f"{factor:.3g}"

@@ -1,0 +1,96 @@
+"""Scenes of ours and small models as an audit gets them: compiled, without any exact answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco import ENGINE
+from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
+from plumbob.engines.own_motion import Script
+from plumbob.engines.registry import method as find_method
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Case
+
+# A ball that bounces on a plane; 20 steps in a control period, and 5 periods of free fall.
+BALL = """
+<mujoco model="ball">
+  <option timestep="0.001" integrator="{integrator}"><flag {flags}/></option>
+  <worldbody>
+    <geom name="floor" type="plane" size="1 1 .1" solref="{solref}"/>
+    <body name="ball" pos="0 0 {height}"><freejoint/>
+      <geom size=".1" mass="1" solref="{solref}" friction="{friction}"/></body>
+  </worldbody>
+</mujoco>
+"""
+PENDULUM = """
+<mujoco model="pendulum">
+  <option timestep="0.01" integrator="{integrator}"/>
+  <worldbody>
+    <body name="rod"><joint name="hinge" axis="0 1 0"/>
+      <geom type="capsule" size=".02" fromto="0 0 0 .5 0 0"/></body>
+  </worldbody>
+  <actuator><motor joint="hinge" ctrlrange="-1 1"/></actuator>
+</mujoco>
+"""
+
+
+@dataclass(frozen=True)
+class AuditedScene:
+    """A scene of ours as a user's model, with what turns its states into observables."""
+
+    case: Case
+    model: MujocoModel
+    compiled: Any  # as the adapter has it
+    observe: Any
+
+    def script(self, duration: float, period: float) -> Script:
+        """Its start, uncontrolled for `duration` [s]."""
+        count = round(duration / period)
+        return Script(self.model.state, period, np.zeros((count, self.compiled.nu)))
+
+    def observed(self, states: Array, name: str) -> Array:
+        """An observable of states, shape (n,)."""
+        nq, nv = self.compiled.nq, self.compiled.nv
+        values = self.observe(states[:, :nq], states[:, nq : nq + nv])[0][name]
+        return np.asarray(values, dtype=float)
+
+
+def scene_as_model(name: str, method: str, step: float, duration: float) -> AuditedScene:
+    """The model that the adapter compiles for a scene, method and step [s]."""
+    case = case_of(find_scene(name)).lasting(duration)
+    simulation: Any = ENGINE.prepare(case, find_method(method), step)
+    data = mujoco.MjData(simulation.model)
+    data.qpos[:], data.qvel[:] = simulation.translation.qpos, simulation.translation.qvel
+    mujoco.mj_forward(simulation.model, data)
+    model = replace(own_model(simulation.model, name), start=data)
+    return AuditedScene(case, model, simulation.model, simulation.translation.observe)
+
+
+def ball(
+    height: float = 0.15, integrator: str = "Euler", solref: str = ".02 1", friction: str = "1",
+    flags: str = 'energy="disable"',
+) -> Any:  # fmt: skip
+    """A compiled ball above a plane, its centre at `height` [m]; its radius is 0.1 m."""
+    text = BALL.format(
+        height=height, integrator=integrator, solref=solref, friction=friction, flags=flags
+    )
+    return mujoco.MjModel.from_xml_string(text)
+
+
+def pendulum(integrator: str = "Euler") -> Any:
+    """A compiled rod on a hinge, with a motor."""
+    return mujoco.MjModel.from_xml_string(PENDULUM.format(integrator=integrator))
+
+
+def ready(model: Any, keyframe: int | None = None) -> MujocoModel:
+    """A model, or a file, as the engine gets it ready."""
+    assert ENGINE.own_model is not None
+    found = ENGINE.own_model(model, keyframe)
+    assert isinstance(found, MujocoModel)
+    return found

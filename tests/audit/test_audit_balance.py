@@ -1,0 +1,46 @@
+"""Energy, penetration and limits at the own step, against what is known of them."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob.engines.audit.audit import Audit, audited
+from plumbob.engines.audit.controls import script
+from plumbob.tests.audit.scenes_as_models import ball, ready
+
+FALLING = """<mujoco><option timestep="0.01" integrator="{}"/><worldbody>
+  <body><freejoint/><geom size=".1" mass="2"/></body></worldbody></mujoco>"""
+LIMITED = """<mujoco><option timestep="0.002"/><compiler angle="radian"/><worldbody>
+  <body><joint axis="0 1 0" range="-1 .5"/><geom size=".1" pos=".5 0 0"/></body>
+  </worldbody></mujoco>"""
+
+
+def audit_of(text: str, duration: float) -> Audit:
+    model = ready(mujoco.MjModel.from_xml_string(text))
+    return audited(model, script(model, duration=duration), "rest", 20.0)
+
+
+def test_energy_error_of_a_fall_is_that_of_the_step() -> None:
+    """Semi-implicit Euler falls g h t/2 too far with the right speed: m g^2 h t/2 too little."""
+    (energy,) = audit_of(FALLING.format("Euler"), 0.4).balances
+    assert energy.name == "energy"
+    assert energy.apart == pytest.approx(2 * 9.81**2 * 0.01 * 0.4 / 2, rel=1e-6)
+    assert energy.continuous < 1e-9
+    (exact,) = audit_of(FALLING.format("RK4"), 0.4).balances
+    assert exact.apart < 1e-9
+
+
+def test_penetration_is_beside_the_continuous_one() -> None:
+    model = ready(ball(0.11))
+    found = audited(model, script(model, duration=0.2), "rest", 20.0)
+    depth = {b.name: b for b in found.balances}["penetration"]
+    assert 0.0 < depth.apart < depth.own
+    lowest = 0.1 - np.min(found.reference.positions[:, 1, 2])
+    assert depth.continuous == pytest.approx(lowest, abs=1e-9)
+
+
+def test_limits_that_are_exceeded_are_reported() -> None:
+    names = {b.name: b for b in audit_of(LIMITED, 0.5).balances}
+    assert names["limits exceeded"].own > 1e-4

@@ -1,0 +1,206 @@
+"""Small defects of a reference are caught, not certified; what spoils an order is shown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob.engines.adapters.mujoco.own_model import model as own_model_module
+from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, exact_solver
+from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
+from plumbob.engines.audit import reference as reference_module
+from plumbob.engines.audit.audit import Audit, audited
+from plumbob.engines.audit.controls import script
+from plumbob.engines.audit.reference import Reference, certified
+from plumbob.engines.audit.steps import HALVINGS
+from plumbob.engines.own_motion import NotCertifiable
+from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, pendulum
+
+BUDGET = 60.0  # [s], far more than these take
+
+# A body of three different moments of inertia, that turns about all its axes.
+TOP = """
+<mujoco>
+  <option timestep="0.002" integrator="RK4" gravity="0 0 0"/>
+  <worldbody><body name="top"><freejoint/>
+    <inertial pos="0 0 0" mass="1" diaginertia="1 2 3"/></body>
+    <body name="arm" pos="1 0 0"><joint axis="0 1 0"/><geom size=".1" pos=".3 0 0"/></body>
+  </worldbody>
+  <keyframe><key qpos="0 0 0 1 0 0 0 0" qvel="0 0 0 1 2 3 1"/></keyframe>
+</mujoco>
+"""
+
+
+def audit_of(model: Any, duration: float = 0.4, period: float = 0.02) -> Audit:
+    own = own_model(model, "model")
+    return audited(own, script(own, duration=duration, period=period), "rest", BUDGET)
+
+
+def test_pendulum_of_ones_own_is_certified() -> None:
+    found = audit_of(pendulum())
+    assert found.until == pytest.approx(found.script.duration)
+    assert found.uncertainty < 1e-6
+    assert found.resolved
+    assert found.found is not None
+    assert found.found.order is not None
+    assert found.found.order.slope == pytest.approx(1.0, abs=0.01)
+
+
+def test_tolerance_that_is_spoilt_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    sound = audit_of(pendulum(), period=0.4)
+    monkeypatch.setattr(reference_module, "TIGHT", 1e-3)
+    found = audit_of(pendulum(), period=0.4)
+    assert found.uncertainty > 100 * sound.uncertainty
+    truth = abs(sound.reference.positions - found.reference.positions).max()
+    assert truth <= sound.uncertainty + found.uncertainty  # what is claimed is so nevertheless
+
+
+def test_both_tolerances_that_are_spoilt_are_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reference_module, "TIGHT", 1e-2)
+    monkeypatch.setattr(reference_module, "LOOSE", 1e-2)
+    found = audit_of(pendulum("RK4"), period=0.4)
+    assert not (found.until == 0.4 and found.uncertainty < found.error / 5)
+
+
+@dataclass(frozen=True)
+class Layered(MujocoModel):
+    """A model for which the smooth methods give up."""
+
+    def field(self, width: float = 0.0) -> ContinuousField:
+        if width:
+            return super().field(width)
+        return GivesUp(exact_solver(self.effective.__copy__()), self.start)
+
+
+class GivesUp(ContinuousField):
+    """A field that is not smooth enough."""
+
+    def __call__(self, t: float, y: Any) -> Any:
+        raise NotCertifiable("contacts chatter")
+
+
+def test_layer_that_is_too_wide_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ball on a layer of 1 cm is deeper than one on contacts that begin at once."""
+    sound = certified_in_layers(monkeypatch, reference_module.WIDTHS)
+    wide = certified_in_layers(monkeypatch, (3e-2, 1e-2))
+    assert sound.uncertainty[-1] < 1e-4
+    assert wide.uncertainty[-1] > 1e-3
+
+
+def certified_in_layers(monkeypatch: pytest.MonkeyPatch, widths: tuple[float, ...]) -> Reference:
+    monkeypatch.setattr(reference_module, "WIDTHS", widths)
+    own = Layered(**parts_of(own_model(ball(0.13), "ball")))
+    found = certified(own, script(own, duration=0.2), BUDGET)
+    assert found.widths == widths
+    return found
+
+
+def parts_of(model: MujocoModel) -> dict[str, Any]:
+    return {field.name: getattr(model, field.name) for field in fields(MujocoModel)}
+
+
+@dataclass(frozen=True)
+class Unclamped(MujocoModel):
+    """A model whose reference has contacts as the file says, its steps as refsafe makes them."""
+
+    raw: Any = None
+
+    def field(self, width: float = 0.0) -> ContinuousField:
+        return ContinuousField(exact_solver(self.raw.__copy__()), self.start, width)
+
+
+def test_clamp_that_is_left_out_is_caught() -> None:
+    """Contacts of 0.1 ms at steps of 1 ms are raised to 2 ms: without that, the reference is that
+    of another model, to which no step tends."""
+    model = ball(0.12, solref=".0001 1")
+    sound = own_model(model, "ball")
+    assert sound.clamped == {"geom_solref": 2}
+    right = audit_of(model, 0.1)
+    assert right.until == pytest.approx(0.1)
+    raw = model.__copy__()
+    raw.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
+    spoilt = Unclamped(**parts_of(sound), raw=raw)
+    found = audited(spoilt, script(spoilt, duration=0.1), "rest", BUDGET)
+    assert found.until < 0.07  # it falls onto the plane at 0.064 s
+    with pytest.raises(AssertionError, match="no reference beyond"):
+        found.assert_within(1.0)
+
+
+def test_clamped_model_does_as_the_users_does_at_its_own_step() -> None:
+    model = ball(0.12, solref=".0001 1")
+    own = own_model(model, "ball")
+    motion = script(own, duration=0.1)
+    audited_states = own.stepped(motion, "euler", 20).states
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 100)
+    assert np.array_equal(audited_states[-1], np.concatenate([data.qpos, data.qvel]))
+
+
+def test_rk4_of_a_free_body_is_of_second_order() -> None:
+    """MuJoCo adds the velocities of the stages without the correction of rotation."""
+    model = mujoco.MjModel.from_xml_string(TOP)
+    own = own_model(model, "top", 0)
+    found = audited(own, script(own, duration=0.2), "rest", BUDGET).found
+    assert found is not None
+    runs = [s for s in found.steps if s.integrator == "rk4"]
+    turned = [float(s.coordinates[-1]) for s in runs[: HALVINGS - 2]]
+    slopes = np.diff(np.log2(turned[:4]))
+    assert slopes == pytest.approx(-2.0, abs=0.1)
+
+
+def test_rk4_of_a_hinge_is_of_fourth_order() -> None:
+    found = audit_of(pendulum("RK4")).found
+    assert found is not None
+    runs = [s for s in found.steps if s.integrator == "rk4"]
+    assert np.log2(runs[0].errors[-1] / runs[1].errors[-1]) == pytest.approx(4.0, abs=0.3)
+
+
+def test_effective_contacts_are_those_that_refsafe_leaves() -> None:
+    clamped, changed = own_model_module.clamped_for(ball(solref=".001 1"), 0.001)
+    assert changed == {"geom_solref": 2}
+    assert clamped.geom_solref[:, 0].tolist() == [0.002, 0.002]
+    unchanged, nothing = own_model_module.clamped_for(ball(solref=".002 1"), 0.001)
+    assert nothing == {}
+    assert unchanged.geom_solref[:, 0].tolist() == [0.002, 0.002]
+
+
+def test_activation_at_its_limit_ends_the_reference() -> None:
+    """Steps hold an activation at its limit, where rates alone would go on."""
+    text = PENDULUM.format(integrator="Euler").replace(
+        '<motor joint="hinge" ctrlrange="-1 1"/>',
+        '<intvelocity joint="hinge" kp="1" actrange="-.1 .1" ctrlrange="-1 1"/>',
+    )
+    own = own_model(mujoco.MjModel.from_xml_string(text), "held")
+    motion = script(own, np.ones((20, 1)), period=0.02)
+    found = certified(own, motion, BUDGET)
+    assert found.until == pytest.approx(0.1)
+    assert "an activation reaches its limit" in found.why
+
+
+def test_board_that_drags_is_certified() -> None:
+    """A board that lands at an angle and slides begins and ceases to touch."""
+    text = """<mujoco><option timestep="0.005"/><worldbody><geom type="plane" size="9 9 1"/>
+      <body pos="0 0 .0999"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
+      <joint axis="0 1 0"/><geom type="capsule" size=".1" fromto="-.3 0 0 .3 0 0" friction="1.5"/>
+      </body></worldbody><keyframe><key qvel="2 0 -1"/></keyframe></mujoco>"""
+    own = own_model(mujoco.MjModel.from_xml_string(text), "board", 0)
+    found = audited(own, script(own, duration=0.3), "rest", BUDGET)
+    assert found.until == pytest.approx(0.3)
+    assert found.uncertainty < found.error / 5
+
+
+def test_what_was_known_before_the_layers_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ball that falls is known to rounding until it touches, whatever the layers are."""
+    monkeypatch.setattr(reference_module, "CHATTER", 0)
+    monkeypatch.setattr(reference_module, "WIDTHS", (3e-2, 1e-2))
+    own = own_model(ball(0.13), "ball")
+    found = certified(own, script(own, duration=0.2), BUDGET)
+    assert found.widths
+    assert found.not_smooth
+    assert found.uncertainty[3] < 1e-9  # 0.06 s: it touches at 0.078 s
+    assert found.uncertainty[-1] > 1e-4
+    assert np.array_equal(found.uncertainty, np.maximum.accumulate(found.uncertainty))

@@ -1,0 +1,79 @@
+"""The page of an audit stands alone, says what the text says, and is drawn from what was found."""
+
+from __future__ import annotations
+
+import json
+import re
+from html import unescape
+from pathlib import Path
+
+import pytest
+
+from plumbob.engines.audit.audit import Audit, audited
+from plumbob.engines.audit.controls import script
+from plumbob.reports.cli import main
+from plumbob.reports.view.audit.page import contact_timeline, front, render, write_audit_page
+from plumbob.reports.view.audit.text import rows
+from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, ready
+
+
+@pytest.fixture(name="found", scope="module")
+def _found() -> Audit:
+    model = ready(ball(0.12))
+    return audited(model, script(model, duration=0.2), "rest", 20.0)
+
+
+def test_page_says_what_the_text_says(found: Audit) -> None:
+    page = render(found, "plumbob audit ball.xml --out <folder>")
+    shown = unescape(page)
+    for name, text in rows(found):
+        assert name in shown
+        assert text in shown
+    assert "plumbob audit ball.xml --out &lt;folder&gt;" in page
+    assert not re.search(r'(src|href)="(https?:)?//', page.partition("<footer")[0])
+
+
+def test_figures_are_drawn_from_the_audit(found: Audit) -> None:
+    page = render(found, "")
+    drawn = [
+        json.loads(text.replace("\\u003c", "<"))
+        for text in re.findall(r'<script type="application/json">(.*?)</script>', page, re.S)
+    ]
+    assert len(drawn) == 3
+    timeline = contact_timeline(found)
+    assert timeline is not None
+    assert [t["name"] for t in timeline.traces] == ["floor – geom 1"]
+    touching = found.touching["floor – geom 1"]
+    assert not touching[:3].any()  # it falls 2 cm first, for 0.064 s
+    assert touching[4:6].any()
+
+
+def test_front_leaves_out_what_is_worse(found: Audit) -> None:
+    assert found.found is not None
+    steps, index = list(found.found.steps), found.found.index
+    kept = front(steps, index)
+    for step in steps:
+        better = [
+            s for s in steps
+            if s.ns_per_second < step.ns_per_second and s.at(index) < step.at(index)
+        ]  # fmt: skip
+        assert (step in kept) <= (not better)
+
+
+def test_page_is_written_whole(found: Audit, tmp_path: Path) -> None:
+    path = write_audit_page(found, tmp_path / "new", "")
+    assert path == tmp_path / "new" / "audit-model.html"
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
+
+
+def test_command_writes_the_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("rod.xml").write_text(PENDULUM.format(integrator="Euler"), "utf-8")
+    short = ["audit", "rod.xml", "--duration", "0.1", "--budget", "5"]
+    assert main([*short, "--out", "pages"]) == 0
+    assert capsys.readouterr().err.strip() == "pages/audit-rod.html"
+    assert "plumbob audit rod.xml --duration 0.1" in Path("pages/audit-rod.html").read_text("utf-8")
+    assert main([*short, "--out", "rod.xml"]) == 2
+    assert capsys.readouterr().err.startswith("plumbob: out = 'rod.xml'")

@@ -1,0 +1,236 @@
+"""What no audit can follow is refused by name; bad input of the command is one line and exit 2."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+import plumbob
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.adapters.mujoco.own_model import field as field_module
+from plumbob.engines.adapters.mujoco.own_model.model import own_model, refused
+from plumbob.engines.audit.controls import script
+from plumbob.engines.audit.reference import certified
+from plumbob.engines.own_motion import NotCertifiable
+from plumbob.reports.cli import main
+from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, pendulum
+
+BALL = '<body pos="0 0 {}"><freejoint/><geom size=".1"/></body>'
+
+
+def with_option(option: str, body: str = BALL.format(1)) -> str:
+    return f"<mujoco><option {option}</option><worldbody>{body}</worldbody></mujoco>"
+
+
+REFUSED = {
+    "sleeping bodies": with_option('><flag sleep="enable"/>'),
+    "the noslip solver": with_option('noslip_iterations="3">'),
+    "no degree of freedom": "<mujoco><worldbody><geom size='1'/></worldbody></mujoco>",
+    "an actuator with a delay": PENDULUM.format(integrator="Euler").replace(
+        'joint="hinge" ctrl', 'joint="hinge" delay="0.02" nsample="3" ctrl'
+    ),
+    "a plugin with a state of its own": """<mujoco>
+      <extension><plugin plugin="mujoco.pid"/></extension>
+      <worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+      <actuator><plugin plugin="mujoco.pid" joint="j"><config key="ki" value="1"/>
+      <config key="imax" value="1"/><config key="kp" value="1"/></plugin></actuator></mujoco>""",
+    "a flex with damping": """<mujoco><worldbody>
+      <flexcomp name="f" type="grid" count="3 3 1" spacing=".1 .1 .1" radius=".01" dim="2">
+      <elasticity young="1e4" damping="1"/></flexcomp></worldbody></mujoco>""",
+}
+
+
+@pytest.mark.parametrize("reason", REFUSED)
+def test_refused_by_name(
+    reason: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:  # fmt: skip
+    path = tmp_path / "my.xml"
+    path.write_text(REFUSED[reason], "utf-8")
+    try:
+        mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        pytest.skip(f"this MuJoCo has none: {error}")
+    assert main(["audit", str(path), "--budget", "5"]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") == 1
+    assert reason in printed.err
+
+
+def test_callback_is_refused() -> None:
+    model = pendulum()
+    mujoco.set_mjcb_control(lambda model, data: None)
+    try:
+        with pytest.raises(NotCertifiable, match="a callback: mjcb_control"):
+            refused(model)
+    finally:
+        mujoco.set_mjcb_control(None)
+    refused(model)
+
+
+def test_too_many_contacts_in_the_layer_are_not_blended() -> None:
+    """A box of a hair's depth has four contacts within the layer, two such have eight."""
+    box = '<body pos="{} 0 .0999999"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
+    plane = '<geom type="plane" size="5 5 1"/>'
+    for count in (1, 2):
+        text = f"<mujoco><worldbody>{plane}{''.join(map(box.format, range(count)))}"
+        own = own_model(mujoco.MjModel.from_xml_string(f"{text}</worldbody></mujoco>"), "boxes")
+        if count == 1:
+            own.field(1e-5)(0.0, own.state)
+            continue
+        with pytest.raises(NotCertifiable, match=r"8 contacts begin within 1e-05 m .* than 4"):
+            own.field(1e-5)(0.0, own.state)
+
+
+def test_solver_at_its_cap_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(field_module, "ITERATIONS", 1)
+    own = own_model(ball(0.0995), "ball")
+    found = certified(own, script(own, duration=0.1), 10.0)
+    assert found.until == 0.0
+    assert "the constraint solver stops at 1 iterations" in found.why
+
+
+HOSTILE = {
+    "no file": ["none.xml"],
+    "a pipe": ["pipe"],
+    "a device": ["/dev/zero"],
+    "a folder": ["folder"],
+    "no XML": ["text.xml"],
+    "URDF": ["urdf.xml"],
+    "an empty file": ["empty.xml"],
+    "a keyframe that is not there": ["my.xml", "--keyframe", "3"],
+    "a negative keyframe": ["my.xml", "--keyframe=-1"],
+    "a superscript as keyframe": ["my.xml", "--keyframe", "²"],
+    "a control that is no word": ["my.xml", "--ctrl", "cosines"],
+    "a control file that is not there": ["my.xml", "--ctrl", "none.csv"],
+    "a pipe of controls": ["my.xml", "--ctrl", "pipe.csv"],
+    "a folder of controls": ["my.xml", "--ctrl", "folder.csv"],
+    "controls of words": ["my.xml", "--ctrl", "words.csv"],
+    "no controls": ["my.xml", "--ctrl", "empty.csv"],
+    "controls of two columns": ["my.xml", "--ctrl", "wide.csv"],
+    "controls that are no numbers": ["my.xml", "--ctrl", "nan.csv"],
+    "an archive that is none": ["my.xml", "--ctrl", "text.npz"],
+    "an archive without controls": ["my.xml", "--ctrl", "other.npz"],
+    "an archive of objects": ["my.xml", "--ctrl", "objects.npz"],
+    "controls of three dimensions": ["my.xml", "--ctrl", "cube.npz"],
+    "complex controls": ["my.xml", "--ctrl", "complex.npz"],
+    "a period of zero": ["my.xml", "--ctrl-period", "0"],
+    "a duration of nothing": ["my.xml", "--duration", "nan"],
+    "an endless duration": ["my.xml", "--duration", "inf"],
+    "a duration of ages": ["my.xml", "--duration", "1e15"],
+    "a period of ages": ["my.xml", "--ctrl-period", "1e300"],
+    "a negative budget": ["my.xml", "--budget", "-1"],
+    "an accuracy of words": ["my.xml", "--absolute", "good"],
+    "a step of nothing": ["no_step.xml"],
+    "a file without permission": ["secret.xml"],
+}
+
+
+@pytest.fixture(name="files")
+def _files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    text = PENDULUM.format(integrator="Euler")
+    written = {
+        "my.xml": text, "text.xml": "hello", "urdf.xml": "<robot name='r'/>", "empty.xml": "",
+        "words.csv": "a,b\n", "empty.csv": "", "wide.csv": "1,2\n", "nan.csv": "nan\n1\n",
+        "text.npz": "hello", "no_step.xml": text.replace('"0.01"', '"nan"'), "secret.xml": text,
+    }  # fmt: skip
+    for name, content in written.items():
+        Path(name).write_text(content, "utf-8")
+    Path("secret.xml").chmod(0)
+    for name in ("pipe", "pipe.csv"):
+        os.mkfifo(name)
+    for name in ("folder", "folder.csv"):
+        Path(name).mkdir()
+    np.savez("other.npz", other=np.zeros(3))
+    np.savez("objects.npz", ctrl=np.array([{}], dtype=object))
+    np.savez("cube.npz", ctrl=np.zeros((2, 1, 1)))
+    np.savez("complex.npz", ctrl=np.array([1j]))
+    return tmp_path
+
+
+@pytest.mark.parametrize("case", HOSTILE)
+def test_hostile_input_is_one_line(
+    case: str, files: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if case == "a file without permission" and os.access("secret.xml", os.R_OK):
+        pytest.skip("this user may read everything")
+    before = sorted(files.rglob("*"))
+    assert main(["audit", *HOSTILE[case]]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.startswith("plumbob: ")
+    assert printed.err.count("\n") == 1, printed.err
+    assert sorted(files.rglob("*")) == before
+
+
+def test_exit_codes_and_json(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    short = ["audit", "my.xml", "--duration", "0.2", "--budget", "20"]
+    assert main([*short, "--absolute", "0.1"]) == 0
+    text = capsys.readouterr()
+    assert text.err == ""
+    for row in ("reference", "your error", "halving", "cheapest", "predictable", "not claimed"):
+        assert f"\n{row} " in text.out
+    assert main([*short, "--absolute", "1e-9", "--json"]) == 1
+    printed = capsys.readouterr()
+    assert "m off" in printed.err
+    data: dict[str, Any] = json.loads(printed.out)
+    assert {
+        "model", "integrator", "step", "control", "control_period", "duration", "certified_until",
+        "uncertainty", "error", "resolved", "resolved_until", "why", "not_smooth", "layer_widths",
+        "events", "clamped", "notes", "worst_body", "order", "steps", "cheapest", "balances",
+        "trims", "likely", "seconds",
+    } <= set(data)  # fmt: skip
+    assert data["worst_body"] == "rod"
+    assert data["error"] > 5 * data["uncertainty"] > 0.0
+
+
+def test_controls_from_a_file_and_an_array_agree(files: Path) -> None:
+    values = 0.3 * np.sin(np.arange(10))[:, None]
+    np.savetxt("ctrl.csv", values, delimiter=",", fmt="%.17g")
+    np.savez("ctrl.npz", ctrl=values)
+    model = pendulum()
+    before = bytes(model.qpos0), model.opt.disableflags, model.opt.tolerance, model.opt.timestep
+    found = plumbob.audit(model, values, budget=20.0)
+    after = bytes(model.qpos0), model.opt.disableflags, model.opt.tolerance, model.opt.timestep
+    assert after == before
+    assert found.script.duration == pytest.approx(0.2)
+    found.assert_within(metres=0.1)
+    with pytest.raises(AssertionError, match=r"m off"):
+        found.assert_within(metres=1e-9)
+    moved = plumbob.audit(model, "rest", duration=0.2, budget=20.0)
+    assert moved.error != found.error
+    from plumbob.reports.commands.audit import controls_of
+
+    for file in ("ctrl.csv", "ctrl.npz"):
+        assert np.array_equal(controls_of(Path(file)), values)
+
+
+def test_users_model_is_not_changed_anywhere() -> None:
+    model = ball(0.12, solref=".0001 1")
+    size = mujoco.mj_sizeModel(model)
+    before, after = np.zeros(size, np.uint8), np.zeros(size, np.uint8)
+    mujoco.mj_saveModel(model, None, before)
+    found = plumbob.audit(model, duration=0.05, budget=10.0)
+    mujoco.mj_saveModel(model, None, after)
+    assert np.array_equal(before, after)
+    assert found.clamped == {"geom_solref": 2}
+
+
+def test_no_reference_is_an_answer(capsys: pytest.CaptureFixture[str], files: Path) -> None:
+    """Exit code 0, also where the answer is "no reference, because ..."."""
+    code = main(["audit", "my.xml", "--budget", "1e-9"])
+    printed = capsys.readouterr()
+    assert code == 0
+    assert "none: the time given for it ended" in printed.out
+
+
+def test_unknown_keyframe_is_refused() -> None:
+    with pytest.raises(ParameterError, match="keyframe"):
+        plumbob.audit(pendulum(), keyframe="home")
