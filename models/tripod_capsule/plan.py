@@ -19,6 +19,7 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.planner import POSES, Limits, Plan, RestPose
 from plumbob.analytic.systems.planner import plan as find_plan
 from plumbob.analytic.systems.planner.result import TrackName
+from plumbob.analytic.systems.three_points.drive import plane_demand
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import pose
 from plumbob.models.scene import Observable, Parameters, Scene
@@ -104,6 +105,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "manoeuvres": len(found.manoeuvres),
         "position_error": distance,
         "heading_error": angle,
+        **plane_demand(found.motion).facts(),
         "ends": np.asarray(found.ends),
     }
 

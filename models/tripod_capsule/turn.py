@@ -17,6 +17,7 @@ from plumbob.analytic.systems.capsule import lowest_normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
+from plumbob.analytic.systems.three_points.drive import plane_demand
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import turned
 from plumbob.models.scene import Observable, Parameters, Scene
@@ -106,6 +107,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "friction_bound": one.friction_bound,
         "drive_ratio": one.drive_ratio,
         "count": turns.count,
+        **plane_demand(turns.single).facts(),
         "lowest_normal_forces": [float(force) for force in lowest],
         "events": [{"t": t, "mode": mode, "support": support} for t, mode, support in events],
     }

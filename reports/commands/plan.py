@@ -13,6 +13,7 @@ from typing import Any
 
 from plumbob.analytic.parameters import ParameterError, known
 from plumbob.analytic.systems.planner import Plan
+from plumbob.analytic.systems.three_points.drive import plane_demand
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import Measurement, measure
@@ -103,6 +104,7 @@ def described(found: Plan) -> dict[str, Any]:
         "reached": asdict(found.reached),
         "position_error": distance,
         "heading_error": angle,
+        "drive": plane_demand(found.motion).facts(),
     }
 
 
@@ -167,6 +169,11 @@ def _print(answer: Mapping[str, Any]) -> None:
     print(
         f"the reference ends {answer['position_error']:.2g} m and "
         f"{answer['heading_error']:.2g} rad from the goal"
+    )
+    drive = answer["drive"]
+    print(
+        f"the actuator gives up to {drive['driving_force_peak']:.4g} N "
+        f"({drive['driving_force_rms']:.4g} N r.m.s.) and {drive['driving_power_peak']:.4g} W"
     )
     if "method" in answer:
         run = answer["method"]

@@ -9,7 +9,14 @@ import pytest
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings import section
-from plumbob.reports.findings.capsule_line import contacts, displacement, fidelity, hard, source
+from plumbob.reports.findings.capsule_line import (
+    contacts,
+    displacement,
+    drive,
+    fidelity,
+    hard,
+    source,
+)
 from plumbob.reports.findings.measurements import LINE
 from plumbob.reports.view.content import Finding, Table
 from plumbob.tests.support.declared import declared, measured, nothing
@@ -26,7 +33,8 @@ def study(scene: str, *steps: float) -> Study:
 def column(table: Table, head: str) -> dict[str, float]:
     """Numbers of a column by the text that begins their rows."""
     place = next(i for i, text in enumerate(table.heads) if text.startswith(head))
-    return {line[0].text: float(line[place].text) for line in table.rows}
+    shown = {line[0].text: line[place].text for line in table.rows}
+    return {name: float(text) for name, text in shown.items() if text != "–"}
 
 
 def known(found: Finding | None) -> Finding:
@@ -179,3 +187,21 @@ def test_stopping_distance() -> None:
         assert lead["mujoco/euler+coulomb"] == pytest.approx(-1.0, abs=1e-2)
         assert lead["pymunk/feet"] == pytest.approx(1.0, abs=1e-2)
         assert abs(lead["mujoco/euler"]) > 10.0
+
+
+def test_what_sizes_an_actuator() -> None:
+    found = known(drive.finding(declared(study(LINE, 1e-3), source.requests)))
+    demands, errors = found.tables
+    peaks = column(demands, "peak of")
+    assert peaks["line, C–A₁"] == pytest.approx(9.7119, rel=1e-3)
+    assert peaks["turn, ε = 0.1"] == pytest.approx(3805.17, rel=1e-3)
+    # centripetal force: 1/epsilon^2
+    assert peaks["turn, ε = 0.03"] / peaks["turn, ε = 0.1"] == pytest.approx(1 / 0.09, rel=0.01)
+    missed, allowed = column(errors, "of it"), column(errors, "model")
+    for name in ("mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk/side"):
+        assert missed[name] < allowed[name] < 5e-3
+    assert missed["mujoco/euler"] > 0.1
+    exact, *engines = found.figures[0].traces
+    assert len(engines) == 2
+    assert max(exact["y"]) == pytest.approx(9.7119, rel=1e-3)
+    assert min(exact["y"]) == pytest.approx(-3.06072, rel=1e-3)
