@@ -9,7 +9,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.reports.findings import capsule_plan, section
 from plumbob.reports.findings.capsule_plan import SHOWN
-from plumbob.reports.findings.capsule_turn import body_angle, exact_motion, modes
+from plumbob.reports.findings.capsule_turn import body_angle, exact_motion, left_over, modes
 from plumbob.reports.findings.capsule_turn.turns import requests, turn
 from plumbob.reports.findings.plan_path import gallery
 from plumbob.reports.view.content import Figure, Finding, Table
@@ -148,3 +148,16 @@ def test_plans(monkeypatch: pytest.MonkeyPatch) -> None:
         assert distance < 2e-4
         assert slow < 1e-4 * distance
     assert capsule_plan.poses(study("capsule-turn/0.3", (EULER,))) is None
+
+
+def test_what_a_turn_leaves_at_its_stop() -> None:
+    found = left_over.finding(study("capsule-turn/0.3", (EULER, FEET)))
+    assert "0.655 rad/s" in found.summary
+    assert "3.66 mm/s" in found.summary
+    sizes, engines = found.tables
+    off = {line[0].text: float(line[3].text) for line in sizes.rows}
+    assert off["0.1"] == pytest.approx(-0.0425, abs=5e-4)
+    assert abs(off["0.001"]) < 1e-4
+    for line in engines.rows:
+        if line[1].text == FEET:
+            assert abs(float(line[3].text)) < 0.01

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from plumbob.engines.study.results import Study
-from plumbob.reports.findings.capsule_turn import body_angle, exact_motion, modes, turns
+from plumbob.reports.findings.capsule_turn import body_angle, exact_motion, left_over, modes, turns
 from plumbob.reports.view.content import Finding, Section
 
 
@@ -13,6 +13,7 @@ def findings(study: Study) -> Sequence[Finding]:
     """What comparing the formulas, the exact motion and the engines showed."""
     found = (
         exact_motion.second_order(),
+        left_over.finding(study),
         body_angle.angle(study),
         body_angle.leak(study),
         body_angle.deflection(study),
