@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 import pytest
 
+from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study.results import Study
+from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings import section
 from plumbob.reports.findings.capsule_line import (
@@ -16,6 +19,7 @@ from plumbob.reports.findings.capsule_line import (
     fidelity,
     hard,
     source,
+    tipping,
 )
 from plumbob.reports.findings.measurements import LINE
 from plumbob.reports.view.content import Finding, Table
@@ -205,3 +209,34 @@ def test_what_sizes_an_actuator() -> None:
     assert len(engines) == 2
     assert max(exact["y"]) == pytest.approx(9.7119, rel=1e-3)
     assert min(exact["y"]) == pytest.approx(-3.06072, rel=1e-3)
+
+
+def test_the_exact_condition_for_contact_and_beyond() -> None:
+    ran = declared(study(LINE, 1e-3), tipping.requests)
+    found = known(tipping.finding(ran))
+    assert "4.33 times as far" in found.summary
+    motions, outside = found.tables
+    inside = {line[0].text: (line[1].text, line[2].text) for line in motions.rows}
+    assert list(inside.values()) == [("yes", "yes"), ("yes", "no"), ("no", "yes")]
+    assert all(float(line[3].text) > 0.0 for line in motions.rows)
+    for line in outside.rows:  # eq. 22 holds there as well
+        assert abs(float(line[2].text)) < 2e-4
+    held, tipped = (ran.recording(one) for one in (tipping.INSIDE, tipping.TIPPED))
+    assert held is not None
+    assert tipped is not None
+    assert held.channels["contacts"].min() == 3
+    assert abs(held.channels["vertical_displacement"]).max() < 1e-9
+    lifted = tipped.times[np.argmax(tipped.channels["contacts"] < 3)]
+    needed = tipping.loads_beyond(tipped.times)[:, 0]
+    # a foot leaves the plane when statics asks for a pull, within the contacts' delay
+    assert lifted == pytest.approx(tipped.times[np.argmax(needed < 0.0)], abs=2e-3)
+    assert tipped.observables["normal_force_1"][-1] == 0.0
+    assert tipped.channels["vertical_displacement"][-1] > 1e-4
+
+
+def test_the_reference_refuses_what_tips() -> None:
+    start = find_scene("capsule-line/near-edge").parameters["start"]
+    with pytest.raises(ParameterError, match=r"^normal_force_1 = -0.0"):
+        case_of(find_scene("capsule-line/near-edge", {"start": start + tipping.BEYOND}))
+    # nine tenths of the way to the edge is still inside
+    case_of(find_scene("capsule-line/near-edge", {"start": start + 0.9 * 1e-4 / (0.3 / 1.3)}))

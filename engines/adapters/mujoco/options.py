@@ -20,7 +20,7 @@ CHOICES: tuple[tuple[str, type[Any], str], ...] = (
     ("jacobian", mujoco.mjtJacobian, "mjJAC_"),
 )
 # Settings that builders and runs read, and no option.
-ELSEWHERE = ("contact", "control_at", "height", "model")
+ELSEWHERE = ("contact", "control_at", "height", "model", "slider_ahead")
 
 
 def apply(spec: mujoco.MjSpec, settings: Mapping[str, Any], step: float) -> None:
