@@ -12,6 +12,8 @@ from plumbob.analytic.errors.sliding_motion.sliding_errors import repeated_line_
 from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+from plumbob.analytic.systems.manoeuvres.mean_speed import fastest_speed
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.models.scene import Parameters, Scene
 from plumbob.models.tripod_capsule import line
@@ -68,8 +70,17 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "period": repeated.period,
         "one_displacement": repeated.manoeuvre.displacement,
         "stroke": repeated.manoeuvre.stroke,
+        "mean_speed": repeated.mean_speed,
+        **_fastest(once.manoeuvre),
         **demand(once, once.period).facts(),
     }
+
+
+def _fastest(one: LineManoeuvre) -> dict[str, float]:
+    """The mean speed [m/s] that no manoeuvre of this stroke exceeds; none without friction."""
+    if one.capsule.friction == 0.0:
+        return {}
+    return {"mean_speed_bound": fastest_speed(one.capsule, one.stroke)}
 
 
 def _scene(case: str, count: int, profile: Any, steps: tuple[float, ...]) -> Scene:

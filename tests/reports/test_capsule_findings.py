@@ -11,7 +11,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.findings import section
+from plumbob.reports.findings import capsule_train, mean_speed, section
 from plumbob.reports.findings.capsule_line import (
     contacts,
     displacement,
@@ -175,7 +175,7 @@ def test_drift_of_stiction() -> None:
 
 
 def test_repeated_manoeuvres() -> None:
-    (found,) = findings_of("capsule-train", study("capsule-train/ten", 1e-3))
+    found, _ = findings_of("capsule-train", study("capsule-train/ten", 1e-3))
     error, predicted = column(found.tables[0], "relative"), column(found.tables[0], "predicted")
     reduced = "mujoco/euler+reduced"
     assert error[reduced] == pytest.approx(predicted[reduced], rel=0.01)
@@ -240,3 +240,16 @@ def test_the_reference_refuses_what_tips() -> None:
         case_of(find_scene("capsule-line/near-edge", {"start": start + tipping.BEYOND}))
     # nine tenths of the way to the edge is still inside
     case_of(find_scene("capsule-line/near-edge", {"start": start + 0.9 * 1e-4 / (0.3 / 1.3)}))
+
+
+def test_engines_at_the_fastest_manoeuvres() -> None:
+    ran = declared(measured("capsule-train/ten", mean_speed.METHODS, 1e-3), capsule_train.requests)
+    found = mean_speed.finding(ran)
+    assert "0.054 m/s" in found.summary
+    exact, engines = found.tables
+    speeds = [float(line[2].text) for line in exact.rows]
+    assert speeds == sorted(speeds)
+    errors = column(engines, "relative error")
+    assert len(errors) == len(mean_speed.METHODS)
+    for name, error in errors.items():  # contacts that deflect, at the limit of friction
+        assert abs(error) < 2e-3, name

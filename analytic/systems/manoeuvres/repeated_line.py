@@ -77,6 +77,11 @@ class RepeatedLine:
         """Body's whole displacement along the line [m]: count times eq. 22."""
         return self.count * self.manoeuvre.displacement
 
+    @property
+    def mean_speed(self) -> float:
+        """Magnitude of the body's displacement over the time that it takes [m/s]."""
+        return abs(self.manoeuvre.displacement) / self.period
+
     def within(self, times: Array) -> tuple[Array, Array]:
         """Number of whole manoeuvres done at `times` [s], and the time in the present one [s]."""
         times = np.asarray(times, dtype=np.float64)
