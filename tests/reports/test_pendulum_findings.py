@@ -16,6 +16,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings.simple_pendulum import (
     SECTION,
+    claims,
     energy,
     exactness,
     notebook,
@@ -25,7 +26,7 @@ from plumbob.reports.findings.simple_pendulum import (
 from plumbob.reports.judge.expectations import as_expected, expected
 from plumbob.reports.judge.verdict import Judgement
 from plumbob.reports.view.content import Figure, Finding, Table
-from plumbob.tests.support.declared import made
+from plumbob.tests.support.declared import declared, made, nothing
 
 SCENES = ("free-small", "free-large", "near-top-1e-6")
 
@@ -178,3 +179,20 @@ def test_findings_name_commands_that_exist() -> None:
             assert words[1] in ("run", "solve", "validate")
             names = words[words.index("--scenes") + 1] if "--scenes" in words else words[2]
             assert all(find_scene(name).name == name for name in names.split(","))
+
+
+def test_the_notebooks_statements() -> None:
+    found = claims.finding(declared(nothing(), notebook.requests))
+    verdicts = {line[0].text: line[3].text for line in found.tables[0].rows}
+    assert len(verdicts) == 9
+    ran = claims.parting(declared(nothing(), notebook.requests), "free-small")
+    # the phases part by theta_0^2/16 of what has passed: amplitude * sin(omega t theta_0^2/16)
+    start = math.radians(10.0)
+    by_phase = start * math.sin(math.sqrt(9.8) * 50.0 * start**2 / 16)
+    assert ran.largest == pytest.approx(by_phase, rel=0.02)
+    assert ran.relative == pytest.approx(0.295, abs=5e-3)
+    assert ran.in_runs == pytest.approx(ran.largest, rel=5e-3)
+    # a small damped swing keeps to the exponential up to its amplitude squared, a large one not
+    assert 5e-4 < claims.decay("damped-small") < 1e-3
+    assert 0.05 < claims.decay("damped-large") < 0.2
+    assert "30 %" in found.summary
