@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.systems.capsule import Capsule, load_fractions
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
@@ -42,7 +44,7 @@ def longest_stroke(capsule: Capsule, direction: float) -> tuple[float, float]:
     C [m]: the ends of the longest stroke, which are themselves outside. Raises ParameterError where
     C is outside the triangle."""
     unit = (math.cos(direction), math.sin(direction))
-    at_centre, ahead = load_fractions(capsule, [(0.0, 0.0), unit])
+    at_centre, ahead = load_fractions(capsule, np.array([(0.0, 0.0), unit]))
     if not at_centre.min() > 0.0:
         raise ParameterError("supports", capsule.supports, "a triangle with C inside")
     slopes = (ahead - at_centre) * capsule.mass_ratio
