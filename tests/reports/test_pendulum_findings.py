@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
 import pytest
 
 from plumbob.engines.registry import methods as find_methods
@@ -16,6 +17,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings.simple_pendulum import (
     SECTION,
+    bob,
     claims,
     energy,
     exactness,
@@ -196,3 +198,22 @@ def test_the_notebooks_statements() -> None:
     assert 5e-4 < claims.decay("damped-small") < 1e-3
     assert 0.05 < claims.decay("damped-large") < 0.2
     assert "30 %" in found.summary
+
+
+def test_the_bob_in_the_plane() -> None:
+    found = bob.finding(declared(nothing(), notebook.requests))
+    first = {line[0].text: line[3].text for line in found.tables[0].rows}
+    assert first["1"] == first["5"] == "–"
+    largest = {line[0].text: float(line[2].text) for line in found.tables[0].rows}
+    assert largest["2"] == pytest.approx(2.0, rel=0.01)  # opposite ends of a diameter, L = 1
+    over_x, over_y, plane = found.figures
+    for axis, figure in enumerate((over_x, over_y)):
+        exact, dots, *_ = figure.traces
+        assert exact["y"][0] == pytest.approx((-math.sin(math.radians(120)), 0.5)[axis], rel=1e-3)
+        near = np.interp(dots["x"], exact["x"], exact["y"])
+        assert np.abs(near - np.array(dots["y"])).max() < 5e-3
+    # within three periods of 2.76 s, as the summary says
+    assert bob.distances("free-large")[: int(8.3 * 100)].max() > 1.9
+    round_, swing = plane.traces
+    assert np.hypot(round_["x"], round_["y"]) == pytest.approx(1.0, rel=1e-3)
+    assert np.hypot(swing["x"], swing["y"]) == pytest.approx(0.97, rel=1e-3)

@@ -8,6 +8,7 @@ from plumbob.engines.study.extra_runs import Request, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.findings.simple_pendulum import (
+    bob,
     claims,
     energy,
     exactness,
@@ -32,6 +33,7 @@ def findings(study: Study) -> Sequence[Finding]:
     """What comparing the notebook and the engines showed."""
     found = (
         claims.finding(study),
+        bob.finding(study),
         notebook.finding(study),
         orders.orders(study),
         orders.held_control(study),
