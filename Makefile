@@ -21,7 +21,8 @@ validate: .venv/.run  ## run the validation and write its page (ARGS go to `plum
 test: .venv/.develop  ## run the tests (ARGS go to pytest)
 	$(BIN)/python -m pytest --numprocesses auto $(ARGS)
 
-test-long: .venv/.develop  ## the full profile, and a longer search by hypothesis: an hour or more
+test-long: .venv/.develop  ## mutations, the full profile, and a longer search by hypothesis: hours
+	$(BIN)/python -m plumbob.tests.validation.mutations
 	$(BIN)/python -m pytest --numprocesses auto tests/validation --profile full $(ARGS)
 	HYPOTHESIS_PROFILE=search $(BIN)/python -m pytest --numprocesses auto $(ARGS)
 

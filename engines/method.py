@@ -31,6 +31,8 @@ class Method:
     step_sizes: tuple[float, ...] = ()  # of tolerances, loose to tight; steps are the scene's own
     systems: tuple[str, ...] = ()
     """Patterns of systems, or scenes, it is meant for, or after "!" is not; empty: all."""
+    surrogate: str = ""
+    """Why its model is not the full body, where it is not: what no robot model can take over."""
 
     def __getstate__(self) -> dict[str, Any]:
         """What a worker is sent: a read-only view of a dict cannot be."""
@@ -123,6 +125,8 @@ class Engine:
     prepare: Callable[[Case, Method, float], Simulation]  # raises Unsupported
     model_error: Callable[[Case, Method, float], Mapping[str, Mapping[str, float]]]
     """{observable: {reason: absolute bound}}: what the model itself adds, apart from the step."""
+    scheme: Callable[[Case, Method], Scheme] | None = None
+    """What a method does in a step of a case, where that is not always the method's own scheme."""
     optional: bool = False  # a peer: not missed unless it is asked for by name
     confirming: Callable[[Method], tuple[Method, float]] | None = None
     """A method that controls its local error -> a method and tolerance of this engine, on the same

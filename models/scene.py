@@ -14,6 +14,7 @@ from plumbob.analytic.errors.theory import ErrorTheory, no_theory
 from plumbob.analytic.reference import Array, Reference
 
 Parameters = Mapping[str, Any]
+Answers = Callable[[Any, Array], Mapping["Observable", Array]]
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,11 @@ def replaced(parameters: Parameters, changes: Parameters) -> Parameters:
     return {**parameters, **changes}
 
 
+def nothing_else(problem: Any, places: Array) -> Mapping[Observable, Array]:
+    """No answers beside the observables."""
+    return {}
+
+
 @dataclass(frozen=True)
 class System:
     """A mechanical system: what it observes, its scenes, and its exact answer."""
@@ -91,6 +97,11 @@ class System:
     weight: float = 1.0  # what a step of it costs, roughly, in steps of a pendulum
     interest: Callable[[Case], tuple[Quantity, ...]] | None = None
     """The quantities of interest of a case; None: the first observable, over the whole run."""
+
+    also: Answers = nothing_else
+    """What is exact beside the observables, of a problem at times [s], shape (n,)."""
+    by_angle: Answers | None = None
+    """What is exact of a problem with the angle [rad], shape (n,), as the parameter."""
 
     def quantities(self, case: Case) -> tuple[Quantity, ...]:
         """What a case of this system is about, with scales."""

@@ -3,7 +3,23 @@
 Sudakov 2015. theta is measured from hanging down, about the axis; the platform turns at a constant
 rate about the vertical. Eq. 9 of the source is not the Legendre transform of its Lagrangian (7): it
 has T + U, which a prescribed rotation does not conserve. Both are implemented, each under its own
-name."""
+name.
+
+The source adds that the body may lack any symmetry. With the platform's rate w along
+e_y sin theta + e_z cos theta in the body's axes, the body's moments give the Lagrangian
+
+    w^2 (I_y sin^2 theta + 2 I_yz sin theta cos theta + I_z cos^2 theta) / 2
+    + w theta' (I_xy sin theta + I_xz cos theta).
+
+The last line is the derivative of a function of theta, like the terms with pivot_x: I_xy and I_xz
+have no effect. I_yz does not vanish, but an angle phi = theta + tilt, measured in the principal
+axes of the moments about y and z, removes it: with a = (I_y - I_z) w^2 / 2 and d = I_yz w^2 / 2,
+
+    tan(2 tilt) = 2 d / a,  a' = +-(a^2 + 4 d^2)^(1/2) with the sign of a,
+    b' = b cos(tilt) + c sin(tilt),  c' = c cos(tilt) - b sin(tilt),
+
+and V(theta) = -a' sin^2 phi - b' sin phi - c' cos phi + (a' - a)/2: three terms again, and every
+closed form holds for phi."""
 
 from __future__ import annotations
 
@@ -21,21 +37,26 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
 )
 from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
+from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.analytic.systems.pendulums.tilted_motion import TiltedMotion
 
 
 @dataclass(frozen=True)
 class Body:
     """A rigid body hung on a horizontal axis: mass [kg], distance of its centre of mass from the
-    axis [m], and principal moments of inertia about the pivot [kg m^2]. Raises ParameterError."""
+    axis [m], and moments of inertia about the pivot [kg m^2]; inertia_yz, an element of the inertia
+    tensor, is minus the integral of y z over the mass. Raises ParameterError."""
 
     mass: float
     com_distance: float
     inertia_x: float
     inertia_y: float
     inertia_z: float
+    inertia_yz: float = 0.0
 
     def __post_init__(self) -> None:
+        finite("inertia_yz", self.inertia_yz)
         for name in ("mass", "com_distance", "inertia_x", "inertia_y", "inertia_z"):
             positive(name, getattr(self, name))
         least = self.mass * self.com_distance**2
@@ -43,13 +64,19 @@ class Body:
             name = "inertia_x" if self.inertia_x < least else "inertia_y"
             wanted = f"at least mass com_distance^2 = {least:.6g}"
             raise ParameterError(name, getattr(self, name), wanted)
-        central = sorted((self.inertia_x - least, self.inertia_y - least, self.inertia_z))
+        central_x, central_y = self.inertia_x - least, self.inertia_y - least
+        central = sorted((central_x, central_y, self.inertia_z))
         if central[2] > (central[0] + central[1]) * (1 + 1e-12):
             raise ParameterError(
                 "inertia_x, inertia_y, inertia_z",
                 (self.inertia_x, self.inertia_y, self.inertia_z),
                 "possible: about the centre of mass none may exceed the sum of the other two",
             )
+        # the two principal moments across x may differ by the third at most
+        half = math.sqrt(max(0.0, (central_x / 2) ** 2 - ((central_y - self.inertia_z) / 2) ** 2))
+        if abs(self.inertia_yz) > half * (1 + 1e-12):
+            wanted = f"at most {half:.6g} in magnitude, or one principal moment of inertia exceeds "
+            raise ParameterError("inertia_yz", self.inertia_yz, wanted + "the sum of the others")
 
 
 def cone(density: float, height: float, apex_angle: float) -> Body:
@@ -77,9 +104,10 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class ConePendulum:
-    """A body on an axis at (pivot_x, pivot_y) [m] of a platform that turns at platform_rate
-    [rad/s], under gravity [m/s^2], started at theta [rad] with theta_dot [rad/s], or with `excess`
-    [J] above the highest barrier in the direction of theta_dot. Raises ParameterError.
+    """A body on an axis at (pivot_x, pivot_y, pivot_z) [m] of a platform that turns at
+    platform_rate [rad/s], under gravity [m/s^2], started at theta [rad] with theta_dot [rad/s], or
+    with `excess` [J] above the highest barrier in the direction of theta_dot; pivot_x and pivot_z
+    have no effect on theta. Raises ParameterError.
 
     >>> from math import radians
     >>> body = cone(density=1000.0, height=0.3, apex_angle=radians(30.0))
@@ -96,40 +124,82 @@ class ConePendulum:
     theta: float
     theta_dot: float
     excess: float | None = None
+    pivot_z: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("pivot_x", "pivot_y", "platform_rate", "theta", "theta_dot"):
+        for name in ("pivot_x", "pivot_y", "pivot_z", "platform_rate", "theta", "theta_dot"):
             finite(name, getattr(self, name))
         non_negative("gravity", self.gravity)
         if self.excess is not None:
             finite("excess", self.excess)
             _ = self.motion
 
+    @cached_property
+    def _terms(self) -> tuple[TrigonometricPotential, Quad, Quad]:
+        """The three-term potential in phi = theta + tilt, the tilt, and what it lacks of V."""
+        body, rate2 = self.body, quad(self.platform_rate) ** 2
+        arm = quad(body.mass) * body.com_distance
+        a = (quad(body.inertia_y) - quad(body.inertia_z)) * rate2 / 2
+        b, c = arm * self.pivot_y * rate2, arm * self.gravity
+        if body.inertia_yz == 0.0 or self.platform_rate == 0.0:
+            return TrigonometricPotential(a, b, c), quad(0.0), quad(0.0)
+        twice_d = quad(body.inertia_yz) * rate2
+        sign = -1.0 if a < 0 else 1.0
+        turned = sign * np.sqrt(a * a + twice_d * twice_d)
+        tilt = np.arctan2(sign * twice_d, sign * a) / 2
+        sine, cosine = np.sin(tilt), np.cos(tilt)
+        v = TrigonometricPotential(turned, b * cosine + c * sine, c * cosine - b * sine)
+        return v, tilt, (turned - a) / 2
+
     @property
     def potential(self) -> TrigonometricPotential:
-        """V of H = p^2/(2 I_x) + V, the Legendre transform of Sudakov 2015, eq. 7, in 34 digits.
+        """V of H = p^2/(2 I_x) + V, the Legendre transform of Sudakov 2015, eq. 7, in 34 digits, as
+        a function of theta + tilt and less `potential_offset`.
 
         a = (I_y - I_z) omega^2 / 2: the source's I_x for I_y holds for a symmetric body alone.
         """
-        body, rate2 = self.body, quad(self.platform_rate) ** 2
-        arm = quad(body.mass) * body.com_distance
-        spread = quad(body.inertia_y) - quad(body.inertia_z)
-        return TrigonometricPotential(
-            spread * rate2 / 2, arm * self.pivot_y * rate2, arm * self.gravity
-        )
+        return self._terms[0]
+
+    @property
+    def tilt(self) -> float:
+        """Angle [rad] to add to theta where the body has a product of inertia: between its own y
+        and z axes and the principal ones, at most pi/4 in magnitude (module docstring)."""
+        return float(double(self._terms[1]))
+
+    @property
+    def potential_offset(self) -> float:
+        """V(theta) less `potential` of theta + tilt [J], a constant."""
+        return float(double(self._terms[2]))
+
+    def potential_at(self, theta: Array) -> Array:
+        """V(theta) [J] in double precision, shape (n,), the product of inertia included."""
+        a, b, c = (float(double(x)) for x in (self.potential.a, self.potential.b, self.potential.c))
+        angle = np.asarray(theta, dtype=float) + self.tilt
+        value = TrigonometricPotential(a, b, c).value(angle) + self.potential_offset
+        return np.asarray(value)
 
     @property
     def printed_potential(self) -> TrigonometricPotential:
-        """V as printed in Sudakov 2015, eq. 9: the centrifugal terms with the wrong sign."""
-        v = self.potential
+        """V as printed in Sudakov 2015, eq. 9, which has no product of inertia: the centrifugal
+        terms with the wrong sign."""
+        v = replace(self, body=replace(self.body, inertia_yz=0.0), excess=None).potential
         return TrigonometricPotential(-v.a, -v.b, v.c)
 
     @cached_property
     def motion(self) -> PendulumMotion:
-        """The exact motion."""
+        """The exact motion of theta + tilt."""
         return PendulumMotion(
-            self.potential, self.body.inertia_x, self.theta, self.theta_dot, self.excess
+            self.potential,
+            self.body.inertia_x,
+            self.theta + self.tilt,
+            self.theta_dot,
+            self.excess,
         )
+
+    @property
+    def reference(self) -> PendulumMotion | TiltedMotion:
+        """The exact motion of theta."""
+        return TiltedMotion(self.motion, self.tilt) if self.tilt else self.motion
 
     def printed_motion(self, theta_dot: float | None = None) -> PendulumMotion:
         """The motion that the printed eqs. 9, 15 and 16 describe, from the same start or from
@@ -142,7 +212,8 @@ class ConePendulum:
         """The same problem with theta_dot given in place of `excess`, rounded to double."""
         if self.excess is None:
             return self
-        speed = float(self.motion.momentum(np.array(self.theta))) / self.body.inertia_x
+        angle = np.array(self.motion.theta)
+        speed = float(self.motion.momentum(angle)) / self.body.inertia_x
         return replace(self, theta_dot=speed, excess=None)
 
     @property
@@ -150,14 +221,17 @@ class ConePendulum:
         """Relative equilibria in (-pi, pi], ascending."""
         v = self.potential
         points = critical_points(v)
-        return tuple(self._equilibrium(v, p) for p in points[np.isfinite(double(points))])
+        found = (self._equilibrium(v, p) for p in points[np.isfinite(double(points))])
+        return tuple(sorted(found, key=lambda e: e.theta))
 
     def _equilibrium(self, potential: TrigonometricPotential, theta: Quad) -> Equilibrium:
         stiffness = abs(float(double(potential.curvature(theta))))
         sort = kind(potential, theta)
         rate = 0.0 if sort == "degenerate" else math.sqrt(stiffness / self.body.inertia_x)
-        value = float(double(potential.value(theta)))
-        return Equilibrium(float(double(theta)), value, sort, rate)
+        value = float(double(potential.value(theta) + self._terms[2]))
+        angle = double(theta - self._terms[1])
+        angle -= 2 * math.pi * math.ceil(angle / (2 * math.pi) - 0.5)
+        return Equilibrium(float(angle), value, sort, rate)
 
     @property
     def printed_barrier(self) -> tuple[float, float]:
@@ -173,8 +247,20 @@ class ConePendulum:
 
     @property
     def pitchfork_rate(self) -> float:
-        """Platform rate [rad/s] at which hanging down stops being stable when pivot_y = 0; infinite
-        where it never does."""
+        """Platform rate [rad/s] at which hanging down stops being stable when pivot_y = 0 and
+        inertia_yz = 0; infinite where it never does."""
         spread = self.body.inertia_y - self.body.inertia_z
         weight = self.body.mass * self.body.com_distance * self.gravity
         return math.sqrt(weight / spread) if spread > 0.0 else math.inf
+
+    @property
+    def saddle_node_rate(self) -> float:
+        """Platform rate [rad/s] above which there are four equilibria and not two: V' and V'' are
+        zero together where (2 a)^(2/3) = b^(2/3) + c^(2/3), an astroid; at pivot_y = 0 a pitchfork.
+        Infinite where there are never four, NaN with a product of inertia."""
+        if self.body.inertia_yz:
+            return math.nan
+        arm = self.body.mass * self.body.com_distance
+        spread = abs(self.body.inertia_y - self.body.inertia_z) ** (2 / 3)
+        gap = spread - abs(arm * self.pivot_y) ** (2 / 3)
+        return math.sqrt(arm * self.gravity / gap**1.5) if gap > 0.0 else math.inf

@@ -34,9 +34,10 @@ class TaylorSimulation:
     """An integrator and the start that every `run` goes back to."""
 
     integrator: Any
-    start: tuple[float, float]  # theta [rad], theta_dot [rad/s]
+    start: tuple[float, float]  # theta + tilt [rad], theta_dot [rad/s]
     duration: float  # [s]
     compile_seconds: float
+    tilt: float = 0.0  # [rad] of the angle that the rotor's equation is written in
 
     def run(self) -> Trajectory:
         """Run from the start to the end; a step counts as many right-hand sides as its order."""
@@ -49,7 +50,7 @@ class TaylorSimulation:
         ended = "time_limit" in str(outcome) and bool(good.all())
         return Trajectory(
             times=times[good],
-            observables={"theta": states[good, 0], "theta_dot": states[good, 1]},
+            observables={"theta": states[good, 0] - self.tilt, "theta_dot": states[good, 1]},
             steps=int(taken) * int(taylor.order),
             seconds=seconds,
             diverged_at=None if ended else float(taylor.time),
@@ -71,10 +72,12 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     import heyoka
 
     begin = time.perf_counter()
-    start = (problem.theta, problem.theta_dot)
+    tilt = getattr(problem, "tilt", 0.0)
+    start = (problem.theta + tilt, problem.theta_dot)
     build: Any = heyoka.taylor_adaptive
     integrator = build(_equations(rotor), list(start), tol=step)
-    return TaylorSimulation(integrator, start, case.scene.duration, time.perf_counter() - begin)
+    seconds = time.perf_counter() - begin
+    return TaylorSimulation(integrator, start, case.scene.duration, seconds, tilt)
 
 
 def confirming(method: Method) -> tuple[Method, float]:

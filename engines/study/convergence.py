@@ -11,7 +11,13 @@ import numpy as np
 
 from plumbob.analytic.reference import Reference
 from plumbob.engines.method import Method
-from plumbob.engines.study.measurement import Measurement, confirming, floor, measure
+from plumbob.engines.study.measurement import (
+    Measurement,
+    confirming,
+    floor,
+    measure,
+    unpredicted,
+)
 from plumbob.engines.study.order import Order, fit_order
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
@@ -19,6 +25,7 @@ from plumbob.models.scene import Scene
 
 TRACE = 160  # points of an error curve: as many as a plot can show
 DEFAULT = ("mujoco/euler", 2e-3)  # MuJoCo's default settings: method and step [s]
+PER_OCTAVE, OCTAVES = 3, 5  # step sizes for a method that no theory covers
 FURTHER = 8  # times the most steps, for a method with steps of its own: three halvings
 
 
@@ -54,7 +61,8 @@ def convergence_study(
 ) -> ConvergenceStudy:
     """Run `scene` with `method` at its step sizes (or those given), coarse to fine, leaving out
     runs of more than `most_steps`, and stopping two step sizes after the error reaches its floor;
-    `keep` is given each run, for what a measurement does not hold."""
+    where no theory covers the method, at steps between them too. `keep` is given each run, for what
+    a measurement does not hold."""
     case = case_of(scene)
     leading = case.system.observables[0].name
     chosen = chosen_step_sizes(scene, method, most_steps, step_sizes)
@@ -62,7 +70,9 @@ def convergence_study(
     finest: tuple[float, Trajectory] | None = None
     at_floor = 0
     second = cache(partial(confirming, case, method))  # of every tolerance the same
-    for step in chosen:
+    waiting, dense = list(chosen), False
+    while waiting:
+        step = waiting.pop(0)
         found, run = measure(case, method, step, second)
         taken.append(found)
         if run is not None:
@@ -71,9 +81,14 @@ def convergence_study(
             break
         if found.status != "done":
             continue
+        if not dense and unpredicted((found,), method):
+            dense = True
+            more = between(chosen, scene.duration, own_steps(method))
+            waiting = sorted({*waiting, *more} - {m.step for m in taken}, reverse=True)
         assert run is not None
-        finest = step, run
-        error = found.errors[leading]
+        finest = (step, run) if leading in found.errors else finest
+        if (error := found.errors.get(leading)) is None:
+            continue
         at_floor += error.largest <= 3.0 * floor(error, found.steps)
         if at_floor > 2:
             break
@@ -81,6 +96,7 @@ def convergence_study(
         chosen_step_sizes(scene, method, math.inf, step_sizes)
     )
     trace = _trace(*finest, leading, case.reference) if finest else None
+    taken.sort(key=lambda m: -m.step)
     return ConvergenceStudy(
         scene.name, method.name, tuple(taken), *_orders(taken, leading, method), trace, cut
     )
@@ -106,6 +122,17 @@ def chosen_step_sizes(
     return tuple(h for h in short if scene.duration / h <= most or h == asked)
 
 
+def between(steps: tuple[float, ...], duration: float, own: bool) -> tuple[float, ...]:
+    """Three incommensurate steps [s] an octave, down to the finest of `steps`, over five octaves at
+    least, or over those of a method's own steps alone; at the coarsest eight steps in `duration`
+    [s]."""
+    finest, coarsest = min(steps), max(steps)
+    if not own:
+        coarsest = max(coarsest, min(finest * 2.0**OCTAVES, duration / 8.0))
+    count = math.floor(PER_OCTAVE * math.log2(coarsest / finest) + 1e-9)
+    return tuple(finest * 2.0 ** (k / PER_OCTAVE) for k in range(count, 0, -1))
+
+
 def own_steps(method: Method) -> bool:
     """Whether a method brings its own fixed steps, as a user's settings do, the first of which is
     the one that is asked about."""
@@ -115,7 +142,7 @@ def own_steps(method: Method) -> bool:
 def _orders(
     taken: list[Measurement], leading: str, method: Method
 ) -> tuple[Order | None, Order | None]:
-    done = [m for m in taken if m.status == "done"]
+    done = [m for m in taken if leading in m.errors]
     if method.order is None or not done:
         return None, None
     errors = [m.errors[leading] for m in done]

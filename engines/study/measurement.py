@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import ADAPTIVE
+from plumbob.analytic.errors.schemes import ADAPTIVE, Scheme
 from plumbob.analytic.errors.theory import SteppedErrors, reaches
 from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.method import Method, Unsupported, meant
@@ -20,6 +20,7 @@ from plumbob.models.scene import Case, Quantity
 
 # Of the difference to a second run with a much smaller tolerance: its error is at most half.
 SURE = 2.0
+REFERENCE_STEP = 1e-3  # [s] that errors of fixed-step methods are shown at
 Status = Literal["done", "diverged", "unsupported", "missing"]
 
 
@@ -120,7 +121,8 @@ def measure(
             seconds=run.seconds,
             warnings=run.warnings,
         ), run
-    drifts = case.system.invariants(case.problem, run.observables)
+    drifts = _drifts(case, run)
+    scheme = scheme_of(case, method)
     return _with(
         blank,
         status="done",
@@ -132,8 +134,25 @@ def measure(
         seconds=run.seconds,
         compile_seconds=simulation.compile_seconds,
         warnings=run.warnings,
-        note="" if method.scheme.known else f"no error theory for the scheme '{method.scheme}'",
+        note="" if scheme.known else f"no error theory for the scheme '{scheme}'",
     ), run
+
+
+def scheme_of(case: Case, method: Method) -> Scheme:
+    """What a method does in a step of this case: its scheme, or another that its engine names."""
+    other = engine_of(method).scheme
+    return method.scheme if other is None else other(case, method)
+
+
+def _drifts(case: Case, run: Trajectory) -> Mapping[str, Array]:
+    """The relative drifts of the invariants; none where the run leaves out what they are made
+    of."""
+    try:
+        return case.system.invariants(case.problem, run.observables)
+    except KeyError:
+        if all(o.name in run.observables for o in case.system.observables):
+            raise
+        return {}
 
 
 def _errors(
@@ -146,7 +165,8 @@ def _errors(
 ) -> Mapping[str, ObservedError]:
     exact, theory, names = case.reference, case.errors, [o.name for o in case.system.observables]
     truth, doubt = exact.observe(run.times), exact.uncertainty(run.times)
-    series = theory.series(method.scheme, run.times)
+    scheme = scheme_of(case, method)
+    series = theory.series(scheme, run.times)
     powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
     total = {
         name: sum((terms[name] for terms in powers.values()), np.zeros(len(run.times)))
@@ -158,7 +178,7 @@ def _errors(
     nonlinear = exact.nonlinearity(run.times, total) if total else 0.0
     errors = {n: run.observables[n] - truth[n] for n in names if n in run.observables}
     predicted = {
-        name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear)
+        name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear, scheme)
         for name, error in errors.items()
         if name in total
     }
@@ -166,9 +186,9 @@ def _errors(
     if method.control == "step" and not (
         predicted and all(reaches(p.terms, p.largest, p.nonlinearity) for p in predicted.values())
     ):
-        stepped = theory.at_step(method.scheme, step, run.times)
+        stepped = theory.at_step(scheme, step, run.times)
     own = stepped.uncertainty or {}
-    adaptive = method.scheme.integrator == ADAPTIVE
+    adaptive = scheme.integrator == ADAPTIVE
     controlled = _controlled(exact, run, errors, doubt, second()) if adaptive else {}
     return {
         name: ObservedError(
@@ -226,13 +246,15 @@ def _series(
     total: Mapping[str, Array],
     powers: Mapping[int, Mapping[str, Array]],
     nonlinear: float,
+    scheme: Scheme,
 ) -> Prediction:
     """What a series in the step predicts of an error at the samples, shape (n,). It leaves open
     what follows in it, less than its last two terms (near-symmetric schemes can have tiny alternate
-    terms), at their largest so far, and what is nonlinear."""
+    terms), at their largest so far; what is nonlinear in the error is in its coefficients, but not
+    the moment of inertia of a jointed body, which adds about as large a part of the error."""
     predicted = total[name]
     last = sum((np.abs(powers[p][name]) for p in sorted(powers)[-2:]), np.zeros(len(error)))
-    remainder = np.maximum.accumulate(last + nonlinear * np.abs(predicted))
+    remainder = np.maximum.accumulate(last + 2.0 * scheme.jointed_moment * np.abs(predicted))
     terms = {p: float(np.abs(terms[name]).max()) for p, terms in powers.items()}
     return _held(predicted, error, remainder + _rounding(doubt, steps), terms, nonlinear)
 
@@ -272,7 +294,27 @@ def floor(error: ObservedError, steps: int) -> float:
     """What no smaller step can take from an error: the model-error bounds, what double precision
     allows the exact answer, and the rounding of every step, which adds up as a random walk: four
     standard deviations of half a unit in the last place, whose effect is that of an input's."""
-    return sum(error.model.values()) + error.uncertainty * (1.0 + 2.0 * float(np.sqrt(steps)))
+    return sum(error.model.values()) + rounding(error, steps)
+
+
+def rounding(error: ObservedError, steps: int) -> float:
+    """What double precision allows the exact answer and the steps, without the model's error."""
+    return error.uncertainty * (1.0 + 2.0 * float(np.sqrt(steps)))
+
+
+def unpredicted(found: Sequence[Measurement], method: Method) -> bool:
+    """Whether no theory says anything of the errors of fixed-step runs."""
+    errors = [e for m in found for e in m.errors.values()]
+    return method.control == "step" and bool(errors) and not any(e.predicted for e in errors)
+
+
+def reference_run(found: Sequence[Measurement], method: Method) -> Measurement | None:
+    """The run that stands for a method: the one whose step is nearest to a millisecond, or has the
+    tightest tolerance, of those that reached their end; None where none did."""
+    done = [m for m in found if m.status == "done"]
+    if method.control == "tolerance":
+        return min(done, key=lambda m: m.step, default=None)
+    return min(done, key=lambda m: abs(math.log(m.step / REFERENCE_STEP)), default=None)
 
 
 def relative_error(found: Measurement, quantities: Sequence[Quantity]) -> float:

@@ -148,6 +148,26 @@ def load(file: Path, number: int | None = None, scene: str | None = None) -> Stu
         return study
 
 
+def studies_of(file: Path, scene: str) -> tuple[Study, ...]:
+    """What every study in `file` says of a scene, the oldest first, without extra runs. Raises
+    ParameterError for a file that is no store, or one of another version."""
+    if not file.exists():
+        return ()
+    query = "select distinct study from run where scene = ? order by study"
+    with _opened(file) as store:
+        numbers = [number for (number,) in store.execute(query, (scene,))]
+    found = (load(file, number, scene) for number in numbers)
+    return tuple(study for study in found if study is not None)
+
+
+def scene_names(file: Path) -> tuple[str, ...]:
+    """The scenes that studies in `file` ran, in the order of their names; raises as above."""
+    if not file.exists():
+        return ()
+    with _opened(file) as store:
+        return tuple(n for (n,) in store.execute("select distinct scene from run order by scene"))
+
+
 def usable(file: Path) -> None:
     """Raises ParameterError where no study can be added to `file`: it is no store, or one of
     another version."""

@@ -17,6 +17,7 @@ from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.models.cone_pendulum.answers import over_angle, over_time
 from plumbob.models.quantities import RADIAN, swing
 from plumbob.models.scene import (
     Case,
@@ -35,7 +36,9 @@ SOURCE = (
 )
 _CONE = ("density", "height", "apex_angle")
 _BODY = ("mass", "com_distance", "inertia_x", "inertia_y", "inertia_z")
+_PRODUCT = "inertia_yz"  # may be left out
 _REST = ("pivot_x", "pivot_y", "platform_rate", "gravity", "theta", "theta_dot")
+_MORE = ("excess", "pivot_z")  # may be left out
 _STEEL: Parameters = MappingProxyType({
     "density": 8000.0, "height": 0.3, "apex_angle": math.radians(30.0), "pivot_x": 0.0,
     "pivot_y": 0.09, "platform_rate": 26.0, "gravity": 9.8, "theta": 0.0, "theta_dot": 37.0,
@@ -47,16 +50,17 @@ _PITCHFORK = 6.4482287920129893  # [rad/s], omega^2 = c / (I_x - I_z), physics o
 def problem(parameters: Parameters) -> ConePendulum:
     """The cone pendulum that parameters describe; raises ParameterError."""
     general = "mass" in parameters
-    known(parameters, (*(_BODY if general else _CONE), *_REST, "excess"))
+    shaping = (*_BODY, _PRODUCT) if general else _CONE
+    known(parameters, (*shaping, *_REST, *_MORE))
     given = dict(parameters)
-    shape = [given.pop(name) for name in (_BODY if general else _CONE)]
+    shape = [given.pop(name) for name in shaping if name in given or name != _PRODUCT]
     body = Body(*shape) if general else cone(*shape)
     return ConePendulum(body=body, **given)
 
 
 def change(parameters: Parameters, changes: Parameters) -> Parameters:
-    """Parameters with some values changed; the five of a general body replace the cone's three."""
-    if "mass" not in parameters and not set(_BODY).isdisjoint(changes):
+    """Parameters with some values changed; those of a general body replace the cone's three."""
+    if "mass" not in parameters and not {*_BODY, _PRODUCT}.isdisjoint(changes):
         body = asdict(problem(parameters).body)
         kept = {name: parameters[name] for name in parameters if name not in _CONE}
         return {**body, **kept, **changes}
@@ -66,26 +70,34 @@ def change(parameters: Parameters, changes: Parameters) -> Parameters:
 
 
 def invariants(problem: ConePendulum, observed: Mapping[str, Array]) -> Mapping[str, Array]:
-    """Drift of the Jacobi integral [J] over the spread of the potential."""
+    """Drift of the Jacobi integral [J] over the spread of the potential; and of the action over its
+    own start, where a motion repeats: dI = dH/Omega, Sudakov 2015, eq. 12, to first order in dH."""
     v = problem.motion.potential
     a, b, c = (float(double(x)) for x in (v.a, v.b, v.c))
-    sine, cosine = np.sin(observed["theta"]), np.cos(observed["theta"])
+    angle = observed["theta"] + problem.tilt
+    sine, cosine = np.sin(angle), np.cos(angle)
     kinetic = problem.body.inertia_x * observed["theta_dot"] ** 2 / 2
     energy = kinetic - (a * sine + b) * sine - c * cosine
-    return {"jacobi_integral": (energy - energy[0]) / max(abs(a) + abs(b) + abs(c), kinetic[0])}
+    drift = energy - energy[0]
+    found = {"jacobi_integral": drift / max(abs(a) + abs(b) + abs(c), kinetic[0])}
+    motion = problem.motion
+    if motion.regime in ("libration", "rotation"):
+        found["action"] = drift / (motion.mean_rate * motion.action)
+    return found
 
 
 def facts(problem: ConePendulum) -> Mapping[str, Any]:
     """Mass properties, barrier, equilibria, period and action; the printed Hamiltonian's apart."""
-    motion = problem.motion
+    motion, offset = problem.motion, problem.potential_offset
     barrier, at = problem.printed_barrier
     return {
         **_about(motion),
-        "jacobi_integral": float(double(motion.energy)),
-        "barrier": float(double(motion.barriers[0])) if motion.barriers.size else None,
+        "jacobi_integral": float(double(motion.energy)) + offset,
+        "barrier": float(double(motion.barriers[0])) + offset if motion.barriers.size else None,
         "body": asdict(problem.body),
         "equilibria": [asdict(e) for e in problem.equilibria],
         "pitchfork_rate": problem.pitchfork_rate,
+        "saddle_node_rate": problem.saddle_node_rate,
         "printed_hamiltonian": {
             **_about(problem.printed_motion()),
             "energy": float(double(problem.printed_motion().energy)),
@@ -150,6 +162,8 @@ SCENES = (
     _scene("both-wells", "libration over both wells", 1.0, theta=-0.5, theta_dot=12.0),
     _scene("unequal-inertia", "a body with I_y = I_x + 0.03: the printed I_x for I_y matters", 0.5,
            inertia_y=cone(8000.0, 0.3, math.radians(30.0)).inertia_y + 0.03, profile="quick"),
+    _scene("product-of-inertia", "a body whose principal axes are tilted about the swing axis", 0.5,
+           inertia_yz=0.029),
     *(_near(side, sign, k) for k in range(3, 13) for side, sign in (("above", 1), ("below", -1))),
     _scene("pitchfork", "hanging at the rate where it stops being stable", 20.0, **_LEVEL,
            hard="quartic well: the period grows as 1/amplitude", platform_rate=_PITCHFORK,
@@ -173,11 +187,11 @@ SYSTEMS = (
         name="cone-pendulum",
         title="Cone pendulum on a rotating platform",
         observables=(Observable("theta", "rad"), Observable("theta_dot", "rad/s")),
-        parameters=(*_CONE, *_BODY, *_REST, "excess"),
+        parameters=(*_CONE, *_BODY, _PRODUCT, *_REST, *_MORE),
         scenes=SCENES,
         default="rotating-base",
         problem=problem,
-        reference=lambda problem: problem.motion,
+        reference=lambda problem: problem.reference,
         errors=lambda problem: PendulumErrors(problem.motion),
         invariants=invariants,
         facts=facts,
@@ -185,5 +199,7 @@ SYSTEMS = (
         family="cone_pendulum",
         change=change,
         interest=interest,
+        also=over_time,
+        by_angle=over_angle,
     ),
 )

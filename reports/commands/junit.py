@@ -5,16 +5,16 @@ from __future__ import annotations
 import os
 import tempfile
 from collections import Counter
-from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.measurement import reference_run, worst
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import pairs
 from plumbob.models.scene import Observable, Scene
-from plumbob.reports.judge.expectations import expected, standing
+from plumbob.reports.judge.expectations import expected, standing, surprise
 from plumbob.reports.judge.verdict import Judgement, Judgements
 
 
@@ -31,7 +31,8 @@ def write_junit(file: Path, study: Study, judged: Judgements) -> None:
             time=f"{sum(m.seconds for m in runs.measurements):.6f}",
         )  # fmt: skip
         held = ElementTree.SubElement(case, "properties")
-        for name, value in _properties(runs, study.leading(scene.name), found).items():
+        said = _properties(runs, study.leading(scene.name), found)
+        for name, value in (said | _relative(runs, method, study, scene.name)).items():
             ElementTree.SubElement(held, "property", name=name, value=value)
         if (outcome := _outcome(scene, method, found)) is not None:
             kind, message = outcome
@@ -57,7 +58,7 @@ def _outcome(scene: Scene, method: Method, found: Judgement) -> tuple[str, str] 
     """`failure` or `skipped` with its message; None for a case that passes."""
     wanted, means = expected(scene.name, method.name), standing(scene, method, found)
     if means == "unexpected":
-        return "failure", f"{found.verdict}, expected {wanted.verdict}: {found.reason}"
+        return "failure", f"{surprise(scene, method, found)}: {found.reason}"
     if means == "known limit":
         return "skipped", f"known limit, {found.verdict}: {wanted.reason}"
     if means == "pre-asymptotic":
@@ -65,10 +66,25 @@ def _outcome(scene: Scene, method: Method, found: Judgement) -> tuple[str, str] 
     return ("skipped", f"{found.verdict}: {found.reason}") if means == "not run" else None
 
 
-def _properties(runs: ConvergenceStudy, leading: Observable, found: Judgement) -> Mapping[str, str]:
+def _relative(runs: ConvergenceStudy, method: Method, study: Study, scene: str) -> dict[str, str]:
+    """The relative error at the reference step [s] (or the tightest tolerance), of which quantity
+    of interest it is, and the step."""
+    shown = reference_run(runs.measurements, method)
+    if shown is None:
+        return {}
+    quantity, error = worst(shown, study.quantities(scene))
+    return {
+        "relative_error": f"{error:.6g}", "quantity": quantity.observable,
+        "step": f"{shown.step:.6g}",
+    }  # fmt: skip
+
+
+def _properties(runs: ConvergenceStudy, leading: Observable, found: Judgement) -> dict[str, str]:
     """Verdict and order, and the errors of the leading observable, each the largest over a run, at
     the step [s] (or relative tolerance) with the smallest and the largest of them."""
     said = {"verdict": found.verdict, "observable": leading.name, "unit": leading.unit}
+    if found.unjudged:
+        said["unjudged"] = "; ".join(f"{name}: {why}" for name, why in found.unjudged.items())
     by_error = sorted(
         (m.errors[leading.name].largest, m.step)
         for m in runs.measurements

@@ -4,31 +4,61 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
-from dataclasses import asdict
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plumbob.engines.method import Method
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.study import store
-from plumbob.engines.study.provenance import changed_since
+from plumbob.engines.study.merged import SEARCH, LeftOut, merged, searched_runs
+from plumbob.engines.study.merged import with_installed_versions as current
 from plumbob.engines.study.results import Study
-from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Scene
 from plumbob.reports.commands import values
-from plumbob.reports.judge.recommend import Choice, Recommendation, cheapest
 
 if TYPE_CHECKING:
-    from plumbob.reports.judge.user_settings import UserResult
+    from plumbob.engines.study.runner import Progress
+    from plumbob.reports.advice.advice import Answer, Known, Question, RunStudies
+    from plumbob.reports.advice.recommend import Choice, Recommendation
+    from plumbob.reports.advice.user_settings import UserResult
     from plumbob.reports.judge.verdict import Judgements
+
+FILE = "recommend.sqlite3"  # what this command has run, beside the studies of `validate`
+CHANGED = "changed"  # the profile of studies of a scene with parameters of --set
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("scene", metavar="SCENE", help="system/case, or a system's default case")
-    parser.add_argument("--error", required=True, metavar="X", help="wanted, in SI units")
     parser.add_argument(
-        "--out", metavar="DIR", default="plumbob-out", help="where `validate` stored its studies"
+        "scene", metavar="SCENE",
+        help="system/case, a system's default case, or a pattern: the worst of all its scenes",
+    )  # fmt: skip
+    wanted = parser.add_mutually_exclusive_group(required=True)
+    wanted.add_argument(
+        "--error", metavar="X",
+        help="wanted, relative: the worst of the scene's quantities of interest over their scales",
+    )  # fmt: skip
+    wanted.add_argument("--absolute", metavar="X", help="wanted of one observable, in SI units")
+    parser.add_argument(
+        "--observable", metavar="NAME", help="the one that --absolute means (default: the first)"
     )
+    parser.add_argument("--engine", metavar="NAME", help="only methods of this engine")
+    values.add_changes(parser)
+    parser.add_argument(
+        "--stored", action="store_true",
+        help="run nothing: answer from what is stored (else what is missing is run: 10 to 20 s for "
+        "a pendulum, about a minute for contacts, several for a family of scenes)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--out", metavar="DIR", default="plumbob-out",
+        help="where `validate` stored its studies, and where this stores its own runs",
+    )  # fmt: skip
     parser.add_argument(
         "--like", metavar="FILE", help="what the options of your own MJCF file give beside it"
     )
@@ -36,39 +66,258 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Answer from the newest stored study of the scene; measure it first where there is none."""
-    error = values.positive_number("error", chosen.error)
-    own = _own(chosen.like) if chosen.like else None
-    name, file = chosen.scene, Path(chosen.out) / store.FILE
-    # As it was typed first: to know every scene takes longer than to answer.
-    study = store.load(file, scene=name)
-    if study is None:
-        name = find_scene(name).name
-        study = store.load(file, scene=name) or _measured(name)
-    if own is not None:
-        study = _with_own(study, name, own)
-    judged = _judged(study)
-    found = cheapest(study, name, error, judged)
-    if chosen.json:
-        study_of = {"date": study.provenance.date, "versions": study.provenance.versions}
-        answer = asdict(found) | {"study": study_of}
-        answer |= {"user_settings": _user_settings(study, judged)} if chosen.like else {}
-        json.dump(values.plain(answer), sys.stdout, indent=1)
-        print()
-    else:
-        _print(found)
-        print(f"  measured   {_measured_when(study)}")
-        if chosen.like:
-            from plumbob.reports.view.user_settings import lines
+    """Answer from everything that is stored of the scenes; run what is missing. 0 where a method
+    reaches the error, 1 where none does."""
+    from plumbob.reports.advice.advice import Question, advise
+    from plumbob.reports.commands.validate import progress
 
-            print(*lines(_own_settings(study, judged)), sep="\n")
-    if changed := changed_since(study.provenance):
-        print(
-            f"plumbob: measured with other versions: {'; '.join(changed)}; "
-            f"run `plumbob validate --scenes {name}` again",
-            file=sys.stderr,
-        )
-    return 0 if found.choice else 1
+    error = _wanted(chosen)
+    changed = values.changes(chosen.changes)
+    own = _own(chosen.like) if chosen.like else None
+    out = Path(chosen.out)
+    scenes = _scenes(chosen.scene, changed, out, chosen.stored)
+    if own is not None and len(scenes) > 1:
+        raise ParameterError("like", chosen.like, "given with one scene, not with a pattern")
+    known, left_out = _known(scenes, out, bool(changed), chosen.stored)
+    methods = _methods(chosen.engine, known, chosen.stored)
+    name = scenes[0].name if len(scenes) == 1 else chosen.scene
+    asked = Question(name, scenes, methods, error, _observable(chosen, scenes, known))
+    with progress() as show:
+        answer = advise(
+            asked, known, None if chosen.stored else _runner(show),
+            progress=lambda what: show(what, 0, 0),
+        )  # fmt: skip
+    if not chosen.stored:
+        _store(answer, scenes, out / FILE, bool(changed))
+    study = answer.studies[scenes[0].name]
+    beside = {}
+    results: tuple[UserResult, ...] = ()
+    if own is not None:
+        study = _with_own(study, scenes[0], own)
+        results = _own_settings(study)
+        beside = {"user_settings": _user_settings(results)}
+    _show(chosen.json, asked, answer, study, beside, results)
+    for (version, date), runs in left_out.items():
+        left = LeftOut(version, date, runs)
+        print(f"plumbob: {left} left out; run `plumbob validate` again", file=sys.stderr)
+    return 0 if answer.recommendation.choice else 1
+
+
+def _wanted(chosen: argparse.Namespace) -> float:
+    """The error that is asked for; raises ParameterError."""
+    if chosen.error is None:
+        return values.positive_number("absolute", chosen.absolute)
+    if chosen.observable is not None:
+        raise ParameterError("observable", chosen.observable, "given with --absolute")
+    return values.positive_number("error", chosen.error)
+
+
+def _observable(
+    chosen: argparse.Namespace, scenes: Sequence[Scene], known: Mapping[str, Known]
+) -> str | None:
+    """The observable that an absolute error is of; None for a relative one; raises
+    ParameterError for one that there is not."""
+    if chosen.error is not None:
+        return None
+    first = scenes[0]
+    if first.name in known:
+        study = known[first.name].study
+        names, about = study.observables(first.name), study.quantities(first.name)
+    else:
+        from plumbob.models.registry import case_of
+
+        case = case_of(first)
+        names, about = case.system.observables, case.system.quantities(case)
+    if chosen.observable is None:
+        return about[0].observable
+    if chosen.observable not in [o.name for o in names]:
+        must_be = f"one of {', '.join(o.name for o in names)}"
+        raise ParameterError("observable", chosen.observable, must_be)
+    return str(chosen.observable)
+
+
+def _scenes(name: str, changed: dict[str, Any], out: Path, stored: bool) -> tuple[Scene, ...]:
+    """The scenes of a name or pattern, with some parameters changed."""
+    if stored and not changed:
+        # As it was typed first: to know every scene takes longer than to answer.
+        there = store.scene_names(out / store.FILE) + store.scene_names(out / FILE)
+        if names := [n for n in dict.fromkeys(there) if fnmatchcase(n, name)]:
+            studies = [s for n in names if (s := _newest(out, n)) is not None]
+            return tuple(study.scenes[0] for study in studies)
+    from plumbob.models.registry import scene as find_scene
+    from plumbob.models.registry import scenes as find_scenes
+
+    with values.representable(changed):
+        if any(mark in name for mark in "*?[,"):
+            found = find_scenes(name)
+            return tuple(find_scene(s.name, changed) for s in found) if changed else found
+        return (find_scene(name, changed),)
+
+
+def _newest(out: Path, scene: str) -> Study | None:
+    studies = (*_plain(out / FILE, scene), *store.studies_of(out / store.FILE, scene))
+    return studies[-1] if studies else None
+
+
+def _plain(file: Path, scene: str) -> tuple[Study, ...]:
+    return tuple(s for s in store.studies_of(file, scene) if CHANGED not in s.profile)
+
+
+def _known(
+    scenes: Sequence[Scene], out: Path, changed: bool, stored: bool
+) -> tuple[dict[str, Known], Counter[tuple[str, str]]]:
+    """What is stored of each scene and of the installed versions, and what else there is."""
+    from plumbob.engines.registry import methods as find_methods
+    from plumbob.reports.advice.advice import Known
+
+    here = find_methods()
+    found: dict[str, Known] = {}
+    left_out = Counter[tuple[str, str]]()
+    for scene in scenes:
+        studies = list(store.studies_of(out / FILE, scene.name))
+        if not changed:
+            studies = [s for s in studies if CHANGED not in s.profile]
+            studies += store.studies_of(out / store.FILE, scene.name)
+        usable = []
+        for study in (_of(study, None if stored else here) for study in studies):
+            kept, left = current(study)
+            usable.append(kept)
+            for one in left:
+                left_out[one.version, one.date] += one.runs
+        steps_run = merged([s for s in usable if SEARCH not in s.profile], scene)
+        if steps_run is not None and steps_run.convergence:
+            more = searched_runs([s for s in usable if SEARCH in s.profile], scene)
+            found[scene.name] = Known(steps_run, more)
+    return found, left_out
+
+
+def _of(study: Study, here: Sequence[Method] | None) -> Study:
+    """A study without a user's settings, which another file may have been, and without methods that
+    are defined in another way than `here`."""
+    known = {m.name: replace(m, surrogate="") for m in here or ()}
+    names = {
+        m.name
+        for m in study.methods
+        if m.name != USER_METHOD and (here is None or known.get(m.name) == replace(m, surrogate=""))
+    }
+    return replace(
+        study,
+        methods=tuple(m for m in study.methods if m.name in names),
+        convergence=tuple(c for c in study.convergence if c.method in names),
+        costs={key: cost for key, cost in study.costs.items() if key[1] in names},
+    )
+
+
+def _methods(engine: str | None, known: Mapping[str, Known], stored: bool) -> tuple[Method, ...]:
+    """The methods that may be named: all that are installed, or all that were run."""
+    from plumbob.engines.registry import engine_of, engines, installed
+    from plumbob.engines.registry import methods as find_methods
+
+    if engine is not None and engine not in engines():
+        raise ParameterError("engine", engine, f"one of {', '.join(engines())}")
+    if stored:
+        every = {m.name: m for found in known.values() for m in found.study.methods}
+        found = tuple(every.values())
+    else:
+        found = tuple(m for m in find_methods() if installed(engine_of(m)))
+    return tuple(m for m in found if engine in (None, m.engine))
+
+
+def _runner(show: Progress) -> RunStudies:
+    """What runs convergence studies, of few runs in this process, of many in others too."""
+    from plumbob.engines.study.runner import run_study
+
+    def run(scenes: Sequence[Scene], methods: Sequence[Method]) -> Study:
+        what = scenes[0].name if len(scenes) == 1 else f"{len(scenes)} scenes"
+        which = methods[0].name if len(methods) == 1 else f"{len(methods)} methods"
+        if sys.stderr.isatty():
+            print(f"plumbob: not stored yet: running {which} on {what}", file=sys.stderr)
+        jobs = min(os.cpu_count() or 1, 1 + len(scenes) * len(methods) // 4)
+        return run_study(scenes, methods, jobs=jobs, progress=show, timed=len(scenes) == 1)
+
+    return run
+
+
+def _store(answer: Answer, scenes: Sequence[Scene], file: Path, changed: bool) -> None:
+    """Keep what was run, for the next time."""
+    from plumbob.engines.study.convergence import ConvergenceStudy
+    from plumbob.engines.study.provenance import provenance
+
+    suffix = f" {CHANGED}" if changed else ""
+    made = [replace(s, profile=f"{s.profile}{suffix}") for s in answer.made]
+    for scene in scenes:
+        study = answer.studies.get(scene.name)
+        runs = {m: found for (name, m), found in answer.runs.items() if name == scene.name}
+        if study is not None and runs:
+            made.append(
+                replace(
+                    study, profile=f"{SEARCH}{suffix}", scenes=(scene,), costs={}, extras={},
+                    convergence=tuple(
+                        ConvergenceStudy(scene.name, m, tuple(found)) for m, found in runs.items()
+                    ),
+                    methods=tuple(m for m in study.methods if m.name in runs),
+                    provenance=provenance("plumbob recommend"),
+                )
+            )  # fmt: skip
+    if made:
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            for study in made:
+                store.save(study, file)
+        except (OSError, ParameterError) as error:
+            print(f"plumbob: the runs are not stored: {error}", file=sys.stderr)
+
+
+def _own(path: str) -> Method:
+    from plumbob.reports.commands.like import own_method
+
+    return own_method(path)
+
+
+def _with_own(study: Study, scene: Scene, own: Method) -> Study:
+    """The study with the user's own settings, measured now."""
+    from plumbob.engines.study.runner import joined, run_study
+
+    return joined(study, run_study([scene], [own]))
+
+
+def _own_settings(study: Study) -> tuple[UserResult, ...]:
+    from plumbob.reports.advice.user_settings import user_results
+    from plumbob.reports.judge.verdict import judge_study
+
+    judged: Judgements = judge_study(study)
+    return user_results(study, judged)
+
+
+def _user_settings(results: Sequence[UserResult]) -> list[dict[str, Any]]:
+    return [
+        {name: value for name, value in asdict(found).items() if name != "judgement"}
+        | {"verdict": found.judgement.verdict}
+        for found in results
+    ]
+
+
+def _show(
+    as_json: bool, asked: Question, answer: Answer, study: Study,
+    beside: Mapping[str, Any], results: Sequence[UserResult],
+) -> None:  # fmt: skip
+    if as_json:
+        study_of = {"date": study.provenance.date, "versions": study.provenance.versions}
+        found = asdict(answer.recommendation) | {
+            "scenes": [scene.name for scene in asked.scenes], "study": study_of,
+            "cut_short": answer.cut_short, **beside,
+        }  # fmt: skip
+        json.dump(values.plain(found), sys.stdout, indent=1)
+        print()
+        return
+    _print(answer.recommendation, asked)
+    if answer.cut_short:
+        print("  the search was cut short: a larger step of some method may do")
+    print(f"  measured   {_measured_when(study)}")
+    if results:
+        from plumbob.reports.view.user_settings import lines
+
+        print(*lines(results), sep="\n")
 
 
 def _measured_when(study: Study) -> str:
@@ -78,69 +327,38 @@ def _measured_when(study: Study) -> str:
     return ", ".join([study.provenance.date or "now", *versions])
 
 
-def _judged(study: Study) -> Judgements:
-    from plumbob.reports.judge.verdict import judge_study
-
-    return judge_study(study)
-
-
-def _measured(name: str) -> Study:
-    from plumbob.engines.registry import methods as find_methods
-    from plumbob.engines.study.runner import run_study
-
-    print(f"no stored study of {name}: measuring it", file=sys.stderr)
-    return run_study([find_scene(name)], find_methods("*"))
-
-
-def _own(path: str) -> Method:
-    from plumbob.reports.commands.like import own_method
-
-    return own_method(path)
-
-
-def _with_own(study: Study, name: str, own: Method) -> Study:
-    """The study with the user's own settings, measured now."""
-    from plumbob.engines.study.runner import joined, run_study
-
-    return joined(study, run_study([find_scene(name)], [own], study.profile))
-
-
-def _own_settings(study: Study, judged: Judgements) -> tuple[UserResult, ...]:
-    from plumbob.reports.judge.user_settings import user_results
-
-    return user_results(study, judged)
-
-
-def _user_settings(study: Study, judged: Judgements) -> list[dict[str, Any]]:
-    return [
-        {name: value for name, value in asdict(found).items() if name != "judgement"}
-        | {"verdict": found.judgement.verdict}
-        for found in _own_settings(study, judged)
-    ]
-
-
-def _print(found: Recommendation) -> None:
-    print(f"{found.scene}, {found.observable} within {found.error:g} {found.unit}:")
+def _print(found: Recommendation, asked: Question) -> None:
+    relative = asked.observable is None
+    many = f" (the worst of {len(asked.scenes)} scenes)" if len(asked.scenes) > 1 else ""
+    of = f"{found.observable} within {found.absolute:.3g} {found.unit}"
+    wanted = f"error within {found.error:g} ({of})" if relative else of
+    print(f"{found.scene}, {wanted}{many}:")
     if found.choice is None:
-        print("  nothing that was measured reaches it")
+        print("  nothing that converges reaches it")
         if found.best is not None:
-            print(f"  the best: {_text(found.best, found.unit)}")
+            print(f"  the best: {_text(found.best, found.unit, relative)}")
     else:
-        print(f"  use        {_text(found.choice, found.unit)}")
+        print(f"  use        {_text(found.choice, found.unit, relative)}")
         if found.runner_up is not None:
-            print(f"  runner-up  {_text(found.runner_up, found.unit)}")
+            print(f"  runner-up  {_text(found.runner_up, found.unit, relative)}")
         for choice in found.by_engine:
             if choice not in (found.choice, found.runner_up):
                 engine = f"in {choice.method.partition('/')[0]}"
-                print(f"  {engine:<10} {_text(choice, found.unit)}")
+                print(f"  {engine:<10} {_text(choice, found.unit, relative)}")
+        if found.surrogate is not None:
+            print(f"  surrogate  {_text(found.surrogate, found.unit, relative)}")
+            print(f"             ({found.surrogate.surrogate})")
     for choice in found.defaults:
-        print(f"  at 0.002 s {_text(choice, found.unit)}")
+        print(f"  at 0.002 s {_text(choice, found.unit, relative)}")
 
 
-def _text(choice: Choice, unit: str) -> str:
+def _text(choice: Choice, unit: str, relative: bool) -> str:
     word = "rtol" if choice.control == "tolerance" else "step"
     tail = "" if word == "rtol" else " s"
+    error = f"{choice.absolute:.2g} {unit}"
+    if relative:
+        error = f"{choice.error:.2g} ({error})"
     return (
-        f"{choice.method:<22} {word} {choice.step:g}{tail}: error {choice.error:.2g} {unit}, "
+        f"{choice.method:<22} {word} {choice.step:g}{tail}: error {error}, "
         f"{choice.ns_per_second / 1e6:.3g} ms per simulated second"
     )

@@ -10,8 +10,8 @@ from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import Order
 from plumbob.engines.study.results import Study
+from plumbob.reports.advice.user_settings import UserResult, instead
 from plumbob.reports.judge.expectations import expected
-from plumbob.reports.judge.user_settings import UserResult, instead
 from plumbob.reports.judge.verdict import Judgement, Judgements
 
 

@@ -18,7 +18,7 @@ from plumbob.models.scene import Case, Scene
 from plumbob.reports.commands import values
 from plumbob.reports.commands.like import add_like, own_method
 from plumbob.reports.commands.records import record
-from plumbob.reports.judge.expectations import run_as_expected
+from plumbob.reports.judge.expectations import run_surprise
 from plumbob.reports.judge.verdict import Judgement, judge
 
 INCOMPLETE = 3
@@ -55,7 +55,7 @@ def command(chosen: argparse.Namespace) -> int:
             found, _ = measure(case, method, step)
         measured, unit = costs([(case, method, step)] if found.status == "done" else [], repeats=5)
         cost = measured.get((scene.name, method.name))
-        judgement = judge(found, case.system, method)
+        judgement = judge(found, case.system, method, case.system.quantities(case))
         records.append(record(method, found, judgement, None, cost))
         codes.append(_code(scene, method, found, judgement))
         if not chosen.json:
@@ -81,7 +81,7 @@ def _code(scene: Scene, method: Method, found: Measurement, judged: Judgement) -
         return INCOMPLETE
     if method.name == USER_METHOD:  # of a user's own settings only a run is expected
         return INCOMPLETE if found.status == "unsupported" else 0
-    return 0 if run_as_expected(method, scene.name, judged) else 1
+    return 1 if run_surprise(scene, method, judged) else 0
 
 
 def _print(case: Case, method: Method, found: Measurement, judgement: Judgement) -> None:

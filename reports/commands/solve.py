@@ -7,16 +7,36 @@ import json
 import math
 import sys
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Case, Observable
 from plumbob.reports.commands import values
+from plumbob.reports.findings import section
+from plumbob.reports.view.content import Figure
 
-TABLE = ("scene", "times", "observables", "uncertainty")  # of an answer: what is said by row
+TABLE = (
+    "scene",
+    "times",
+    "observables",
+    "uncertainty",
+    "also",
+    "by_angle",
+)  # of an answer: what is said by row
+ANGLE = Observable("theta", "rad")
+PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
+<style>body {{ font-family: sans-serif; max-width: 1000px; margin: 2em auto }}
+section {{ display: inline-block; width: 480px; vertical-align: top }}</style>
+<script>{plotly}</script></head><body><h1>{title}</h1><p>{parameters}</p>
+{figures}</body></html>
+"""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,6 +44,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE", help="system/case, or a system's default case")
     values.add_changes(parser)
     parser.add_argument("--times", metavar="T,T,...", help="times [s]; default: 11 over the scene")
+    parser.add_argument(
+        "--angles", metavar="THETA,THETA,...",
+        help="angles [rad] that a pendulum first reaches when: time, momentum, rate and phase",
+    )  # fmt: skip
+    parser.add_argument(
+        "--figures", metavar="OUT.html", help="write the source's figures for these parameters"
+    )
     parser.add_argument("--json", action="store_true", help="print JSON, with every digit")
 
 
@@ -35,6 +62,9 @@ def command(chosen: argparse.Namespace) -> int:
         scene = find_scene(chosen.scene, changed)
         times = values.times(chosen.times) if chosen.times else np.linspace(0, scene.duration, 11)
         case = case_of(scene)
+        by_angle = _over_angles(case, chosen.angles)
+        _able(case, chosen.figures)
+        also = case.system.also(case.problem, times)
         observables = case.reference.observe(times)
         uncertainty = _uncertainty(case.reference, times)
         facts = case.system.facts(case.problem)
@@ -45,14 +75,22 @@ def command(chosen: argparse.Namespace) -> int:
         "times": times,
         "observables": observables,
         "uncertainty": uncertainty,
+        **({"also": _named(also)} if also else {}),
+        **({"by_angle": _named(by_angle)} if by_angle else {}),
         **facts,
     }
+    if chosen.figures:
+        _write(case, chosen.figures)
     if chosen.json:
         json.dump(values.plain(answer), sys.stdout, indent=1)
         print()
         return 0
     print(f"{scene.name}: {scene.summary}")
     _print({key: answer[key] for key in answer if key not in TABLE})
+    if by_angle:
+        _table(by_angle)
+        return 0
+    _table({Observable("t", "s"): times, **also} if also else {})
     names = list(answer["observables"])
     units = {o.name: o.unit for o in case.system.observables}
     print(f"\n{'t [s]':>24}" + "".join(_head(n, units) for n in names))
@@ -103,3 +141,82 @@ def _held(value: float, uncertainty: float) -> str:
 
 def _head(name: str, units: Mapping[str, str]) -> str:
     return f"{name} [{units.get(name, '')}]".rjust(26)
+
+
+def _named(answers: Mapping[Observable, Array]) -> dict[str, Array]:
+    """The answers by their names, as JSON has them."""
+    return {observable.name: found for observable, found in answers.items()}
+
+
+def _over_angles(case: Case, text: str | None) -> Mapping[Observable, Array]:
+    """The answers of `case` at the angles [rad] of `text`, the angles first; empty without text.
+    Raises ParameterError."""
+    if text is None:
+        return {}
+    theta = np.array([values.number("angles", part) for part in text.split(",")])
+    if case.system.by_angle is None:
+        raise ParameterError(
+            "angles", text, f"left out: {case.system.name} has no answers over an angle"
+        )
+    return {ANGLE: theta, **case.system.by_angle(case.problem, theta)}
+
+
+def _table(answers: Mapping[Observable, Array]) -> None:
+    """Print one column for each answer, with twelve digits; `never` for what is not reached."""
+    if not answers:
+        return
+    heads = [f"{observable.name} [{observable.unit}]" for observable in answers]
+    print("\n" + "".join(head.rjust(22) for head in heads))
+    for line in zip(*answers.values(), strict=True):
+        texts = (f"{v + 0.0:.12g}" if np.isfinite(v) else "never" for v in map(float, line))
+        print("".join(text.rjust(22) for text in texts))
+
+
+def _able(case: Case, path: str | None) -> None:
+    """Raises ParameterError where figures of `case` are asked for and there are none, or where
+    `path` cannot be written."""
+    if path is None:
+        return
+    own = section(case.system.name)
+    if own is None or own.solved is None:
+        raise ParameterError("figures", path, f"left out: {case.system.name} has none of its own")
+    place = Path(path)
+    if place.suffix != ".html" or place.is_dir() or not place.parent.is_dir():
+        raise ParameterError("figures", path, "a file .html in a folder that exists")
+
+
+def _write(case: Case, path: str) -> None:
+    """Write a page with the figures of the source for the parameters of `case`."""
+    own = section(case.system.name)
+    assert own is not None
+    assert own.solved is not None
+    from jinja2 import Environment
+    from plotly.offline import get_plotlyjs
+
+    escape = Environment(autoescape=True).from_string("{{ text }}").render
+    given = ", ".join(f"{name} {value}" for name, value in case.scene.parameters.items())
+    figures = "\n".join(_drawn(i, one, escape) for i, one in enumerate(own.solved(case)))
+    Path(path).write_text(
+        PAGE.format(
+            title=escape(text=case.scene.name),
+            plotly=get_plotlyjs(),
+            parameters=escape(text=given),
+            figures=figures,
+        ),
+        encoding="utf-8",
+    )
+
+
+def _drawn(index: int, one: Figure, escape: object) -> str:
+    assert callable(escape)
+    data = json.dumps([dict(trace) for trace in one.traces]).replace("</", "<\\/")
+    placed = {
+        "margin": {"l": 60, "r": 16, "t": 8, "b": 44},
+        "legend": {"orientation": "h", "y": 1.1},
+    }
+    layout = json.dumps({**placed, **one.layout, "height": one.height}).replace("</", "<\\/")
+    return (
+        f"<section><h2>{escape(text=one.title)}</h2><div id='f{index}'></div>"
+        f"<p>{escape(text=one.caption)}</p><script>Plotly.newPlot('f{index}', {data}, {layout})"
+        "</script></section>"
+    )

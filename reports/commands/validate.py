@@ -10,6 +10,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
@@ -20,14 +21,14 @@ from plumbob.engines.study import store
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import Progress, pairs, run_study
 from plumbob.models.registry import scenes as find_scenes
+from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.commands import values
 from plumbob.reports.commands.junit import write_junit
 from plumbob.reports.commands.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.like import add_like, beside, own_method
 from plumbob.reports.commands.records import records
-from plumbob.reports.judge.expectations import as_expected
-from plumbob.reports.judge.user_settings import user_results
+from plumbob.reports.judge.expectations import accurate, as_expected
 from plumbob.reports.judge.verdict import Judgements, judge_study
 
 INCOMPLETE = 3
@@ -45,6 +46,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--scenes", metavar="GLOB", help="only these; commas allowed")
     parser.add_argument("--methods", metavar="GLOB", help="only these; commas allowed")
     add_like(parser)
+    parser.add_argument(
+        "--within", metavar="X",
+        help="also fail every pair whose relative error, at the finest step, exceeds this",
+    )  # fmt: skip
     parser.add_argument("--jobs", metavar="N", help="processes for errors (default: all cores)")
     parser.add_argument("--out", metavar="DIR", default="plumbob-out", help="where the page goes")
     parser.add_argument(
@@ -61,6 +66,7 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.like:
         scenes = tuple(beside(scene, methods[0]) for scene in scenes)
     jobs = _jobs(chosen.jobs)
+    within = None if chosen.within is None else values.positive_number("within", chosen.within)
     from plumbob.reports.findings import requests
     from plumbob.reports.view.page import NAME
 
@@ -79,14 +85,16 @@ def command(chosen: argparse.Namespace) -> int:
         )  # fmt: skip
     number = store.save(measured, out / store.FILE)
     try:
-        return _report(chosen, out, number, junit)
+        return _report(chosen, out, number, junit, within)
     except BaseException as error:
         drawn = shlex.join(["plumbob", "report", str(out), "--study", str(number)])
         error.add_note(f"the study is stored: `{drawn}` draws its page")
         raise
 
 
-def _report(chosen: argparse.Namespace, out: Path, number: int, junit: Path | None) -> int:
+def _report(
+    chosen: argparse.Namespace, out: Path, number: int, junit: Path | None, within: float | None
+) -> int:
     """Judge the stored study of that number, as `plumbob report` does, and write what was asked
     for; returns the exit code."""
     from plumbob.reports.findings import section
@@ -96,6 +104,11 @@ def _report(chosen: argparse.Namespace, out: Path, number: int, junit: Path | No
     study = store.load(out / store.FILE, number)
     assert study is not None
     judged = judge_study(study)
+    if within is not None:
+        judged = {
+            pair: replace(found, whole=accurate(found.whole, within))
+            for pair, found in judged.items()
+        }
     own = user_results(study, judged)
     page = write_page(study, out, section, judged)
     if junit:

@@ -1,1 +1,1 @@
-"""Is it within tolerance: tolerances, verdicts, expectations, recommendations."""
+"""Is it within tolerance: tolerances, verdicts, expectations."""

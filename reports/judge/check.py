@@ -5,13 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from plumbob.analytic.parameters import positive
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.study.runner import most_steps
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.judge.expectations import as_expected, expected, run_as_expected
+from plumbob.reports.judge.expectations import (
+    INACCURATE,
+    accurate,
+    expected,
+    run_surprise,
+    surprise,
+)
 from plumbob.reports.judge.verdict import Judgement, Verdict, judge, judged
 
 
@@ -21,41 +28,51 @@ def check(
     step: float | None = None,
     changes: Mapping[str, Any] | None = None,
     *,
+    within: float | None = None,
     expect: Verdict | None = None,
 ) -> Judgement:
     """Run `scene` with `method` at `step` [s] (or relative tolerance), or without one at the step
     sizes of the quick profile, as `plumbob validate` does, and return the judgement. Raises
     AssertionError with the table when the verdict is not as declared, or not `expect` where that is
-    given, and ParameterError for a name or number that does not fit.
+    given, or the relative error, at `step` or the finest, exceeds `within`; and ParameterError for
+    a name or number that does not fit. At one step, a known limit's error lies within a factor of
+    two of what its convergence study spans.
 
     >>> check("cone-pendulum/rotating-base", "ode/rk4", step=1e-3).verdict
     'pass'
     """
+    if within is not None:
+        positive("within", within)
     chosen, how = find_scene(scene, changes), find_method(method)
     case = case_of(chosen)
+    about = case.system.quantities(case)
     if step is None:
         runs = convergence_study(chosen, how, most_steps(chosen, "quick"))
-        both = judged(runs, case.system, how)
+        both = judged(runs, case.system, how, about)
         judgement, found = both.whole, tuple(zip(runs.measurements, both.runs, strict=True))
-        good = as_expected(chosen, how, judgement)
+        why = surprise(chosen, how, judgement)
     else:
         one, _ = measure(case, how, step)
-        judgement = judge(one, case.system, how)
+        judgement = judge(one, case.system, how, about)
         found = ((one, judgement),)
-        # A test that a step outside the asymptotic range cannot fail would claim nothing.
-        claims = judgement.verdict != "pre-asymptotic" or expected(chosen.name, how.name).allows(
-            judgement
-        )
-        good = claims and run_as_expected(how, chosen.name, judgement)
-    if judgement.verdict == "missing":
-        good = False
-    if judgement.verdict == expect if expect is not None else good:
-        return judgement
+        why = run_surprise(chosen, how, judgement)
+    if within is not None:
+        judgement = accurate(judgement, within)
+        why = INACCURATE if judgement.inaccurate else why
     wanted = expected(chosen.name, how.name)
+    # A test that a step outside the asymptotic range, or a missing engine, cannot fail would claim
+    # nothing.
+    nothing = judgement.verdict in ("pre-asymptotic", "missing")
+    met = within is not None and bool(judgement.errors)
+    if nothing and not met and not wanted.allows(judgement):
+        why = f"{judgement.verdict}, expected {wanted.verdict}"
+    if expect is not None:
+        why = "" if judgement.verdict == expect else f"{judgement.verdict}, expected {expect}"
+    if not why:
+        return judgement
     reason = judgement.reason or wanted.reason or "within tolerance"
     at = "" if step is None else f" at {step:g}"
-    head = f"{chosen.name} with {how.name}{at}: {judgement.verdict}"
-    lines = [f"{head}, expected {expect or wanted.verdict} ({reason})"]
+    lines = [f"{chosen.name} with {how.name}{at}: {why} ({reason})"]
     for measured, verdict in found:
         lines += _lines(measured, verdict)
     raise AssertionError("\n".join(lines))

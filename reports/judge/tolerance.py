@@ -37,7 +37,7 @@ class Tolerance:
 
 def tolerance(found: Measurement, method: Method, observable: str, unit: str) -> Tolerance | None:
     """The tolerance of one observable in one run; None where theory does not reach the step (the
-    expansion's last two terms, or what is nonlinear in it, is more than a tenth of it) or the
+    expansion's last two terms are more than a tenth of it, or the response is nonlinear) or the
     tolerance (what it allows is more than the motion responds to in proportion)."""
     error = found.errors[observable]
     if method.control == "tolerance":
@@ -86,8 +86,8 @@ def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:
         ),
         Term(
             "discretisation: remainder",
-            last + predicted.nonlinearity * predicted.largest,
-            "what follows in the series is less than its last two terms; what is nonlinear",
+            last,
+            "what follows in the series is less than its last two terms",
         ),
     )
 

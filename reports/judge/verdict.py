@@ -5,25 +5,37 @@ Both questions are answered by rules in order: the first that applies gives the 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal, Protocol
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
-from plumbob.engines.study.measurement import Measurement, ObservedError, floor
+from plumbob.engines.study.measurement import (
+    Measurement,
+    ObservedError,
+    floor,
+    relative_error,
+    unpredicted,
+)
 from plumbob.engines.study.results import Study
-from plumbob.models.scene import Observable
+from plumbob.models.scene import Observable, Quantity
+from plumbob.reports.judge.converging import convergence
 from plumbob.reports.judge.tolerance import Tolerance, missed, tolerance
+from plumbob.reports.judge.unjudged import declared, undeclared
 
 Verdict = Literal[
-    "pass", "fail", "not-converging", "diverged", "unsupported", "missing", "pre-asymptotic"
-]
+    "pass", "converges", "fail", "not-converging", "diverged", "unsupported", "missing",
+    "pre-asymptotic",
+]  # fmt: skip
 NO_STEP_FITS = "no step of the scene's step sizes fits"
 # Rules of judgement, chosen and not derived:
 ELSEWHERE = 0.5  # of the motion itself: a linear bound along the exact motion does not apply
 FLAT = 0.7  # three finer steps that leave this much of an error have not helped
+LEAVES_OUT = "the run leaves out"
+THEORY = "theory of its error"
 FLOORS = 100.0  # multiples of the round-off level: an error within them may be resolved no further
 
 
@@ -35,6 +47,11 @@ class Judgement:
     tolerances: Mapping[str, Tolerance]
     reason: str
     cut: bool = False  # finer steps of the convergence study were left out, by the profile
+    unjudged: Mapping[str, str] = field(default_factory=dict)
+    """Observables that no tolerance is held to though others have one, and why."""
+    errors: Mapping[float, float] = field(default_factory=dict)
+    """Relative errors of the runs that were made, by step [s], of the quantities of interest."""
+    inaccurate: bool = False  # the accuracy that a user asked for is missed
 
 
 @dataclass(frozen=True)
@@ -69,29 +86,44 @@ def judge_study(study: Study) -> Judgements:
     methods = {m.name: m for m in study.methods}
     observed = {s.name: StoredObservables(study.observables(s.name)) for s in study.scenes}
     return {
-        (c.scene, c.method): judged(c, observed[c.scene], methods[c.method])
+        (c.scene, c.method): judged(
+            c, observed[c.scene], methods[c.method], study.quantities(c.scene)
+        )
         for c in study.convergence
     }
 
 
-def judged(found: ConvergenceStudy, system: Observed, method: Method) -> Judged:
-    """The verdict on a method on a scene, from those on its runs."""
-    runs = tuple(judge(m, system, method) for m in found.measurements)
-    several = _Runs(found.measurements, runs, system.observables[0].name)
+def judged(
+    found: ConvergenceStudy, system: Observed, method: Method, about: Sequence[Quantity] = ()
+) -> Judged:
+    """The verdict on a method on a scene, from those on its runs; `about` are the scene's
+    quantities of interest, or else the leading observable with its largest magnitude as scale."""
+    runs = tuple(judge(m, system, method, about) for m in found.measurements)
+    names = tuple(o.name for o in system.observables)
+    several = _Runs(found.measurements, runs, names, method, tuple(about))
     whole = next(verdict for rule in _RULES_OF_RUNS if (verdict := rule(several)) is not None)
-    return Judged(replace(whole, cut=found.cut), runs)
+    errors = {step: error for run in runs for step, error in run.errors.items()}
+    return Judged(replace(whole, cut=found.cut, unjudged=several.unjudged, errors=errors), runs)
 
 
-def judge_convergence(found: ConvergenceStudy, system: Observed, method: Method) -> Judgement:
+def judge_convergence(
+    found: ConvergenceStudy, system: Observed, method: Method, about: Sequence[Quantity] = ()
+) -> Judgement:
     """The verdict on a method on a scene: the worst of its runs, but for steps too large for the
     theory, if a finer one is within tolerance."""
-    return judged(found, system, method).whole
+    return judged(found, system, method, about).whole
 
 
-def judge(found: Measurement, system: Observed, method: Method) -> Judgement:
-    """Compare one run with its tolerances; `pre-asymptotic` where no theory reaches it."""
+def judge(
+    found: Measurement, system: Observed, method: Method, about: Sequence[Quantity] = ()
+) -> Judgement:
+    """Compare one run with its tolerances; `pre-asymptotic` where no theory reaches it. `about` are
+    the scene's quantities of interest, for the relative error."""
     run = _Run(found, system, method)
-    return next(verdict for rule in _RULES_OF_A_RUN if (verdict := rule(run)) is not None)
+    verdict = next(verdict for rule in _RULES_OF_A_RUN if (verdict := rule(run)) is not None)
+    error = relative_error(found, about) if about else math.nan
+    errors = {found.step: error} if math.isfinite(error) else {}
+    return replace(verdict, unjudged=run.unjudged, errors=errors)
 
 
 @dataclass(frozen=True)
@@ -121,11 +153,42 @@ class _Run:
         }
         return {name: bound for name, bound in held.items() if bound is not None}
 
+    @cached_property
+    def unjudged(self) -> Mapping[str, str]:
+        """Observables without a tolerance where others have one, each with the reason."""
+        if self.found.status != "done" or not self.tolerances:
+            return {}
+        known = declared(self.found.scene, self.found.method)
+        return {
+            name: known[name].reason if name in known else self._silent(name)
+            for name in self.units
+            if name not in self.tolerances
+        }
+
+    def _silent(self, name: str) -> str:
+        if name not in self.found.errors:
+            return "the run does not give it"
+        reached = self.found.errors[name].predicted or self.found.errors[name].controlled
+        return f"the step is too large for the {THEORY}" if reached else f"there is no {THEORY}"
+
 
 def _not_done(run: _Run) -> Judgement | None:
     """What did not run to its end is judged by that alone."""
     status = run.found.status
     return None if status == "done" else Judgement(status, {}, run.found.reason)
+
+
+def _leaves_out(run: _Run) -> Judgement | None:
+    """An observable that the run does not give, and that is not declared so, fails."""
+    return _dropped(run.found, tuple(run.units))
+
+
+def _dropped(found: Measurement, observables: Sequence[str]) -> Judgement | None:
+    missing = [name for name in observables if name not in found.errors]
+    names = undeclared(found.scene, found.method, missing, left_out=True)
+    if found.status != "done" or not names:
+        return None
+    return Judgement("fail", {}, f"{LEAVES_OUT} {', '.join(names)}")
 
 
 def _leads_elsewhere(run: _Run) -> Judgement | None:
@@ -178,7 +241,7 @@ def _no_theory(run: _Run) -> Judgement | None:
         return None
     theory = any(e.predicted or e.controlled for e in run.found.errors.values())
     why = "the step is too large for the" if theory else "there is no"
-    return Judgement("pre-asymptotic", {}, run.found.note or f"{why} theory of its error")
+    return Judgement("pre-asymptotic", {}, run.found.note or f"{why} {THEORY}")
 
 
 def _within(run: _Run) -> Judgement:
@@ -186,7 +249,7 @@ def _within(run: _Run) -> Judgement:
 
 
 _RULES_OF_A_RUN: tuple[Callable[[_Run], Judgement | None], ...] = (
-    _not_done, _leads_elsewhere, _beyond_tolerance, _says_nothing, _no_theory, _within,
+    _not_done, _leaves_out, _leads_elsewhere, _beyond_tolerance, _says_nothing, _no_theory, _within,
 )  # fmt: skip
 
 
@@ -196,13 +259,39 @@ class _Runs:
 
     found: Sequence[Measurement]
     runs: Sequence[Judgement]
-    leading: str
+    observables: tuple[str, ...]  # the leading one first
+    method: Method
+    about: tuple[Quantity, ...]
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """The quantities of interest."""
+        leading = [m.errors[self.leading].scale for m in self.found if self.leading in m.errors]
+        return self.about or (Quantity(self.leading, max(leading, default=1.0) or 1.0),)
+
+    @property
+    def leading(self) -> str:
+        """The observable that the verdict leads with."""
+        return self.observables[0]
+
+    @cached_property
+    def unjudged(self) -> Mapping[str, str]:
+        """Observables that no run has a tolerance for, though runs have one for others; the reason
+        is that of the finest of them."""
+        held = [run for run in self.runs if run.tolerances]
+        judged = {name for run in held for name in run.tolerances}
+        return {
+            name: why
+            for run in held[-1:]
+            for name, why in run.unjudged.items()
+            if name not in judged
+        }
 
     @cached_property
     def flat(self) -> str | None:
         """Why the error has stopped far above round-off; None while smaller steps still help, and
         where it is that of the scheme stepped on the same equation, which does converge."""
-        done = [m for m in self.found if m.status == "done"]
+        done = [m for m in self.found if m.status == "done" and self.leading in m.errors]
         if len(done) < 4:
             return None
         last: list[ObservedError] = [m.errors[self.leading] for m in done[-4:]]
@@ -225,6 +314,22 @@ def _does_not_run(several: _Runs) -> Judgement | None:
     return several.first("unsupported") or several.first("missing")
 
 
+def _drops(several: _Runs) -> Judgement | None:
+    """What an engine leaves out is no known limit."""
+    dropped = (_dropped(m, several.observables) for m in several.found)
+    return next((found for found in dropped if found is not None), None)
+
+
+def _without_theory(several: _Runs) -> Judgement | None:
+    """Of a method that no theory covers only the envelope of its errors is judged."""
+    if not unpredicted(several.found, several.method):
+        return None
+    seen = convergence(several.found, several.quantities)
+    if seen.verdict is None and (diverged := several.first("diverged")) is not None:
+        return diverged
+    return Judgement(seen.verdict or "pre-asymptotic", {}, seen.reason)
+
+
 def _fails(several: _Runs) -> Judgement | None:
     """A failed run fails the method; where no step helps, it does not converge."""
     failed = several.first("fail")
@@ -239,6 +344,25 @@ def _stays(several: _Runs) -> Judgement | None:
     if several.flat is None or several.runs[-1].verdict == "pre-asymptotic":
         return None
     return Judgement("not-converging", {}, several.flat)
+
+
+def _claims_too_much(several: _Runs) -> Judgement | None:
+    """To pass, every observable is judged in some run, or declared to be judged in none; and what
+    is declared so is not judged after all."""
+    passed = next((run for run in reversed(several.runs) if run.verdict == "pass"), None)
+    if passed is None:
+        return None
+    scene, method = several.found[0].scene, several.found[0].method
+    given = [n for n in several.observables if any(n in m.errors for m in several.found)]
+    silent = undeclared(scene, method, (n for n in given if n in several.unjudged), left_out=False)
+    if silent:
+        why = several.unjudged[silent[0]]
+        return Judgement("fail", passed.tolerances, f"{', '.join(silent)}: not judged, {why}")
+    judged = [name for name in declared(scene, method) if name not in several.unjudged]
+    if judged:
+        why = f"{', '.join(judged)}: judged, and declared to be not"
+        return Judgement("fail", passed.tolerances, why)
+    return None
 
 
 def _passes(several: _Runs) -> Judgement | None:
@@ -257,5 +381,6 @@ def _as_the_finest(several: _Runs) -> Judgement:
 
 
 _RULES_OF_RUNS: tuple[Callable[[_Runs], Judgement | None], ...] = (
-    _does_not_run, _fails, _stays, _passes, _no_step_fits, _as_the_finest,
+    _does_not_run, _drops, _without_theory, _fails, _stays, _claims_too_much, _passes,
+    _no_step_fits, _as_the_finest,
 )  # fmt: skip

@@ -8,7 +8,7 @@ from typing import Any
 
 from plumbob.engines.study.extra_runs import Requests, nothing_more
 from plumbob.engines.study.results import Study
-from plumbob.models.scene import Scene
+from plumbob.models.scene import Case, Scene
 from plumbob.reports.view.notation import number
 
 
@@ -79,6 +79,8 @@ class Section:
     """What a hard case shows beside the rest."""
     requests: Requests = nothing_more
     """The runs that all of that looks up in the study, beside the study's own."""
+    solved: Callable[[Case], Sequence[Figure]] | None = None
+    """The source's figures for a case with parameters of the user's own; runs no engine."""
 
 
 def row(*texts: str | Cell) -> tuple[Cell, ...]:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import System
+from plumbob.reports.advice.recommend import DEFAULT_METHOD, Choice, Recommendation, cheapest
 from plumbob.reports.judge.expectations import refused
-from plumbob.reports.judge.recommend import DEFAULT_METHOD, Choice, Recommendation, cheapest
 from plumbob.reports.judge.verdict import Judgements, Verdict
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
 from plumbob.reports.view.tables import verdict_cell
 
 NOT_RUN = ("unsupported", "missing")
-ERRORS = (1e-2, 1e-4, 1e-6, 1e-8)
+# Relative, and as they are written.
+ERRORS = ((0.1, "10 %"), (1e-2, "1 %"), (1e-3, "0.1 %"), (1e-4, "1e-4"), (1e-6, "1e-6"))
 
 
 def anchor(scene: str) -> str:
@@ -71,7 +72,7 @@ def recommendations(study: Study, judged: Judgements) -> Table | None:
         return None
     rows = []
     for scene in study.scenes:
-        found = [cheapest(study, scene.name, error, judged) for error in ERRORS]
+        found = [cheapest(study, scene.name, error, judged) for error, _ in ERRORS]
         unit = f"{found[0].observable} [{found[0].unit}]"
         name = Cell(scene.name, "scene", scene.summary, anchor(scene.name))
         default = next(iter(found[0].defaults), None)
@@ -79,11 +80,13 @@ def recommendations(study: Study, judged: Judgements) -> Table | None:
         if default is not None and default.method == DEFAULT_METHOD:
             usual = Cell(notation.number(default.error), "number", _said(default))
         rows.append(row(name, unit, *(_cell(answer) for answer in found), usual))
-    heads = ("scene", "error of", *(f"within {notation.short(error)}" for error in ERRORS),
+    heads = ("scene", "quantity", *(f"within {name}" for _, name in ERRORS),
              "MuJoCo, default settings")  # fmt: skip
     note = (
+        "Errors are relative: the worst of a scene's quantities of interest over their scales. "
         "From measured curves, on their upper envelope, interpolated and never extrapolated. "
-        "Methods that do not converge, or are off what theory says, are left out. "
+        "Methods that do not converge, or are off what theory says, are left out, and so are "
+        "surrogates, whose model is not the full body. "
         "The real-time factor is simulated time over computing time. Hover for the runner-up and "
         "for other engines. MuJoCo's default settings are Euler steps of 2 ms: the error they give."
     )
@@ -95,19 +98,19 @@ def scene_recommendations(study: Study, scene: str, judged: Judgements) -> Table
     if not study.costs:
         return None
     rows = []
-    for error in ERRORS:
+    for error, name in ERRORS:
         answer = cheapest(study, scene, error, judged)
-        wanted = Cell(f"{notation.short(error)} {answer.unit}", "number")
+        wanted = Cell(name, "number", f"{notation.number(answer.absolute)} {answer.unit}")
         if answer.choice is None:
             best = answer.best
             said = "nothing measured reaches it" if best else "nothing was measured"
             said += (
                 f"; the best is {best.method} at {notation.step(best.step, best.control)}: "
-                f"{notation.number(best.error)} {answer.unit}"
+                f"{notation.number(best.error)}"
                 if best
                 else ""
             )
-            rows.append(row(wanted, Cell(said, "none", span=5)))
+            rows.append(row(wanted, Cell(said, "none", span=6)))
             continue
         second = answer.runner_up
         rows.append(
@@ -118,17 +121,18 @@ def scene_recommendations(study: Study, scene: str, judged: Judgements) -> Table
                 Cell(notation.times_real(answer.choice.ns_per_second), "number"),
                 Cell(_said(second) if second else "none"),
                 Cell("; ".join(_said(c) for c in answer.by_engine[1:] if c != second) or "–"),
+                _surrogate(answer.surrogate),
             )
         )
-    first = cheapest(study, scene, ERRORS[0], judged)
+    first = cheapest(study, scene, ERRORS[0][0], judged)
     note = "".join(
         f"The error of MuJoCo with default settings ({_said(c)} real time) is "
-        f"{notation.number(c.error)} {first.unit}."
+        f"{notation.number(c.error)}, {notation.number(c.absolute)} {first.unit} or less."
         for c in first.defaults
         if c.method == DEFAULT_METHOD
     )
     heads = ("error wanted", "cheapest method", "step", "real-time factor", "runner-up",
-             "in other engines")  # fmt: skip
+             "in other engines", "surrogate, if cheaper")  # fmt: skip
     return Table("The cheapest method and step for a wanted error", heads, tuple(rows), note)
 
 
@@ -143,6 +147,10 @@ def _cell(answer: Recommendation) -> Cell:
     others = [f"runner-up: {_said(answer.runner_up)}"] if answer.runner_up else []
     others += [_said(other) for other in answer.by_engine[1:] if other != answer.runner_up]
     return Cell(text, "choice", "; ".join(others))
+
+
+def _surrogate(choice: Choice | None) -> Cell:
+    return Cell(_said(choice), "", choice.surrogate) if choice else Cell("–", "none")
 
 
 def _said(choice: Choice) -> str:

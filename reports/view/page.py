@@ -14,11 +14,11 @@ from typing import Any
 from plumbob.engines.method import Method
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import systems
-from plumbob.models.scene import Scene, System
-from plumbob.reports.judge.user_settings import user_results
-from plumbob.reports.judge.verdict import Judged, Judgements, Verdict, judge_study
-from plumbob.reports.judge.work_precision import points
-from plumbob.reports.view import notation, overview, tables
+from plumbob.models.scene import Quantity, Scene, System
+from plumbob.reports.advice.user_settings import user_results
+from plumbob.reports.advice.work_precision import points
+from plumbob.reports.judge.verdict import LEAVES_OUT, Judged, Judgements, Verdict, judge_study
+from plumbob.reports.view import notation, overview, sensitivity, tables, tightness
 from plumbob.reports.view.content import Figure, Finding, Section, Table
 from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.palette import styles
@@ -31,7 +31,8 @@ NAME = "index.html"
 Sections = Callable[[str], Section | None]  # what there is to say of one system alone, by its name
 TEMPLATES = Path(__file__).parent / "templates"
 ORDER: tuple[Verdict, ...] = (
-    "pass", "fail", "not-converging", "diverged", "pre-asymptotic", "unsupported", "missing",
+    "pass", "converges", "fail", "not-converging", "diverged", "pre-asymptotic", "unsupported",
+    "missing",
 )  # fmt: skip
 
 
@@ -112,6 +113,7 @@ def render(
         verdicts=[overview.verdicts(view.system, study, found) for view in views],
         recommendations=overview.recommendations(study, found),
         settings=pasted(study),
+        tightness=tightness.tables(study, found),
         styles=styles(study.methods),
         provenance=study.provenance,
         number=notation.number,
@@ -148,7 +150,10 @@ def _system(
     section: Sections,
 ) -> SystemView:
     scenes = [scene for scene in study.scenes if scene.system == system.name]
-    own = section(system.name) if scenes else None
+    # Findings read any observable: there are none where a run leaves one out.
+    whole = all(not found[pair].whole.reason.startswith(LEAVES_OUT) for pair in found
+                if pair[0] in {scene.name for scene in scenes})  # fmt: skip
+    own = section(system.name) if scenes and whole else None
     methods = {method.name: method for method in study.methods}
     return SystemView(
         system,
@@ -180,10 +185,12 @@ def _scene(
         trimming(study, scene),
         tables.budgets(system, convergence, judged, methods),
         tables.every_run(system, convergence, judged, methods),
+        sensitivity.table(study, scene, found),
         tables.parameters(system, scene),
     )
+    in_units = (Quantity(study.leading(scene.name).name, 1.0),)
     figures = scene_figures(
-        scene, convergence, methods, styles(study.methods), points(study, scene.name)
+        scene, convergence, methods, styles(study.methods), points(study, scene.name, in_units)
     )
     return SceneView(
         scene,

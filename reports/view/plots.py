@@ -11,8 +11,8 @@ from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Scene, System
-from plumbob.reports.judge.recommend import EXACT
-from plumbob.reports.judge.work_precision import Point, front
+from plumbob.reports.advice.recommend import EXACT
+from plumbob.reports.advice.work_precision import Point, front
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.palette import GREY, Style
@@ -120,7 +120,7 @@ def error_against_step(
     leading = system.observables[0]
     traces: list[Trace] = []
     for c in convergence:
-        done = _done(c)
+        done = [m for m in _done(c) if leading.name in m.errors]
         if not done:
             continue
         errors = [m.errors[leading.name] for m in done]

@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.cost import Cost
-from plumbob.engines.study.measurement import Measurement
+from plumbob.engines.study.measurement import Measurement, ObservedError
 from plumbob.engines.study.order import Order
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Scene, System
-from plumbob.reports.judge.expectations import expected, refused
+from plumbob.reports.judge.expectations import expected, marked
+from plumbob.reports.judge.tolerance import missed
 from plumbob.reports.judge.verdict import Judged, Judgement
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
@@ -23,10 +24,12 @@ BAD = ("fail", "not-converging", "diverged")
 def verdict_cell(scene: str, method: str, judged: Judgement, link: str = "") -> Cell:
     """A verdict, coloured, and marked as known limit or as unexpected."""
     wanted = expected(scene, method)
-    text, hint = judged.verdict.replace("-", " "), judged.reason or "within tolerance"
-    if wanted.verdict != "pass" or refused(scene, method, judged):
-        known = wanted.allows(judged)
-        text += " (known)" if known else " (unexpected)"
+    text, hint = (
+        judged.verdict.replace("-", " "),
+        judged.reason or "as predicted, or within its bound",
+    )
+    if mark := marked(scene, method, judged):
+        text += f" ({mark})"
         hint += f"; expected {wanted.verdict}"
         hint += f": {wanted.reason}" if wanted.reason else ""
     return Cell(text, judged.verdict, hint, link)
@@ -187,20 +190,32 @@ def budgets(
             error = m.errors[name].largest
             head = f"{name}, error {notation.number(error)} {bound.unit}"
             total = Cell(notation.number(bound.bound), "number total")
-            verdict = Cell(f"the sum: {'within' if error <= bound.bound else 'EXCEEDED'}", "total")
+            verdict = Cell(_within(m.errors[name], bound.bound), "total")
             at = Cell(notation.step(m.step, methods[c.method].control), "number")
             rows.append(row(Cell(c.method, "method"), at, head, total, "", verdict))
             for term in bound.terms:
                 value = Cell(notation.number(term.value), "number")
                 rows.append(row("", "", "", value, term.name, Cell(term.reason, "reason")))
+        for name, why in judged[c.method].whole.unjudged.items():
+            cells = ("", name, "", "not judged", Cell(why, "reason"))
+            rows.append(row(Cell(c.method, "method"), *cells))
     if not rows:
         return None
     heads = ("method", "step", "observable", "bound", "term", "reason")
     note = (
         "One run of each method: the first that fails, with every observable, else the finest, "
-        "with the first one."
+        "with the first one. The sum is the most that the error may be; where it is predicted, "
+        "it may differ from the prediction by the other terms alone, to either side. An observable "
+        "that is judged in no run says why."
     )
     return Table("Tolerance budget, term by term", heads, tuple(rows), note, folded=True)
+
+
+def _within(error: ObservedError, bound: float) -> str:
+    if error.largest > bound:
+        return "the sum: EXCEEDED"
+    why = missed(error)
+    return "the sum: within" if why is None else f"the sum: within, but EXCEEDED: {why}"
 
 
 def parameters(system: System, scene: Scene) -> Table:
@@ -224,9 +239,16 @@ def _run(found: Measurement, judged: Judgement, method: Method, leading: str) ->
     if found.status != "done":
         return Cell(found.status, judged.verdict, f"{at}: {found.reason}")
     hint = f"{at}: {judged.reason or judged.verdict}"
+    if leading not in found.errors:
+        return Cell("–", f"{judged.verdict} number", hint)
+    error = found.errors[leading]
     if bound := judged.tolerances.get(leading):
-        hint += f"; allowed {notation.number(bound.bound)} {bound.unit}"
-    return Cell(notation.number(found.errors[leading].largest), f"{judged.verdict} number", hint)
+        allowed, what = bound.bound, "allowed"
+        if (predicted := error.predicted) is not None:
+            allowed = predicted.open + sum(error.model.values())
+            what = f"{notation.number(predicted.difference)} off its prediction, allowed"
+        hint += f"; {what} {notation.number(allowed)} {bound.unit}"
+    return Cell(notation.number(error.largest), f"{judged.verdict} number", hint)
 
 
 def _within_reach(convergence_study: ConvergenceStudy, done: Sequence[Measurement]) -> bool:

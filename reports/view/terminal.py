@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.measurement import Measurement, reference_run, worst
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import pairs
-from plumbob.models.scene import Scene
-from plumbob.reports.judge.expectations import Standing, expected, standing
+from plumbob.models.scene import Quantity, Scene
+from plumbob.reports.judge.expectations import Standing, expected, standing, surprise
 from plumbob.reports.judge.verdict import Judgements
 from plumbob.reports.view import notation
 
@@ -23,8 +25,7 @@ def unexpected_lines(study: Study, judged: Judgements) -> Iterator[str]:
         if standing(scene, method, found) != "unexpected":
             continue
         wanted = expected(scene.name, method.name)
-        either = f"{wanted.verdict} or {wanted.other}" if wanted.other else wanted.verdict
-        yield f"UNEXPECTED {scene.name} {method.name}: {found.verdict}, expected {either}"
+        yield f"UNEXPECTED {scene.name} {method.name}: {surprise(scene, method, found)}"
         yield f"  {found.reason or 'every error is within its tolerance'}"
         if wanted.reason:
             yield f"  declared: {wanted.reason}"
@@ -35,24 +36,24 @@ def scene_lines(
 ) -> Iterator[str]:
     """The table of one scene, a row a method; with `verbose` every reason, the confidence interval
     of every order, and the cost of a step too."""
-    leading = study.leading(scene.name)
     chosen = [method for _, method in pairs((scene,), study.methods)]
     if not chosen:
         return
     ran = {c.method: c for c in study.convergence if c.scene == scene.name}
-    heads = ["method", "verdict", f"error of {leading.name} [{leading.unit}]", "at", "order",
-             "real time", *(["cost of a step"] if verbose else [])]  # fmt: skip
-    rows = [
-        _row(scene, method, ran[method.name], study, judged, leading.name, verbose)
-        for method in chosen
-    ]
+    about = study.quantities(scene.name)
+    of = f" of {about[0].observable}" if len(about) == 1 else ""
+    heads = ["method", "verdict", f"relative error{of}", "at", "order", "real time",
+             *(["cost of a step", "smallest", "at"] if verbose else [])]  # fmt: skip
+    rows = [_row(scene, m, ran[m.name], study, judged, about, verbose) for m in chosen]
     widths = [max(len(cell) for cell in column) for column in zip(heads, *rows, strict=True)]
     yield f"{scene.name}: {scene.summary}" if verbose else scene.name
     yield _line(heads, widths)
     for method, cells in zip(chosen, rows, strict=True):
         yield _line(cells, widths)
-        if verbose and (reason := judged[scene.name, method.name].whole.reason):
-            yield f"      {reason}"
+        if verbose:
+            whole = judged[scene.name, method.name].whole
+            yield from (f"      {reason}" for reason in (whole.reason,) if reason)
+            yield from (f"      not judged: {n}, {why}" for n, why in whole.unjudged.items())
 
 
 def summary_lines(study: Study, judged: Judgements, page: Path) -> Iterator[str]:
@@ -65,6 +66,8 @@ def summary_lines(study: Study, judged: Judgements, page: Path) -> Iterator[str]
         verdicts[found.verdict] += 1
     runs = sum(m.status in ("done", "diverged") for c in study.convergence for m in c.measurements)
     counted = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.most_common())
+    if verdicts["pass"]:
+        yield "pass: understood, the error is what theory predicts; how large it is stands beside"
     judgements = notation.plural(verdicts.total(), "verdict")
     yield f"{notation.plural(runs, 'run')}, {judgements}: {counted}"
     limits = notation.plural(means["known limit"], "known limit")
@@ -74,25 +77,35 @@ def summary_lines(study: Study, judged: Judgements, page: Path) -> Iterator[str]
 
 def _row(
     scene: Scene, method: Method, ran: ConvergenceStudy, study: Study, judged: Judgements,
-    leading: str, verbose: bool,
+    about: Sequence[Quantity], verbose: bool,
 ) -> list[str]:  # fmt: skip
-    """The cells of one method: its smallest error, at which step, and what that step costs."""
+    """The cells of one method: its relative error at the reference step, and what that costs."""
     found, cost = judged[scene.name, method.name].whole, study.costs.get((scene.name, method.name))
     means = standing(scene, method, found)
     mark = {"known limit": " (known)", "unexpected": " (UNEXPECTED)"}.get(means, "")
     cells = [method.name, f"{found.verdict}{mark}", "", "", "", ""]
-    done = [m for m in ran.measurements if leading in m.errors]
-    if done:
-        best = min(done, key=lambda m: m.errors[leading].largest)
-        cells[2] = notation.number(best.errors[leading].largest, 2)
-        cells[3] = notation.step(best.step, method.control)
-        if cost and best.duration:
-            cells[5] = notation.times_real(cost.ns_per_step * best.steps / best.duration)
+    if (shown := reference_run(ran.measurements, method)) is not None:
+        cells[2], cells[3] = _error(shown, about), notation.step(shown.step, method.control)
+        if cost and shown.duration:
+            cells[5] = notation.times_real(cost.ns_per_step * shown.steps / shown.duration)
     if ran.order:
         cells[4] = f"{ran.order.slope:.2f}"
         if verbose:
             cells[4] += f" ({ran.order.low:.2f} to {ran.order.high:.2f})"
-    return [*cells, f"{cost.ns_per_step:.0f} ns" if cost else ""] if verbose else cells
+    if not verbose:
+        return cells
+    best = min(found.errors, key=lambda step: found.errors[step], default=None)
+    least = ["", ""]
+    if best is not None:
+        least = [notation.number(found.errors[best], 2), notation.step(best, method.control)]
+    return [*cells, f"{cost.ns_per_step:.0f} ns" if cost else "", *least]
+
+
+def _error(found: Measurement, about: Sequence[Quantity]) -> str:
+    """The relative error of a run, with its quantity where a scene is about several."""
+    quantity, error = worst(found, about)
+    of = f" ({quantity.observable})" if len(about) > 1 else ""
+    return f"{notation.number(error, 2)}{of}" if math.isfinite(error) else "–"
 
 
 def _line(cells: Sequence[str], widths: Sequence[int]) -> str:

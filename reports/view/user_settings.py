@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 from plumbob.engines.method import USER_METHOD
-from plumbob.reports.judge.recommend import Choice
-from plumbob.reports.judge.user_settings import UserResult
+from plumbob.reports.advice.recommend import Choice
+from plumbob.reports.advice.user_settings import UserResult
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
 from plumbob.reports.view.overview import anchor
@@ -78,12 +78,14 @@ def _instead(choice: Choice | None, found: UserResult) -> Cell:
     text = (
         f"{choice.method}\n{notation.step(choice.step, choice.control)}, {_factor(choice, found)}"
     )
-    return Cell(text, "choice", f"an error of {notation.number(choice.error)} {found.unit} or less")
+    return Cell(
+        text, "choice", f"an error of {notation.number(choice.absolute)} {found.unit} or less"
+    )
 
 
 def _said(choice: Choice, found: UserResult) -> str:
     at = notation.step(choice.step, choice.control)
-    error = f"error {notation.number(choice.error)} {found.unit}"
+    error = f"error {notation.number(choice.absolute)} {found.unit}"
     return f"{choice.method} at {at}: {error}, {_factor(choice, found)}"
 
 

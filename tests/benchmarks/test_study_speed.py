@@ -93,7 +93,7 @@ def test_recommend_answers_in_a_few_starts_of_python(tmp_path: Path) -> None:
     (scene, *_), here = scenes(SCENES, "quick"), methods("mujoco/euler,ode/rk4")
     store.save(run_study([scene], here), tmp_path / store.FILE)
     start = _fastest("-c", "import numpy")
-    asked = ("recommend", scene.name, "--error", "1e-1", "--out", str(tmp_path))
+    asked = ("recommend", scene.name, "--error", "1e-1", "--out", str(tmp_path), "--stored")
     answer = _fastest("-m", "plumbob", *asked)
     print(f"\n{answer:.2f} s, {answer / start:.1f} times the start of Python with numpy")
     assert answer / start <= STARTS

@@ -177,6 +177,14 @@ def test_printed_velocity_contradicts_the_stopping_time() -> None:
     assert printed[times > LINE.t_star].max() < -0.1
 
 
+def test_a_time_that_rounding_puts_before_rest_is_at_rest() -> None:
+    # a step that begins there is one at rest: its friction is what holds the body
+    times = np.array([math.nextafter(LINE.t_star, 0.0), LINE.t_star])
+    early, there = LINE.friction_force(times)
+    assert early == there == -CHECK.slider_mass * LINE.w2
+    assert LINE.friction_force(times * (1.0 - 1e-12))[0] == CHECK.friction * CHECK.weight
+
+
 @pytest.mark.parametrize("excess", [1e-6, 1e-12])
 def test_push_just_above_its_threshold(excess: float) -> None:
     """w1 = f g/mu (1 + excess) leaves an exact difference, and a condition number that says so."""

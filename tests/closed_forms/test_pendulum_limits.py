@@ -196,6 +196,19 @@ def test_an_input_error_of_an_ulp_stays_within_the_uncertainty(
         assert (np.abs(moved[name] - values) <= 3 * uncertain[name]).all(), name
 
 
+@pytest.mark.parametrize("excess", [1e-6, 1e-9])
+def test_an_error_as_large_as_the_distance_from_the_barrier_is_not_small(excess: float) -> None:
+    # Where the speed is smallest all kinetic energy is what the energy is above the barrier.
+    motion = replace(STEEL, theta_dot=1.0, excess=excess).motion
+    times = np.linspace(0.0, motion.period, 2001)
+    slowest = times[[int(np.abs(motion.state(times)[1]).argmin())]]
+    rate = motion.state(slowest)[1]
+    errors = {"theta": np.zeros(1), "theta_dot": excess / (motion.inertia * rate)}
+    assert motion.nonlinearity(slowest, errors) == pytest.approx(0.5, rel=0.05)
+    small = {name: 1e-3 * error for name, error in errors.items()}
+    assert motion.nonlinearity(slowest, small) == pytest.approx(5e-4, rel=0.05)
+
+
 def test_uncertainty_is_not_excessive() -> None:
     times = np.array([0.5, 50.0])
     theta = STEEL.motion.uncertainty(times)["theta"]

@@ -241,6 +241,7 @@ def test_heyoka_agrees_with_the_reference(name: str) -> None:
     # 600 to 900 steps, each of which may round a few units in the last place
     pytest.importorskip("heyoka")
     found, _ = measured(name, "heyoka/taylor", 1e-15)
+    assert found.steps > 1000  # one evaluation an order of each step, of some twenty
     assert found.errors["theta"].largest < 30 * found.errors["theta"].uncertainty
     scene = find_scene(name)
     wrong = find_scene(name, {"gravity": scene.parameters["gravity"] * (1 + 1e-11)})

@@ -21,6 +21,8 @@ VALIDATE = ("validate", "--scenes", CONE, "--methods", "ode/rk4", "--jobs", "1")
 DECLARED = '<?xml version="1.0" encoding="{}"?><mujoco/>'
 BAD = {
     "jobs as a superscript": (*VALIDATE[:-1], "²"),
+    "a time before the start": ("solve", CONE, "--times=0.1,-0.1"),
+    "no jobs": (*VALIDATE[:-1], "0"),
     "a folder as the JUnit file": (*VALIDATE, "--junitxml", "."),
     "a pipe as the JUnit file": (*VALIDATE, "--junitxml", "pipe"),
     "a device as the JUnit file": (*VALIDATE, "--junitxml", "/dev/null"),

@@ -115,7 +115,20 @@ def test_run_answers_with_its_budget(capsys: pytest.CaptureFixture[str]) -> None
     assert answer["verdict"] == "pass"
     assert 0 < answer["errors"]["theta"] <= answer["tolerances"]["theta"]
     assert answer["tolerances"]["theta"] == pytest.approx(sum(answer["budget"]["theta"].values()))
-    assert answer["real_time_factor"] > 0
+    rounding = 2 * answer["steps"] ** 0.5 * answer["budget"]["theta"]["conditioning"]
+    assert answer["budget"]["theta"]["round-off"] == pytest.approx(rounding, rel=1e-12, abs=0.0)
+    computing = 1e-9 * answer["ns_per_step"] * answer["steps"]  # [s], for half a second
+    assert answer["real_time_factor"] == pytest.approx(0.5 / computing, rel=1e-9)
+
+
+def test_run_says_the_error_at_the_end_with_its_sign(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ("run", "capsule-line", "mujoco/euler+reduced", "--step", "1e-3", "--json")
+    answer = json.loads(_run(capsys, *words)[1])
+    for name in ("displacement", "stroke_rate"):
+        assert abs(answer["errors_at_end"][name]) <= answer["errors"][name]
+    # the body stops late by a sawtooth, and goes too far, which is backward
+    assert answer["errors_at_end"]["displacement"] == pytest.approx(-5.89e-7, rel=0.01)
+    assert answer["predicted"]["displacement"] == pytest.approx(-5.89e-7, rel=0.01)
 
 
 def test_export_copies_and_never_writes_over(

@@ -12,6 +12,7 @@ import pytest
 
 from plumbob.engines.registry import methods
 from plumbob.engines.study import store
+from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
@@ -55,8 +56,8 @@ def errors_times(factor: float) -> Change:
 def compare(
     study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., tuple[int, str]]:
-    def run(new: Study, *more: str) -> tuple[int, str]:
-        for name, one in (("a", study), ("b", new)):
+    def run(new: Study, *more: str, old: Study = study) -> tuple[int, str]:
+        for name, one in (("a", old), ("b", new)):
             (tmp_path / name).unlink(missing_ok=True)
             store.save(one, tmp_path / name)
         code = main(["compare", str(tmp_path / "a"), str(tmp_path / "b"), *more])
@@ -124,6 +125,19 @@ def test_rounding_of_an_observable_that_stays_zero_is_not_listed(
     rest = tuple(c for c in study.convergence if c not in turned)
     code, out = compare(replace(study, convergence=(*rest, *new)))
     assert (code, out.splitlines()[-1]) == (0, "nothing has moved")
+
+
+@pytest.mark.parametrize("factor", [1.5, 1 / 1.5, 1.1])
+def test_a_cost_that_moved_is_listed(factor: float, study: Study, compare: Compare) -> None:
+    pair = ("cone-pendulum/deep-well", "mujoco/euler")
+    old, new = (
+        replace(study, costs={pair: Cost(100.0 * f, 99.0 * f, 101.0 * f, 2.0 * f, 0.0, 5)})
+        for f in (1.0, factor)
+    )
+    code, out = compare(new, old=old)
+    assert code == 0
+    assert ("cost of a step" in out) == (factor != 1.1)
+    assert factor == 1.1 or f"2 -> {2 * factor:.6g}" in out
 
 
 def test_what_vanished_and_what_is_new_is_said(study: Study, compare: Compare) -> None:

@@ -96,3 +96,12 @@ def test_help_names_every_parameter(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["plan", "--to", "0.1", "0", "0", "--set", "leg=[1, 2]"]) == 2
     error = capsys.readouterr().err
     assert all(name in error for name in (*BODY, *LIMITS, *PLACES))
+
+
+def test_a_plan_for_an_engine_that_is_missing_is_exit_code_3(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
+    words = ["plan", "--to", "0.05", "0", "0", "--method", "mujoco/rk4+coulomb", "--step", "1e-3"]
+    assert main(words) == 3
+    assert "missing" in capsys.readouterr().out

@@ -105,7 +105,7 @@ def test_what_is_pasted_differs_in_nothing(
 
 
 @pytest.mark.parametrize("name", ["tripod_capsule.xml", "turning.xml", "scene.xml"])
-@pytest.mark.parametrize("step", ["2e-5", "1e-4", "1e-3"])
+@pytest.mark.parametrize("step", ["2e-5", "1e-4", "1.05e-4", "1e-3"])
 def test_contacts_for_another_step_are_warned_of(
     step: str, name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -117,6 +117,13 @@ def test_contacts_for_another_step_are_warned_of(
     )
     warnings = found["warnings"]
     assert code == (0 if step == "1e-4" else 1)
+    in_words = _run(
+        capsys,
+        *(["mujoco/rk4+coulomb"] * (name == "turning.xml")),
+        *("--check", str(tmp_path / name)),
+    )
+    assert in_words[0] == code
+    assert in_words[1].count("warning: ") == len(warnings)
     assert any(
         "written for a time step of " in line and " 0.0001 s, and" in line for line in warnings
     ) == bool(code)

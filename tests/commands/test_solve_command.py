@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -87,3 +88,57 @@ def _printed(capsys: pytest.CaptureFixture[str], name: str) -> list[str]:
     out, err = capsys.readouterr()
     assert err == ""
     return out.splitlines()
+
+
+def test_angles_are_the_parameter(capsys: pytest.CaptureFixture[str]) -> None:
+    """The source's own form: t(theta), p(theta), theta_dot and phase."""
+    answer = ["solve", "cone-pendulum", "--angles", "0,3.1,-1"]
+    assert main(answer) == 0
+    *_, head, start, top, behind = capsys.readouterr().out.splitlines()
+    names = ("theta [rad]", "t [s]", "momentum [kg m^2/s]", "theta_dot [rad/s]", "phase [rad]")
+    assert [head.find(name) >= 0 for name in names] == [True] * 5
+    assert [float(x) for x in start.split()] == [0.0, 0.0, 33.0300217839, 37.0, 0.0]
+    time = float(top.split()[1])
+    assert behind.split()[1:] == ["never"] * 4
+    assert main([*answer, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["by_angle"]["t"][1] == pytest.approx(time, rel=1e-11)
+    assert found["by_angle"]["t"][2] is None
+    seen = case_of(scene("cone-pendulum")).reference.observe(np.array([time]))
+    assert seen["theta"][0] == pytest.approx(3.1, rel=1e-10)
+    assert found["also"]["phase"][-1] == pytest.approx(0.5 * found["mean_rate"])
+
+
+def test_figures_for_parameters_of_one_s_own(tmp_path: Path) -> None:
+    place = tmp_path / "figures.html"
+    words = ["solve", "cone-pendulum", "--set", "platform_rate=20", "--set", "inertia_yz=0.01"]
+    assert main([*words, "--figures", str(place)]) == 0
+    page = place.read_text(encoding="utf-8")
+    assert page.count("Plotly.newPlot('f") == 5
+    assert "inertia_yz 0.01" in page
+    for title in ("a: V(", "b: t(", "c: p(", "d: p(t)", "e: d"):
+        assert title in page
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        (["cone-pendulum", "--angles", "0,x"], "angles"),
+        (["cone-pendulum", "--angles", "nan"], "angles"),
+        (["capsule-line", "--angles", "0"], "angles"),
+        (["capsule-line", "--figures", "out.html"], "figures"),
+        (["cone-pendulum", "--figures", "out.png"], "figures"),
+        (["cone-pendulum", "--figures", "no/such/folder/out.html"], "figures"),
+    ],
+)
+def test_what_cannot_be_shown_is_named(
+    words: list[str], name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    assert main(["solve", *words]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert name in captured.err
+    assert not list(tmp_path.iterdir())

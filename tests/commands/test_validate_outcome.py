@@ -3,45 +3,36 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from types import MappingProxyType
-from xml.etree import ElementTree
 
 import pytest
 
 from plumbob.engines import registry
-from plumbob.engines.method import Method, Simulation, Unsupported
+from plumbob.engines.study.runner import pairs
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Case
+from plumbob.models.registry import scenes
 from plumbob.reports.cli import main
 from plumbob.reports.judge import expectations
-from plumbob.reports.judge.expectations import Expectation, as_expected, refused, standing
+from plumbob.reports.judge.expectations import (
+    Expectation,
+    as_expected,
+    expected,
+    refused,
+    run_surprise,
+    standing,
+    surprise,
+)
+from plumbob.reports.judge.known_limits import sizes
 from plumbob.reports.judge.verdict import NO_STEP_FITS, Judgement, Verdict
 from plumbob.reports.view import notation
+from plumbob.tests.commands.outcomes import Outcome, break_engine, declare, validated
 
 CONE, LINE, TURN = "cone-pendulum/deep-well", "capsule-line/ca1", "capsule-turn/0.3"
+QUICK = "cone-pendulum/rotating-base"
 METHODS = "mujoco/euler,ode/rk4,exact/closed-form"
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """Exit code of a `validate`, what it printed, and its JUnit file."""
-
-    code: int
-    out: str
-    junit: ElementTree.Element
-
-    def case(self, scene: str, method: str) -> ElementTree.Element:
-        """The test case of a scene and method."""
-        (found,) = self.junit.findall(f"testcase[@classname='{scene}'][@name='{method}']")
-        return found
-
-    def properties(self, scene: str, method: str) -> dict[str, str]:
-        """The properties of a test case."""
-        held = self.case(scene, method).findall("properties/property")
-        return {one.attrib["name"]: one.attrib["value"] for one in held}
 
 
 Validate = Callable[..., Outcome]
@@ -49,31 +40,8 @@ Validate = Callable[..., Outcome]
 
 @pytest.fixture
 def validate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Validate:
-    def run(scenes: str, methods: str, more: Sequence[str] = ()) -> Outcome:
-        file = tmp_path / "junit.xml"
-        code = main((
-            "validate", "--scenes", scenes, "--methods", methods, "--jobs", "1",
-            "--out", str(tmp_path / "out"), "--junitxml", str(file), *more,
-        ))  # fmt: skip
-        return Outcome(code, capsys.readouterr().out, ElementTree.parse(file).getroot())
-
-    return run
-
-
-def refuse(case: Case, method: Method, step: float) -> Simulation:
-    """An engine's `prepare` that builds nothing."""
-    raise Unsupported("the compiler refuses this model")
-
-
-def break_engine(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    """Let this engine refuse every model."""
-    broken = {**registry.engines(), name: replace(registry.engines()[name], prepare=refuse)}
-    monkeypatch.setattr(registry, "engines", lambda: MappingProxyType(broken))
-
-
-def declare(monkeypatch: pytest.MonkeyPatch, *entries: Expectation) -> None:
-    """Put these expectations before the others."""
-    monkeypatch.setattr(expectations, "EXPECTATIONS", (*entries, *expectations.EXPECTATIONS))
+    """A `validate` of scenes and methods."""
+    return partial(validated, tmp_path, capsys)
 
 
 def test_all_as_expected(validate: Validate) -> None:
@@ -183,11 +151,12 @@ def test_the_table_and_the_last_lines(validate: Validate) -> None:
     (row,) = [line for line in lines if line.strip().startswith("ode/rk4 ")]
     cells = re.split(r" {2,}", row.strip())
     assert cells[:2] == ["ode/rk4", "pass"]
-    assert cells[2] == notation.number(float(said["smallest_error"]), 2)
-    assert cells[3] == notation.step(float(said["step_of_smallest_error"]), "step")
+    assert cells[2] == notation.number(float(said["relative_error"]), 2)
+    assert cells[3] == notation.step(float(said["step"]), "step") == "0.001 s"
+    assert said["quantity"] == "theta"
     assert float(cells[4]) == pytest.approx(float(said["order"]), abs=0.006)
     assert cells[5].endswith("×")
-    assert any("error of theta [rad]" in line for line in lines)
+    assert any("relative error of theta " in line for line in lines)
     assert any("not-converging (known)" in line for line in lines)
     runs, limits, page = lines[-3:]
     assert re.fullmatch(r"\d+ runs, 5 verdicts: 4 pass, 1 not-converging", runs)
@@ -200,7 +169,7 @@ def test_verbose_adds_reasons_intervals_and_costs(validate: Validate) -> None:
     assert " ns" not in plain.out
     assert "times the round-off level" not in plain.out
     assert "cost of a step" in verbose.out
-    assert re.search(r"\d ns$", verbose.out, re.MULTILINE)
+    assert re.search(r"\d ns +\S+ +\S+ s$", verbose.out, re.MULTILINE)
     assert re.search(r"stays at \S+, [\d.e+]{1,8} times the round-off level", verbose.out)
 
 
@@ -226,7 +195,8 @@ def test_run_of_a_missing_engine_is_exit_code_3(monkeypatch: pytest.MonkeyPatch)
     ("method", "verdict", "cut", "accepted"),
     [
         ("ode/rk4", "pass", False, True), ("ode/rk4", "pre-asymptotic", False, False),
-        ("ode/rk4", "pre-asymptotic", True, True), ("ode/dop853", "pre-asymptotic", False, True),
+        ("ode/rk4", "pre-asymptotic", True, False), ("ode/dop853", "pre-asymptotic", False, False),
+        ("ode/rk4", "converges", False, True),
         ("ode/rk4", "fail", True, False), ("ode/rk4", "not-converging", True, False),
         ("ode/rk4", "diverged", True, False),
     ],
@@ -235,10 +205,10 @@ def test_what_is_accepted_of_a_scene_that_is_not_hard(
     method: str, verdict: Verdict, cut: bool, accepted: bool
 ) -> None:
     found = Judgement(verdict, {}, "a reason", cut)
-    assert as_expected(find_scene(CONE), registry.method(method), found) == accepted
-    means = standing(find_scene(CONE), registry.method(method), found)
+    assert as_expected(find_scene(QUICK), registry.method(method), found) == accepted
+    means = standing(find_scene(QUICK), registry.method(method), found)
     assert (means == "unexpected") == (not accepted)
-    assert (means == "pre-asymptotic") == (accepted and verdict == "pre-asymptotic")
+    assert (means == "as expected") == accepted
 
 
 @pytest.mark.parametrize(
@@ -247,7 +217,58 @@ def test_what_is_accepted_of_a_scene_that_is_not_hard(
      ("pass", False, False), ("diverged", True, False)],
 )  # fmt: skip
 def test_what_is_accepted_of_a_known_limit(verdict: Verdict, cut: bool, accepted: bool) -> None:
-    found = Judgement(verdict, {}, "a reason", cut)
+    known = sizes()[LINE, "mujoco/euler"]
+    found = Judgement(verdict, {}, "a reason", cut, errors={known.fine: known.size})
     how = registry.method("mujoco/euler")
     assert as_expected(find_scene(LINE), how, found) == accepted
     assert standing(find_scene(LINE), how, found) == ("known limit" if accepted else "unexpected")
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.9, 0.53, 2.5, 0.4])
+def test_a_known_limit_has_a_size(factor: float) -> None:
+    """As expected within a factor of two, for a study and for one run."""
+    how, line = registry.method("mujoco/euler"), find_scene(LINE)
+    known = sizes()[LINE, "mujoco/euler"]
+    accepted = 0.5 <= factor <= 2.0
+    study = Judgement("not-converging", {}, "", errors={known.fine: factor * known.size})
+    assert as_expected(line, how, study) == accepted
+    if not accepted:
+        assert f"known to be {known.size:.2g}" in surprise(line, how, study)
+    edge = known.high if factor > 1.0 else known.low
+    for step, held in ((known.fine, accepted), (known.fine / 10.0, True)):
+        run = Judgement("fail", {}, "", errors={step: factor * edge})
+        assert (not run_surprise(line, how, run)) == held
+    changed = find_scene(LINE, {"gravity": 9.0})
+    assert as_expected(changed, how, study)  # no size is known of it
+
+
+def test_a_known_limit_without_a_size_is_unexpected(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(expectations, "sizes", lambda: {})
+    found = Judgement("not-converging", {}, "", errors={1e-4: 0.1})
+    how = registry.method("mujoco/euler")
+    assert surprise(find_scene(LINE), how, found).endswith("no size of it is known")
+
+
+def test_every_known_limit_of_the_quick_profile_has_a_size() -> None:
+    limits = {
+        (scene.name, method.name)
+        for scene, method in pairs(scenes("*", "quick"), registry.methods())
+        if expected(scene.name, method.name).limit
+    }
+    assert limits <= sizes().keys()
+    assert all(expected(*pair).limit for pair in sizes())  # none is left over
+
+
+@pytest.mark.parametrize(("within", "code"), [("1e-2", 0), ("1e-6", 1)])
+def test_an_accuracy_of_ones_own(validate: Validate, within: str, code: int) -> None:
+    """Euler's smallest error on this scene lies between the two; that of RK4 far below."""
+    found = validate(CONE, "mujoco/euler,ode/rk4", ("--within", within))
+    assert found.code == code
+    assert found.failure(CONE, "ode/rk4") == ""
+    failure = found.failure(CONE, "mujoco/euler")
+    assert failure.startswith("fail, off the accuracy asked for: the relative error") == bool(code)
+
+
+def test_an_accuracy_that_is_no_number(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(("validate", "--scenes", CONE, "--methods", "ode/rk4", "--within", "-1")) == 2
+    assert "within" in capsys.readouterr().err

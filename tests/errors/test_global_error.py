@@ -185,8 +185,9 @@ def test_rk4_loses_energy_at_the_averaged_rate(name: str) -> None:
     x, v = run(case.rotor, case.theta, case.theta_dot, step, per_turn * turns, Scheme(RK4))
     energy = case.rotor.energy(x, v)[::per_turn]
     measured = float(energy[-1] - energy[0]) / (turns * turn)
-    # The remainder: h^8, the change of the orbit itself over 300 turns, round-off of 1e-16 a step.
-    assert sum(rate * step**p for p, rate in rates.items()) == pytest.approx(measured, rel=5e-3)
+    # The remainder: h^8, the change of the orbit itself over 300 turns, round-off of 1e-16 a step:
+    # 9e-5 of the drift at most. A coefficient that is 1e-3 off is seen.
+    assert sum(rate * step**p for p, rate in rates.items()) == pytest.approx(measured, rel=3e-4)
 
 
 @pytest.mark.parametrize("scheme", [Scheme(LEAPFROG), Scheme(EULER)])

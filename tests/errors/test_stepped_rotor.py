@@ -175,6 +175,6 @@ def test_an_orbit_that_diverges_says_nothing() -> None:
 
 
 def test_a_series_reaches_where_its_last_terms_are_small() -> None:
-    assert reaches({1: 1.0, 2: 0.06, 3: 0.03}, 1.0, 0.1)
+    assert reaches({1: 1.0, 2: 0.06, 3: 0.03}, 1.0, 0.03)
     assert not reaches({1: 1.0, 2: 0.08, 3: 0.03}, 1.0, 0.0)
-    assert not reaches({1: 1.0, 2: 0.0, 3: 0.0}, 1.0, 0.11)
+    assert not reaches({1: 1.0, 2: 0.0, 3: 0.0}, 1.0, 0.031)

@@ -53,6 +53,13 @@ def test_a_scene_about_rotation_is_not_judged_by_a_place_that_stays() -> None:
     assert set(about(scene("capsule-coast/translation"))) == {"x", "y"}
 
 
+def test_a_turn_to_the_right_has_the_scale_of_one_to_the_left() -> None:
+    left, right = (
+        about(scene("capsule-coast/rotation", {"heading_rate": rate})) for rate in (6.0, -6.0)
+    )
+    assert right["heading"].scale == pytest.approx(left["heading"].scale, rel=1e-12)
+
+
 @pytest.mark.parametrize("name", ["cone-pendulum/rotating-base", "simple-pendulum/free-large"])
 def test_scales_do_not_grow_with_the_duration(name: str) -> None:
     one = scene(name)

@@ -207,8 +207,9 @@ def test_without_friction_the_centre_of_mass_stays() -> None:
 
 
 @pytest.mark.parametrize("method", [*GOOD, *REDUCED])
-def test_momentum_changes_by_friction_alone(method: str) -> None:
-    _, moved = run("capsule-line/at-50", method, 1e-3)
+@pytest.mark.parametrize("name", ["capsule-line/at-50", "capsule-hold/0.5"])
+def test_momentum_changes_by_friction_and_gravity_alone(name: str, method: str) -> None:
+    _, moved = run(name, method, 1e-3)
     residual = moved.channels.get("momentum_residual", np.zeros(1))
     assert np.abs(residual).max() < 1e-8  # of 3.8 N
 
@@ -221,6 +222,18 @@ def test_repeated_manoeuvres_add_up(method: str) -> None:
     assert predicted / (1000 * EXACT) == pytest.approx(4.21e-4, rel=1e-2)
     assert error / (1000 * EXACT) == pytest.approx(4.21e-4, rel=0.1)
     assert abs(error / (1000 * EXACT)) < 1e-3
+
+
+def test_what_contacts_add_to_ten_manoeuvres_is_ten_times_what_they_add_to_one() -> None:
+    one, ten = (
+        run(name, "euler+coulomb", 1e-3)[0].errors["displacement"]
+        for name in ("capsule-line/ca1", "capsule-train/ten")
+    )
+    assert one.predicted is not None
+    assert ten.predicted is not None
+    assert ten.predicted.beyond == pytest.approx(10 * one.predicted.beyond, rel=0.05)
+    name = "contact deflection"
+    assert ten.model[name] == pytest.approx(10 * one.model[name], rel=1e-3)
 
 
 @pytest.mark.parametrize("method", GOOD)

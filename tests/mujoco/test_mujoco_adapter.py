@@ -15,6 +15,7 @@ from plumbob.analytic.errors.smooth_motion.pendulum_errors import PendulumErrors
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import cone
 from plumbob.engines.adapters.mujoco import ENGINE, model_error, prepare
+from plumbob.engines.adapters.mujoco.cone_pendulum import armature as model_armature
 from plumbob.engines.adapters.mujoco.cone_pendulum import whole
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.adapters.mujoco.trimming import trimming
@@ -161,6 +162,14 @@ def test_armature_of_the_model_adds_less_than_round_off() -> None:
     for body in (DEFAULT.body, cone(8000.0, 5.0, 0.5), cone(100.0, 0.01, 0.5)):
         bounds = model_error(SYSTEM.case(scene(body=body)), RK4, 1e-4)
         assert bounds["theta"]["armature"] < 3.6e-15
+
+
+@pytest.mark.parametrize("pivot", [(20.0, 0.0), (0.0, 20.0), (-15.0, 15.0)])
+def test_armature_exceeds_the_load_wherever_the_pivot_is(pivot: tuple[float, float]) -> None:
+    x, y = pivot
+    problem = replace(DEFAULT, pivot_x=x, pivot_y=y)
+    carried = DEFAULT.body.mass * (x**2 + y**2)  # and the body's own, which is less
+    assert 1e15 * carried < model_armature(problem) < 2e16 * carried
 
 
 WRONG: tuple[dict[str, Any], ...] = (

@@ -110,6 +110,16 @@ def test_stopping_distances_are_as_predicted(
     assert distance - EXACT == pytest.approx(leading + tilt, abs=REST * SPEED * step / 2)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_the_leading_error_is_said(method: str) -> None:
+    write = engine_of(find_method(method)).settings_text
+    assert write is not None
+    found = write(find_method(method), 1e-3, None, FRICTION)
+    assert found.stop_error_per_speed == (0.0 if "rk4" in method else -0.5e-3)
+    said = "no term of first order" if "rk4" in method else "-0.0005 s times the initial speed"
+    assert all(said in snippet.error for snippet in found.snippets)
+
+
 @pytest.mark.parametrize("step", STEPS)
 @pytest.mark.parametrize("body", BODIES)
 def test_default_contacts_do_not_converge(body: str, step: float) -> None:

@@ -15,7 +15,7 @@ from plumbob.analytic.errors.contact_models.sequential_impulse import (
     feet_factor,
     iterations_needed,
 )
-from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.capsule import Capsule, Point
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.analytic.systems.slider_path import arc_stroke, fixed
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
@@ -43,9 +43,28 @@ def step_on(assembly: Assembly, step: float, count: int) -> Assembly:
     return assembly
 
 
-@pytest.mark.parametrize("fraction", [1.0, 0.05, 0.001])
-def test_feet_and_body_have_the_mass_and_inertia_of_the_capsule(fraction: float) -> None:
-    corners = ((0.2, 0.0), (-0.05, 0.15), (-0.12, -0.1))  # their centroid is not C
+BESIDE = ((0.2, 0.01), (0.21, -0.01), (0.19, 0.0))  # all on one side of C
+AROUND = ((0.2, 0.0), (-0.05, 0.15), (-0.12, -0.1))  # their centroid is not C
+
+
+@pytest.mark.parametrize("corners", [AROUND, BESIDE])
+@pytest.mark.parametrize("fraction", [2.0, 1.0, 0.75, 0.5, 0.05])
+def test_feet_leave_the_body_a_quarter_of_its_inertia(
+    corners: tuple[Point, Point, Point], fraction: float
+) -> None:
+    body = replace(CHECK, supports=corners, inertia=CHECK.inertia * fraction)
+    mass, places = foot_mass(body), [complex(*corner) for corner in corners]
+    rest = body.body_mass - 3 * mass
+    feet = mass * sum(abs(place) ** 2 for place in places) + abs(mass * sum(places)) ** 2 / rest
+    assert 0.0 < feet <= 0.75 * body.inertia * (1 + 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("corners", "fraction"), [(AROUND, 1.0), (AROUND, 0.05), (AROUND, 0.001), (BESIDE, 0.75)]
+)
+def test_feet_and_body_have_the_mass_and_inertia_of_the_capsule(
+    corners: tuple[Point, Point, Point], fraction: float
+) -> None:
     body = replace(CHECK, supports=corners, inertia=CHECK.inertia * fraction)
     found = on_feet(CapsuleSetup(body), 1e-3, turning=True)
     mass = sum(part.mass for part in found.parts)

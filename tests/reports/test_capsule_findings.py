@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
@@ -181,6 +183,10 @@ def test_repeated_manoeuvres() -> None:
     assert error[reduced] == pytest.approx(predicted[reduced], rel=0.01)
     assert error["mujoco/euler+coulomb"] < 1.2e-4
     assert error["mujoco/euler"] > 0.02
+    ran = study("capsule-train/ten", 1e-3)
+    costs = {(c.scene, c.method): Cost(1e3, 1e3, 1e3, 1.0, 0.0, 5) for c in ran.convergence}
+    timed, _ = findings_of("capsule-train", replace(ran, costs=costs))
+    assert {line[-1].text for line in timed.tables[0].rows} == {"320 µs"}  # 320 steps of 1 µs
     assert findings_of("capsule-train", nothing()) == ()
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from plumbob import check
+from plumbob.analytic.parameters import ParameterError
 from plumbob.reports.cli import main
 from plumbob.reports.judge import expectations
 from plumbob.reports.judge.expectations import Expectation
@@ -55,3 +56,15 @@ def test_a_step_that_claims_nothing_and_a_missing_engine_do_not_pass(
     monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
     with pytest.raises(AssertionError, match="missing, expected pass"):
         check(CONE, "ode/rk4")
+
+
+def test_an_accuracy_of_ones_own() -> None:
+    """A relative error just above the one asked for fails, also that of a known limit."""
+    error = check(CONE, "mujoco/euler", step=1e-3).errors[1e-3]
+    assert check(CONE, "mujoco/euler", step=1e-3, within=1.01 * error).verdict == "pass"
+    with pytest.raises(AssertionError, match="off the accuracy asked for"):
+        check(CONE, "mujoco/euler", step=1e-3, within=0.99 * error)
+    with pytest.raises(AssertionError, match="off the accuracy asked for"):
+        check(LINE, "mujoco/euler", step=1e-3, within=1e-3)
+    with pytest.raises(ParameterError, match="within"):
+        check(CONE, "ode/rk4", within=-1.0)

@@ -5,11 +5,25 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from plumbob.engines.study.cost import Cost
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
-from plumbob.reports.findings.cone_pendulum import energy, hamiltonian, source_claims
+from plumbob.reports.findings.cone_pendulum import (
+    action_phase,
+    drive_work,
+    energy,
+    equilibria,
+    generating_solution,
+    hamiltonian,
+    series,
+    source_claims,
+    source_figures,
+    symmetry,
+    uniformity,
+)
 from plumbob.reports.findings.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.reports.findings.energy_drift import drift_table
 from plumbob.tests.support.declared import declared, nothing
@@ -27,10 +41,28 @@ def test_finding_printed_hamiltonian() -> None:
     assert correct < 1e-8 < 1000.0 < printed
 
 
+def test_figures_of_the_source_begin_at_the_start() -> None:
+    (*_, momentum, speed) = source_figures.panels(
+        declared(nothing(), source_figures.requests), ROTATING
+    )
+    problem = forms(ROTATING).problem
+    assert speed.traces[0]["y"][0] == pytest.approx(problem.theta_dot, rel=1e-3)
+    moment = problem.body.inertia_x * problem.theta_dot
+    assert momentum.traces[0]["y"][0] == pytest.approx(moment, rel=1e-3)
+
+
 def test_finding_inertia() -> None:
     (table,) = source_claims.inertia(declared(nothing(), source_claims.requests)).tables
     theta = [float(line[1].text) for line in table.rows]
     assert theta == pytest.approx([19.729448, 19.655093, 19.729448], abs=1e-6)
+
+
+def test_finding_symmetry() -> None:
+    found = symmetry.finding(declared(nothing(), symmetry.requests))
+    _, without, *engines = (float(line[2].text) for line in found.tables[0].rows)
+    assert without == pytest.approx(-0.00513060, rel=1e-3)
+    assert len(engines) == 3
+    assert max(map(abs, engines)) < 1e-11  # the errors of RK4 at 1e-4 and DOP853 at 1e-13
 
 
 def test_claims_in_numbers() -> None:
@@ -65,3 +97,85 @@ def test_errors_grow_at_the_saddle_s_rate() -> None:
     assert len(fitted) >= 3
     # The neighbourhood of 0.25 rad is linear to 3 %, and so are the rates in it.
     assert fitted == pytest.approx([rate] * len(fitted), rel=0.03)
+
+
+def test_finding_uniformity() -> None:
+    """Three verdicts, MuJoCo beside the closed form, and maps that agree with it."""
+    found = uniformity.finding(declared(nothing(), uniformity.requests))
+    assert [line[1].text for line in found.tables[0].rows] == [
+        "refuted", "holds in a regime", "holds in a regime",
+    ]  # fmt: skip
+    for line in found.tables[1].rows:
+        exact, seen = ([float(cell.text) for cell in line[i : i + 3]] for i in (1, 4))
+        # a recorded turn ends within a step of its period, 1e-3 of it, and has 500 samples
+        assert seen == pytest.approx(exact, rel=2e-3, abs=2e-3)
+    for one in map(uniformity.over_rates, uniformity.PIVOTS):
+        assert np.nanmin(one.by_spread) > 1 - 1e-12
+        at_rest = one.turning.deviation[:, 0]
+        assert at_rest == pytest.approx(one.resting.deviation[:, 0], rel=1e-12)
+
+
+def test_finding_action_and_phase() -> None:
+    given = declared(nothing(), action_phase.requests)
+    found = action_phase.finding(given)
+    points = action_phase.measured(given)
+    assert len(points) == len(action_phase.STARTS)
+    for point in points:
+        assert point.seen is not None
+        # RK4 at 2e-4 s, and a cubic between 160 samples a period: (2 pi/160)^4/384, relative
+        assert point.seen == pytest.approx(point.exact, rel=1e-8)
+        assert point.drift is not None
+        assert point.drift < 1e-9
+    swings = [float(line[4].text) for line in found.tables[1].rows]
+    assert max(map(abs, swings[:5])) < 1e-8  # RK4
+    assert max(map(abs, swings[5:9])) < 1e-4 < 1e-2 > abs(swings[9])  # h^2; 0.04 rad from the top
+
+
+def test_finding_equilibria() -> None:
+    found = equilibria.finding(declared(nothing(), equilibria.requests))
+    assert "6.44823 rad/s" in found.summary
+    assert "11.2938 rad/s" in found.summary
+    gaps = [float(line[5].text) for line in found.tables[0].rows]
+    assert len(gaps) == 15
+    assert max(map(abs, gaps)) < 1e-6  # the amplitude's
+    near, far = (equilibria.still(0.0, rate).equilibria[0].rate for rate in (8.0, 8.001))
+    assert abs(near / far - 1.0) > 1e-4  # what a platform rate wrong by 1e-4 would change
+
+
+def test_finding_work_of_the_drive() -> None:
+    found = drive_work.finding(declared(nothing(), drive_work.requests))
+    (constant, own, given) = found.tables[0].rows[1:]
+    assert float(constant[1].text) < 1e-9
+    # the platform's rate changes by 2.4e-7 of 26 rad/s: 1e-8 of T; its energy has 4e-6 J of digits
+    assert float(own[2].text) < 1e-4
+    assert float(given[2].text) < 1e-3
+    assert float(own[1].text) > 1000.0
+
+
+def test_finding_generating_solution() -> None:
+    found = generating_solution.finding(declared(nothing(), generating_solution.requests))
+    damping, drives = found.tables
+    offs = [float(line[3].text) for line in damping.rows]
+    assert len(offs) == 3
+    assert offs[0] / offs[2] == pytest.approx(4.0, rel=0.3)  # of the order of xi
+    gaps = [float(line[4].text) for line in damping.rows]
+    assert gaps == pytest.approx([gaps[0]] * 3, rel=0.05)  # of order 1
+    assert abs(gaps[0]) < 0.1
+    for line in drives.rows:
+        inertia, *_, gap = (float(cell.text) for cell in line)
+        assert abs(gap) < 1.0 / inertia  # the next order: J/A, J at most 1.68 kg m^2
+
+
+def test_finding_series() -> None:
+    found = series.finding(nothing())
+    for line in found.tables[0].rows:
+        harmonics = [int(cell.text) for cell in line[2:]]
+        assert harmonics == sorted(harmonics)
+    near = [int(line[-1].text) for line in found.tables[0].rows[2:]]
+    assert near == sorted(near)
+    assert near[-1] > 2 * near[0]
+    assert [line[3].text for line in found.tables[1].rows] == ["–"] * 6
+    assert "costs" not in found.summary
+    cost = Cost(500.0, 500.0, 500.0, 1.0, 0.0, 5)
+    timed = replace(nothing(), costs={(ROTATING, m): cost for m in (series.EXACT, series.STEPPED)})
+    assert "A sample of the closed form costs 500 ns" in series.finding(timed).summary

@@ -17,9 +17,9 @@ from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.engines.method import Method
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
+from plumbob.reports.advice.work_precision import Point, front
 from plumbob.reports.cli import main
 from plumbob.reports.findings import section
-from plumbob.reports.judge.work_precision import Point, front
 from plumbob.reports.view.content import Finding, Section
 from plumbob.reports.view.page import figure_json, write_page
 from plumbob.reports.view.palette import styles
@@ -94,7 +94,12 @@ def test_plots_are_light(document: Document) -> None:
     assert len(document.figures) >= 5 * len(quick().scenes)
     for found in document.figures:
         for trace in found["data"]:
-            assert 0 < len(trace["x"]) == len(trace["y"]) <= MOST
+            assert 0 < len(trace["x"]) <= MOST
+            if trace["type"] == "heatmap":
+                assert {len(line) for line in trace["z"]} == {len(trace["x"])}
+                assert len(trace["z"]) == len(trace["y"]) <= MOST // 5
+            else:
+                assert len(trace["x"]) == len(trace["y"])
 
 
 def test_work_precision_hints_state_method_step_error_cost(document: Document) -> None:

@@ -17,9 +17,10 @@ from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import Prediction
 from plumbob.engines.study.results import Study
-from plumbob.models.scene import step_sizes
-from plumbob.reports.judge.recommend import cheapest
+from plumbob.models.scene import Quantity, step_sizes
+from plumbob.reports.advice.recommend import cheapest
 from plumbob.reports.judge.verdict import Judged, Judgement, Verdict
+from plumbob.reports.view.overview import ERRORS
 from plumbob.tests.support.studies import SCENE, made_up
 
 STEPS = step_sizes(5e-3, 1e-5)
@@ -206,3 +207,46 @@ def test_a_method_that_does_not_converge_is_never_recommended(verdict: Verdict) 
     named = (found.choice, found.runner_up, *found.by_engine, found.best)
     assert {choice.method for choice in named if choice is not None} == {FOURTH.name}
     assert cheapest(one(FIRST, lambda h: 1e-9), SCENE, 1e-3, verdicts).choice is None
+
+
+def test_the_error_is_relative_to_the_scale() -> None:
+    study = one(FIRST, lambda h: 10.0 * h)
+    tenth = {SCENE: (Quantity("theta", 10.0),)}
+    plain = cheapest(study, SCENE, 1e-3).choice
+    scaled = cheapest(replace(study, interest=tenth), SCENE, 1e-3)
+    assert plain is not None
+    assert scaled.choice is not None
+    assert scaled.choice.step == pytest.approx(10.0 * plain.step, rel=0.1)
+    assert scaled.observable == "theta"
+    assert scaled.absolute == pytest.approx(1e-2)
+    assert scaled.choice.absolute == pytest.approx(10.0 * scaled.choice.error)
+
+
+def test_a_surrogate_stands_beside_a_full_model_alone() -> None:
+    rail = replace(FIRST, name="made/rail", surrogate="a body on a rail")
+    curves = [(FIRST, STEPS, lambda h: h), (rail, STEPS, lambda h: 0.1 * h)]
+    both = cheapest(made_up(curves), SCENE, 1e-3)
+    assert both.choice is not None
+    assert both.surrogate is not None
+    assert (both.choice.method, both.surrogate.method) == (FIRST.name, rail.name)
+    assert (both.runner_up, both.surrogate.surrogate) == (None, "a body on a rail")
+    assert [c.method for c in both.by_engine] == [FIRST.name]
+    alone = cheapest(made_up(curves[1:]), SCENE, 1e-3)
+    assert (alone.choice, alone.surrogate, alone.best) == (None, None, None)
+    costly = cheapest(made_up(curves, ns=(1000.0, 1e5)), SCENE, 1e-3)
+    assert costly.surrogate is None
+
+
+def test_without_theory_the_errors_themselves_have_to_converge() -> None:
+    verdicts = {(SCENE, FIRST.name): Judged(Judgement("pre-asymptotic", {}, ""), ())}
+    assert cheapest(one(FIRST, lambda h: h), SCENE, 1e-3, verdicts).choice is not None
+    for error in (lambda h: 1e-4 + 0.01 * h, lambda h: 1e-4 * (h / 1e-5) ** 0.4):
+        assert cheapest(one(FIRST, error), SCENE, 1e-3, verdicts).choice is None
+    few = made_up([(FIRST, STEPS[:4], lambda h: h)])
+    assert cheapest(few, SCENE, 1e-2, verdicts).choice is None
+
+
+def test_the_heads_of_the_page_say_the_errors_that_are_looked_up() -> None:
+    for error, head in ERRORS:
+        percent = head.endswith("%")
+        assert float(head.rstrip(" %")) == pytest.approx(error * (100.0 if percent else 1.0))

@@ -81,6 +81,31 @@ def test_clocks_that_disagree_cost_no_more_than_the_wall_time(
     assert cost._computing(run)[0] == 1.0
 
 
+def test_a_cost_is_computing_time_over_steps_with_its_quartiles(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock, computing = Clock(), iter((3.0, 1.0, 10.0, 2.0, 4.0))  # [ms] of five rounds
+
+    class Waiting:
+        compile_seconds = 0.5
+
+        def run(self) -> Trajectory:
+            spent = 1e-3 * next(computing)
+            clock.go(2.0 * spent, spent)
+            return Trajectory(np.zeros(2), {}, steps=1000, seconds=2.0 * spent)
+
+    monkeypatch.setattr(cost, "time", clock)
+    monkeypatch.setattr(cost, "_sized", lambda *_: Waiting())
+    monkeypatch.setattr(cost, "reference_step", lambda: lambda: 500.0)
+    task = system_of(SCENE).case(SCENE), find_method("mujoco/euler"), 1e-3
+    found, unit = cost.costs([task])
+    one = found[SCENE.name, "mujoco/euler"]
+    assert unit == 500.0
+    assert (one.ns_per_step, one.ratio) == pytest.approx((3000.0, 6.0), rel=1e-9)
+    assert (one.low, one.high) == pytest.approx((1500.0, 7000.0), rel=1e-9)
+    assert (one.compile_seconds, one.repeats) == (0.5, 5)
+
+
 @pytest.mark.parametrize("name", ["capsule-turn", "capsule-line", "simple-pendulum/forced-small"])
 def test_what_a_model_leaves_out_is_timed_whatever_its_controls(name: str) -> None:
     scene = find_scene(name)

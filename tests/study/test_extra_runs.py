@@ -22,6 +22,7 @@ from plumbob.engines.study.extra_runs import (
     StudyPlan,
     TrimmingRun,
     UndeclaredRun,
+    make,
 )
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
@@ -78,6 +79,21 @@ def test_a_recording_is_that_of_the_run(study: Study, request_: ExtraRun) -> Non
     assert {n: v.tobytes() for n, v in found.observables.items()} == {
         n: v.tobytes() for n, v in right.observables.items()
     }
+
+
+def test_settings_of_a_request_replace_those_of_the_method() -> None:
+    request = ExtraRun("simple-pendulum/free-large", "pymunk/tight", 4e-3, 0.4)
+    how = method(request.method)
+    plain, again, other = (
+        make(replace(request, settings=settings), how)
+        for settings in ((), (("error_bias", 0.0),), (("error_bias", 0.5),))
+    )
+    assert isinstance(plain, Trajectory)
+    assert isinstance(again, Trajectory)
+    assert isinstance(other, Trajectory)
+    theta = plain.observables["theta"]
+    assert np.array_equal(again.observables["theta"], theta)
+    assert not np.array_equal(other.observables["theta"], theta)
 
 
 def test_where_there_is_nothing_to_show(study: Study) -> None:

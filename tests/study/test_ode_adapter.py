@@ -54,6 +54,22 @@ def error(method: Method, step: float, **given: Any) -> float:
     return float(trajectory.observables["theta"][-1]) - THETA
 
 
+def test_absolute_tolerances_are_of_an_angle_and_of_the_largest_speed() -> None:
+    asked: list[Any] = []
+
+    class Recorder:
+        def __init__(self, *_: Any, rtol: float, atol: Any) -> None:
+            asked.extend((rtol, *atol))
+            raise ValueError("enough")
+
+    simulation = prepare(SYSTEM.case(scene()), METHODS["ode/dop853"], 1e-6)
+    assert isinstance(simulation, AdaptiveSimulation)
+    replace(simulation, solver=Recorder).run()
+    speed = possible_speed(DEFAULT.motion.rotor, DEFAULT.theta_dot)
+    assert speed > 37.0
+    assert asked == pytest.approx([1e-6, 1e-6, 1e-6 * speed], rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("name", "step", "tolerance"),
     [

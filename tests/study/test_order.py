@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import linregress
+from scipy.stats import t as student
 
 from plumbob.engines.study.order import fit_order
 
@@ -49,6 +51,21 @@ def test_noise_widens_the_interval_to_hold_the_truth() -> None:
         inside += found.low <= 2.0 <= found.high
     # a 95 % interval: 380 of 400 expected, binomial standard deviation 4.4; four of them
     assert abs(inside - 380) < 18
+
+
+@given(st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=6))
+def test_the_interval_is_the_one_of_a_regression(noise: list[float]) -> None:
+    steps = STEPS[: len(noise)]
+    errors = steps**2 * np.exp(noise)
+    found, fit = (
+        fit_order(steps, errors, np.zeros(len(noise))),
+        linregress(np.log(steps), np.log(errors)),
+    )
+    assert found is not None
+    assert found.slope == pytest.approx(fit.slope, abs=1e-12)
+    margin = student.ppf(0.975, len(noise) - 2) * fit.stderr
+    assert found.high - found.slope == pytest.approx(margin, rel=1e-9, abs=1e-7)
+    assert found.slope - found.low == pytest.approx(margin, rel=1e-9, abs=1e-7)
 
 
 @pytest.mark.parametrize("errors", [[1.0, 0.5, 0.25], [np.nan] * 8, [0.0] * 8])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import sqlite3
 import subprocess
@@ -10,15 +11,19 @@ from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import methods
 from plumbob.engines.study import store
+from plumbob.engines.study.codec import packed, unpacked
 from plumbob.engines.study.measurement import ObservedError
+from plumbob.engines.study.merged import merged
 from plumbob.engines.study.provenance import provenance
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
+from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scenes
 from plumbob.reports.cli import main
 
@@ -55,7 +60,24 @@ def test_the_newest_study_of_a_scene(study: Study, tmp_path: Path) -> None:
     assert found is not None
     assert found.convergence == study.convergence
     assert store.load(file, first) == found
+    second = _save(replace(study, reference_step=2 * study.reference_step), file)
+    assert store.load(file, scene=SCENE) == store.load(file, second)
+    assert store.load(file, second) != found
     assert store.load(file, scene="nothing/like-it") is None
+
+
+def test_a_recording_comes_back_as_it_was() -> None:
+    values = {"theta": np.array([0.1, math.nan]), "theta_dot": np.array([-0.0, math.inf])}
+    run = Trajectory(np.array([0.0, 0.1]), values, {"contacts": np.array([3.0, 4.0])}, steps=7,
+                     seconds=0.25, diverged_at=0.3, warnings=("NaN", "unstable"))  # fmt: skip
+    back = unpacked(*packed(run))
+    assert (back.steps, back.seconds, back.diverged_at) == (7, 0.25, 0.3)
+    assert back.warnings == run.warnings
+    np.testing.assert_array_equal(back.times, run.times)
+    for part in ("observables", "channels"):
+        assert getattr(back, part).keys() == getattr(run, part).keys()
+        for name, array in getattr(run, part).items():
+            np.testing.assert_array_equal(getattr(back, part)[name], array)
 
 
 def test_a_file_that_is_no_store(tmp_path: Path) -> None:
@@ -73,7 +95,7 @@ def test_a_store_of_another_version_is_one_line(
     with closing(sqlite3.connect(file)) as opened:
         opened.execute(f"pragma user_version = {schema}")
     for words in (
-        ["recommend", SCENE, "--error", "1e-6", "--out", str(tmp_path)],
+        ["recommend", SCENE, "--error", "1e-6", "--out", str(tmp_path), "--stored"],
         ["report", str(tmp_path)],
         ["compare", str(file), str(file)],
         ["validate", "--scenes", SCENE, "--out", str(tmp_path)],  # before anything is run
@@ -135,34 +157,89 @@ def test_recommend_answers_from_what_is_stored(
     study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     _save(study, tmp_path / store.FILE)
-    assert main(["recommend", SCENE, "--error", "1e-6", "--out", str(tmp_path)]) == 0
+    assert main(["recommend", SCENE, "--error", "1e-6", "--out", str(tmp_path), "--stored"]) == 0
     captured = capsys.readouterr()
     assert "use" in captured.out
     assert captured.err == ""
-    assert main(["recommend", SCENE, "--error", "1e-30", "--out", str(tmp_path)]) == 1
+    assert main(["recommend", SCENE, "--error", "1e-30", "--out", str(tmp_path), "--stored"]) == 1
     assert "the best" in capsys.readouterr().out
-    assert main(["recommend", SCENE, "--error", "-1", "--out", str(tmp_path)]) == 2
+    assert main(["recommend", SCENE, "--error", "-1", "--out", str(tmp_path), "--stored"]) == 2
 
 
-def test_recommend_says_when_and_with_what_was_measured(
+def _asked(folder: Path, *words: str) -> list[str]:
+    return ["recommend", SCENE, "--error", "1e-6", "--out", str(folder), "--stored", *words]
+
+
+def test_recommend_leaves_other_versions_out_and_names_them(
     study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     here = provenance("plumbob validate")
     old = replace(here, date="1999-12-31 00:00 UTC", versions={**here.versions, "mujoco": "2.0.0"})
     store.save(replace(study, provenance=old), tmp_path / store.FILE)
-    assert main(["recommend", SCENE, "--error", "1e-6", "--out", str(tmp_path)]) == 0
+    assert main(_asked(tmp_path, "--json")) == 0
     captured = capsys.readouterr()
-    assert "1999-12-31 00:00 UTC" in captured.out
-    assert "mujoco 2.0.0" in captured.out
-    assert f"mujoco 2.0.0, here {here.versions['mujoco']}" in captured.err
-    assert captured.err.count("\n") == 1
+    answer = json.loads(captured.out)
+    assert answer["choice"]["method"] == "ode/rk4"
+    assert [c["method"].partition("/")[0] for c in answer["by_engine"]] == ["ode"]
+    (line,) = captured.err.splitlines()
+    assert "runs measured with mujoco 2.0.0 (1999-12-31 00:00 UTC) left out" in line
+    assert main(_asked(tmp_path, "--engine", "mujoco")) == 1  # nothing of it counts
+
+
+def test_a_later_smaller_study_changes_no_answer(
+    study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    store.save(replace(study, provenance=provenance("")), tmp_path / store.FILE)
+    assert main(_asked(tmp_path, "--json")) == 0
+    before = json.loads(capsys.readouterr().out)
+    smaller = replace(
+        study,
+        methods=tuple(m for m in study.methods if m.name == "mujoco/euler"),
+        convergence=tuple(
+            replace(c, measurements=c.measurements[:2])
+            for c in study.convergence
+            if c.method == "mujoco/euler"
+        ),
+        costs={},
+        provenance=provenance(""),
+    )
+    store.save(smaller, tmp_path / store.FILE)
+    assert main(_asked(tmp_path, "--json")) == 0
+    after = json.loads(capsys.readouterr().out)
+    assert after["choice"] == before["choice"]
+    assert after["by_engine"] == before["by_engine"]
+
+
+def test_costs_are_the_median_ratio_to_the_reference_step(study: Study) -> None:
+    key = (SCENE, "ode/rk4")
+    slow = replace(study, reference_step=3.0 * study.reference_step)
+    wild = replace(
+        study, costs={k: replace(c, ratio=9.0 * c.ratio) for k, c in study.costs.items()}
+    )
+    one = only(study)
+    both = merged([one, only(slow), only(wild)])
+    assert both is not None
+    assert both.costs[key].ratio == study.costs[key].ratio
+    assert both.costs[key].ns_per_step == pytest.approx(one.costs[key].ratio * study.reference_step)
+    changed = replace(one.scenes[0], parameters={**one.scenes[0].parameters, "gravity": 1.0})
+    assert merged([one], changed) is None
+
+
+def only(study: Study) -> Study:
+    """What a study says of one scene."""
+    return replace(
+        study,
+        scenes=tuple(s for s in study.scenes if s.name == SCENE),
+        convergence=tuple(c for c in study.convergence if c.scene == SCENE),
+        costs={key: cost for key, cost in study.costs.items() if key[0] == SCENE},
+    )
 
 
 HEAVY = ("scipy", "mujoco", "pymunk", "numpy_quaddtype", "plotly", "jinja2", "rich")
 ASK = """
 import sys
 from plumbob.reports.cli import main
-code = main(["recommend", sys.argv[1], "--error", "1e-6", "--out", sys.argv[2]])
+code = main(["recommend", sys.argv[1], "--error", "1e-6", "--stored", "--out", sys.argv[2]])
 print(code, *sorted(set(sys.argv[3:]) & set(sys.modules)))
 """
 
@@ -183,7 +260,7 @@ def test_a_users_settings_come_back_as_they_were(study: Study, tmp_path: Path) -
         study.methods[0], name="mujoco/mine", step_sizes=(2e-3, 1e-3),
         settings={"integrator": "euler", "contact": {"solref": (0.02, 1.0), "condim": 3}},
     )  # fmt: skip
-    number = _save(replace(study, methods=(own,)), tmp_path / store.FILE)
+    number = _save(replace(study, methods=(own,), convergence=(), costs={}), tmp_path / store.FILE)
     back = store.load(tmp_path / store.FILE, number)
     assert back is not None
     assert back.methods == (own,)

@@ -13,12 +13,16 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method, methods
-from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
+from plumbob.engines.study.convergence import (
+    ConvergenceStudy,
+    chosen_step_sizes,
+    convergence_study,
+)
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import floor, measure
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
-from plumbob.models.registry import scene, scenes, system_of
+from plumbob.models.registry import case_of, scene, scenes, system_of
 from plumbob.models.scene import Case, Scene
 
 SCENES = "cone-pendulum/rotating-base,cone-pendulum/deep-well"
@@ -78,6 +82,31 @@ def test_two_more_step_sizes_follow_the_first_at_the_floor() -> None:
     ]
     assert sum(at_floor) == 3
     assert at_floor[-1]
+
+
+def test_the_step_that_is_asked_about_is_run_whatever_it_takes() -> None:
+    chosen = scene("cone-pendulum/rotating-base")  # 0.5 s
+    own = replace(method("mujoco/euler"), name="mujoco/mine", step_sizes=(1e-6, 1e-3, 5e-7))
+    assert chosen_step_sizes(chosen, own, 1000) == (1e-6, 1e-3)
+    assert 1e-6 not in chosen_step_sizes(chosen, method("ode/rk4"), 1000, (1e-3, 1e-6))
+
+
+def test_an_error_curve_has_the_sign_of_the_error() -> None:
+    # of the method less the exact answer; at the end it is the error that is stored
+    chosen = replace(scene("cone-pendulum/rotating-base"), steps=(1e-3,))
+    found = convergence_study(chosen, method("mujoco/euler"), 10**6)
+    assert found.trace is not None
+    assert found.trace.errors[-1] == found.measurements[-1].errors["theta"].end != 0.0
+
+
+def test_rounding_alone_leaves_open_what_the_floor_is_made_of() -> None:
+    # where theory knows a run at its very step: four standard deviations of a random walk
+    found, _ = measure(case_of(scene("capsule-line/ca1")), method("mujoco/euler+coulomb"), 1e-3)
+    error = found.errors["displacement"]
+    assert error.predicted is not None
+    assert error.predicted.for_this_step
+    wanted = floor(replace(error, model={}), found.steps)
+    assert error.predicted.open == pytest.approx(wanted, rel=1e-9, abs=0.0)
 
 
 def test_a_cost_is_taken_at_the_middle_step(monkeypatch: pytest.MonkeyPatch) -> None:

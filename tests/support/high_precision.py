@@ -28,7 +28,8 @@ ZERO: Number = mpfr(0)
 
 @dataclass(frozen=True)
 class Orbit:
-    """I theta'^2 / 2 + V(theta) = H with V = -a sin^2 - b sin - c cos, all mpfr numbers."""
+    """I theta'^2 / 2 + V(theta) = H with V = -a sin^2 - b sin - c cos - d sin 2 theta, all mpfr
+    numbers."""
 
     a: Number
     b: Number
@@ -36,22 +37,26 @@ class Orbit:
     inertia: Number
     theta: Number
     theta_dot: Number
+    d: Number = ZERO  # I_yz w^2 / 2 of a product of inertia
     agreement: float = 1e-12  # between a Gauss rule and its two halves, far more accurate
 
     def potential(self, theta: Number) -> Number:
         """V(theta)."""
         sine, cosine = gmpy2.sin_cos(theta)
-        return -(self.a * sine + self.b) * sine - self.c * cosine
+        even = -(self.a * sine + self.b) * sine - self.c * cosine
+        return even - 2 * self.d * sine * cosine
 
     def slope(self, theta: Number) -> Number:
         """dV/dtheta."""
         sine, cosine = gmpy2.sin_cos(theta)
-        return self.c * sine - (2 * self.a * sine + self.b) * cosine
+        even = self.c * sine - (2 * self.a * sine + self.b) * cosine
+        return even - 2 * self.d * (cosine - sine) * (cosine + sine)
 
     def curvature(self, theta: Number) -> Number:
         """d^2V/dtheta^2."""
         sine, cosine = gmpy2.sin_cos(theta)
-        return (2 * self.a * sine + self.b) * sine + (self.c - 2 * self.a * cosine) * cosine
+        even = (2 * self.a * sine + self.b) * sine + (self.c - 2 * self.a * cosine) * cosine
+        return even + 8 * self.d * sine * cosine
 
     @cached_property
     def energy(self) -> Number:
@@ -67,8 +72,11 @@ class Orbit:
         """Angles in one turn, ascending, at which dV/dtheta changes its sign."""
         count = 2880
         grid = [0.123 + 2 * math.pi * i / count for i in range(count + 1)]
-        a, b, c = float(self.a), float(self.b), float(self.c)
-        slopes = [c * math.sin(x) - (2 * a * math.sin(x) + b) * math.cos(x) for x in grid]
+        a, b, c, d = (float(x) for x in (self.a, self.b, self.c, self.d))
+        slopes = [
+            c * math.sin(x) - (2 * a * math.sin(x) + b) * math.cos(x) - 2 * d * math.cos(2 * x)
+            for x in grid
+        ]
         places = (i for i in range(count) if slopes[i] * slopes[i + 1] < 0)
         return tuple(_root(self.slope, self.curvature, grid[i], grid[i + 1]) for i in places)
 
@@ -232,8 +240,10 @@ def orbit_of(pendulum: ConePendulum) -> Orbit:
     rate2, arm = mpfr(pendulum.platform_rate) ** 2, mpfr(body.mass) * body.com_distance
     a = (mpfr(body.inertia_y) - body.inertia_z) * rate2 / 2
     b, c = arm * pendulum.pivot_y * rate2, arm * pendulum.gravity
-    start = (body.inertia_x, pendulum.theta, pendulum.theta_dot)
-    return started(Orbit(a, b, c, *(mpfr(x) for x in start)), pendulum.excess)
+    inertia, theta = mpfr(body.inertia_x), mpfr(pendulum.theta)
+    d = mpfr(body.inertia_yz) * rate2 / 2
+    orbit = Orbit(a, b, c, inertia, theta, mpfr(pendulum.theta_dot), d)
+    return started(orbit, pendulum.excess)
 
 
 def started(

@@ -31,6 +31,7 @@ from plumbob.analytic.systems.planner.turns import outcome, quickest_drive
 from plumbob.analytic.systems.slider_path import ArcPiece, SliderPath, StraightPiece, arc, straight
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.models.registry import scene
+from plumbob.reports.commands.plan import described
 from plumbob.tests.support.random_capsules import CHECK
 
 PLACES = dict(POSES)
@@ -193,6 +194,22 @@ def test_any_pose_from_any_pose(body, track, step, begin, slider) -> None:  # ty
     start = RestPose(begin[0], begin[1], begin[2], slider)
     goal = RestPose(begin[0] + step[0], begin[1] + step[1], begin[2] + step[2])
     assert max(plan(body, goal, FAR, track, start).error) <= REACHED
+
+
+@pytest.mark.parametrize("turns", [-3, 0, 1])
+def test_headings_are_alike_up_to_whole_turns(turns: int) -> None:
+    there = RestPose(1.0, 2.0, 3.0 + 2.0 * math.pi * turns)
+    assert pose_error(there, RestPose(1.0, 2.0, 3.0)) == pytest.approx((0.0, 0.0), abs=1e-14)
+    distance, angle = pose_error(there, RestPose(1.3, 1.6, -3.0))
+    assert (distance, angle) == pytest.approx((0.5, 2.0 * math.pi - 6.0), abs=1e-14)
+
+
+def test_what_is_said_of_a_plan_s_error() -> None:
+    made = planned(next(iter(PLACES)), "free")
+    elsewhere = RestPose(made.goal.x + 0.3, made.goal.y - 0.4, made.goal.heading + 0.1)
+    said = described(replace(made, goal=elsewhere))
+    assert said["position_error"] == pytest.approx(0.5, abs=1e-9)
+    assert said["heading_error"] == pytest.approx(0.1, abs=1e-9)
 
 
 def test_a_plan_does_not_depend_on_the_axes() -> None:

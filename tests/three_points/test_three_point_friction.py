@@ -167,6 +167,14 @@ def test_smoothed_friction_finds_the_same_pose(request: pytest.FixtureRequest) -
         assert np.abs(found - pose(motion, time)).max() <= 1e-9, name
 
 
+def test_extrapolation_takes_most_of_the_error_away() -> None:
+    motion = COAST.motion()
+    time = ending(motion)
+    found = smoothed_pose(COAST.capsule, COAST.path, COAST.state, time, 1e-6)
+    exact, finer = pose(motion, time), found.pose - 0.5 * found.moved
+    assert np.abs(found.pose - exact).max() < 0.1 * np.abs(finer - exact).max()
+
+
 def test_a_thousandth_part_of_a_plan_is_a_plan() -> None:
     """Twenty line manoeuvres with slow returns give twenty times the displacement."""
     w1, w2, t1 = 3 * LIMIT, 0.8 * LIMIT, 0.03

@@ -24,8 +24,8 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.runner import most_steps
+from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import scenes, system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import as_expected
 from plumbob.reports.judge.verdict import judged
@@ -49,7 +49,7 @@ def record(scene: Scene, method: Method, profile: str) -> dict[str, Any]:
     system = system_of(scene)
     most = most_steps(scene, "quick") if profile == "quick" else int(MOST_STEPS / system.weight)
     found = convergence_study(scene, method, most)
-    verdicts = judged(found, system, method)
+    verdicts = judged(found, system, method, system.quantities(case_of(scene)))
     runs = []
     for run, verdict in zip(found.measurements, verdicts.runs, strict=True):
         bounds = {name: [held.bound] for name, held in verdict.tolerances.items()}

@@ -11,9 +11,9 @@ from plumbob.engines.method import Method
 from plumbob.engines.registry import methods
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.runner import most_steps, pairs
-from plumbob.models.registry import scenes, system_of
+from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.scene import Scene
-from plumbob.reports.judge.expectations import as_expected, expected
+from plumbob.reports.judge.expectations import expected, surprise
 from plumbob.reports.judge.verdict import judge_convergence
 
 
@@ -28,11 +28,10 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 def test_verdict(scene: Scene, method: Method, pytestconfig: pytest.Config) -> None:
     most = most_steps(scene, pytestconfig.getoption("profile"))
     found = convergence_study(scene, method, most)
-    judgement = judge_convergence(found, system_of(scene), method)
+    about = system_of(scene).quantities(case_of(scene))
+    judgement = judge_convergence(found, system_of(scene), method, about)
     if judgement.verdict == "missing" and not os.environ.get("CI"):
         pytest.skip(judgement.reason)
     assert judgement.reason or judgement.verdict != "unsupported"
-    wanted = expected(scene.name, method.name)
-    assert as_expected(scene, method, judgement), (
-        f"{judgement.verdict} ({judgement.reason}), expected {wanted.verdict} {wanted.reason}"
-    )
+    why = surprise(scene, method, judgement)
+    assert not why, f"{why} ({judgement.reason}) {expected(scene.name, method.name).reason}"

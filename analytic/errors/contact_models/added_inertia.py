@@ -5,7 +5,7 @@ the body's inertia about the vertical axis J(theta) and the coupling K(theta) = 
 the two rotations,
 
     L = (A + J) w^2 / 2 + K w theta' + I_x theta'^2 / 2 + c cos theta,
-    J = J0 + 2 M Y S sin theta + (I_y - I_z) sin^2 theta,
+    J = J0 + 2 M Y S sin theta + (I_y - I_z) sin^2 theta + I_yz sin 2 theta,
 
 where A -> infinity gives Sudakov 2015, eq. 7. The momentum about the vertical, which is
 (A + J) w + K theta', is constant, so to first order in 1/A the rate is w0 + u/A with
@@ -51,17 +51,21 @@ def platform_error(problem: Any, duration: float, armature: float) -> tuple[floa
     arm = body.mass * body.com_distance
     skew = body.inertia_y - body.inertia_z
     rotor = problem.motion.rotor
-    flow = TangentFlow(rotor, integrate(rotor, problem.theta, problem.theta_dot, duration))
-    theta, theta_dot = flow.states
-    theta_dot_dot = rotor.acceleration(0.0, theta, theta_dot)
+    tilt, product = problem.tilt, body.inertia_yz  # the rotor's angle is theta + tilt
+    flow = TangentFlow(rotor, integrate(rotor, problem.theta + tilt, problem.theta_dot, duration))
+    theta_dot = flow.states[1]
+    theta_dot_dot = rotor.acceleration(0.0, *flow.states)
+    theta = flow.states[0] - tilt
 
     def inertia(angle: Any) -> Any:
-        return 2 * arm * problem.pivot_y * np.sin(angle) + skew * np.sin(angle) ** 2
+        level = 2 * arm * problem.pivot_y * np.sin(angle) + skew * np.sin(angle) ** 2
+        return level + product * np.sin(2 * angle)
 
     def coupling(angle: Any) -> Any:
         return arm * problem.pivot_x * np.cos(angle)
 
     inertia_slope = 2 * arm * problem.pivot_y * np.cos(theta) + skew * np.sin(2 * theta)
+    inertia_slope += 2 * product * np.cos(2 * theta)
     coupling_slope = -arm * problem.pivot_x * np.sin(theta)
     u = rate * (inertia(problem.theta) - inertia(theta))
     u += coupling(problem.theta) * problem.theta_dot - coupling(theta) * theta_dot

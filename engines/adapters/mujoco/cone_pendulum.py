@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from plumbob.analytic.errors.contact_models.added_inertia import platform_error
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.divergence import BEYOND, possible_speed
-from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
+from plumbob.engines.adapters.mujoco.translation import Named, Translation, Values, read
 from plumbob.engines.method import Method
 
 # Least ratio of the platform's armature to the inertia it carries: the platform keeps its rate to
@@ -23,9 +23,17 @@ ARMATURE_RATIO = 1e15
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Translate a cone pendulum; `problem` is a ConePendulum."""
-    problem = problem.started
-    spec = whole(mjcf, problem)
+    """Translate a cone pendulum; `problem` is a ConePendulum. Settings of the method that change
+    the model: `platform_armature` [kg m^2] in place of one that keeps the rate to the last bit,
+    `drive_rate` [1/s] at which a drive brings the rate of such a platform back to the one
+    prescribed, `axle_damping_rate` [1/s], and `reads_energy`, for MuJoCo's own energies."""
+    problem, settings = problem.started, method.settings
+    spec = whole(mjcf, problem, settings.get("platform_armature"))
+    control = _drive(spec, problem, settings["drive_rate"]) if "drive_rate" in settings else None
+    if "axle_damping_rate" in settings:
+        spec.joint("theta").damping[:] = 0.0
+        spec.joint("theta").damping[0] = settings["axle_damping_rate"] * problem.body.inertia_x
+        spec.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
     for shown in (*spec.geoms, *spec.meshes):  # without effect: cheaper steps
         spec.delete(shown)
     speed = possible_speed(problem.motion.rotor, problem.theta_dot)
@@ -35,7 +43,30 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         qvel=np.array([problem.platform_rate, finite("theta_dot", problem.theta_dot)]),
         observe=_observe,
         limits={"theta_dot": BEYOND * speed},
+        control=control,
+        probe=_energies if settings.get("reads_energy") else None,
     )
+
+
+def _drive(spec: mujoco.MjSpec, problem: Any, rate: float) -> Callable[[Any], Array]:
+    """A velocity servo on the platform, and its control: the rate prescribed."""
+    gain = rate * spec.joint("platform").armature
+    servo = spec.add_actuator(name="drive", target="platform")
+    servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
+    servo.set_to_velocity(kv=gain)
+    spec.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
+    return lambda times: np.full((len(times), 1), problem.platform_rate)
+
+
+def _energies(model: mujoco.MjModel, data: mujoco.MjData) -> Callable[[], tuple[Values, Values]]:
+    """A reading of MuJoCo's potential and kinetic energy [J], the platform's included."""
+
+    def reading() -> tuple[Values, Values]:
+        mujoco.mj_energyPos(model, data)
+        mujoco.mj_energyVel(model, data)
+        return {}, {"potential": float(data.energy[0]), "kinetic": float(data.energy[1])}
+
+    return reading
 
 
 def whole(mjcf: Path, problem: Any, platform_armature: float | None = None) -> mujoco.MjSpec:
@@ -45,11 +76,16 @@ def whole(mjcf: Path, problem: Any, platform_armature: float | None = None) -> m
     hung, offset = spec.body("cone"), body.mass * body.com_distance**2
     spec.option.gravity = [0.0, 0.0, -problem.gravity]
     spec.joint("platform").armature = platform_armature or armature(problem)
-    hung.pos = [problem.pivot_x, problem.pivot_y, 0.0]
+    hung.pos = [problem.pivot_x, problem.pivot_y, problem.pivot_z]
     hung.mass = body.mass
     hung.ipos = [0.0, 0.0, -body.com_distance]
     # about the centre of mass, by the parallel axis theorem
-    hung.inertia = [body.inertia_x - offset, body.inertia_y - offset, body.inertia_z]
+    moments = [body.inertia_x - offset, body.inertia_y - offset, body.inertia_z]
+    if body.inertia_yz:  # MuJoCo then works out the principal axes
+        hung.inertia = [0.0, 0.0, 0.0]
+        hung.fullinertia = [*moments, 0.0, 0.0, body.inertia_yz]
+    else:
+        hung.inertia = moments
     start = spec.key("start")
     start.qpos = [0.0, problem.theta]
     start.qvel = [problem.platform_rate, problem.theta_dot]
@@ -61,7 +97,7 @@ def load_inertia(problem: Any) -> float:
     body = problem.body
     reach = problem.pivot_x**2 + (abs(problem.pivot_y) + body.com_distance) ** 2
     across = body.inertia_y - body.mass * body.com_distance**2
-    return float(body.mass * reach + max(across, body.inertia_z))
+    return float(body.mass * reach + max(across, body.inertia_z) + abs(body.inertia_yz))
 
 
 def armature(problem: Any) -> float:

@@ -57,7 +57,11 @@ PLAIN = (
 
 
 def _capsule(
-    variant: str, integrator: str = "Euler", systems: tuple[str, ...] = CAPSULE, **settings: Any
+    variant: str,
+    integrator: str = "Euler",
+    systems: tuple[str, ...] = CAPSULE,
+    surrogate: str = "",
+    **settings: Any,
 ) -> Method:
     scheme, order = (RK4_STEP, 4) if integrator == "RK4" else (EULER_STEP, 1)
     return Method(
@@ -66,6 +70,7 @@ def _capsule(
         order,
         settings={"integrator": integrator, **settings},
         systems=systems,
+        surrogate=surrogate,
     )
 
 
@@ -75,6 +80,9 @@ _ONE_LINE = (
     *("capsule-line/[!h]*", "capsule-line/heavy-slider", "capsule-hold", "capsule-train"),
     "capsule-coast/translation",
 )
+_REDUCED = "a body on a rail: friction is a joint's, and there are no contacts"
+_TALL = "a body of another height"
+_PLANAR = "a body that cannot tilt"
 METHODS = (
     *PLAIN,
     _capsule("pyramidal", systems=UNPLANNED, contact="pyramidal"),
@@ -84,8 +92,16 @@ METHODS = (
     _capsule("coulomb+noslip", systems=UNPLANNED, contact="coulomb+noslip"),
     _capsule("coulomb", "implicitfast", UNPLANNED, contact="coulomb"),
     _capsule("coulomb", "RK4", contact="coulomb"),
-    _capsule("reduced", model="reduced", systems=_ONE_LINE),
-    _capsule("reduced", "RK4", model="reduced", systems=_ONE_LINE),
-    _capsule("tall", contact="coulomb", height=0.05, systems=("capsule-line/at-*",)),
-    _capsule("planar", contact="coulomb", model="planar", systems=("capsule-line/off-centroid",)),
+    _capsule("reduced", systems=_ONE_LINE, surrogate=_REDUCED, model="reduced"),
+    _capsule("reduced", "RK4", systems=_ONE_LINE, surrogate=_REDUCED, model="reduced"),
+    _capsule(
+        "tall", systems=("capsule-line/at-*",), surrogate=_TALL, contact="coulomb", height=0.05
+    ),
+    _capsule(
+        "planar",
+        systems=("capsule-line/off-centroid",),
+        surrogate=_PLANAR,
+        contact="coulomb",
+        model="planar",
+    ),
 )

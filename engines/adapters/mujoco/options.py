@@ -20,7 +20,10 @@ CHOICES: tuple[tuple[str, type[Any], str], ...] = (
     ("jacobian", mujoco.mjtJacobian, "mjJAC_"),
 )
 # Settings that builders and runs read, and no option.
-ELSEWHERE = ("contact", "control_at", "height", "model", "slider_ahead")
+ELSEWHERE = (
+    *("contact", "control_at", "height", "model", "slider_ahead"),
+    *("axle_damping_rate", "drive_rate", "platform_armature", "reads_energy"),
+)
 
 
 def apply(spec: mujoco.MjSpec, settings: Mapping[str, Any], step: float) -> None:

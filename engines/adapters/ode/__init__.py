@@ -6,13 +6,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from plumbob.analytic.errors.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
-from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import Case
 
 # relative; of order 5 and implicit, Radau takes seconds for its tenth digit of a swing
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 14))
-SMALLEST = 100 * ULP  # relative tolerance below which scipy refuses
 SMOOTH = ("!capsule-*",)  # dry friction has no equation of motion that they could follow
 
 
@@ -31,6 +29,8 @@ def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping
 
 def confirming(method: Method) -> tuple[Method, float]:
     """The solver of the highest order at the smallest tolerance that scipy takes."""
+    from plumbob.engines.adapters.ode.simulation import SMALLEST
+
     return next(m for m in METHODS if m.settings.get("method") == "DOP853"), SMALLEST
 
 

@@ -12,8 +12,8 @@ from plumbob.engines.method import Method
 
 
 def build(problem: Any, method: Method) -> Equation:
-    """I_x theta'' = a sin 2theta + b cos theta - c sin theta, with a = (I_y - I_z) w^2 / 2,
-    b = M Y S w^2 and c = M g S (eq. 7); `problem` is a ConePendulum.
+    """I_x theta'' = a sin 2theta + b cos theta - c sin theta + I_yz w^2 cos 2theta, with
+    a = (I_y - I_z) w^2 / 2, b = M Y S w^2 and c = M g S (eq. 7); `problem` is a ConePendulum.
     Raises ParameterError."""
     problem = problem.started
     body, square = problem.body, problem.platform_rate**2
@@ -27,12 +27,23 @@ def build(problem: Any, method: Method) -> Equation:
         sine, cosine = sin(theta), cos(theta)
         return (twice_a * sine + b) * cosine - c * sine
 
+    product: float = body.inertia_yz * square / body.inertia_x
+
+    def without_symmetry(time: float, theta: float, theta_dot: float) -> float:
+        return acceleration(time, theta, theta_dot) + product * cos(2 * theta)
+
     speed = possible_speed(problem.motion.rotor, problem.theta_dot)
+    undamped = without_symmetry if product else acceleration
+    damping_rate: float = method.settings.get("axle_damping_rate", 0.0)  # [1/s]
+
+    def damped(time: float, theta: float, theta_dot: float) -> float:
+        return undamped(time, theta, theta_dot) - damping_rate * theta_dot
+
     return Equation(
-        acceleration,
+        damped if damping_rate else undamped,
         finite("theta", problem.theta),
         finite("theta_dot", problem.theta_dot),
         speed,
-        damping_rate=0.0,
+        damping_rate=damping_rate,
         limits={"theta_dot": BEYOND * speed},
     )

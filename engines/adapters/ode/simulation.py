@@ -11,17 +11,18 @@ from typing import Any
 import numpy as np
 from scipy.integrate import DOP853, LSODA, Radau
 
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters import sampling
 from plumbob.engines.adapters.divergence import within
-from plumbob.engines.adapters.ode import SMALLEST
 from plumbob.engines.adapters.ode.equation import Equation, State, builder
 from plumbob.engines.adapters.ode.integrators import Advance, integrator
 from plumbob.engines.method import Method
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
+SMALLEST = 100 * ULP  # relative tolerance below which scipy refuses
 SOLVERS: tuple[type[Any], ...] = (DOP853, Radau, LSODA)
 HUGE = 1e10  # a coordinate or rate (SI) beyond which a run has diverged
 

@@ -26,6 +26,8 @@ ONE_LINE = (
 # one iteration of the solver, the bob flies off.
 MOMENT = 1e-7
 JOINTED = replace(EULER_STEP, joint_closing_rate=CLOSING_RATE, jointed_moment=MOMENT)
+ABOVE = "seen from above: statics gives the support forces, and no contact"
+SIDE = "seen from the side: a body that moves along a line"
 METHODS = (
     Method("pymunk/default", JOINTED, 1, systems=SYSTEMS),
     Method(
@@ -37,12 +39,15 @@ METHODS = (
     ),
     # The linear pendulum is a body on a spring, without a joint: Euler's step and no more.
     Method("pymunk/spring", EULER_STEP, 1, systems=("linear-pendulum",)),
+    # No rotating platform in the plane: its moments about the axle are a torque, without a joint.
+    Method("pymunk/torque", EULER_STEP, 1, settings={"torque": "within"}, systems=("cone-*",)),
     Method(
         "pymunk/feet",
         EULER_STEP,
         1,
         settings={"model": "feet", "iterations": 50},
         systems=("capsule-*",),
+        surrogate=ABOVE,
     ),
     Method(
         "pymunk/pivots",
@@ -50,8 +55,14 @@ METHODS = (
         1,
         settings={"model": "pivots", "iterations": 50},
         systems=("capsule-*",),
+        surrogate=ABOVE,
     ),
     Method(
-        "pymunk/side", EULER_STEP, 1, settings={"model": "side", "iterations": 30}, systems=ONE_LINE
+        "pymunk/side",
+        EULER_STEP,
+        1,
+        settings={"model": "side", "iterations": 30},
+        systems=ONE_LINE,
+        surrogate=SIDE,
     ),
 )

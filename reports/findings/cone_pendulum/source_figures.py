@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.analytic.systems.pendulums.tilted_motion import TiltedMotion
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
+from plumbob.models.scene import Case
 from plumbob.reports.findings.cone_pendulum.hamiltonian import (
     MUJOCO,
     MUJOCO_STEP,
@@ -56,24 +60,36 @@ def galleries(study: Study) -> Sequence[tuple[str, Sequence[Figure]]]:
 
 
 def panels(study: Study, scene: str) -> tuple[Figure, ...]:
+    """The panels of a scene, with MuJoCo's run among the curves."""
+    found, engine = forms(scene), study.recording(_period(scene))
+    seen = None if engine is None else _seen(engine, found.correct.period)
+    return _panels(found.problem, found.printed, seen)
+
+
+def solved(case: Case) -> tuple[Figure, ...]:
+    """The panels for any parameters."""
+    problem = case.problem.started
+    return _panels(problem, problem.printed_motion(), None)
+
+
+def _panels(
+    problem: ConePendulum, printed: PendulumMotion, seen: tuple[Array, Array, Array] | None
+) -> tuple[Figure, ...]:
     """Panels a to e with the source's axes: angle over 2 pi, time over each motion's own period."""
-    found = forms(scene)
-    problem, right, printed = found.problem, found.correct, found.printed
-    engine = study.recording(_period(scene))
-    inertia, both = problem.body.inertia_x, (right, printed)
+    inertia, right = problem.body.inertia_x, problem.motion
+    both = (_Course(problem.reference, right), _Course(printed, printed))
     momentum, speed = "momentum p [kg m² rad/s]", "dθ/dt [rad/s]"
-    seen = None if engine is None else _seen(engine, right.period)
     dots = [None] * 4 if seen is None else [
         (seen[1], seen[0]), (seen[1], inertia * seen[2]), (seen[0], inertia * seen[2]),
         (seen[0], seen[2]),
     ]  # fmt: skip
     periods = f"T = {number(right.period, 6)} s; printed: {number(printed.period, 6)} s."
     return (
-        _barrier(right, printed),
+        _barrier(problem, printed),
         _panel("b: t(θ)", periods, (ANGLE, TIME), [_time_of_angle(m) for m in both], dots[0]),
         _panel(
             "c: p(θ)",
-            "The phase curve above the separatrix.",
+            "The phase curve from the start on.",
             (ANGLE, momentum),
             [_momentum_of_angle(m) for m in both],
             dots[1],
@@ -112,39 +128,54 @@ def _pair(right: Curve, printed: Curve) -> list[Trace]:
     ]
 
 
-def _barrier(right: PendulumMotion, printed: PendulumMotion) -> Figure:
+def _barrier(problem: ConePendulum, printed: PendulumMotion) -> Figure:
     """V(theta), and the energy of each motion, which has to stay above its V."""
+    right, offset = problem.motion, problem.potential_offset
     theta = np.linspace(0.0, TURN, POINTS)
-    traces = _pair(
-        *((theta / TURN, np.asarray(in_double(m.potential).value(theta))) for m in (right, printed))
-    )
-    for motion, colour, dash, name in (
-        (right, BLUE, "solid", "H₀ corrected"),
-        (printed, RED, "dash", "H₀ printed"),
+    wells = problem.potential_at(theta), np.asarray(in_double(printed.potential).value(theta))
+    traces = _pair(*((theta / TURN, well) for well in wells))
+    levels = [float(double(right.energy)) + offset, float(double(printed.energy))]
+    for level, colour, dash, name in (
+        (levels[0], BLUE, "solid", "H₀ corrected"),
+        (levels[1], RED, "dash", "H₀ printed"),
     ):
-        level = float(double(motion.energy))
         line = curve([0.0, 1.0], [level, level], colour=colour, dash=dash, width=1.0, name=name)
         traces.append({**line, "showlegend": False})
-    tops = [float(double(m.barriers[0])) for m in (right, printed)]
-    level = float(double(right.energy))
-    caption = f"Barrier {tops[0]:.3f} J, printed {tops[1]:.3f} J; thin: H₀ = {level:.3f} J."
+    tops = [float(well.max()) for well in wells]
+    for i, (motion, add) in enumerate(((right, offset), (printed, 0.0))):
+        if motion.barriers.size:
+            tops[i] = float(double(motion.barriers[0])) + add
+    caption = f"Barrier {tops[0]:.3f} J, printed {tops[1]:.3f} J; thin: H₀ = {levels[0]:.3f} J."
     return figure("a: V(θ)", caption, traces, linear(ANGLE), linear("V [J]"), legend=True,
                   height=300)  # fmt: skip
 
 
-def _time_of_angle(motion: PendulumMotion) -> Curve:
+@dataclass(frozen=True)
+class _Course:
+    """A motion as the figures show it, and the one that has its period."""
+
+    seen: PendulumMotion | TiltedMotion
+    whole: PendulumMotion
+
+    @property
+    def span(self) -> float:
+        """What the time axis is divided by [s]: a period; on a separatrix, and at rest, 1."""
+        return self.whole.period if np.isfinite(self.whole.period) else 1.0
+
+
+def _time_of_angle(course: _Course) -> Curve:
     theta = np.linspace(0.0, TURN, POINTS)
-    return theta / TURN, motion.time_at(theta) / motion.period
+    return theta / TURN, course.seen.time_at(theta) / course.span
 
 
-def _momentum_of_angle(motion: PendulumMotion) -> Curve:
+def _momentum_of_angle(course: _Course) -> Curve:
     theta = np.linspace(0.0, TURN, POINTS)
-    return theta / TURN, motion.momentum(theta)
+    return theta / TURN, course.seen.momentum(theta)
 
 
-def _over_time(motion: PendulumMotion, factor: float) -> Curve:
-    times = np.linspace(0.0, motion.period, POINTS)
-    return times / motion.period, factor * motion.state(times)[1]
+def _over_time(course: _Course, factor: float) -> Curve:
+    times = np.linspace(0.0, course.span, POINTS)
+    return times / course.span, factor * course.seen.state(times)[1]
 
 
 def _seen(found: Trajectory, period: float) -> tuple[Array, Array, Array]:

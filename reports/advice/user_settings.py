@@ -12,9 +12,9 @@ from plumbob.engines.method import USER_METHOD
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Study
-from plumbob.reports.judge.recommend import EXACT, Choice, cheapest, chosen, trusted
+from plumbob.reports.advice.recommend import EXACT, Choice, cheapest, chosen, trusted
+from plumbob.reports.advice.work_precision import Point, error_of, of_method, points
 from plumbob.reports.judge.verdict import Judgement, Judgements
-from plumbob.reports.judge.work_precision import Point, points
 
 HERE = "mujoco/"  # methods that are other settings of the user's own engine
 
@@ -35,7 +35,8 @@ class UserResult:
     observable: str
     unit: str
     step: float  # [s], the user's own
-    error: float  # at that step; infinite where the run diverged
+    error: float  # of the observable at that step; infinite where the run diverged
+    relative: float  # the error of that run, of all quantities of interest
     ns_per_second: float  # [ns] of wall time per simulated second; infinite where it diverged
     judgement: Judgement  # on all steps that were run
     finest: tuple[float, float] | None  # the smallest step [s] that was run, and the error there
@@ -48,13 +49,16 @@ def user_results(study: Study, judged: Judgements) -> tuple[UserResult, ...]:
     did not run are left out."""
     if all(method.name != USER_METHOD for method in study.methods):
         return ()
+    others = {m.name: m for m in study.methods if m.name != USER_METHOD}
+    found = {scene.name: points(study, scene.name) for scene in study.scenes}
     rest = replace(
         study,
-        methods=tuple(m for m in study.methods if m.name != USER_METHOD),
+        methods=tuple(others.values()),
         convergence=tuple(
             c
             for c in study.convergence
-            if c.method != USER_METHOD and trusted(judged, c.scene, c.method)
+            if c.method in others
+            and trusted(judged, c.scene, of_method(found[c.scene], others[c.method]), c.method)
         ),
     )
     return tuple(
@@ -67,25 +71,28 @@ def user_results(study: Study, judged: Judgements) -> tuple[UserResult, ...]:
 
 def _of_scene(study: Study, rest: Study, found: ConvergenceStudy, judged: Judgement) -> UserResult:
     own = found.measurements[0]
-    leading = study.leading(found.scene)
-    error = own.errors[leading.name].largest if own.status == "done" else math.inf
+    about = study.quantities(found.scene)
+    first = replace(about[0], scale=1.0)  # in its own unit
+    unit = next(o.unit for o in study.observables(found.scene) if o.name == first.observable)
+    relative = error_of(own, about)
     rest = replace(
-        rest, convergence=tuple(c for c in rest.convergence if not _same(c, own, leading.name))
+        rest, convergence=tuple(c for c in rest.convergence if not _same(c, own, first.observable))
     )
     prices = [p.ns_per_second for p in points(study, found.scene) if p.method == USER_METHOD]
     price = prices[0] if prices else math.inf
     last = next((m for m in reversed(found.measurements) if m.status == "done"), None)
     return UserResult(
         found.scene,
-        leading.name,
-        leading.unit,
+        first.observable,
+        unit,
         own.step,
-        error,
+        error_of(own, (first,)),
+        relative,
         price,
         judged,
-        (last.step, last.errors[leading.name].largest) if last and last is not own else None,
-        _at_equal_accuracy(rest, found.scene, error),
-        _better(rest, found.scene, error, price),
+        (last.step, error_of(last, (first,))) if last and last is not own else None,
+        _at_equal_accuracy(rest, found.scene, relative),
+        _better(rest, found.scene, relative, price),
     )
 
 
@@ -112,12 +119,12 @@ def _at_equal_accuracy(rest: Study, scene: str, error: float) -> Instead:
 
 
 def _better(rest: Study, scene: str, error: float, price: float) -> Instead:
-    exact = {m.name for m in rest.methods if m.scheme.integrator == EXACT}
-    methods = {m.name: m for m in rest.methods}
+    methods = {m.name: m for m in rest.methods if m.scheme.integrator != EXACT and not m.surrogate}
+    scale = rest.quantities(scene)[0].scale
     found = [
         p
         for p in points(rest, scene)
-        if p.method not in exact and p.ns_per_second <= price and p.error < error
+        if p.method in methods and p.ns_per_second <= price and p.error < error
     ]
 
     def most_exact(start: str) -> Choice | None:
@@ -126,7 +133,7 @@ def _better(rest: Study, scene: str, error: float, price: float) -> Instead:
             key=lambda p: (p.error, p.ns_per_second),
             default=None,
         )
-        return chosen(methods[best.method], best) if best else None
+        return chosen(methods[best.method], best, scale) if best else None
 
     return Instead(most_exact(HERE), most_exact(""))
 

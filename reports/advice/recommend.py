@@ -1,6 +1,7 @@
 """Which method, and which step: the cheapest that was measured to reach a wanted error.
 
-An error is looked up on the upper envelope of a method's measured curve: the largest error at this
+The error of a run is relative: the worst of the scene's quantities of interest over their scales.
+It is looked up on the upper envelope of a method's measured curve: the largest error at this
 step or any smaller one, so that a zero of a sawtooth is no recommendation. Between two step sizes
 that were run, the error is taken to fall from the larger one with the smallest slope that the curve
 shows around there, no faster than the method's order, and to rise from the smaller one as it rose
@@ -11,25 +12,27 @@ Only step sizes that were run count where theory has no series in the step for t
 a discontinuity inside a step makes it a sawtooth; and for an adaptive solver, whose error jumps
 from one tolerance to the next. A closed form is no simulation: it is left out. So is a method whose
 error on the scene does not converge, or is off what theory says: that one of its runs came near the
-exact answer says nothing of the next.
+exact answer says nothing of the next. A surrogate, whose model is not the full body, is named
+beside a full model alone.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import DEFAULT, ConvergenceStudy
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import unknown as unknown_name
+from plumbob.reports.advice.work_precision import Point, converging, of_method, points
 from plumbob.reports.judge.verdict import Judgements
-from plumbob.reports.judge.work_precision import Point, of_method, points
 
 DEFAULT_METHOD, DEFAULT_STEP = DEFAULT
 UNTRUSTED = ("fail", "not-converging", "diverged")  # verdicts that rule a method out
+UNJUDGED = "pre-asymptotic"  # the verdict that leaves it to the curve of errors
 EXACT = "closed-form"  # the scheme of what is no simulation, and is not recommended as one
 _DIGITS = 2  # of an interpolated step, rounded down
 # Between two step sizes a run ends up to half a step earlier or later than theirs do, and its
@@ -45,9 +48,11 @@ class Choice:
     method: str
     control: str  # "step" or "tolerance": what the step is
     step: float  # [s], or the relative tolerance
-    error: float  # bound on the largest error, in the observable's unit
+    error: float  # bound on the relative error
+    absolute: float  # what that allows the observable's error to be, in its unit
     ns_per_second: float  # [ns] of wall time per simulated second
     measured: bool  # this very step was run; else it lies between two that were
+    surrogate: str = ""  # why its model is not the full body, where it is not
 
 
 @dataclass(frozen=True)
@@ -55,70 +60,96 @@ class Recommendation:
     """The answer to "which step?" for one scene and one wanted error."""
 
     scene: str
-    observable: str
+    observable: str  # the first quantity of interest
     unit: str
-    error: float  # wanted
+    error: float  # wanted, relative
+    absolute: float  # the same of the observable, in its unit
     choice: Choice | None  # the cheapest that reaches it
     runner_up: Choice | None  # the cheapest of another method
     by_engine: tuple[Choice, ...]  # the cheapest in each engine that reaches it, cheapest first
     best: Choice | None  # the most accurate of all that was measured
     defaults: tuple[Choice, ...]  # MuJoCo's default settings, and the chosen method at its step
+    surrogate: Choice | None = None  # the cheapest, if cheaper than the full model
 
 
 def cheapest(
     study: Study, scene: str, error: float, judged: Judgements | None = None
 ) -> Recommendation:
-    """The cheapest method and step that keep `scene` within `error` (in the unit of its leading
-    observable) in the measurements of `study`, of methods that `judged` does not rule out; raises
-    ParameterError for an error that is not positive and a scene that was not measured."""
+    """The cheapest method and step that keep the relative error on `scene` within `error` in the
+    measurements of `study`, of methods that `judged` does not rule out; raises ParameterError for
+    an error that is not positive and a scene that was not measured."""
     positive("error", error)
     names = [s.name for s in study.scenes]
     if scene not in names:
         raise ParameterError("scene", scene, unknown_name(scene, names))
-    leading = study.leading(scene)
-    exact = {method.name for method in study.methods if method.scheme.integrator == EXACT}
-    every = [p for p in points(study, scene) if p.method not in exact]
-    found = [p for p in every if trusted(judged, scene, p.method)]
+    first = study.quantities(scene)[0]
+    unit = next(o.unit for o in study.observables(scene) if o.name == first.observable)
+    full = {m.name for m in study.methods if not m.surrogate}
+    every = points(study, scene)
     curves = [
-        (
+        _Curve(
             method,
             _envelope(of_method(every, method)),
-            _steepest(study.convergence, scene, method, leading.name),
+            _steepest(study.convergence, scene, method, first.observable),
+            first.scale,
         )
         for method in study.methods
+        if method.scheme.integrator != EXACT
     ]
-    reached = [
-        c
-        for curve in curves
-        if trusted(judged, scene, curve[0].name) and (c := _coarsest(*curve, error)) is not None
-    ]
-    reached.sort(key=lambda choice: choice.ns_per_second)
+    good = [c for c in curves if trusted(judged, scene, of_method(every, c.method), c.method.name)]
+    within = [c for curve in good if (c := _coarsest(curve, error)) is not None]
+    within.sort(key=lambda choice: choice.ns_per_second)
+    reached = [c for c in within if c.method in full]
     choice = reached[0] if reached else None
+    surrogate = next((c for c in within if c.method not in full), None)
+    if choice is None or surrogate is None or surrogate.ns_per_second >= choice.ns_per_second:
+        surrogate = None
     by_engine: dict[str, Choice] = {}
     for c in reached:
         by_engine.setdefault(c.method.partition("/")[0], c)
-    done = [p for p in found if math.isfinite(p.error)]
-    best = min(done, key=lambda p: (p.error, p.ns_per_second), default=None)
-    by_name = {method.name: method for method in study.methods}
+    runs = [
+        chosen(c.method, p, first.scale)
+        for c in good
+        if c.method.name in full
+        for p in of_method(every, c.method)
+        if math.isfinite(p.error)
+    ]
+    best = min(runs, key=lambda c: (c.error, c.ns_per_second), default=None)
     wanted = dict.fromkeys((DEFAULT_METHOD, *((choice.method,) if choice else ())))
-    defaults = [c for curve in curves if curve[0].name in wanted if (c := _at_default(*curve))]
+    defaults = [c for curve in curves if curve.method.name in wanted if (c := _at_default(curve))]
     return Recommendation(
         scene,
-        leading.name,
-        leading.unit,
+        first.observable,
+        unit,
         error,
+        error * first.scale,
         choice,
         reached[1] if len(reached) > 1 else None,
         tuple(by_engine.values()),
-        chosen(by_name[best.method], best) if best else None,
+        best,
         tuple(sorted(defaults, key=lambda c: c.method != DEFAULT_METHOD)),
+        surrogate,
     )
 
 
-def trusted(judged: Judgements | None, scene: str, method: str) -> bool:
-    """Whether nothing is known against a method on a scene."""
+def trusted(judged: Judgements | None, scene: str, curve: Sequence[Point], method: str) -> bool:
+    """Whether nothing is known against a method on a scene, and where there is no theory of it, its
+    errors, from fine to coarse, converge."""
     pair = (judged or {}).get((scene, method))
-    return pair is None or pair.whole.verdict not in UNTRUSTED
+    if pair is None:
+        return True
+    verdict = pair.whole.verdict
+    return verdict not in UNTRUSTED and (verdict != UNJUDGED or converging(curve))
+
+
+@dataclass(frozen=True)
+class _Curve:
+    """What was measured of one method on one scene."""
+
+    method: Method
+    envelope: tuple[Point, ...]  # fine to coarse
+    steepest: float  # the largest slope that may be relied on
+    scale: float  # of the first quantity of interest
 
 
 def _envelope(curve: Sequence[Point]) -> tuple[Point, ...]:
@@ -150,21 +181,21 @@ def _steepest(
     return max(method.order or 0.0, convergence_study.order.low if convergence_study.order else 0.0)
 
 
-def _coarsest(
-    method: Method, curve: Sequence[Point], steepest: float, error: float
-) -> Choice | None:
+def _coarsest(found: _Curve, error: float) -> Choice | None:
     """The cheapest place of one curve that is within `error`."""
+    method, curve = found.method, found.envelope
     within = [i for i, p in enumerate(curve) if p.error <= error]
     if not within:
         return None
     if method.control == "tolerance":  # a looser tolerance need not be the cheaper one
-        return chosen(method, min((curve[i] for i in within), key=lambda p: p.ns_per_second))
+        cheap = min((curve[i] for i in within), key=lambda p: p.ns_per_second)
+        return chosen(method, cheap, found.scale)
     i = within[-1]
-    if i + 1 < len(curve) and (lines := _above(curve, i, steepest)):
+    if i + 1 < len(curve) and (lines := _above(curve, i, found.steepest)):
         reach = min(h * (error / (_MARGIN * e)) ** (1.0 / slope) for h, e, slope in lines)
         if reach > curve[i].step and (step := _rounded(reach)) > curve[i].step:
-            return _between(method, curve, i, step, steepest)
-    return chosen(method, curve[i])
+            return _between(found, i, step)
+    return chosen(method, curve[i], found.scale)
 
 
 def _above(curve: Sequence[Point], i: int, steepest: float) -> list[tuple[float, float, float]]:
@@ -199,36 +230,39 @@ def _secant(fine: Point, coarse: Point) -> float:
     return math.log(coarse.error / fine.error) / math.log(coarse.step / fine.step)
 
 
-def _between(
-    method: Method, curve: Sequence[Point], i: int, step: float, steepest: float
-) -> Choice:
+def _between(found: _Curve, i: int, step: float) -> Choice:
     """The choice at a step between the steps `i` and `i + 1`: the error's upper bound, and the cost
     on the straight line between theirs on logarithmic axes."""
-    fine, coarse = curve[i], curve[i + 1]
-    bounds = [e * (step / h) ** slope for h, e, slope in _above(curve, i, steepest)]
+    fine, coarse = found.envelope[i], found.envelope[i + 1]
+    lines = _above(found.envelope, i, found.steepest)
+    bounds = [e * (step / h) ** slope for h, e, slope in lines]
     error = max(fine.error, _MARGIN * min(max(bounds, default=math.inf), coarse.error))
     fraction = math.log(step / fine.step) / math.log(coarse.step / fine.step)
     cost = fine.ns_per_second * (coarse.ns_per_second / fine.ns_per_second) ** fraction
-    return Choice(method.name, method.control, step, error, cost, False)
+    between = Point(found.method.name, step, error, cost)
+    return replace(chosen(found.method, between, found.scale), measured=False)
 
 
-def _at_default(method: Method, curve: Sequence[Point], steepest: float) -> Choice | None:
+def _at_default(found: _Curve) -> Choice | None:
     """The method at MuJoCo's default step, where that lies within what was measured."""
-    if method.control != "step":
+    if found.method.control != "step":
         return None
-    for i, p in enumerate(curve):
+    for i, p in enumerate(found.envelope):
         if math.isclose(p.step, DEFAULT_STEP, rel_tol=1e-9):
-            return chosen(method, p)
+            return chosen(found.method, p, found.scale)
         if p.step > DEFAULT_STEP:
             if not i or not math.isfinite(p.error):
                 return None
-            return _between(method, curve, i - 1, DEFAULT_STEP, steepest)
+            return _between(found, i - 1, DEFAULT_STEP)
     return None
 
 
-def chosen(method: Method, p: Point) -> Choice:
-    """What was run, as a choice."""
-    return Choice(method.name, method.control, p.step, p.error, p.ns_per_second, True)
+def chosen(method: Method, p: Point, scale: float) -> Choice:
+    """What was run, as a choice; `scale` is the observable's."""
+    return Choice(
+        method.name, method.control, p.step, p.error, p.error * scale, p.ns_per_second, True,
+        method.surrogate,
+    )  # fmt: skip
 
 
 def _rounded(step: float) -> float:

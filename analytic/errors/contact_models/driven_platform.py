@@ -1,0 +1,64 @@
+"""A platform whose drive is not ideal: how far the swing leaves the ideal one, to first order.
+
+The platform has a finite moment of inertia A, and its drive a torque g A (w0 - w) that brings the
+rate w back to w0 at a rate g and holds its mean. With J, K and the Lagrangian of `added_inertia`,
+the rate is w0 + u/A and theta leaves the ideal motion by d/A:
+
+    u'     = -g u - d/dt (J w0 + K theta'),                                u(0) = 0
+    I_x d'' = (J'' w0^2/2 - c cos theta) d + J' w0 u - K u',               d(0) = d'(0) = 0
+
+g = 0 is the platform that nothing drives; g -> infinity is the ideal drive. The next order is
+smaller by J/A.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.cone_pendulum import ConePendulum
+
+TOLERANCE = 1e-11  # relative, of the integration
+
+
+@dataclass(frozen=True)
+class PlatformError:
+    """Deviations from the ideal motion at some times, shape (n,) each, to first order in 1/A."""
+
+    theta: Array  # [rad]
+    theta_dot: Array  # [rad/s]
+    platform_rate: Array  # [rad/s]
+
+
+def drive_error(
+    pendulum: ConePendulum, times: Array, inertia: float, drive_rate: float
+) -> PlatformError:
+    """Deviations at `times` [s], shape (n,), of a platform with `inertia` A [kg m^2] and a drive of
+    rate g [1/s]."""
+    pendulum = pendulum.started
+    body, w = pendulum.body, pendulum.platform_rate
+    arm = body.mass * body.com_distance
+    skew, product = body.inertia_y - body.inertia_z, body.inertia_yz
+    lever, weight = 2 * arm * pendulum.pivot_y, arm * pendulum.gravity
+
+    def slopes(time: float, state: Array) -> list[float]:
+        theta, rate, u, d, d_rate = state
+        sine, cosine = np.sin(theta), np.cos(theta)
+        twice_sine, twice_cosine = np.sin(2 * theta), np.cos(2 * theta)
+        j_slope = lever * cosine + skew * twice_sine + 2 * product * twice_cosine
+        j_bend = -lever * sine + 2 * skew * twice_cosine - 4 * product * twice_sine
+        k, k_slope = arm * pendulum.pivot_x * cosine, -arm * pendulum.pivot_x * sine
+        bend = (j_slope * w**2 / 2 - weight * sine) / body.inertia_x
+        u_rate = -drive_rate * u - j_slope * rate * w - k_slope * rate**2 - k * bend
+        pull = (j_bend * w**2 / 2 - weight * cosine) * d + j_slope * w * u - k * u_rate
+        return [rate, bend, u_rate, d_rate, pull / body.inertia_x]
+
+    start = [pendulum.theta, pendulum.theta_dot, 0.0, 0.0, 0.0]
+    found = solve_ivp(
+        slopes, (0.0, float(times[-1])), start, "DOP853", times, rtol=TOLERANCE, atol=TOLERANCE
+    )
+    u, d, d_rate = found.y[2:]
+    return PlatformError(d / inertia, d_rate / inertia, u / inertia)

@@ -1,0 +1,81 @@
+"""Period and action of every motion of a potential, against energy: I(H) and Omega(H) = dH/dI.
+
+Sudakov 2015, eqs. 10 to 13, for rotation alone; here through each well and across the separatrices
+too. Crossing one upward, the actions of the two wells add up to that of the libration over both,
+and this is twice that of the rotation, because a libration's orbit passes both ways.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.numerics.elliptic.reduction import solve
+from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
+    TrigonometricPotential,
+    critical_points,
+)
+from plumbob.analytic.numerics.quad import double
+from plumbob.analytic.reference import Array
+
+SAMPLES = 1024  # of an orbit in time: the mean square speed converges geometrically
+NEAREST = 1e-6  # of a branch's energies: how near it comes to a separatrix
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Motions of one kind, by energy: name, energies H [J], periods [s] and actions [J s], shape
+    (n,) each."""
+
+    name: str
+    energies: Array
+    periods: Array
+    actions: Array
+
+    @property
+    def rates(self) -> Array:
+        """Omega = 2 pi/T [rad/s]."""
+        return 2 * np.pi / self.periods
+
+
+def branches(
+    potential: TrigonometricPotential, inertia: float, highest: float, points: int = 60
+) -> tuple[Branch, ...]:
+    """The branches of a `potential` [J] of a pendulum with a moment of inertia [kg m^2], up to the
+    energy `highest` [J]; `points` on each, denser towards the separatrices."""
+    angles = critical_points(potential)
+    angles = angles[np.isfinite(double(angles))]
+    value, bend = (np.asarray(double(x)) for x in (potential.value(angles),
+                                                   potential.curvature(angles)))  # fmt: skip
+    places = np.asarray(double(angles))
+    wells, tops = np.flatnonzero(bend > 0), np.flatnonzero(bend < 0)
+    wells = wells[np.argsort(value[wells])]
+    levels = np.sort(value[tops])
+    names = ("in the deeper well", "in the shallower well") if len(wells) > 1 else ("in the well",)
+    spans = [(names[i], places[w], value[w], levels[0]) for i, w in enumerate(wells)]
+    if len(levels) > 1 and levels[1] > levels[0]:
+        spans.append(("over both wells", places[wells[0]], levels[0], levels[1]))
+    spans.append(("rotation", places[wells[0]], levels[-1], highest))
+    return tuple(
+        _branch(potential, inertia, name, float(start), low + (high - low) * _dense(points))
+        for name, start, low, high in spans
+        if high > low
+    )
+
+
+def _dense(points: int) -> Array:
+    """Numbers between 0 and 1, from NEAREST to 1 - NEAREST, dense at both ends."""
+    ends = np.geomspace(NEAREST, 0.5, points // 2)
+    return np.concatenate([ends, 1.0 - ends[-2::-1]])
+
+
+def _branch(
+    potential: TrigonometricPotential, inertia: float, name: str, start: float, energies: Array
+) -> Branch:
+    speeds = np.sqrt(2 * (energies - float(double(potential.value(start)))) / inertia)
+    motions = solve(potential, inertia, np.full_like(speeds, start), speeds)
+    periods = np.asarray(double(motions.period))
+    times = (np.arange(SAMPLES) / SAMPLES)[:, None] * periods
+    squares = np.mean(motions.state(times)[1] ** 2, axis=0)
+    return Branch(name, energies, periods, inertia * squares * periods / (2 * np.pi))

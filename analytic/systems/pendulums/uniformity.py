@@ -1,0 +1,93 @@
+"""How uniform a pendulum's rotation is, by three measures, and which a platform can improve.
+
+Sudakov 2015 concludes that a regime exists in which a turning platform makes rotation more uniform.
+Whether it does depends on the measure. Start at theta = 0 with the same theta_dot_0 > 0:
+
+    spread      (max theta_dot - min theta_dot) / theta_dot_0
+    deviation   standard deviation of theta_dot over its mean, both in time, over a turn
+    near        part of the turn's time in which theta_dot is within 5 % of theta_dot_0
+
+The spread never shrinks. V(0) = -c and V(pi) = c for every platform rate, pivot_y and
+inertia_yz, because their terms vanish with sin(theta). So theta_dot is theta_dot_0 at 0 and
+(theta_dot_0^2 - 4 c/I)^(1/2) at pi, whatever the platform does. At rest V = -c cos(theta) has its
+extremes there, and the spread is the difference of just these two; on a turning platform both still
+occur, and the spread is that difference or more. It is more wherever V leaves [-c, c]: always when
+b != 0, since V' (0) = -b; when b = 0 only for 2 |a| > c, beyond the pitchfork.
+
+The other two can be better: a > 0 lowers V on the flanks, so that the slow passage near pi is
+shorter. Far above the barrier they are not both: there the deviation tends to
+(a^2/8 + b^2/2 + c^2/2)^(1/2) / (I theta_dot_0^2), which any rotation of the platform increases.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
+from plumbob.analytic.numerics.quad import double
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+
+NEAR = 0.05  # of the initial speed
+ANGLES = 2048  # of a turn: the trapezoid rule converges geometrically for smooth integrands
+SAMPLES = 20_000  # over a period: parts of it to four digits
+
+
+@dataclass(frozen=True)
+class Uniformity:
+    """The three measures (module docstring), of one rotation or shape (...) of many; NaN where
+    the motion does not turn over."""
+
+    spread: Array
+    deviation: Array
+    near: Array
+
+
+def of_motion(motion: PendulumMotion) -> Uniformity:
+    """Measures of an exact rotation that starts at its `theta`: mean speed 2 pi/T and mean square
+    2 pi I/(inertia T) from the closed form's period T and action I; the rest by sampling."""
+    times = (np.arange(SAMPLES) + 0.5) * motion.period / SAMPLES
+    rates = motion.state(times)[1]
+    mean = 2 * np.pi / motion.period
+    square = 2 * np.pi * motion.action / (motion.inertia * motion.period)
+    return Uniformity(
+        np.asarray(np.ptp(rates) / abs(motion.theta_dot)),
+        np.sqrt(np.asarray(square) - mean**2) / mean,
+        np.asarray(np.mean(np.abs(rates / motion.theta_dot - 1.0) <= NEAR)),
+    )
+
+
+def of_samples(times: Array, rates: Array) -> Uniformity:
+    """Measures of a recorded turn from `times` [s] and `rates` [rad/s], shape (n,), the first of
+    which is the start's."""
+    dense = np.linspace(times[0], times[-1], SAMPLES)
+    between = np.interp(dense, times, rates)
+    mean, square = (float(np.mean(between**power)) for power in (1, 2))
+    return Uniformity(
+        np.asarray(np.ptp(rates) / abs(rates[0])),
+        np.sqrt(np.asarray(max(square - mean**2, 0.0))) / abs(mean),
+        np.asarray(np.mean(np.abs(between / rates[0] - 1.0) <= NEAR)),
+    )
+
+
+def from_below(potential: TrigonometricPotential, inertia: float, speeds: Array) -> Uniformity:
+    """Measures of rotations from theta = 0 with `speeds` [rad/s], which broadcast with the
+    coefficients of the `potential` [J] to the shape of the answer; by quadrature over theta."""
+    a, b, c = (np.asarray(double(x))[..., None] for x in (potential.a, potential.b, potential.c))
+    theta = np.arange(ANGLES) * (2 * np.pi / ANGLES)
+    well = TrigonometricPotential(a, b, c).value(theta)
+    squares = speeds[..., None] ** 2 - 2 * (well - well[..., :1]) / inertia
+    turning = squares.min(axis=-1) > 0.0
+    with np.errstate(invalid="ignore", divide="ignore"):
+        rates = np.sqrt(squares)
+        # time-weighted: dt = dtheta/theta_dot; the means are ratios of sums over theta
+        weight = 1.0 / rates
+        spent = weight.sum(axis=-1)
+        mean, square = ANGLES / spent, rates.sum(axis=-1) / spent
+        close = np.abs(rates / speeds[..., None] - 1.0) <= NEAR
+        near = np.where(close, weight, 0.0).sum(axis=-1) / spent
+        deviation = np.sqrt(np.maximum(square - mean**2, 0.0)) / mean
+        spread = np.ptp(rates, axis=-1) / speeds
+    return Uniformity(*(np.where(turning, x, np.nan) for x in (spread, deviation, near)))

@@ -1,0 +1,63 @@
+"""Energies of a body on a driven platform (Sudakov 2015, eqs. 2 to 6), and what the drive does.
+
+The source writes T as three parts: of the pivot's translation (3), of the coupling of that with the
+motion about it (4), and of the rotation about the pivot (5). T + U is what it takes for constant in
+(9). It is not: to keep the platform's rate w, the drive gives the body the angular momentum
+
+    L = w J(theta) + theta_dot M X S cos(theta),
+    J = M (X^2 + Y^2) + 2 M Y S sin(theta) + I_y sin^2 + 2 I_yz sin cos + I_z cos^2,
+
+and does the work w (L - L(0)). T + U less that work is constant; T + U - w L is the Jacobi integral
+but for a constant.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.cone_pendulum import ConePendulum
+
+
+@dataclass(frozen=True)
+class Energies:
+    """Energies [J] along a motion, shape (n,) each; potential energy is zero at the height of the
+    platform's origin."""
+
+    translation: Array  # eq. 3
+    coupling: Array  # eq. 4
+    rotation: Array  # eq. 5
+    gravity: Array  # U
+    angular_momentum: Array  # [kg m^2/s] about the platform's axis
+    work: Array  # of the drive since the first sample
+
+    @property
+    def kinetic(self) -> Array:
+        """T of eq. 6."""
+        return self.translation + self.coupling + self.rotation
+
+    @property
+    def total(self) -> Array:
+        """T + U, which eq. 9 takes for constant."""
+        return self.kinetic + self.gravity
+
+
+def energies(pendulum: ConePendulum, theta: Array, theta_dot: Array) -> Energies:
+    """Energies at the states `theta` [rad], `theta_dot` [rad/s], shape (n,)."""
+    body, w = pendulum.body, pendulum.platform_rate
+    x, y, arm = pendulum.pivot_x, pendulum.pivot_y, body.mass * body.com_distance
+    sine, cosine = np.sin(theta), np.cos(theta)
+    about_z = body.inertia_y * sine**2 + body.inertia_z * cosine**2
+    about_z = about_z + 2 * body.inertia_yz * sine * cosine
+    whole = body.mass * (x**2 + y**2) + 2 * arm * y * sine + about_z
+    momentum = w * whole + arm * x * theta_dot * cosine
+    return Energies(
+        translation=np.full_like(sine, body.mass * w**2 * (x**2 + y**2) / 2),
+        coupling=arm * w * (y * w * sine + x * theta_dot * cosine),
+        rotation=(body.inertia_x * theta_dot**2 + w**2 * about_z) / 2,
+        gravity=pendulum.gravity * (body.mass * pendulum.pivot_z - arm * cosine),
+        angular_momentum=momentum,
+        work=w * (momentum - momentum[0]) if momentum.size else momentum,
+    )

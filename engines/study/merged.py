@@ -1,0 +1,117 @@
+"""What several stored studies say of one scene together: all runs with the installed versions."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from plumbob.engines.method import Method
+from plumbob.engines.registry import engines
+from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.cost import Cost, Key
+from plumbob.engines.study.measurement import Measurement
+from plumbob.engines.study.provenance import changed_since
+from plumbob.engines.study.results import Study
+from plumbob.models.scene import Scene
+
+SEARCH = "search"  # the profile of runs at steps that are no convergence study
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Runs that are not counted: with which version, when, and how many."""
+
+    version: str  # "mujoco 2.0.0"
+    date: str
+    runs: int
+
+    def __str__(self) -> str:
+        return f"{self.runs} runs measured with {self.version} ({self.date or 'no date'})"
+
+
+def with_installed_versions(study: Study) -> tuple[Study, tuple[LeftOut, ...]]:
+    """A study without the runs whose engine has another version now, and what was left out."""
+    changed = {entry.partition(" ")[0]: entry.partition(",")[0]
+               for entry in changed_since(study.provenance)}  # fmt: skip
+    old = {
+        m.name: changed[package]
+        for m in study.methods
+        if m.engine in engines() and (package := engines()[m.engine].package) in changed
+    }
+    counted = Counter[str]()
+    for c in study.convergence:
+        if c.method in old:
+            counted[old[c.method]] += len(c.measurements)
+    kept = replace(
+        study,
+        methods=tuple(m for m in study.methods if m.name not in old),
+        convergence=tuple(c for c in study.convergence if c.method not in old),
+        costs={key: cost for key, cost in study.costs.items() if key[1] not in old},
+    )
+    date = study.provenance.date
+    return kept, tuple(LeftOut(version, date, runs) for version, runs in counted.items())
+
+
+def merged(studies: Sequence[Study], scene: Scene | None = None) -> Study | None:
+    """The convergence studies of one scene as one study, the oldest first: of runs at one step the
+    newest, of costs the median ratio to the reference step. What has the parameters of another
+    scene of that name, or another definition of a method, than `scene` or the newest study is left
+    out; None where nothing is left."""
+    wanted = scene if scene is not None else (studies[-1].scenes[0] if studies else None)
+    same = [s for s in studies if wanted is not None and _same(s.scenes[0], wanted)]
+    if wanted is None or not same:
+        return None
+    methods: dict[str, Method] = {m.name: m for study in same for m in study.methods}
+    together: dict[Key, ConvergenceStudy] = {}
+    ratios: dict[Key, list[float]] = {}
+    last: dict[Key, Cost] = {}
+    for study in same:
+        known = {m.name: m for m in study.methods}
+        for c in study.convergence:
+            if known.get(c.method) == methods[c.method]:
+                key = c.scene, c.method
+                together[key] = _joined(together[key], c) if key in together else c
+        for key, cost in study.costs.items():
+            if known.get(key[1]) == methods[key[1]]:
+                ratios.setdefault(key, []).append(cost.ratio)
+                last[key] = cost
+    units = [s.reference_step for s in same if math.isfinite(s.reference_step)]
+    unit = units[-1] if units else math.nan
+    costs = {}
+    for key, found in ratios.items():
+        ratio = statistics.median(found)
+        scale = ratio * unit / last[key].ns_per_step if math.isfinite(unit) else 1.0
+        costs[key] = replace(
+            last[key], ns_per_step=last[key].ns_per_step * scale, low=last[key].low * scale,
+            high=last[key].high * scale, ratio=ratio,
+        )  # fmt: skip
+    return replace(
+        same[-1], scenes=(wanted,), methods=tuple(methods.values()),
+        convergence=tuple(together.values()), costs=costs, reference_step=unit,
+    )  # fmt: skip
+
+
+def searched_runs(studies: Sequence[Study], scene: Scene) -> dict[str, list[Measurement]]:
+    """Runs of a scene at steps that are no convergence study, by method, the oldest first."""
+    found: dict[str, list[Measurement]] = {}
+    for study in studies:
+        if _same(study.scenes[0], scene):
+            for c in study.convergence:
+                found.setdefault(c.method, []).extend(c.measurements)
+    return found
+
+
+def _same(one: Scene, other: Scene) -> bool:
+    """Whether two scenes of one name are the same motion; their step sizes may differ."""
+    return (dict(one.parameters), one.duration) == (dict(other.parameters), other.duration)
+
+
+def _joined(old: ConvergenceStudy, new: ConvergenceStudy) -> ConvergenceStudy:
+    """Both studies' runs, coarse to fine, the newer where both ran a step."""
+    runs = {m.step: m for m in (*old.measurements, *new.measurements)}
+    more = new if len(new.measurements) >= len(old.measurements) else old
+    ordered = tuple(runs[step] for step in sorted(runs, reverse=True))
+    return replace(more, measurements=ordered, cut=old.cut and new.cut)

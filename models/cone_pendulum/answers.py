@@ -1,0 +1,51 @@
+"""What else is exact of a cone pendulum: phase and energies over time, and time over the angle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.cone_pendulum import ConePendulum
+from plumbob.analytic.systems.platform_energy import energies
+from plumbob.models.scene import Observable
+
+PHASE = Observable("phase", "rad")
+MOMENTUM = Observable("momentum", "kg m^2/s")
+
+
+def over_time(problem: ConePendulum, times: Array) -> Mapping[Observable, Array]:
+    """Phase (Sudakov 2015, eqs. 11 and 13), momentum (8), the three parts of T (3-5), U, T + U and
+    the work of the drive since the start, at `times` [s], shape (n,)."""
+    seen = problem.reference.observe(np.append(0.0, times))
+    along = energies(problem.started, seen["theta"], seen["theta_dot"])
+    return {
+        PHASE: problem.motion.phase(times),
+        MOMENTUM: problem.body.inertia_x * seen["theta_dot"][1:],
+        Observable("T_translation", "J"): along.translation[1:],
+        Observable("T_coupling", "J"): along.coupling[1:],
+        Observable("T_rotation", "J"): along.rotation[1:],
+        Observable("U", "J"): along.gravity[1:],
+        Observable("T_plus_U", "J"): along.total[1:],
+        Observable("work_of_drive", "J"): along.work[1:],
+    }
+
+
+def over_angle(problem: ConePendulum, theta: Array) -> Mapping[Observable, Array]:
+    """The source's own form, with `theta` [rad], shape (n,), as the parameter: the time at which
+    the motion first reaches it (16), momentum (15), rate and phase (13) then; NaN where it never
+    does."""
+    course = problem.reference
+    times = course.time_at(theta)
+    reached = np.isfinite(times)
+    rate = course.state(np.where(reached, times, 0.0))[1]
+    # at a turning point rounding may leave a square below zero
+    size = np.nan_to_num(np.abs(course.momentum(theta)))
+    momentum = np.where(reached, np.copysign(size, rate), np.nan)
+    return {
+        Observable("t", "s"): times,
+        MOMENTUM: momentum,
+        Observable("theta_dot", "rad/s"): momentum / problem.body.inertia_x,
+        PHASE: problem.motion.phase(times),
+    }

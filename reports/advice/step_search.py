@@ -1,0 +1,316 @@
+"""The largest step of each method that reaches a wanted error on all scenes of a family, measured.
+
+A step reaches an error if the runs at it and at every smaller step that was run do. That is checked
+at two smaller steps at least, and at twelve where the errors do not lie on one straight line on
+logarithmic axes: a discontinuity inside a step makes the error a sawtooth, with zeros by chance.
+
+Every step at and above the smallest one that fails is ruled out: the cost there is the least that a
+method can have. Methods are searched from the cheapest on, until no other can be much cheaper than
+what was found.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from plumbob.engines.method import Method
+from plumbob.engines.study.cost import Key
+from plumbob.engines.study.measurement import Measurement
+from plumbob.engines.study.results import Quantities
+from plumbob.models.scene import Scene
+from plumbob.reports.advice.recommend import Choice
+from plumbob.reports.advice.work_precision import error_of
+
+# Chosen, and held from both sides by tests/validation/test_recommended.py:
+RESOLVED = 1.1  # ratio of the smallest step that fails to the one chosen
+CHEAPER = 1.3  # a method that could be cheaper by no more is not searched
+# Fractions of a step that are run beside it, none a multiple of another.
+FEW = (0.931, 0.787)
+MORE = (0.977, 0.953, 0.909, 0.883, 0.859, 0.827, 0.751, 0.703, 0.647, 0.577)
+SCATTER = 1.15  # how far errors off a line stay below the wanted one
+_STRAIGHT = 0.05  # relative: errors nearer to a line on logarithmic axes lie on it
+_SHALLOW = 0.3  # a curve of errors with a smaller slope promises nothing
+_TRIES = 40
+_FEWEST = 8  # steps of a run
+_MOST = 4_000_000  # steps of a run
+_TIGHTEST = 1e-13  # a relative tolerance
+_STEEPEST = 0.25  # of steps against tolerance, on logarithmic axes: a solver of order 4 or more
+_COMPILE = 0.1  # [s] that a run takes beside its steps, roughly
+
+
+@dataclass
+class Evidence:
+    """What is known of the methods on the scenes of a family, and how to know more."""
+
+    scenes: tuple[Scene, ...]
+    quantities: Mapping[str, Quantities]  # by scene
+    costs: Mapping[Key, float]  # [ns of a step]
+    runs: dict[Key, dict[float, Measurement]]
+    run: Callable[[Scene, Method, float], Measurement] | None  # None: nothing more is run
+    seconds: float = math.inf  # [s] of computing that may still be spent
+    taken: dict[Key, list[Measurement]] = field(default_factory=dict)  # what was run
+
+    def of(self, scene: Scene, method: Method) -> dict[float, Measurement]:
+        """The runs of a pair by step."""
+        return self.runs.setdefault((scene.name, method.name), {})
+
+    def error(self, scene: Scene, method: Method, step: float) -> float:
+        """The relative error of a run that is there."""
+        return error_of(self.of(scene, method)[step], self.quantities[scene.name])
+
+    def worst(self, method: Method, step: float) -> float:
+        """The largest error over the scenes that this step was run on."""
+        ran = [s for s in self.scenes if step in self.of(s, method)]
+        return max((self.error(s, method, step) for s in ran), default=math.nan)
+
+    def cost(self, method: Method, step: float) -> float:
+        """[ns] of wall time per simulated second, over the family; 0 where it is not known."""
+        price = self.price(method)
+        total = 0.0
+        for scene in self.scenes:
+            count = scene.duration / step
+            if method.control == "tolerance":
+                found = self.of(scene, method).get(step)
+                count = found.steps if found is not None and found.status == "done" else 0.0
+            total += count * self.costs.get((scene.name, method.name), price)
+        return total / sum(scene.duration for scene in self.scenes)
+
+    def price(self, method: Method) -> float:
+        """[ns] of a step, the median over the scenes where it was timed; infinite where none."""
+        prices = sorted(
+            self.costs[key] for s in self.scenes if (key := (s.name, method.name)) in self.costs
+        )
+        return prices[len(prices) // 2] if prices else math.inf
+
+    def failing(self, method: Method, wanted: float) -> float:
+        """The smallest step with an error above the wanted one on any scene; infinite if none."""
+        return min(
+            (
+                h
+                for s in self.scenes
+                for h in self.of(s, method)
+                if self.error(s, method, h) > wanted
+            ),
+            default=math.inf,
+        )
+
+    def common(self, method: Method, below: float) -> list[float]:
+        """The steps below one that were run on every scene, from small to large."""
+        every = [set(self.of(scene, method)) for scene in self.scenes]
+        return sorted(h for h in set.intersection(*every) if h < below)
+
+    def reaches(self, method: Method, step: float, wanted: float) -> bool:
+        """Whether a step is within the wanted error on every scene, the hardest first; runs what
+        is missing."""
+        near = {s.name: self._nearest(s, method, step) for s in self.scenes}
+        for scene in sorted(self.scenes, key=lambda s: -near[s.name]):
+            if step not in self.of(scene, method):
+                if self.run is None:
+                    return False
+                found = self.run(scene, method, step)
+                self.of(scene, method)[step] = found
+                self.taken.setdefault((scene.name, method.name), []).append(found)
+                count = found.steps if found.status == "done" else scene.duration / step
+                self.seconds -= _COMPILE + 1e-9 * self.price(method) * count
+            if not self.error(scene, method, step) <= wanted:
+                return False
+        return True
+
+    def _nearest(self, scene: Scene, method: Method, step: float) -> float:
+        """The error at the step that was run nearest to this one."""
+        ran = self.of(scene, method)
+        if not ran:
+            return math.inf
+        return self.error(scene, method, min(ran, key=lambda h: abs(math.log(h / step))))
+
+
+def searched(
+    evidence: Evidence,
+    methods: Sequence[Method],
+    wanted: float,
+    trusted: Callable[[Method], bool],
+    scale: float,
+    best: float = math.inf,
+) -> list[Choice]:
+    """The cheapest steps that reach the error, the cheapest first, at most one a method: those that
+    could be the cheapest by far are searched, of others what was run before counts.
+    `trusted` is asked before a method is chosen; `scale` is the first quantity's; `best` [ns per
+    simulated second] is what others cost."""
+    found: list[Choice] = []
+    family = len(evidence.scenes) > 1
+    bounds = {m.name: evidence.cost(m, evidence.failing(m, wanted)) for m in methods}
+    for method in sorted(methods, key=lambda m: _hoped(evidence, m, wanted)):
+        refine = best > CHEAPER * bounds[method.name] and _may(evidence, method, wanted, best)
+        if not refine and family and evidence.run is not None:
+            continue  # to judge it on every scene would take long
+        if not trusted(method):
+            continue
+        step = _largest(evidence, method, wanted, best, refine and evidence.run is not None)
+        if step is not None:
+            choice = _choice(evidence, method, step, scale)
+            best = min(best, choice.ns_per_second)
+            found.append(choice)
+    return sorted(found, key=lambda choice: choice.ns_per_second)
+
+
+def _choice(evidence: Evidence, method: Method, step: float, scale: float) -> Choice:
+    """A step as a choice: its error is the largest at it or below."""
+    error = max(
+        evidence.error(s, method, h) for s in evidence.scenes for h in evidence.of(s, method)
+        if h <= step
+    )  # fmt: skip
+    cost = evidence.cost(method, step)
+    return Choice(
+        method.name, method.control, step, error, error * scale, cost, True, method.surrogate
+    )
+
+
+def _may(evidence: Evidence, method: Method, wanted: float, best: float) -> bool:
+    """Whether a method may be much cheaper than the best: one run at the step where it would be."""
+    if math.isfinite(best) and evidence.seconds <= 0.0:
+        return False
+    if math.isinf(best) or method.control == "tolerance" or evidence.run is None:
+        return True
+    step = _digits(CHEAPER * evidence.cost(method, 1.0) / best)
+    if step > min(scene.duration for scene in evidence.scenes) / _FEWEST:
+        return False
+    return not _affordable(evidence, method, step) or evidence.reaches(method, step, wanted)
+
+
+def _hoped(evidence: Evidence, method: Method, wanted: float) -> float:
+    """The cost of a method, roughly, before it is searched."""
+    failing = evidence.failing(method, wanted)
+    good = evidence.common(method, failing)
+    if not good:
+        return 4.0 * evidence.cost(method, failing) if math.isfinite(failing) else math.inf
+    return evidence.cost(method, good[-1])
+
+
+def _largest(
+    evidence: Evidence, method: Method, wanted: float, best: float, refine: bool
+) -> float | None:
+    """The largest step that reaches the error, found by bisection between the smallest that fails
+    and the largest that holds; without `refine` the largest that was run; None if there is none."""
+    if not refine:
+        good = evidence.common(method, evidence.failing(method, wanted))
+        return good[-1] if good else None
+    known = replace(evidence, run=None)
+    good = evidence.common(method, evidence.failing(method, wanted))
+    chosen = next((h for h in reversed(good) if _holds(known, method, h, wanted)), None)
+    ceiling = math.inf
+    resolved = RESOLVED if method.control == "step" else RESOLVED**8  # cost: the 8th root, or so
+    for number in range(_TRIES):
+        failing = min(evidence.failing(method, wanted), ceiling)
+        if chosen is not None and chosen >= failing:
+            chosen = None
+        if best <= CHEAPER * evidence.cost(method, failing) and math.isfinite(failing):
+            break  # it cannot be much cheaper than what is there
+        if chosen is not None and failing <= resolved * chosen:
+            break
+        step = _next(evidence, method, wanted, chosen, failing, number)
+        if step is None or not _affordable(evidence, method, step):
+            break
+        if _holds(evidence, method, step, wanted):
+            chosen = step
+        else:
+            ceiling = min(ceiling, step)
+    return chosen
+
+
+def _next(
+    evidence: Evidence,
+    method: Method,
+    wanted: float,
+    chosen: float | None,
+    failing: float,
+    number: int,
+) -> float | None:
+    """The step to try: the largest that was run below the failing one, if it is not checked yet;
+    then one between; or one beyond all that were run."""
+    good = evidence.common(method, failing)
+    if chosen is None or (good and good[-1] > chosen * RESOLVED):
+        if good:
+            return good[-1]
+        return _finer(evidence, method, wanted, failing)
+    if math.isinf(failing):
+        step = 1.8 * chosen
+        if method.control == "tolerance":
+            return _digits(4.0 * chosen) if 4.0 * chosen < 0.1 else None
+        longest = min(scene.duration for scene in evidence.scenes) / _FEWEST
+        return _digits(step) if step <= longest else None
+    middle = math.sqrt(chosen * failing)
+    low, high = evidence.worst(method, chosen), evidence.worst(method, failing)
+    if number % 2 == 0 and 0.0 < low < high < math.inf:
+        slope = math.log(high / low) / math.log(failing / chosen)
+        there = chosen * (0.99 * wanted / low) ** (1.0 / slope)
+        middle = min(max(there, chosen * 1.03), failing / 1.03)
+    step = _digits(middle)
+    return step if chosen < step < failing else None
+
+
+def _finer(evidence: Evidence, method: Method, wanted: float, failing: float) -> float | None:
+    """A step below all that were run, where the curve of errors leads to the wanted one."""
+    every = evidence.common(method, math.inf)
+    if len(every) < 2 or not math.isfinite(failing):
+        return None
+    low, high = evidence.worst(method, every[0]), evidence.worst(method, every[1])
+    if not 0.0 < low < high < math.inf:
+        return None
+    slope = math.log(high / low) / math.log(every[1] / every[0])
+    if slope < _SHALLOW:
+        return None
+    return _digits(min(failing, every[0]) * min(0.8, 0.9 * (wanted / low) ** (1.0 / slope)))
+
+
+def _affordable(evidence: Evidence, method: Method, step: float) -> bool:
+    """Whether the runs that check a step are short enough."""
+    if evidence.seconds <= 0.0:
+        return False
+    if method.control == "tolerance":
+        near = [h for h in evidence.common(method, math.inf) if evidence.cost(method, h) > 0.0]
+        if step < _TIGHTEST or not near:
+            return False
+        nearest = min(near, key=lambda h: abs(math.log(h / step)))
+        most = max(1.0, (nearest / step) ** _STEEPEST)  # times as many steps
+        length = sum(scene.duration for scene in evidence.scenes)
+        each = 1e-9 * evidence.cost(method, nearest) * most * length
+        return step in near or each * (1 + len(FEW) + len(MORE)) <= evidence.seconds
+    counts = [scene.duration / step for scene in evidence.scenes]
+    seconds = 1e-9 * evidence.price(method) * sum(counts) * (1 + len(FEW))
+    known = all(step in evidence.of(scene, method) for scene in evidence.scenes)
+    return known or (max(counts) <= _MOST and seconds <= evidence.seconds)
+
+
+def _holds(evidence: Evidence, method: Method, step: float, wanted: float) -> bool:
+    """Whether a step and smaller ones beside it reach the error: two, or twelve where the errors
+    scatter, and those below the wanted one by a margin."""
+    few = [step, *_fractions(step, FEW)]
+    if not all(evidence.reaches(method, h, wanted) for h in few):
+        return False
+    if method.control == "step" and _straight(few, [evidence.worst(method, h) for h in few]):
+        return True
+    more = [*few, *_fractions(step, MORE)]
+    return all(evidence.reaches(method, h, wanted) for h in more) and all(
+        evidence.worst(method, h) * SCATTER <= wanted for h in more
+    )
+
+
+def _straight(steps: Sequence[float], errors: Sequence[float]) -> bool:
+    """Whether three errors lie on a rising line on logarithmic axes."""
+    if min(errors) <= 0.0:
+        return False
+    (a, b, c), (x, y, z) = ([math.log(v) for v in values] for values in (steps, errors))
+    slope = (x - z) / (a - c)
+    return slope > _SHALLOW and abs(y - (x + slope * (b - a))) <= _STRAIGHT
+
+
+def _fractions(step: float, fractions: Iterable[float]) -> list[float]:
+    return [float(f"{step * fraction:.4g}") for fraction in fractions]
+
+
+def _digits(step: float) -> float:
+    """A step rounded down to three significant digits."""
+    exponent = math.floor(math.log10(step)) - 2
+    return float(f"{math.floor(step / 10.0**exponent * (1 + 1e-12))}e{exponent}")

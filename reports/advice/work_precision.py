@@ -1,0 +1,81 @@
+"""Error against cost: the points of a study, and those that no other beats in both.
+
+An error is that of quantities of interest, relative to their scales; in a quantity of scale 1 it is
+in the observable's own unit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from plumbob.engines.method import Method
+from plumbob.engines.study.measurement import Measurement, relative_error
+from plumbob.engines.study.results import Quantities, Study
+
+_RUNS, _OCTAVES = 5, 2.0**4  # that a curve has at least, to show that it falls
+
+
+@dataclass(frozen=True)
+class Point:
+    """One run: its error and its cost."""
+
+    method: str
+    step: float  # [s], or the relative tolerance
+    error: float  # relative to the scales; infinite for a run that diverged
+    ns_per_second: float  # [ns] of wall time per simulated second
+
+
+def points(study: Study, scene: str, quantities: Quantities | None = None) -> tuple[Point, ...]:
+    """Every run of `scene` whose cost is known, by method, coarse to fine, with the error of
+    `quantities`, or of what the scene is about; runs that diverged at the end of the curve they
+    belong to, with an infinite error and cost."""
+    about = study.quantities(scene) if quantities is None else quantities
+    return tuple(
+        Point(m.method, m.step, error_of(m, about), _cost(m, cost.ns_per_step))
+        for convergence_study in study.convergence
+        if convergence_study.scene == scene
+        and (cost := study.costs.get((scene, convergence_study.method))) is not None
+        for m in convergence_study.measurements
+        if m.status in ("done", "diverged")
+    )
+
+
+def front(found: Sequence[Point]) -> tuple[Point, ...]:
+    """The Pareto front: the points with no other that is both cheaper and more accurate, from
+    cheap to accurate."""
+    best = float("inf")
+    kept = []
+    for point in sorted(found, key=lambda p: (p.ns_per_second, p.error)):
+        if point.error < best:
+            best = point.error
+            kept.append(point)
+    return tuple(kept)
+
+
+def of_method(found: Sequence[Point], method: Method) -> tuple[Point, ...]:
+    """The points of one method, fine to coarse."""
+    return tuple(sorted((p for p in found if p.method == method.name), key=lambda p: p.step))
+
+
+def error_of(found: Measurement, quantities: Quantities) -> float:
+    """The relative error of a run; infinite where it leaves a quantity out too."""
+    error = relative_error(found, quantities)
+    return math.inf if math.isnan(error) else error
+
+
+def converging(curve: Sequence[Point]) -> bool:
+    """Whether the largest error at a step or below, on a curve from fine to coarse, falls over at
+    least four octaves, no slower than the square root of the step."""
+    done = [p for p in curve if math.isfinite(p.error)]
+    if len(done) < _RUNS or done[-1].step < _OCTAVES * done[0].step:
+        return False
+    fall = max(p.error for p in done) / max(done[0].error, 5e-324)
+    return fall >= math.sqrt(done[-1].step / done[0].step)
+
+
+def _cost(found: Measurement, ns_per_step: float) -> float:
+    if found.status != "done" or not found.duration:
+        return float("inf")
+    return found.steps * ns_per_step / found.duration

@@ -1,0 +1,119 @@
+"""The finding on energies: T + U changes by the work of the drive, in MuJoCo's own energy too."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.platform_energy import Energies, energies
+from plumbob.engines.study.extra_runs import Changes, ExtraRun, StudyPlan
+from plumbob.engines.study.results import Study
+from plumbob.engines.trajectory import Trajectory
+from plumbob.reports.findings.cone_pendulum.hamiltonian import (
+    END,
+    MUJOCO,
+    MUJOCO_STEP,
+    ROTATING,
+    forms,
+)
+from plumbob.reports.view.content import Figure, Finding, Table, row, value
+from plumbob.reports.view.notation import number
+from plumbob.reports.view.palette import BLUE, GREEN, GREY, ORANGE, PINK, RED
+from plumbob.reports.view.traces import Trace, curve, linear, marks, over_time
+
+# So light that its own energy leaves the body's with eight digits, so heavy that its rate changes
+# by 2.4e-7 rad/s only.
+ARMATURE = 1e8  # [kg m^2]
+OWN_INERTIA = 1.0  # [kg m^2] of the platform in the model's file, beside the armature
+SETTINGS: Changes = (("platform_armature", ARMATURE), ("reads_energy", True))
+RUN = ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END, (), SETTINGS)
+
+
+def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """MuJoCo's full model with a platform whose energy can be read."""
+    return (RUN,)
+
+
+def along(times: Array) -> Energies:
+    """The exact energies at `times` [s], shape (n,)."""
+    problem = forms(ROTATING).problem
+    return energies(problem, *problem.reference.state(times))
+
+
+def own_energy(run: Trajectory) -> tuple[Array, Array] | None:
+    """MuJoCo's own T + U of the body [J], and what the platform has given away [J], shape (n,);
+    None where the run has no energies."""
+    if not {"kinetic", "potential", "platform_rate"} <= set(run.channels):
+        return None
+    rate = run.channels["platform_rate"]
+    platform = (ARMATURE + OWN_INERTIA) * rate**2 / 2
+    body = run.channels["kinetic"] + run.channels["potential"] - platform
+    # the difference of squares, without the digits that they have in common
+    given = (ARMATURE + OWN_INERTIA) * (rate[0] - rate) * (rate[0] + rate) / 2
+    return body, given
+
+
+def finding(study: Study) -> Finding:
+    """T + U is not constant; T + U less the work of the drive is."""
+    run = study.recording(RUN)
+    seen = None if run is None else own_energy(run)
+    times = np.linspace(0.0, END, 251) if run is None else run.times
+    exact = along(times)
+    swing = float(np.ptp(exact.total))
+    rows = [
+        row("T + U, exact", value(swing), ""),
+        row("T + U less the work of the drive, exact",
+            value(float(np.ptp(exact.total - exact.work))), ""),
+    ]  # fmt: skip
+    said = ""
+    if seen is not None:
+        body, given = seen
+        gap = float(np.abs(body - exact.total).max())
+        rows += [
+            row("T + U, MuJoCo's own", value(float(np.ptp(body))), value(gap)),
+            row("what MuJoCo's platform gives away", value(float(np.ptp(given))),
+                value(float(np.abs(given - exact.work).max()))),
+        ]  # fmt: skip
+        said = f" MuJoCo's own energy agrees to {number(gap)} J."
+    return Finding(
+        "drive-work",
+        "T + U changes by the work of the drive that keeps the platform's rate",
+        "contradicted",
+        f"Within {END} s T + U, which (9) takes for constant, changes by {number(swing)} J; all of "
+        f"it is the work of the drive.{said}",
+        (
+            "The drive keeps ω against the body's changing angular momentum L about the vertical, "
+            "and does the work ω(L – L₀). What is constant is T + U – ωL: the Jacobi integral, "
+            "which the corrected (9) is. In MuJoCo the drive is a platform of large but finite "
+            f"inertia ({number(ARMATURE)} kg m²): what it gives away is the same work.",
+        ),
+        (
+            Table(
+                "Energies along the motion of Fig. 3",
+                ("energy", "range over the run [J]", "largest difference from the exact one [J]"),
+                tuple(rows),
+            ),
+        ),
+        (_figure(times, exact, seen),),
+        (f"plumbob solve {ROTATING} --times 0.1,0.2,0.3,0.4,0.5",),
+    )
+
+
+def _figure(times: Array, exact: Energies, seen: tuple[Array, Array] | None) -> Figure:
+    traces: list[Trace] = [
+        curve(times, values, colour=colour, name=name)
+        for values, colour, name in (
+            (exact.translation, GREY, "T of translation (3)"),
+            (exact.coupling, ORANGE, "T of coupling (4)"),
+            (exact.rotation, GREEN, "T of rotation (5)"),
+            (exact.gravity, PINK, "U"),
+            (exact.total, RED, "T + U"),
+            (exact.work, BLUE, "work of the drive"),
+        )
+    ]
+    if seen is not None:
+        traces.append(marks(times[::12], seen[0][::12], RED, "T + U, MuJoCo", size=4))
+    caption = "The parts of (6), their sum with U, and the work of the drive since the start."
+    return over_time("Energies (2)–(6)", caption, traces, linear("energy [J]"), wide=True)

@@ -1,0 +1,76 @@
+"""How large the error of a known limit is: a limit that grows or shrinks is no longer the one that
+is known. The sizes stand in known_limits.toml, which `python -m
+plumbob.tests.validation.limit_sizes` writes."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from statistics import median
+
+FILE = Path(__file__).with_suffix(".toml")
+FACTOR = 2.0  # chosen: a size is known within it; medians scatter by less, see the tests
+FINEST = 5  # runs of the quick profile, of whose errors a size is the median
+_SAME = 1e-5  # of a step, relative: the file holds six digits
+
+
+@dataclass(frozen=True)
+class Size:
+    """Relative errors that a method had on a scene, and the steps [s] that they are of."""
+
+    size: float  # median over the finest runs
+    coarse: float  # the coarsest step of those,
+    fine: float  # and the finest
+    low: float  # the smallest error of any run,
+    high: float  # and the largest
+    coarsest: float  # step of any run
+
+    def differs(self, errors: Mapping[float, float]) -> str:
+        """Why the relative errors of a convergence study, by step [s], are not those known; empty
+        where they are."""
+        held = [e for step, e in errors.items() if _within(step, self.coarse, self.fine)]
+        if not held:
+            return f"no run at steps from {self.coarse:g} to {self.fine:g} s, where it is known"
+        return _apart(median(held), self.size, self.size)
+
+    def differs_at(self, step: float, error: float) -> str:
+        """Why the relative error of one run at `step` [s] is none of those known: it is to lie
+        within the factor of what the study spans; of steps beyond it nothing is known."""
+        if not _within(step, self.coarsest, self.fine):
+            return ""
+        return _apart(error, self.low, self.high)
+
+
+def measured(errors: Mapping[float, float]) -> Size:
+    """The size of the errors of a study of the quick profile, relative, by step [s]."""
+    steps = sorted(errors)
+    chosen = steps[:FINEST]
+    return Size(
+        median(errors[step] for step in chosen), chosen[-1], chosen[0],
+        min(errors.values()), max(errors.values()), steps[-1],
+    )  # fmt: skip
+
+
+@cache
+def sizes() -> Mapping[tuple[str, str], Size]:
+    """The known sizes by scene and method."""
+    stored = tomllib.loads(FILE.read_text("utf-8"))
+    return {
+        (scene, method): Size(**values)
+        for scene, methods in stored["limits"].items()
+        for method, values in methods.items()
+    }
+
+
+def _within(step: float, coarse: float, fine: float) -> bool:
+    return fine * (1.0 - _SAME) <= step <= coarse * (1.0 + _SAME)
+
+
+def _apart(error: float, low: float, high: float) -> str:
+    if low / FACTOR <= error <= high * FACTOR:
+        return ""
+    known = f"{low:.2g}" if low == high else f"{low:.2g} to {high:.2g}"
+    return f"its relative error is {error:.2g}, and known to be {known}, within a factor of 2"

@@ -1,0 +1,217 @@
+"""The smallest change of a scene's parameters that the verdict on a method would notice: what its
+runs allow at a moment, over what the change does to the exact motion there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.measurement import Measurement
+from plumbob.models.registry import case_of, system_of
+from plumbob.models.scene import Case, Parameters, Scene
+from plumbob.reports.judge.tolerance import Tolerance
+from plumbob.reports.judge.verdict import Judged
+
+NUDGE = 1e-7  # of a parameter's value, or of one unit where that is zero, for the first difference
+PROPORTIONAL = 1e-4  # of an observable's own size: where a difference is larger, it is taken anew
+SAMPLES = 200  # of a run, on no grid of steps: on none falls a switch that a nudge moves
+FREED = ("excess",)  # gives the start's rate in another way; other changes keep that rate
+TINY = 1e-300  # in place of nothing allowed, where the exact value is zero
+PLANNED = "capsule-plan"  # whose slider moves as its parameters need
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number among a scene's parameters, or in one of its points."""
+
+    name: str  # of `--set`
+    place: tuple[int, ...]  # where it stands in a point, or in a list of points
+    value: float
+
+    @property
+    def label(self) -> str:
+        """Its name, with the number of the point, and x or y."""
+        if not self.place:
+            return self.name
+        *point, axis = self.place
+        return " ".join([self.name, *(str(i + 1) for i in point), "xy"[axis]])
+
+    @property
+    def unit(self) -> float:
+        """What changes are relative to: its value, or 1 in its SI unit where it is zero."""
+        return abs(self.value) or 1.0
+
+    def changed(self, parameters: Parameters, by: float) -> Mapping[str, Any]:
+        """What to set for it to be larger `by` so many of its units."""
+        return {self.name: _with(parameters[self.name], self.place, self.value + by * self.unit)}
+
+
+@dataclass(frozen=True)
+class Noticed:
+    """The smallest change that is noticed, and in which run and observable."""
+
+    change: float  # relative to the parameter; in its SI unit where that is zero
+    step: float
+    observable: str
+
+
+Slopes = Mapping[str, Array]  # {observable: |derivative| at the times, shape (n,)}
+
+
+def parameters_of(scene: Scene) -> tuple[Parameter, ...]:
+    """The numbers that a scene is given, in its order, but whole ones; without supports where no
+    normal force is observed, which takes long, and none of a plan, which is another plan then."""
+    if scene.system == PLANNED:
+        return ()
+    loads = any(o.name.startswith("normal_force") for o in system_of(scene).observables)
+    return tuple(
+        Parameter(name, place, value)
+        for name, given in scene.parameters.items()
+        if name not in FREED and (loads or name != "supports")
+        for place, value in _numbers(given)
+    )
+
+
+def changed(scene: Scene, parameter: Parameter, by: float) -> Case:
+    """The case of `scene` with a parameter changed by so many of its units; raises
+    ParameterError."""
+    given = {name: value for name, value in scene.parameters.items() if name not in FREED}
+    system = system_of(scene)
+    return system.case(
+        replace(scene, parameters=system.change(given, parameter.changed(given, by)))
+    )
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """What changes of its parameters do to the exact motion of a `scene`, and what a method's runs
+    of it allow."""
+
+    scene: Scene
+
+    @cached_property
+    def slopes(self) -> Mapping[Parameter, Slopes]:
+        """How much each observable changes per unit of each parameter, without those that cannot be
+        changed."""
+        every = {parameter: self._slopes(parameter) for parameter in parameters_of(self.scene)}
+        return {parameter: found for parameter, found in every.items() if found is not None}
+
+    def noticed(self, found: ConvergenceStudy, judged: Judged) -> Mapping[Parameter, Noticed]:
+        """For each parameter the smallest change that fails a run of `found`: at some moment it
+        moves an observable by more than is allowed there, beside what the run differs by already.
+        Without parameters that move nothing that is judged; empty where the verdict is not
+        `pass`."""
+        least: dict[Parameter, Noticed] = {}
+        if judged.whole.verdict != "pass":
+            return least
+        for run, verdict in zip(found.measurements, judged.runs, strict=True):
+            for name, held in verdict.tolerances.items():
+                allowed = self._allowed(run, name, held)
+                for parameter, slopes in self.slopes.items():
+                    fastest = float((slopes[name] / allowed).max())
+                    change = max(1.0 / fastest, ULP) if fastest > 0.0 else math.inf
+                    known = least.get(parameter)
+                    if change < (known.change if known else math.inf):
+                        least[parameter] = Noticed(change, run.step, name)
+        return least
+
+    @cached_property
+    def _times(self) -> Array:
+        """Times [s] over the run, shape (n,), its ends included."""
+        inner = (np.arange(SAMPLES) + np.sqrt(0.5)) / SAMPLES
+        return np.concatenate([[0.0], inner[:-1], [1.0]]) * self.scene.duration
+
+    @cached_property
+    def _case(self) -> Case:
+        return case_of(self.scene)
+
+    @cached_property
+    def _right(self) -> Mapping[str, Array]:
+        return self._case.reference.observe(self._times)
+
+    @cached_property
+    def _doubt(self) -> Mapping[str, Array]:
+        return self._case.reference.uncertainty(self._times)
+
+    def _slopes(self, parameter: Parameter) -> Slopes | None:
+        """By one difference, less what rounding may make of it."""
+        if (found := self._difference(parameter, NUDGE)) is None:
+            return None
+        (moved, rounding), nudge = found, NUDGE
+        most = max(_relative(moved[name], self._right[name]) for name in moved)
+        if most > PROPORTIONAL:
+            nudge *= 0.1 * PROPORTIONAL / most
+            if (found := self._difference(parameter, nudge)) is None:
+                return None
+            moved, rounding = found
+        return {name: np.maximum(moved[name] - rounding[name], 0.0) / nudge for name in moved}
+
+    def _difference(
+        self, parameter: Parameter, nudge: float
+    ) -> tuple[Mapping[str, Array], Mapping[str, Array]] | None:
+        """By how much the observables differ for a parameter changed by a nudge, and what rounding
+        may add to that: as much for both motions, if they are worked out alike."""
+        if (other := self._nudged(parameter, nudge)) is None:
+            return None
+        seen = other.reference.observe(self._times)
+        alike = type(other.reference) is type(self._case.reference)
+        doubt = self._doubt if alike else other.reference.uncertainty(self._times)
+        names = [observable.name for observable in self._case.system.observables]
+        moved = {name: np.abs(seen[name] - self._right[name]) for name in names}
+        return moved, {name: self._doubt[name] + doubt[name] for name in names}
+
+    def _nudged(self, parameter: Parameter, nudge: float) -> Case | None:
+        """The case with a parameter a little larger, or smaller where that is not allowed."""
+        for by in (nudge, -nudge):
+            try:
+                return changed(self.scene, parameter, by)
+            except ParameterError:
+                continue
+        return None
+
+    def _allowed(self, run: Measurement, name: str, held: Tolerance) -> Array:
+        """By how much an observable may move at each time before the run fails, at most: what is
+        open grows over the run, rounding with the condition of the motion, a series' remainder from
+        nothing at the start to its largest, which is taken for all later times."""
+        error = run.errors[name]
+        predicted, model = error.predicted, sum(error.model.values())
+        if predicted is None:
+            return np.full_like(self._times, max(held.bound + error.largest, TINY))
+        rounding = np.maximum.accumulate(self._doubt[name]) * (1.0 + 2.0 * np.sqrt(run.steps))
+        left = np.where(self._times > 0.0, predicted.open, rounding)
+        if predicted.for_this_step:
+            left = np.minimum(rounding, predicted.open)
+        return np.maximum(left + model + np.minimum(predicted.difference, left + model), TINY)
+
+
+def _relative(moved: Array, values: Array) -> float:
+    size = float(np.abs(values).max())
+    return float(moved.max()) / size if size > 0.0 else 0.0
+
+
+def _numbers(given: Any) -> Iterator[tuple[tuple[int, ...], float]]:
+    """The numbers in a value, with their places in it."""
+    if isinstance(given, float):
+        yield (), given
+    elif isinstance(given, (tuple, list)):
+        for i, part in enumerate(given):
+            for place, value in _numbers(part):
+                yield (i, *place), value
+
+
+def _with(given: Any, place: tuple[int, ...], value: float) -> Any:
+    if not place:
+        return value
+    first, *rest = place
+    return tuple(
+        _with(part, tuple(rest), value) if i == first else part for i, part in enumerate(given)
+    )

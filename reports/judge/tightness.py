@@ -1,0 +1,91 @@
+"""How tight tolerances are: what a run is allowed, over what it uses and over the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.engines.study.measurement import Measurement, ObservedError
+from plumbob.engines.study.results import Study
+from plumbob.reports.judge.tolerance import Tolerance
+from plumbob.reports.judge.verdict import Judgements
+
+ROUND_OFFS = 10.0  # a difference of so many round-offs says nothing of what theory leaves open
+
+
+@dataclass(frozen=True)
+class Slack:
+    """What one run allows one observable, in its unit."""
+
+    method: str
+    scene: str
+    observable: str
+    step: float  # [s], or the relative tolerance of an adaptive method
+    allowed: float  # of measured less predicted, or of the error where nothing is predicted
+    used: float  # the same, as it is
+    round_off: float  # what rounding alone may do
+    scale: float  # largest magnitude of the exact observable
+    bound_only: bool  # the error has a bound and no prediction, as that of an adaptive method
+
+    @property
+    def rounded(self) -> bool:
+        """Whether rounding alone may be most of the difference."""
+        return self.used <= ROUND_OFFS * self.round_off
+
+    @property
+    def over_use(self) -> float:
+        """Allowed over used."""
+        return self.allowed / self.used
+
+    @property
+    def over_scale(self) -> float | None:
+        """Allowed over the motion's scale; None where the exact observable stays zero."""
+        return self.allowed / self.scale if self.scale > 0.0 else None
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Median, 90 % and largest of some ratios."""
+
+    median: float
+    most: float
+    worst: float
+
+
+def slacks(study: Study, judged: Judgements) -> Iterator[Slack]:
+    """Every observable that is held to a tolerance in a run that passes."""
+    for c in study.convergence:
+        for run, verdict in zip(c.measurements, judged[c.scene, c.method].runs, strict=True):
+            if verdict.verdict == "pass":
+                for name, held in verdict.tolerances.items():
+                    yield _slack(run, name, held)
+
+
+def spread(ratios: Sequence[float]) -> Spread | None:
+    """The spread of some ratios; None where there are none."""
+    if not ratios:
+        return None
+    median, most = np.quantile(ratios, [0.5, 0.9])
+    return Spread(float(median), float(most), float(np.max(ratios)))
+
+
+def _slack(run: Measurement, name: str, held: Tolerance) -> Slack:
+    error = run.errors[name]
+    predicted = error.predicted
+    allowed, used = held.bound, error.largest
+    if predicted is not None:
+        allowed, used = sum(error.model.values()) + predicted.open, predicted.difference
+    return Slack(
+        run.method, run.scene, name, run.step, allowed, used, _round_off(error, run.steps),
+        error.scale, predicted is None,
+    )  # fmt: skip
+
+
+def _round_off(error: ObservedError, steps: int) -> float:
+    """Of an observable that stays zero, which rounds to nothing: one in the last place of its
+    unit."""
+    least = error.uncertainty if error.scale > 0.0 else max(error.uncertainty, ULP)
+    return least * (1.0 + 2.0 * float(np.sqrt(steps)))

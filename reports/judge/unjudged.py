@@ -1,0 +1,70 @@
+"""Observables that no tolerance is held to, with their reasons: strict, so that an observable that
+an engine drops, or theory falls silent on, turns a verdict red, and so does a reason that no longer
+holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+
+@dataclass(frozen=True)
+class Unjudged:
+    """Observables that scenes and methods of these patterns leave out, or are not judged by."""
+
+    scenes: str
+    methods: str
+    observables: tuple[str, ...]
+    reason: str
+    left_out: bool = False  # the engine gives none; else theory says nothing of its error
+
+
+_LINE = "the model is a body on a line, without heading, and without feet that differ"
+_SIDE = "the model is seen from the side: nothing in it leaves the line"
+_ABOVE = "the model is seen from above: normal forces are those of statics, given to it"
+_NO_ROD = "the equation of motion is one of the angle: no rod pulls in it"
+_REDUCED = ("mujoco/euler+reduced", "mujoco/rk4+reduced")
+_FEET = ("normal_force_1", "normal_force_2", "normal_force_3")
+_ON_LINES = ("capsule-hold/*", "capsule-line/*", "capsule-train/*")
+
+DECLARED: tuple[Unjudged, ...] = (
+    *(
+        Unjudged(s, m, ("heading", "sideways", *_FEET), _LINE, left_out=True)
+        for s in _ON_LINES
+        for m in _REDUCED
+    ),
+    *(
+        Unjudged("capsule-coast/*", m, ("heading", "heading_rate", *_FEET), _LINE, left_out=True)
+        for m in _REDUCED
+    ),
+    *(Unjudged(s, "pymunk/side", ("heading", "sideways"), _SIDE, left_out=True) for s in _ON_LINES),
+    Unjudged(
+        "capsule-coast/*", "pymunk/side", ("heading", "heading_rate", *_FEET), _SIDE, left_out=True
+    ),
+    *(
+        Unjudged(s, m, _FEET, _ABOVE, left_out=True)
+        for s in ("capsule-coast/*", "capsule-turn/*", "capsule-plan/*")
+        for m in ("pymunk/feet", "pymunk/pivots")
+    ),
+    *(
+        Unjudged("simple-pendulum/*", m, ("tension",), _NO_ROD, left_out=True)
+        for m in ("ode/*", "heyoka/*")
+    ),
+)
+
+
+def declared(scene: str, method: str) -> Mapping[str, Unjudged]:
+    """The observables of a scene and method that are declared unjudged, each with its first
+    declaration."""
+    found: dict[str, Unjudged] = {}
+    for entry in DECLARED:
+        if fnmatchcase(scene, entry.scenes) and fnmatchcase(method, entry.methods):
+            found = {name: entry for name in entry.observables} | found
+    return found
+
+
+def undeclared(scene: str, method: str, names: Iterable[str], left_out: bool) -> tuple[str, ...]:
+    """Those of the observables `names`, left out or not judged, that are not declared so."""
+    known = declared(scene, method)
+    return tuple(n for n in names if n not in known or known[n].left_out != left_out)

@@ -1,0 +1,133 @@
+"""Action, phase, equilibria and the source's parametric form, against 40 digits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gmpy2 import mpfr
+
+from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
+from plumbob.analytic.numerics.quad import double
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.pendulums.action_curves import Branch, branches
+from plumbob.models.cone_pendulum.answers import over_angle, over_time
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.tests.support.high_precision import Orbit, orbit_of
+
+STEEL = cone(8000.0, 0.3, math.radians(30.0))
+TURNING = ConePendulum(STEEL, 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
+INERTIA = STEEL.inertia_x
+NAMES = ("in the deeper well", "in the shallower well", "over both wells", "rotation")
+
+
+def potential(pendulum: ConePendulum) -> TrigonometricPotential:
+    v = pendulum.potential
+    return TrigonometricPotential(*(float(double(x)) for x in (v.a, v.b, v.c)))
+
+
+def found() -> dict[str, Branch]:
+    return {b.name: b for b in branches(potential(TURNING), INERTIA, 1100.0)}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_period_and_action_against_40_digits(name: str) -> None:
+    branch, v = found()[name], potential(TURNING)
+    wells = {e.theta for e in TURNING.equilibria if e.kind == "centre"}
+    bottom = min(wells) if "shallower" in name else max(wells)
+    for i in (3, 20, 30, 45, len(branch.energies) - 4):
+        a, b, c = (mpfr(x) for x in (v.a, v.b, v.c))
+        start = Orbit(a, b, c, mpfr(INERTIA), mpfr(bottom), mpfr(0))
+        kinetic = mpfr(branch.energies[i]) - start.potential(start.theta)
+        speed = (2 * kinetic / start.inertia) ** mpfr("0.5")
+        period, action, _ = replace(start, theta_dot=speed).follow()
+        # an energy is known to some 1e-16 of 500 J, and the branch's ends are 1e-6 of it away
+        nearest = min(abs(branch.energies[i] - e.potential) for e in TURNING.equilibria)
+        allowed = 4e-16 * 600.0 / nearest + 1e-13
+        assert branch.periods[i] == pytest.approx(float(period), rel=allowed)
+        assert branch.actions[i] == pytest.approx(float(action), rel=allowed)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_rate_is_the_slope_of_h_over_i(name: str) -> None:
+    """dH/dI = Omega (12): the integral of T/2 pi over H is what the action gains."""
+    branch = found()[name]
+    fine = branches(potential(TURNING), INERTIA, 1100.0, points=2000)
+    dense = next(b for b in fine if b.name == name)
+    gained = np.trapezoid(1.0 / dense.rates, dense.energies)
+    change = dense.actions[-1] - dense.actions[0]
+    assert gained == pytest.approx(float(change), rel=1e-4)  # the rule's own error: h^2
+    wrong = np.trapezoid(1.001 / dense.rates, dense.energies)
+    assert wrong != pytest.approx(float(change), rel=1e-4)
+    assert branch.rates == pytest.approx(2 * np.pi / branch.periods)
+
+
+def test_actions_across_the_separatrices() -> None:
+    by_name = found()
+    deep, shallow, both, rotation = (by_name[name].actions for name in NAMES)
+    # A branch ends 1e-6 of its energies from the separatrix, where dI = T dH/2 pi: of some 1e-4
+    # J s in 20.
+    assert deep[-1] + shallow[-1] == pytest.approx(both[0], rel=3e-5)
+    assert both[-1] == pytest.approx(2 * rotation[0], rel=3e-5)
+
+
+def test_one_well_and_a_simple_pendulum() -> None:
+    rest = branches(TrigonometricPotential(0.0, 0.0, 9.8), 1.0, 40.0)
+    assert [b.name for b in rest] == ["in the well", "rotation"]
+    assert rest[0].periods[0] == pytest.approx(2 * math.pi / math.sqrt(9.8), rel=1e-5)
+
+
+@pytest.mark.parametrize("theta", [0.1, 1.5, 3.0, 6.0])
+def test_time_over_angle_against_40_digits(theta: float) -> None:
+    tilted = replace(TURNING, body=replace(STEEL, inertia_yz=0.02))
+    for pendulum in (TURNING, tilted):
+        orbit = orbit_of(pendulum)
+        time, _ = orbit.over(mpfr(0), mpfr(theta))
+        answers = {o.name: v[0] for o, v in over_angle(pendulum, np.array([theta])).items()}
+        assert answers["t"] == pytest.approx(float(time), rel=1e-13)
+        rate = float(orbit.speed(mpfr(theta)))
+        assert answers["theta_dot"] == pytest.approx(rate, rel=1e-13)
+        assert answers["momentum"] == pytest.approx(rate * INERTIA, rel=1e-13)
+        period = float(orbit.follow()[0])
+        assert answers["phase"] == pytest.approx(2 * math.pi * float(time) / period, rel=1e-13)
+
+
+def test_angles_of_a_libration_backward_and_out_of_reach() -> None:
+    swinging = replace(TURNING, theta=1.5, theta_dot=-5.0)
+    answers = {o.name: v for o, v in over_angle(swinging, np.array([1.45, 1.55, 3.0, 1.5])).items()}
+    assert answers["theta_dot"][0] < 0 < answers["theta_dot"][1]  # after the turning point
+    assert np.isnan([v[2] for v in answers.values()]).all()
+    assert answers["t"][3] == 0.0
+    times = over_time(swinging, answers["t"][:2])
+    momenta = next(v for o, v in times.items() if o.name == "momentum")
+    assert momenta == pytest.approx(answers["momentum"][:2], rel=1e-12)
+
+
+@pytest.mark.parametrize("pivot", [0.0, 0.01, 0.09, 0.2])
+def test_two_equilibria_become_four_at_the_astroid(pivot: float) -> None:
+    offset = replace(TURNING, pivot_y=pivot)
+    rate = offset.saddle_node_rate
+    for factor, count in ((1 - 1e-4, 2), (1 + 1e-4, 4)):
+        assert len(replace(offset, platform_rate=factor * rate).equilibria) == count
+    assert replace(offset, pivot_y=-pivot).saddle_node_rate == rate
+    if pivot == 0.0:
+        assert rate == pytest.approx(offset.pitchfork_rate, rel=1e-15)
+
+
+def test_never_four_where_the_pivot_is_far_out() -> None:
+    assert replace(TURNING, pivot_y=0.3).saddle_node_rate == math.inf
+    assert len(replace(TURNING, pivot_y=0.3, platform_rate=1e4).equilibria) == 2
+    skew = replace(TURNING, body=replace(STEEL, inertia_yz=0.01))
+    assert math.isnan(skew.saddle_node_rate)
+
+
+def test_the_action_s_drift_is_that_of_the_energy() -> None:
+    """The invariant is first order in dH: a speed wrong by 1e-6 changes the action so."""
+    case = case_of(find_scene("cone-pendulum/deep-well"))
+    off = {"theta": np.array([1.5, 1.5]), "theta_dot": np.array([5.0, 5.0 * (1 + 1e-6)])}
+    drift = case.system.invariants(case.problem, off)["action"][1]
+    faster = replace(case.problem, theta_dot=5.0 * (1 + 1e-6)).motion.action
+    assert drift == pytest.approx(faster / case.problem.motion.action - 1.0, rel=1e-5)

@@ -1,0 +1,71 @@
+"""Energies on the platform against MuJoCo's own at any state, and the work of the drive."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.platform_energy import energies
+from plumbob.engines.adapters.mujoco.cone_pendulum import whole
+from plumbob.tests.support.cone_scene import MJCF
+
+STEEL = cone(8000.0, 0.3, math.radians(30.0))
+TURNING = ConePendulum(STEEL, 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
+SKEW = replace(
+    TURNING,
+    body=replace(STEEL, inertia_y=STEEL.inertia_y + 0.01, inertia_yz=0.015),
+    pivot_x=0.31,
+    pivot_y=-0.2,
+    pivot_z=0.7,
+)
+TIMES = np.linspace(0.0, 0.7, 401)
+
+
+@pytest.mark.parametrize("pendulum", [TURNING, SKEW])
+def test_kinetic_and_potential_energy_are_mujoco_s(pendulum: ConePendulum) -> None:
+    model = whole(MJCF, pendulum, 1e-9).compile()
+    data, rng = mujoco.MjData(model), np.random.default_rng(3)
+    own = (1.0 + 1e-9) * pendulum.platform_rate**2 / 2  # the platform's in the file
+    for theta, rate in rng.uniform(-6.0, 6.0, (20, 2)):
+        data.qpos[:], data.qvel[:] = [0.4, theta], [pendulum.platform_rate, rate]
+        mujoco.mj_forward(model, data)
+        mujoco.mj_energyPos(model, data)
+        mujoco.mj_energyVel(model, data)
+        found = energies(pendulum, np.array([theta]), np.array([rate]))
+        scale = data.energy[1] + abs(data.energy[0])
+        assert abs(found.kinetic[0] + own - data.energy[1]) <= 1e-14 * scale
+        assert abs(found.gravity[0] - data.energy[0]) <= 1e-14 * scale
+
+
+@pytest.mark.parametrize("pendulum", [TURNING, SKEW])
+def test_t_plus_u_less_the_work_of_the_drive_is_constant(pendulum: ConePendulum) -> None:
+    found = energies(pendulum, *pendulum.reference.state(TIMES))
+    swing = float(np.ptp(found.total))
+    assert swing > 100.0
+    assert float(np.ptp(found.total - found.work)) <= 1e-12 * swing
+    # the work of a drive that is 1e-9 faster does not fit
+    assert float(np.ptp(found.total - found.work * (1 + 1e-9))) > 1e-10 * swing
+
+
+def test_the_parts_are_those_of_the_source() -> None:
+    """Eqs. 3 to 5, written out for one state."""
+    found = energies(SKEW, np.array([0.3]), np.array([2.0]))
+    m, s, w, x, y = STEEL.mass, STEEL.com_distance, 26.0, 0.31, -0.2
+    assert found.translation[0] == pytest.approx(m * w**2 * (x**2 + y**2) / 2)
+    coupling = m * (y * s * w**2 * math.sin(0.3) + x * s * 2.0 * w * math.cos(0.3))
+    assert found.coupling[0] == pytest.approx(coupling)
+    y_rate, z_rate = w * math.sin(0.3), w * math.cos(0.3)
+    turning = STEEL.inertia_x * 4.0 + (STEEL.inertia_y + 0.01) * y_rate**2
+    turning += STEEL.inertia_z * z_rate**2 + 2 * 0.015 * y_rate * z_rate
+    assert found.rotation[0] == pytest.approx(turning / 2)
+
+
+def test_a_platform_at_rest_does_no_work() -> None:
+    found = energies(replace(TURNING, platform_rate=0.0), *TURNING.reference.state(TIMES))
+    assert not found.work.any()
+    assert not found.coupling.any()

@@ -1,0 +1,142 @@
+"""A body without symmetry: a product of inertia tilts the closed form, X and Z do nothing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.errors.contact_models.added_inertia import platform_error
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import case_of, system_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.reports.judge.verdict import judge
+from plumbob.tests.support.cases import held_against
+from plumbob.tests.support.high_precision import orbit_of
+
+STEEL = cone(8000.0, 0.3, math.radians(30.0))
+TURNING = ConePendulum(STEEL, 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
+TILTED = "cone-pendulum/product-of-inertia"
+FLAT = cone(8000.0, 0.3, math.radians(150.0))  # I_y < I_z
+# A body's own moments, a product of inertia, an angle and a speed: all regimes, both signs.
+CASES = {
+    "rotation": (STEEL, 0.029, 0.0, 37.0),
+    "backward": (STEEL, -0.029, 0.4, -37.0),
+    "deep well": (STEEL, 0.02, 1.5, 5.0),
+    "shallow well": (STEEL, 0.02, -1.47, 2.0),
+    "both wells": (STEEL, -0.02, -0.5, 12.0),
+    "flat": (FLAT, 0.1, 0.2, 3.0),
+    "equal moments": (replace(STEEL, inertia_y=STEEL.inertia_z + 0.85), 0.01, 0.2, 30.0),
+}
+
+
+def posed(name: str) -> ConePendulum:
+    body, product, theta, theta_dot = CASES[name]
+    return replace(
+        TURNING, body=replace(body, inertia_yz=product), theta=theta, theta_dot=theta_dot
+    )
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_against_40_digits(name: str) -> None:
+    """The orbit in 40 digits has the product of inertia in its potential and knows no tilt."""
+    pendulum = posed(name)
+    motion, reference = pendulum.motion, pendulum.reference
+    times = np.array([0.31, 1.7, 20.3]) * motion.period
+    seen, allowed = reference.observe(times), reference.uncertainty(times)
+    guesses = list(zip(seen["theta"], seen["theta_dot"], strict=True))
+    period, action, states = orbit_of(pendulum).follow(times.tolist(), guesses)
+    assert motion.period == pytest.approx(float(period), rel=4e-15)  # theta + tilt is rounded
+    assert motion.action == pytest.approx(float(action), rel=1e-14)
+    for i, state in enumerate(states):
+        for exact, key in zip(state, ("theta", "theta_dot"), strict=True):
+            assert abs(float(seen[key][i] - exact)) <= allowed[key][i]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_equilibria_and_potential_against_40_digits(name: str) -> None:
+    pendulum, orbit = posed(name), orbit_of(posed(name))
+    critical = sorted(math.remainder(float(x), 2 * math.pi) for x in orbit.critical)
+    assert [e.theta for e in pendulum.equilibria] == pytest.approx(critical, abs=1e-15)
+    for found in pendulum.equilibria:
+        assert found.potential == pytest.approx(float(orbit.potential(found.theta)), rel=1e-13)
+        curvature = float(orbit.curvature(found.theta))
+        assert (found.kind == "centre") == (curvature > 0.0)
+        rate = math.sqrt(abs(curvature) / pendulum.body.inertia_x)
+        assert found.rate == pytest.approx(rate, rel=1e-12)
+
+
+def test_without_a_product_nothing_is_tilted() -> None:
+    assert TURNING.tilt == 0.0 == TURNING.potential_offset
+    assert TURNING.reference is TURNING.motion
+    still = replace(posed("rotation"), platform_rate=0.0)
+    assert still.tilt == 0.0
+
+
+def test_a_small_product_tilts_by_little() -> None:
+    tilt = replace(TURNING, body=replace(STEEL, inertia_yz=1e-9)).tilt
+    assert tilt == pytest.approx(1e-9 / (STEEL.inertia_y - STEEL.inertia_z), rel=1e-9)
+    flat = replace(TURNING, body=replace(FLAT, inertia_yz=1e-9)).tilt
+    assert flat == pytest.approx(1e-9 / (FLAT.inertia_y - FLAT.inertia_z), rel=1e-9)
+
+
+def test_theta_moves_by_5_mrad() -> None:
+    """Measured with MuJoCo's full model and with DOP853 on the equation in theta."""
+    moved = [
+        replace(TURNING, body=replace(STEEL, inertia_yz=given)).reference.state(np.array([0.5]))[0]
+        for given in (0.0, 0.029)
+    ]
+    assert float(moved[1][0] - moved[0][0]) == pytest.approx(0.005130600, abs=1e-9)
+
+
+@pytest.mark.parametrize("method", ["mujoco/rk4", "mujoco/euler", "ode/dop853", "ode/leapfrog"])
+def test_engines_agree_and_a_small_defect_fails(method: str) -> None:
+    """A product of inertia that is wrong by a relative 1e-4 (1e-2 for Euler's larger error), or of
+    the other sign, fails; the pivot elsewhere on the axle's line or higher does not."""
+    scene, how = find_scene(TILTED), find_method(method)
+    system, step = system_of(scene), 1e-12 if "dop" in method else 2e-5
+    right = system.case(scene)
+    assert judge(measure(right, how, step)[0], system, how).verdict == "pass"
+    product = scene.parameters["inertia_yz"]
+    for wrong in (product * (1 + (1e-2 if "euler" in method else 1e-4)), -product):
+        other = held_against(right, system.case(find_scene(TILTED, {"inertia_yz": wrong})))
+        assert judge(measure(other, how, step)[0], system, how).verdict == "fail"
+    moved = system.case(find_scene(TILTED, {"pivot_x": 0.5, "pivot_z": -0.7}))
+    same = held_against(right, moved)
+    assert judge(measure(same, how, step)[0], system, how).verdict == "pass"
+
+
+def test_the_platform_s_armature_is_predicted() -> None:
+    """A light platform changes its rate: MuJoCo's error is the predicted one, tilted as well."""
+    import mujoco
+
+    from plumbob.engines.adapters.mujoco.cone_pendulum import whole
+
+    armature, case = 1e6, case_of(find_scene(TILTED))
+    model = whole(case.system.mjcf, case.problem, armature).compile()
+    model.opt.timestep, data = 2.5e-5, mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    largest = 0.0
+    for step in range(1, 20_001):
+        mujoco.mj_step(model, data)
+        if step % 200 == 0:
+            exact = case.reference.observe(np.array([step * 2.5e-5]))["theta"][0]
+            largest = max(largest, abs(float(data.qpos[1] - exact)))
+    predicted, _ = platform_error(case.problem, 0.5, armature)
+    assert largest == pytest.approx(predicted, rel=2e-3)
+    upright = replace(case.problem, body=replace(case.problem.body, inertia_yz=0.0))
+    assert abs(platform_error(upright, 0.5, armature)[0] / predicted - 1) > 2e-3
+
+
+def test_an_impossible_product_is_named() -> None:
+    with pytest.raises(ParameterError) as caught:
+        case_of(find_scene(TILTED, {"inertia_yz": 0.03}))
+    assert caught.value.name == "inertia_yz"
+    assert "0.0293727" in str(caught.value)
+    with pytest.raises(ParameterError, match="pivot_z"):
+        case_of(find_scene(TILTED, {"pivot_z": math.inf}))

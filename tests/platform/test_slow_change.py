@@ -1,0 +1,164 @@
+"""Averaging, a drive that is not ideal, and Fourier series: against independent integrations."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from plumbob.analytic.errors.contact_models.added_inertia import platform_error
+from plumbob.analytic.errors.contact_models.driven_platform import drive_error
+from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.pendulums.harmonics import coefficients, needed, scale
+from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.analytic.systems.pendulums.slow_change import DampedRotation, action_and_phase
+
+STEEL = cone(8000.0, 0.3, math.radians(30.0))
+TURNING = ConePendulum(STEEL, 0.31, 0.09, 26.0, 9.8, 0.2, 37.0)
+INERTIA = STEEL.inertia_x
+POTENTIAL = TrigonometricPotential(291.1, 222.3, 35.8)  # near the source's at 26 rad/s
+SIMPLE = TrigonometricPotential(0.0, 0.0, 9.8)
+
+
+def damped(xi: float, duration: float) -> tuple[float, float]:
+    """theta and theta_dot after `duration`, of a rotation at 60 rad/s, integrated."""
+    v = POTENTIAL
+
+    def slopes(time: float, state: Array) -> list[float]:
+        pull = float(v.slope(state[0])) / INERTIA
+        return [state[1], -pull - xi * state[1]]
+
+    end = solve_ivp(slopes, (0.0, duration), [0.0, 60.0], "DOP853", rtol=1e-11, atol=1e-11).y[:, -1]
+    return float(end[0]), float(end[1])
+
+
+def test_the_action_falls_exponentially_and_the_phase_follows() -> None:
+    """First-order averaging: the action's error is of the order xi T, the phase's of order 1."""
+    gaps, offs = [], []
+    for xi in (0.04, 0.02):
+        rule, duration = DampedRotation(POTENTIAL, INERTIA, 60.0, xi), 0.16 / xi
+        action, phase = action_and_phase(POTENTIAL, INERTIA, *damped(xi, duration))
+        offs.append(action / float(rule.action(np.array([duration]))[0]) - 1.0)
+        gaps.append(phase - rule.phase(duration))
+        assert abs(offs[-1]) < xi * rule.exact(0.0).period
+        assert abs(phase) > 100.0
+        assert abs(gaps[-1]) < 0.1
+        # a rate of damping that is wrong by 1 % is seen in either
+        wrong = DampedRotation(POTENTIAL, INERTIA, 60.0, 1.01 * xi)
+        missed = action / float(wrong.action(np.array([duration]))[0]) - 1.0
+        assert abs(missed) > 1e-3 > 2 * abs(offs[-1])
+        assert abs(phase - wrong.phase(duration)) > 2 * abs(gaps[-1])
+    assert gaps[0] == pytest.approx(gaps[1], rel=0.05)  # of order 1: the same for half the damping
+
+
+def test_action_and_phase_of_an_undamped_state() -> None:
+    motion = PendulumMotion(POTENTIAL, INERTIA, 0.0, 60.0)
+    times = np.array([0.03, 1.234])
+    for time, theta, rate in zip(times, *motion.state(times), strict=True):
+        action, phase = action_and_phase(POTENTIAL, INERTIA, float(theta), float(rate))
+        assert action == pytest.approx(motion.action, rel=1e-13)
+        assert phase == pytest.approx(float(motion.phase(time)), rel=1e-12)
+
+
+def test_what_cannot_be_averaged_is_named() -> None:
+    with pytest.raises(ParameterError, match="theta_dot"):
+        DampedRotation(POTENTIAL, INERTIA, 1.0, 0.1)
+    with pytest.raises(ParameterError, match="time"):
+        DampedRotation(POTENTIAL, INERTIA, 60.0, 0.1).loss(100.0)
+
+
+def full(pendulum: ConePendulum, inertia: float, rate: float, time: float) -> tuple[float, float]:
+    """theta and the platform's rate at `time` from Lagrange's two equations, integrated: an
+    independent method, with nothing linearised."""
+    body, w0 = pendulum.body, pendulum.platform_rate
+    arm = body.mass * body.com_distance
+    skew = body.inertia_y - body.inertia_z
+
+    def slopes(at: float, state: Array) -> list[float]:
+        theta, theta_dot, w = state
+        sine, cosine = math.sin(theta), math.cos(theta)
+        j = 2 * arm * pendulum.pivot_y * sine + skew * sine**2
+        j_slope = 2 * arm * pendulum.pivot_y * cosine + 2 * skew * sine * cosine
+        k, k_slope = arm * pendulum.pivot_x * cosine, -arm * pendulum.pivot_x * sine
+        matrix = np.array([[body.inertia_x, k], [k, inertia + j]])
+        right = [
+            j_slope * w**2 / 2 - arm * pendulum.gravity * sine,
+            rate * inertia * (w0 - w) - j_slope * theta_dot * w - k_slope * theta_dot**2,
+        ]
+        bend, w_dot = np.linalg.solve(matrix, right)
+        return [theta_dot, float(bend), float(w_dot)]
+
+    start = [pendulum.theta, pendulum.theta_dot, w0]
+    end = solve_ivp(slopes, (0.0, time), start, "DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+    return float(end[0]), float(end[2])
+
+
+@pytest.mark.parametrize("rate", [0.0, 5.0, 50.0])
+def test_a_drive_that_is_not_ideal(rate: float) -> None:
+    """What first order leaves is of the next: ten times smaller for ten times the inertia. Its
+    size, at most 50 (theta) and 200 (the small rate) times J/A, is measured."""
+    time, gaps, off = 1.0, [], []
+    exact = float(TURNING.reference.state(np.array([time]))[0][0])
+    for inertia in (1e5, 1e6):
+        theta, w = full(TURNING, inertia, rate, time)
+        found = drive_error(TURNING, np.array([0.5, time]), inertia, rate)
+        gaps.append(float(found.theta[1]) / (theta - exact) - 1.0)
+        off.append(float(found.platform_rate[1]) / (w - 26.0) - 1.0)
+        assert abs(gaps[-1]) < 50 * 1.7 / inertia
+        assert abs(off[-1]) < 200 * 1.7 / inertia
+    # theta - exact is known to some 1e-10 of 1e-5
+    assert gaps[1] == pytest.approx(gaps[0] / 10, rel=0.1, abs=1e-5)
+    assert off[1] == pytest.approx(off[0] / 10, rel=0.1, abs=1e-6)
+
+
+def test_without_a_drive_it_is_the_platform_s_armature() -> None:
+    times = np.linspace(0.0, 0.5, 200)
+    found = drive_error(TURNING, times, 1e6, 0.0)
+    largest, fastest = platform_error(TURNING, 0.5, 1e6)
+    assert float(np.abs(found.theta).max()) == pytest.approx(largest, rel=1e-2)
+    assert float(np.abs(found.theta_dot).max()) == pytest.approx(fastest, rel=1e-2)
+    skew = replace(TURNING, body=replace(STEEL, inertia_yz=0.02))
+    largest, _ = platform_error(skew, 0.5, 1e6)
+    assert float(np.abs(drive_error(skew, times, 1e6, 0.0).theta).max()) == pytest.approx(
+        largest, rel=1e-2
+    )
+
+
+def test_coefficients_of_the_simple_pendulum() -> None:
+    """A libration's are 8 q^(n/2)/(n (1 + q^n)) for odd n, q the nome (Whittaker and Watson)."""
+    amplitude = 2.5
+    motion = PendulumMotion(SIMPLE, 1.0, amplitude, 0.0)
+    k = math.sin(amplitude / 2)
+
+    def quarter(modulus: float) -> float:
+        a, b = 1.0, math.sqrt(1.0 - modulus**2)
+        for _ in range(40):
+            a, b = (a + b) / 2, math.sqrt(a * b)
+        return math.pi / (2 * a)
+
+    nome = math.exp(-math.pi * quarter(math.sqrt(1 - k * k)) / quarter(k))
+    found = coefficients(motion)
+    for n in (1, 3, 5, 7):
+        assert found[n - 1] == pytest.approx(8 * nome ** (n / 2) / (n * (1 + nome**n)), rel=1e-11)
+    assert (found[1:8:2] < 1e-13).all()
+
+
+@pytest.mark.parametrize("speed", [37.0, 60.0])
+def test_so_many_harmonics_are_enough_and_one_less_is_not(speed: float) -> None:
+    motion = PendulumMotion(POTENTIAL, INERTIA, 0.0, speed)
+    times = motion.period * np.linspace(0.0, 1.0, 800, endpoint=False)
+    theta = motion.state(times)[0] - motion.mean_rate * times
+    series = np.fft.rfft(theta) / len(times)
+    sizes = coefficients(motion)
+    for accuracy, count in zip((1e-3, 1e-6, 1e-9), needed(motion, (1e-3, 1e-6, 1e-9)), strict=True):
+        kept = np.where(np.arange(len(series)) <= count, series, 0.0)
+        left = np.abs(np.fft.irfft(kept, len(times)) * len(times) - theta).max()
+        assert left <= accuracy * scale(motion)
+        assert sizes[count - 1 :].sum() > accuracy
+    assert needed(motion, (1e-12,))[0] > needed(motion, (1e-3,))[0]

@@ -1,0 +1,106 @@
+"""How uniform rotation is: the quadrature against the closed form and 40 digits, and the proof that
+the range of speeds never shrinks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import gmpy2
+import numpy as np
+import pytest
+
+from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
+from plumbob.analytic.numerics.quad import double
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
+from plumbob.analytic.systems.pendulums import uniformity
+from plumbob.tests.support.high_precision import orbit_of
+
+STEEL = cone(8000.0, 0.3, math.radians(30.0))
+TURNING = ConePendulum(STEEL, 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
+# pivot_y, platform rate, theta_dot: spread, deviation, near; integrated independently
+KNOWN = {
+    (0.0, 0.0, 13.0): (0.775117, 0.498282, 0.114),
+    (0.0, 8.0, 13.0): (0.797289, 0.472542, 0.319),
+    (0.09, 0.0, 37.0): (0.0604282, 0.0220349, 0.723),
+    (0.09, 10.0, 37.0): (0.100832, 0.0316636, 0.815),
+    (0.09, 26.0, 37.0): (0.431099, 0.124350, 0.484),
+}
+
+
+def posed(pivot_y: float, rate: float, speed: float) -> ConePendulum:
+    return replace(TURNING, pivot_y=pivot_y, platform_rate=rate, theta_dot=speed)
+
+
+def floats(pendulum: ConePendulum) -> TrigonometricPotential:
+    v = pendulum.potential
+    return TrigonometricPotential(*(float(double(x)) for x in (v.a, v.b, v.c)))
+
+
+@pytest.mark.parametrize("point", KNOWN)
+def test_measures_at_a_few_points(point: tuple[float, float, float]) -> None:
+    pendulum = posed(*point)
+    by_motion = uniformity.of_motion(pendulum.motion)
+    by_angle = uniformity.from_below(floats(pendulum), STEEL.inertia_x, np.array(point[2]))
+    # a range is missed by at most what a parabola loses within half a sample; a part of the time
+    # by a sample at each of four edges
+    for found, fine in ((by_motion, 2e-4), (by_angle, 4 / uniformity.ANGLES)):
+        spread, deviation, near = KNOWN[point]
+        assert float(found.spread) == pytest.approx(spread, rel=1e-5)
+        assert float(found.deviation) == pytest.approx(deviation, rel=2e-6)
+        assert float(found.near) == pytest.approx(near, abs=max(fine, 6e-4))
+
+
+@pytest.mark.parametrize("point", KNOWN)
+def test_deviation_against_40_digits(point: tuple[float, float, float]) -> None:
+    """The mean speed is 2 pi/T and its mean square 2 pi I/(inertia T), in 40 digits."""
+    pendulum = posed(*point)
+    period, action, _ = orbit_of(pendulum).follow()
+    turn = 2 * gmpy2.const_pi()
+    mean, square = turn / period, turn * action / (STEEL.inertia_x * period)
+    deviation = gmpy2.sqrt(square - mean * mean) / mean
+    found = uniformity.of_motion(pendulum.motion).deviation
+    # two numbers of size 1 that are each exact to some 1e-15 are subtracted
+    assert float(found) == pytest.approx(float(deviation), abs=4e-15 / float(deviation))
+
+
+def test_the_range_never_shrinks() -> None:
+    """For 4000 platforms, bodies and speeds; equal up to the pitchfork of a central pivot, and
+    strictly larger anywhere else."""
+    rng = np.random.default_rng(12)
+    for _ in range(40):
+        a, b = rng.uniform(-300.0, 300.0, 100), rng.uniform(-300.0, 300.0, 100)
+        b[:30], c = 0.0, rng.uniform(1.0, 60.0)
+        speeds = rng.uniform(1.0, 3.0, 100) * math.sqrt(4 * c)
+        turning = uniformity.from_below(TrigonometricPotential(a, b, c + 0 * a), 1.0, speeds)
+        resting = uniformity.from_below(
+            TrigonometricPotential(0 * a, 0 * a, c + 0 * a), 1.0, speeds
+        )
+        ratio = turning.spread / resting.spread
+        seen = np.isfinite(ratio)
+        assert (ratio[seen] >= 1.0 - 1e-13).all()
+        within = (b == 0.0) & (2 * np.abs(a) <= c)
+        assert ratio[seen & within] == pytest.approx(1.0, abs=1e-12)
+        # b moves the extreme away from 0 by about b/c: more than a grid of angles misses
+        assert (ratio[seen & ~within & (np.abs(b) > 0.1 * c)] > 1.0).all()
+
+
+def test_a_wrong_sign_of_the_weight_at_the_top_would_show() -> None:
+    """The proof needs V(pi) = +c: a potential without that shrinks the range."""
+    rest = uniformity.from_below(TrigonometricPotential(0.0, 0.0, 36.0), 0.9, np.array(20.0))
+    light = uniformity.from_below(TrigonometricPotential(0.0, 0.0, 35.9), 0.9, np.array(20.0))
+    assert light.spread < rest.spread
+
+
+def test_far_above_the_barrier_the_deviation_is_the_potential_s() -> None:
+    a, b, c, speed = 40.0, 30.0, 36.0, 500.0
+    found = uniformity.from_below(TrigonometricPotential(a, b, c), 0.9, np.array(speed))
+    expected = math.sqrt(a * a / 8 + b * b / 2 + c * c / 2) / (0.9 * speed**2)
+    # the next order is V/(I speed^2)
+    assert float(found.deviation) == pytest.approx(expected, rel=4 * 100.0 / (0.9 * speed**2))
+
+
+def test_no_rotation_no_measure() -> None:
+    found = uniformity.from_below(floats(TURNING), STEEL.inertia_x, np.array([3.0, 37.0]))
+    assert np.isnan(found.deviation[0])
+    assert np.isfinite(found.deviation[1])

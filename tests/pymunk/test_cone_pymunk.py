@@ -1,0 +1,54 @@
+"""The cone pendulum in pymunk: its errors, and the energy that a torque set too early gains."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of
+from plumbob.reports.findings.cone_pendulum import plane_engine
+from plumbob.reports.findings.cone_pendulum.hamiltonian import ROTATING, forms
+from plumbob.reports.judge.verdict import judge
+from plumbob.tests.support.cases import held_against
+from plumbob.tests.support.declared import declared, nothing
+
+TORQUE = find_method("pymunk/torque")
+SCENES = ("rotating-base", "resting-base", "unequal-inertia", "product-of-inertia", "deep-well")
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_its_errors_are_predicted_and_a_small_defect_fails(name: str) -> None:
+    scene = find_scene(f"cone-pendulum/{name}")
+    system = system_of(scene)
+    right = system.case(scene)
+    assert judge(measure(right, TORQUE, 1e-4)[0], system, TORQUE).verdict == "pass"
+    heavier = {"gravity": scene.parameters["gravity"] * 1.01}
+    other = held_against(right, system.case(find_scene(scene.name, heavier)))
+    assert judge(measure(other, TORQUE, 1e-4)[0], system, TORQUE).verdict == "fail"
+
+
+def test_a_torque_before_the_step_fails() -> None:
+    """Euler's explicit rule is not the scheme that the method is declared to have."""
+    scene = find_scene(ROTATING)
+    system = system_of(scene)
+    late = replace(TORQUE, settings={"torque": "before"})
+    assert judge(measure(system.case(scene), late, 1e-4)[0], system, late).verdict == "fail"
+
+
+def test_the_energy_that_the_explicit_rule_gains() -> None:
+    study = declared(nothing(), plane_engine.requests)
+    found = {when: plane_engine.gained(study, when) for when in plane_engine.WHEN}
+    within, before = found["within"], found["before"]
+    assert within is not None
+    assert before is not None
+    predicted = plane_engine.explicit_gain(forms(ROTATING).correct, plane_engine.STEP)
+    rates = [float(np.polyfit(times, gain, 1)[0]) for times, gain in (within, before)]
+    # to first order in h; the energy grows by 5 % within the run, and what is left is of that size
+    assert rates[1] == pytest.approx(predicted, rel=0.05)
+    assert abs(rates[0]) < 0.01 * predicted
+    assert "explicit" in plane_engine.finding(study).paragraphs[0]

@@ -1,0 +1,122 @@
+"""The verdict `converges`: an envelope that falls with the step, and nothing that stays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.errors.schemes import Scheme
+from plumbob.engines.method import Method
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.convergence import between, convergence_study
+from plumbob.engines.study.measurement import Measurement, ObservedError, measure
+from plumbob.engines.study.runner import most_steps
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Case, Quantity
+from plumbob.reports.judge.converging import convergence
+from plumbob.reports.judge.expectations import as_expected
+from plumbob.reports.judge.verdict import Judgement, judged
+from plumbob.tests.commands.outcomes import misread
+
+ABOUT = (Quantity("x", 2.0),)
+STEPS = between((1e-2, 1e-4), 1.0, own=False)
+SPIN, LONE = "capsule-coast/spin", "mujoco/implicitfast+coulomb"
+
+
+def verdict(
+    error: Callable[[float], float], steps: tuple[float, ...] = STEPS
+) -> tuple[str | None, str]:
+    """What errors at steps show."""
+    runs = []
+    for step in steps:
+        x = error(step)
+        errors = {"x": ObservedError(abs(x), x, 1e-16, 2.0)}
+        runs.append(Measurement("s", "m", step, "done", errors=errors, steps=round(1.0 / step)))
+    found = convergence(runs, ABOUT)
+    return found.verdict, found.reason
+
+
+def saw(step: float) -> float:
+    """Between 0.2 and 1, from the place of a switch within a step."""
+    return 0.2 + 0.8 * ((0.123456789 / step) % 1.0)
+
+
+@pytest.mark.parametrize("order", [1, 2, 4])
+def test_errors_that_fall_as_a_power_of_the_step_converge(order: int) -> None:
+    found, why = verdict(lambda h: 3.0 * h**order * (1.0 + 5.0 * h))
+    assert found == "converges"
+    assert f"of order {order}" in why.replace("0.99", "1").replace("1.99", "2")
+    assert "the smallest error resolved is" in why
+
+
+def test_a_sawtooth_that_falls_with_the_step_converges() -> None:
+    assert verdict(lambda h: 0.5 * h * saw(h))[0] == "converges"
+
+
+@pytest.mark.parametrize("least", [0.05, 5e-3, 5e-4, 2e-4])
+def test_a_plateau_does_not_converge(least: float) -> None:
+    """One that is as large as the error of the finest step, 1e-4, and not only one that is seen."""
+    assert verdict(lambda h: h + least)[0] == "not-converging"
+    assert verdict(lambda h: h * saw(h) + 20.0 * least)[0] != "converges"
+
+
+def test_what_falls_too_slowly_and_what_is_too_short_are_not_decided() -> None:
+    assert verdict(lambda h: h**0.4)[0] is None
+    assert verdict(lambda h: h, STEPS[-8:])[0] is None
+    assert verdict(lambda h: h, tuple(h for h in STEPS[::2]))[0] is None  # two an octave
+
+
+def test_errors_at_the_round_off_level_converge() -> None:
+    assert verdict(lambda h: 1e-16 * saw(h))[0] == "converges"
+    assert verdict(lambda h: 1e-12 * saw(h))[0] == "not-converging"  # far above it
+
+
+def test_steps_between() -> None:
+    octaves = np.log2(np.array(between((1e-2, 1e-3), 10.0, own=False)) / 1e-3)
+    assert octaves.max() == pytest.approx(5.0)  # coarser than those given
+    assert np.diff(octaves) == pytest.approx(-1.0 / 3.0)
+    assert max(between((1e-2, 1e-3), 10.0, own=True)) <= 1e-2
+    assert max(between((1e-2, 1e-3), 0.08, own=False)) <= 1e-2  # eight steps in a run
+
+
+def whole(scene: str, method: str) -> Judgement:
+    """The verdict of a convergence study of the quick profile."""
+    chosen, how = find_scene(scene), find_method(method)
+    case = case_of(chosen)
+    found = convergence_study(chosen, how, most_steps(chosen, "quick"))
+    return judged(found, case.system, how, case.system.quantities(case)).whole
+
+
+@pytest.mark.parametrize(
+    ("wrong", "expected"),
+    [
+        ({}, "converges"),
+        ({"gravity": 1.01}, "not-converging"),
+        ({"friction": 0.9}, "not-converging"),
+    ],
+)
+def test_a_lone_body_with_implicitfast(
+    wrong: dict[str, float], expected: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another scheme than implicitfast elsewhere, without theory: it converges, and does not with a
+    parameter that is read wrongly."""
+    if wrong:
+        misread(monkeypatch, "mujoco", wrong)
+    found = whole(SPIN, LONE)
+    assert found.verdict == expected
+    assert as_expected(find_scene(SPIN), find_method(LONE), found) == (not wrong)
+
+
+def test_a_scheme_that_nobody_knows(monkeypatch: pytest.MonkeyPatch) -> None:
+    def unknown(case: Case, method: Method) -> Scheme:
+        return Scheme("somebody's own")
+
+    monkeypatch.setattr("plumbob.engines.study.measurement.scheme_of", unknown)
+    found = whole("cone-pendulum/rotating-base", "mujoco/euler")
+    assert (found.verdict, "of order 1.00" in found.reason) == ("converges", True)
+    case = case_of(find_scene("cone-pendulum/rotating-base"))
+    run, _ = measure(case, find_method("mujoco/euler"), 1e-3)
+    assert run.note == "no error theory for the scheme 'somebody's own'"

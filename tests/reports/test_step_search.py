@@ -1,0 +1,141 @@
+"""The search for steps, on made-up errors: it finds the largest that holds, and runs few."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from plumbob.analytic.errors.schemes import EULER, Scheme
+from plumbob.engines.method import Method
+from plumbob.engines.study.measurement import Measurement, ObservedError
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Quantity, Scene, step_sizes
+from plumbob.reports.advice.recommend import Choice
+from plumbob.reports.advice.step_search import RESOLVED, Evidence, searched
+from plumbob.tests.support.studies import SCENE
+
+STEPS = step_sizes(5e-3, 1e-4)
+SAWTOOTH = Method("made/sawtooth", Scheme(EULER), 1)
+OTHER = replace(SAWTOOTH, name="made/other")
+ONE = replace(find_scene(SCENE), name="made/one", duration=1.0)
+TWO = replace(ONE, name="made/two")
+Error = Callable[[str, str, float], float]  # scene, method, step
+
+
+def _measured(scene: Scene, method: Method, step: float, error: float) -> Measurement:
+    found = {"x": ObservedError(error, error, 1e-16, 1.0)}
+    return Measurement(
+        scene.name, method.name, step, "done", errors=found, duration=scene.duration,
+        steps=round(scene.duration / step),
+    )  # fmt: skip
+
+
+def evidence(
+    error: Error, scenes: tuple[Scene, ...] = (ONE,), methods: tuple[Method, ...] = (SAWTOOTH,),
+    ns: tuple[float, ...] = (1000.0, 1000.0), running: bool = True,
+) -> Evidence:  # fmt: skip
+    """What is known after convergence studies at STEPS."""
+
+    def run(scene: Scene, method: Method, step: float) -> Measurement:
+        return _measured(scene, method, step, error(scene.name, method.name, step))
+
+    return Evidence(
+        scenes, {s.name: (Quantity("x", 1.0),) for s in scenes},
+        {(s.name, m.name): price for s in scenes for m, price in zip(methods, ns, strict=False)},
+        {(s.name, m.name): {h: run(s, m, h) for h in STEPS} for s in scenes for m in methods},
+        run if running else None,
+    )  # fmt: skip
+
+
+def best(found: Evidence, wanted: float, *methods: Method) -> Choice | None:
+    chosen = searched(found, methods or (SAWTOOTH,), wanted, lambda m: True, 2.0)
+    return chosen[0] if chosen else None
+
+
+@given(slope=st.sampled_from([1.0, 2.0, 4.0]), at=st.floats(-5.5, -1.0))
+def test_a_smooth_error_is_reached_at_nearly_the_largest_step(slope: float, at: float) -> None:
+    largest = 10.0**at
+    found = evidence(lambda scene, method, h: 0.01 * (h / largest) ** slope)
+    choice = best(found, 0.01)
+    assert choice is not None
+    assert choice.step <= largest
+    # Beyond a step that holds one more is tried, 1.8 times as large, up to an eighth of the scene.
+    assert choice.step >= min(largest / RESOLVED / 1.01, ONE.duration / 8 / 1.81)
+    assert choice.error <= 0.01
+    assert choice.absolute == 2.0 * choice.error
+    assert sum(map(len, found.taken.values())) <= 60
+
+
+@given(phase=st.floats(0.02, 0.05), wanted=st.floats(1e-4, 3e-3))
+def test_a_sawtooth_is_not_trusted_at_a_lucky_zero(phase: float, wanted: float) -> None:
+    def error(scene: str, method: str, h: float) -> float:
+        return h * ((phase / h) % 1.0)
+
+    choice = best(evidence(error), wanted)
+    assert choice is not None
+    # Every step below the wanted error is good, and those that are twice as large are not.
+    assert wanted / 1.5 <= choice.step <= 1.6 * wanted
+    near = [error("", "", choice.step * part) for part in (1.0, 0.995, 0.98, 0.96, 0.92, 0.85)]
+    assert max(near) <= 1.6 * wanted
+
+
+def test_the_same_question_again_runs_nothing() -> None:
+    def error(scene: str, method: str, h: float) -> float:
+        return h * (0.2 + (0.0317 / h) % 1.0) if method == SAWTOOTH.name else 5.0 * h
+
+    found = evidence(error, methods=(SAWTOOTH, OTHER))
+    first = best(found, 7e-4, SAWTOOTH, OTHER)
+    assert found.taken
+    again = replace(found, taken={})
+    assert best(again, 7e-4, SAWTOOTH, OTHER) == first
+    assert sum(map(len, again.taken.values())) == 0
+
+
+def test_the_worst_scene_of_a_family_decides() -> None:
+    def error(scene: str, method: str, h: float) -> float:
+        return h * (1.0 if scene == ONE.name else 3.0)
+
+    alone, both = (best(evidence(error, scenes), 1e-3) for scenes in ((ONE,), (ONE, TWO)))
+    assert alone is not None
+    assert both is not None
+    assert alone.step == pytest.approx(1e-3, rel=0.1)
+    assert both.step == pytest.approx(1e-3 / 3, rel=0.1)
+
+
+def test_the_cheaper_method_between_the_steps_is_found() -> None:
+    # By the steps that were run the other method is cheaper: 0.5 and 0.2 ms.
+    def error(scene: str, method: str, h: float) -> float:
+        return h * (2.01 if method == SAWTOOTH.name else 2.0)
+
+    found = evidence(error, methods=(SAWTOOTH, OTHER), ns=(1000.0, 2000.0))
+    choice = best(found, 1e-3, SAWTOOTH, OTHER)
+    assert choice is not None
+    assert choice.method == SAWTOOTH.name
+    assert choice.step > 4.4e-4
+
+
+def test_without_runs_only_what_is_there_counts() -> None:
+    found = evidence(lambda scene, method, h: h, running=False)
+    choice = best(found, 1.5e-3)
+    assert choice is not None
+    assert choice.step == 1e-3
+    assert not found.taken
+    # A lucky zero above a step that fails is no answer.
+    lucky = evidence(lambda scene, method, h: 0.0 if h == 2e-3 else h, running=False)
+    choice = best(lucky, 5.5e-4)
+    assert choice is not None
+    assert choice.step == 5e-4
+
+
+def test_an_error_that_stays_is_not_searched_for_ever() -> None:
+    found = evidence(lambda scene, method, h: 1e-2 + h)
+    assert best(found, 1e-3) is None
+    diverging = evidence(lambda scene, method, h: math.inf if h > 1e-3 else 1e-9)
+    choice = best(diverging, 1e-3)
+    assert choice is not None
+    assert 1e-3 / RESOLVED / 1.01 <= choice.step <= 1e-3

@@ -1,0 +1,148 @@
+"""Is a recommendation true? Fresh runs at and below its step, and a search for a cheaper one."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from plumbob.analytic.errors.theory import no_theory
+from plumbob.engines.method import Method, meant
+from plumbob.engines.registry import engine_of, installed
+from plumbob.engines.registry import methods as find_methods
+from plumbob.engines.study.cost import Key
+from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import run_study
+from plumbob.models.registry import case_of, scenes
+from plumbob.models.scene import Scene
+from plumbob.reports.advice.advice import Known, Question, advise
+from plumbob.reports.advice.recommend import EXACT, Choice, trusted
+from plumbob.reports.advice.work_precision import error_of, of_method, points
+from plumbob.reports.judge.verdict import judge_study
+
+BELOW = (1.0, 0.995, 0.98, 0.96, 0.92, 0.85)  # of the recommended step
+FINE = 1.15  # ratio of steps in the search for a cheaper choice
+CHEAPER = 1.5  # what a cheaper choice would be cheaper by, at least
+BESIDE = 5  # smaller steps that a cheaper choice has to reach the error at
+LOOSEST, TIGHTEST, TOLERANCES = 0.1, 1e-12, 1.8  # of a search over tolerances, and their ratio
+
+
+@dataclass(frozen=True)
+class Held:
+    """A recommendation, its worst error in fresh runs, and what is cheaper and as good."""
+
+    scene: str
+    wanted: float
+    choice: Choice | None
+    worst: float  # over the recommended step and five slightly smaller ones; nan without a choice
+    missed: tuple[tuple[str, float, float], ...]  # method, step, how many times cheaper
+
+    def __str__(self) -> str:
+        named = f"{self.choice.method} at {self.choice.step:g}" if self.choice else "none"
+        return (
+            f"{self.scene:<34} {self.wanted:8.1e}  {named:<38} worst {self.worst:8.1e}  "
+            f"missed {self.missed or '-'}"
+        )
+
+
+def random_pairs(count: int, pattern: str = "*", seed: int = 7) -> list[tuple[Scene, float]]:
+    """Quick scenes with relative errors between 1e-6 and 3e-2."""
+    chosen, draw = scenes(pattern, "quick"), random.Random(seed)
+    return [(draw.choice(chosen), 10.0 ** draw.uniform(-6.0, -1.5)) for _ in range(count)]
+
+
+def every_method() -> tuple[Method, ...]:
+    """All methods that are installed."""
+    return tuple(m for m in find_methods() if installed(engine_of(m)))
+
+
+def run_studies(some: Sequence[Scene], methods: Sequence[Method]) -> Study:
+    """Convergence studies, as the command runs them."""
+    return run_study(some, methods, timed=len(some) == 1)
+
+
+def held(scene: Scene, wanted: float, methods: Sequence[Method], known: dict[str, Known]) -> Held:
+    """Ask, and hold the answer against fresh runs; `known` keeps convergence studies alone."""
+    answer = advise(Question(scene.name, (scene,), tuple(methods), wanted), known, run_studies)
+    study = answer.studies[scene.name]
+    known[scene.name] = Known(study, {})
+    choice = answer.recommendation.choice
+    by_name = {m.name: m for m in methods}
+    worst = math.nan
+    if choice is not None:
+        worst = worst_error(study, scene, by_name[choice.method], choice.step)
+    limit = choice.ns_per_second / CHEAPER if choice is not None else math.inf
+    return Held(
+        scene.name, wanted, choice, worst, tuple(cheaper(study, scene, wanted, limit, answer.runs))
+    )
+
+
+def worst_error(study: Study, scene: Scene, method: Method, step: float) -> float:
+    """The largest error at a step and five slightly smaller ones."""
+    about = study.quantities(scene.name)
+    return max(error_of(_run(scene, method, part * step), about) for part in BELOW)
+
+
+def cheaper(
+    study: Study,
+    scene: Scene,
+    wanted: float,
+    limit: float,
+    runs: Mapping[Key, Sequence[Measurement]] | None = None,
+) -> Iterator[tuple[str, float, float]]:
+    """Full models that reach the error for less than `limit` [ns per simulated second]: method,
+    step, and how many times cheaper than a choice of CHEAPER times that. None that is above a step
+    of `runs`, or of the study, which does not reach it: a step that does by chance is no choice."""
+    judged, every = judge_study(study), points(study, scene.name)
+    for method in study.methods:
+        price = study.costs.get((scene.name, method.name))
+        if (
+            price is None or method.surrogate or not meant(method, scene)
+            or method.scheme.integrator == EXACT
+            or not trusted(judged, scene.name, of_method(every, method), method.name)
+        ):  # fmt: skip
+            continue
+        unit = price.ratio * study.reference_step
+        about = study.quantities(scene.name)
+        if method.control == "tolerance":
+            yield from _looser(scene, method, wanted, limit, unit, study)
+            continue
+        known = [m for c in study.convergence if c.method == method.name for m in c.measurements]
+        known += (runs or {}).get((scene.name, method.name), ())
+        failing = min((m.step for m in known if not error_of(m, about) <= wanted), default=math.inf)
+        # Any larger step has these among the smaller ones that it has to reach the error at.
+        step = unit / limit if math.isfinite(limit) else min(scene.steps)
+        if step <= min(failing, scene.duration / 8) and all(
+            error_of(_run(scene, method, step / FINE**k), about) <= wanted
+            for k in range(BESIDE + 1)
+        ):
+            yield method.name, step, CHEAPER
+
+
+def _looser(
+    scene: Scene, method: Method, wanted: float, limit: float, unit: float, study: Study
+) -> Iterator[tuple[str, float, float]]:
+    tolerance, about = max(TIGHTEST, min(method.step_sizes)), study.quantities(scene.name)
+    reached: tuple[float, float] | None = None
+    while tolerance < LOOSEST:
+        found = _run(scene, method, tolerance)
+        if not error_of(found, about) <= wanted:
+            break
+        reached = tolerance, found.steps * unit / found.duration
+        tolerance *= TOLERANCES
+    if reached is not None and reached[1] < limit:
+        yield method.name, reached[0], CHEAPER * limit / reached[1]
+
+
+def _run(scene: Scene, method: Method, step: float) -> Measurement:
+    return measure(replace(case_of(scene), errors=no_theory(None)), method, step)[0]
+
+
+def table(rows: Sequence[Held]) -> str:
+    """All of them, a line each, and how many are as they should be."""
+    good = sum(row.choice is None or row.worst <= row.wanted for row in rows)
+    missed = sum(bool(row.missed) for row in rows)
+    lines = [str(row) for row in rows]
+    return "\n".join([*lines, f"{good} of {len(rows)} reached; a cheaper one missed in {missed}"])
