@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal, Protocol
 
 from plumbob.analytic.systems.slider_path import SliderPath
@@ -9,6 +10,24 @@ from plumbob.analytic.systems.slider_path import SliderPath
 MotionKind = Literal["line", "repeated-line", "stroke", "hold", "coasting", "plane"]
 """What moves, as a key for tables of theory: body and slider along a line, once or repeatedly; the
 slider alone; nothing; the body alone in closed form; or the body in the plane with no formula."""
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What a motion asks of its actuator: peak [N] and root mean square [N] of the force over the
+    motion, and peak [W] of the power given to the slider in the body."""
+
+    peak: float
+    rms: float
+    power: float
+
+    def facts(self) -> dict[str, float]:
+        """By name, as `solve` and `plan` report it."""
+        return {
+            "driving_force_peak": self.peak,
+            "driving_force_rms": self.rms,
+            "driving_power_peak": self.power,
+        }
 
 
 class CapsuleMotion(Protocol):

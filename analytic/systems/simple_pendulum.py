@@ -4,7 +4,8 @@ Pendulo Simples, per unit mass as its code has it:
 
     theta'' = A sin(Omega t) - xi theta' - (g/L) sin theta,    T = m L theta'^2 + m g cos theta,
 
-theta from hanging down. The notebook calls xi = C/m a damping ratio; it is a rate, in 1/s. The
+theta from hanging down; in its equations m L theta'' + C L theta' + m g sin theta = F(t), so that
+xi = C/m and A = F_0/(m L). The notebook calls xi = C/m a damping ratio; it is a rate, in 1/s. The
 linear companion has theta for sin theta.
 """
 
@@ -29,11 +30,11 @@ from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 
 @dataclass(frozen=True)
 class SimplePendulum:
-    """A mass of 1 kg at `length` [m] under `gravity` [m/s^2], damped at damping_rate [1/s], forced
-    with forcing_amplitude [rad/s^2] at forcing_frequency [rad/s], started at theta [rad] with
-    theta_dot [rad/s]; `linear` has theta for sin theta. Next to the top, where theta as a double
-    has few digits of the distance, `theta_from_top` [rad], the start's angle from pi, replaces
-    theta, unless the pendulum is linear, damped or forced. Raises ParameterError.
+    """A point of `mass` [kg] at `length` [m] under `gravity` [m/s^2], damped at damping_rate [1/s],
+    forced with forcing_amplitude [rad/s^2] at forcing_frequency [rad/s], started at theta [rad]
+    with theta_dot [rad/s]; `linear` has theta for sin theta. Next to the top, where theta as a
+    double has few digits of the distance, `theta_from_top` [rad], the start's angle from pi,
+    replaces theta, unless the pendulum is linear, damped or forced. Raises ParameterError.
 
     >>> import math, numpy as np
     >>> pendulum = SimplePendulum(1.0, 9.81, 0.0, 0.0, 0.0, theta=math.pi / 2, theta_dot=0.0)
@@ -51,11 +52,14 @@ class SimplePendulum:
     theta_dot: float
     linear: bool = False
     theta_from_top: float | None = None
+    mass: float = MASS
 
     def __post_init__(self) -> None:
-        for field in fields(self)[:-2]:
-            finite(field.name, getattr(self, field.name))
+        for field in fields(self):
+            if field.name not in ("linear", "theta_from_top"):
+                finite(field.name, getattr(self, field.name))
         positive("length", self.length)
+        positive("mass", self.mass)
         non_negative("gravity", self.gravity)
         non_negative("damping_rate", self.damping_rate)
         if self.theta_from_top is not None:
@@ -86,7 +90,8 @@ class SimplePendulum:
 
     @property
     def elliptic(self) -> PendulumMotion | None:
-        """The motion by Jacobi functions; None where the equation is linear, damped or forced."""
+        """The motion of 1 kg by Jacobi functions, which is that of any mass but for its energy and
+        action; None where the equation is linear, damped or forced."""
         if self.linear or not self.rotor.conservative:
             return None
         moment = quad(MASS) * self.length
@@ -109,7 +114,7 @@ class SimplePendulum:
             return angle
         if rounded.elliptic is not None and rounded is not self:
             angle = RoundedStart(angle, rounded.elliptic)
-        return RodMotion(angle, self.rotor, self.length, self.gravity)
+        return RodMotion(angle, self.rotor, self.length, self.gravity, self.mass)
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,9 @@ from typing import Any, Literal
 
 from plumbob.analytic.errors.smooth_motion.pendulum_errors import simple_pendulum_errors
 from plumbob.analytic.numerics.quad import double
-from plumbob.analytic.parameters import ParameterError, finite, known
+from plumbob.analytic.parameters import ParameterError, finite, known, positive
 from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.models.quantities import swing
 from plumbob.models.scene import Observable, Parameters, Scene, System, replaced, step_sizes
@@ -23,9 +24,11 @@ SOURCE = (
 )
 PARAMETERS = (
     "length", "gravity", "damping_rate", "forcing_amplitude", "forcing_frequency", "theta",
-    "theta_dot",
+    "theta_dot", "mass", "damping", "force",
 )  # fmt: skip
 FROM_TOP = "theta_from_top"  # in place of theta
+# The notebook's own C [kg/s] and F_0 [N], of F(t) = F_0 sin(Omega t), in place of the rates.
+OWN_FORM = MappingProxyType({"damping": "damping_rate", "force": "forcing_amplitude"})
 _REST: Parameters = MappingProxyType(
     {"length": 1.0, "gravity": 9.8, "damping_rate": 0.0, "forcing_amplitude": 0.0,
      "forcing_frequency": 0.0, "theta": 0.0, "theta_dot": 0.0}
@@ -42,12 +45,31 @@ def problem(parameters: Parameters, linear: bool = False) -> SimplePendulum:
         if "theta" in parameters:
             raise ParameterError(FROM_TOP, parameters[FROM_TOP], "left out where theta is given")
         parameters = {**parameters, "theta": math.pi}  # which only says near which turn
-    return SimplePendulum(**parameters, linear=linear)
+    return SimplePendulum(**per_unit_mass(parameters), linear=linear)
+
+
+def per_unit_mass(parameters: Parameters) -> dict[str, Any]:
+    """Parameters with xi = C/m and A = F_0/(m L) in place of C and F_0; raises ParameterError."""
+    found = dict(parameters)
+    for own, rate in OWN_FORM.items():
+        if own not in found:
+            continue
+        given = finite(own, found.pop(own))
+        if rate in found:
+            raise ParameterError(own, given, f"left out where {rate} is given")
+        inertia = positive("mass", found.get("mass", MASS))
+        if own == "force":
+            inertia *= positive("length", found["length"])
+        found[rate] = given / inertia
+    return found
 
 
 def change(parameters: Parameters, changes: Parameters) -> Parameters:
     """Parameters with some values changed; of theta and theta_from_top one takes the other's
-    place."""
+    place, and so do C and its rate, F_0 and its amplitude."""
+    for own, rate in OWN_FORM.items():
+        if given := {own, rate}.intersection(changes):
+            parameters = {n: v for n, v in parameters.items() if n not in (own, rate) or n in given}
     if given := {"theta", FROM_TOP}.intersection(changes):
         kept = {n: v for n, v in parameters.items() if n not in ("theta", FROM_TOP) or n in given}
         return {**kept, **changes}
@@ -84,10 +106,12 @@ def facts(problem: SimplePendulum) -> Mapping[str, Any]:
         about |= {
             "period": motion.period,
             "period_condition": motion.period_condition,
-            "action": motion.action,
+            "action": problem.mass * motion.action,
             "mean_rate": motion.mean_rate,
-            "energy": float(double(motion.energy)),
-            "barrier": float(double(motion.barriers[0])) if motion.barriers.size else None,
+            "energy": problem.mass * float(double(motion.energy)),
+            "barrier": problem.mass * float(double(motion.barriers[0]))
+            if motion.barriers.size
+            else None,
         }
     elif problem.linear and problem.rotor.conservative and natural:
         about["period"] = 2 * math.pi / natural

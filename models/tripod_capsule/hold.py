@@ -12,6 +12,7 @@ from plumbob.analytic.errors.sliding_motion.sliding_errors import hold_errors, s
 from plumbob.analytic.errors.theory import ErrorTheory, StepErrors
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
+from plumbob.analytic.systems.manoeuvres.driving_force import demand
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle
 from plumbob.models.scene import Parameters, Scene, step_sizes
@@ -84,7 +85,9 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "holding_acceleration": body.holding_acceleration,
     }
     if hold.kind == "stroke":
-        return {**about, "stroke": hold.length, "t_rest": hold.duration}
+        return {**about, "stroke": hold.length, "t_rest": hold.duration} | demand(
+            hold, hold.duration
+        ).facts()
     return {
         **about,
         "tilt_angle": tilt_angle(body, hold.fraction),

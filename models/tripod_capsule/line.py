@@ -16,6 +16,7 @@ from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces, source_assumption
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
+from plumbob.analytic.systems.manoeuvres.driving_force import demand
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import printed_body_velocity
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference, condition_number
 from plumbob.models.scene import Parameters, Scene, step_sizes
@@ -72,7 +73,8 @@ def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mappin
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """Displacement, stroke and times of the manoeuvre; loads; and what the source prints wrong."""
+    """Displacement, stroke and times of the manoeuvre; what it asks of the actuator until t2;
+    loads; and what the source prints wrong."""
     line = problem.motion
     lowest, _ = lowest_normal_forces(line.capsule, (line.segment,))
     late = np.array([line.t_star])
@@ -83,6 +85,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "t_star": line.t_star,
         "t_rest": line.t_star,
         "direction": line.direction,
+        **demand(line, line.t2).facts(),
         "holding_acceleration": line.capsule.holding_acceleration,
         "condition_number": condition_number(line),
         "lowest_normal_forces": [float(force) for force in lowest],

@@ -38,6 +38,7 @@ ALONG = (
     Observable("sideways", "m"),
     *LOADS,
     Observable("friction_force", "N"),
+    Observable("driving_force", "N"),
 )
 
 

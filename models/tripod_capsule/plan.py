@@ -19,6 +19,8 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.planner import POSES, Limits, Plan, RestPose
 from plumbob.analytic.systems.planner import plan as find_plan
 from plumbob.analytic.systems.planner.result import TrackName
+from plumbob.analytic.systems.planner.tracks import ArcName, Pair, check_curve
+from plumbob.analytic.systems.three_points.drive import plane_demand
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import pose
 from plumbob.models.scene import Observable, Parameters, Scene
@@ -33,7 +35,7 @@ from plumbob.models.tripod_capsule.parameters import (
 from plumbob.models.tripod_capsule.turn import OBSERVED
 
 LIMITS = tuple(field.name for field in fields(Limits))
-NAMES = (*BODY, *LIMITS, "to", "track", "start", "slider", "slider_at_end")
+NAMES = (*BODY, *LIMITS, "to", "track", "start", "slider", "slider_at_end", "legs", "arc")
 STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 LONG = 10.0  # [s]: a plan that takes more is not run at the finest step
 # Whole steps of every size, a little after the last manoeuvre has ended.
@@ -45,9 +47,15 @@ _LASTING: Mapping[str, tuple[float, float]] = MappingProxyType({
 
 @cache
 def _planned(
-    body: Capsule, goal: RestPose, limits: Limits, track: TrackName, start: RestPose
+    body: Capsule,
+    goal: RestPose,
+    limits: Limits,
+    track: TrackName,
+    start: RestPose,
+    legs: Pair,
+    arc: ArcName,
 ) -> Plan:
-    return find_plan(body, goal, limits, track, start)
+    return find_plan(body, goal, limits, track, start, legs=legs, arc=arc)
 
 
 def _pose(name: str, given: Any) -> tuple[float, float, float]:
@@ -75,7 +83,12 @@ def planned(parameters: Parameters) -> Plan:
     track = parameters.get("track", "free")
     if track not in _TRACKS:
         raise ParameterError("track", track, "free or curve")
-    return _planned(capsule(parameters), goal, limits, track, start)
+    legs, arc = _point(parameters.get("legs", (1, 2))), parameters.get("arc", "shorter")
+    for name in ("legs", "arc"):
+        if name in parameters and track == "free":
+            raise ParameterError(name, parameters[name], "left out where the track is free")
+    check_curve(legs, arc)
+    return _planned(capsule(parameters), goal, limits, track, start, legs, arc)
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
@@ -104,6 +117,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "manoeuvres": len(found.manoeuvres),
         "position_error": distance,
         "heading_error": angle,
+        **plane_demand(found.motion).facts(),
         "ends": np.asarray(found.ends),
     }
 

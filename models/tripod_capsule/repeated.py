@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
 from typing import Any
@@ -10,6 +11,9 @@ from typing import Any
 from plumbob.analytic.errors.sliding_motion.sliding_errors import repeated_line_errors
 from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
+from plumbob.analytic.systems.manoeuvres.driving_force import demand
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+from plumbob.analytic.systems.manoeuvres.mean_speed import fastest_speed
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.models.scene import Parameters, Scene
 from plumbob.models.tripod_capsule import line
@@ -56,8 +60,9 @@ def problem(parameters: Parameters) -> CapsuleProblem:
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """Displacement and time of all manoeuvres, and of one."""
+    """Displacement and time of all manoeuvres, and of one; what a period asks of the actuator."""
     repeated = problem.motion
+    once = replace(repeated, count=1)
     return {
         "displacement": repeated.displacement,
         "t_rest": repeated.duration,
@@ -65,7 +70,17 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "period": repeated.period,
         "one_displacement": repeated.manoeuvre.displacement,
         "stroke": repeated.manoeuvre.stroke,
+        "mean_speed": repeated.mean_speed,
+        **_fastest(once.manoeuvre),
+        **demand(once, once.period).facts(),
     }
+
+
+def _fastest(one: LineManoeuvre) -> dict[str, float]:
+    """The mean speed [m/s] that no manoeuvre of this stroke exceeds; none without friction."""
+    if one.capsule.friction == 0.0:
+        return {}
+    return {"mean_speed_bound": fastest_speed(one.capsule, one.stroke)}
 
 
 def _scene(case: str, count: int, profile: Any, steps: tuple[float, ...]) -> Scene:

@@ -17,6 +17,7 @@ from plumbob.analytic.systems.capsule import lowest_normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
+from plumbob.analytic.systems.three_points.drive import plane_demand
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import turned
 from plumbob.models.scene import Observable, Parameters, Scene
@@ -92,6 +93,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     one, stop = turns.manoeuvre, np.array([2.0 * turns.manoeuvre.half_time])
     events = [(e.time, e.mode, e.support + 1) for e in turns.single.events]
     lowest, _ = lowest_normal_forces(one.capsule, one.track)
+    left, formula = turns.single.at(stop), one.rates_at_stop
     return {
         "body_angle": float(turns.single.at(stop).heading[0]),
         "body_angle_at_rest": float(turns.single.at(np.array([turns.single.rest_time])).heading[0]),
@@ -99,6 +101,10 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "body_angle_corrected": one.corrected_pose.heading,
         "body_angle_corrected_at_rest": one.corrected_pose_at_rest.heading,
         "stop_time": float(stop[0]),
+        "angular_velocity_at_stop": float(left.angular_velocity[0]),
+        "angular_velocity_at_stop_formula": formula.heading,
+        "speed_at_stop": math.hypot(*left.velocity[0]),
+        "speed_at_stop_formula": math.hypot(formula.x, formula.y),
         "rest_time": turns.duration,
         "epsilon": one.epsilon,
         "slider_angle": one.slider_angle,
@@ -106,6 +112,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "friction_bound": one.friction_bound,
         "drive_ratio": one.drive_ratio,
         "count": turns.count,
+        **plane_demand(turns.single).facts(),
         "lowest_normal_forces": [float(force) for force in lowest],
         "events": [{"t": t, "mode": mode, "support": support} for t, mode, support in events],
     }

@@ -13,6 +13,7 @@ from typing import Any
 
 from plumbob.analytic.parameters import ParameterError, known
 from plumbob.analytic.systems.planner import Plan
+from plumbob.analytic.systems.three_points.drive import plane_demand
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import Measurement, measure
@@ -30,7 +31,13 @@ from plumbob.reports.findings.plan_errors import (
     run_duration,
 )
 
-PLACES = ("start", "slider", "slider_at_end")
+PLACES = ("start", "slider", "slider_at_end", "legs", "arc")
+ABOUT = """\
+--set takes, beside the body's ({body}) and the limits ({limits}):
+  start=[X, Y, PSI]       the pose at the start (default: 0, 0, 0)
+  slider=[X, Y]           the slider's place from C at the start (default: at C)
+  slider_at_end=[X, Y]    and at the end (default: as at the start)
+  legs=[I, J]             on the curve: the supports whose lines C-Ai and C-Aj it follows"""
 SYSTEM = "capsule-plan"
 KINDS: Mapping[str, str] = MappingProxyType(
     {"slow": "slow motions", "turn": "turns", "line": "lines", "wait": "waits"}
@@ -40,6 +47,8 @@ MISSING = 3
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.epilog = ABOUT.format(body=", ".join(BODY), limits=", ".join(LIMITS))
     # Without this argparse takes -1e-3 for an option.
     parser._negative_number_matcher = re.compile(r"^-(\d|\.\d)")
     parser.add_argument(
@@ -47,6 +56,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="where to: place of the body's centre of mass [m], heading [rad]",
     )  # fmt: skip
     parser.add_argument("--track", default="free", metavar="free|curve", help="where the slider is")
+    parser.add_argument(
+        "--arc", metavar="shorter|longer", help="on the curve: the way round between its two lines"
+    )
     values.add_changes(parser)
     parser.add_argument("--method", metavar="METHOD", help="also run the plan open-loop")
     parser.add_argument("--step", metavar="DT", help="with --method: step [s]")
@@ -55,7 +67,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Print the manoeuvres, the total time and where the reference ends, and an engine's errors."""
-    changes = values.changes(chosen.changes)
+    changes = values.changes(chosen.changes) | ({"arc": chosen.arc} if chosen.arc else {})
     known(changes, (*BODY, *LIMITS, *PLACES))
     parameters = asked(chosen.to, chosen.track, changes)
     if (chosen.method is None) != (chosen.step is None):
@@ -86,6 +98,8 @@ def described(found: Plan) -> dict[str, Any]:
         "start": asdict(found.start),
         "goal": asdict(found.goal),
         "track": found.track,
+        "legs": found.legs if found.track == "curve" else None,
+        "arc": found.arc if found.track == "curve" else None,
         "limits": asdict(found.limits),
         "parameters": asdict(found.capsule),
         "total_time": found.duration,
@@ -103,6 +117,7 @@ def described(found: Plan) -> dict[str, Any]:
         "reached": asdict(found.reached),
         "position_error": distance,
         "heading_error": angle,
+        "drive": plane_demand(found.motion).facts(),
     }
 
 
@@ -150,7 +165,7 @@ def _print(answer: Mapping[str, Any]) -> None:
     goal, track = answer["goal"], answer["track"]
     print(
         f"to ({goal['x']:g}, {goal['y']:g}) m and {goal['heading']:g} rad, slider on the "
-        f"{'free plane' if track == 'free' else 'curve'}: {answer['turns']} turns and "
+        f"{'free plane' if track == 'free' else _curve(answer)}: {answer['turns']} turns and "
         f"{answer['lines']} lines in {answer['total_time']:.6g} s"
     )
     after = answer.get("method", {}).get("off_after") or [None] * len(answer["manoeuvres"])
@@ -168,6 +183,11 @@ def _print(answer: Mapping[str, Any]) -> None:
         f"the reference ends {answer['position_error']:.2g} m and "
         f"{answer['heading_error']:.2g} rad from the goal"
     )
+    drive = answer["drive"]
+    print(
+        f"the actuator gives up to {drive['driving_force_peak']:.4g} N "
+        f"({drive['driving_force_rms']:.4g} N r.m.s.) and {drive['driving_power_peak']:.4g} W"
+    )
     if "method" in answer:
         run = answer["method"]
         print(f"{run['name']} at {run['step']:g} s: {run['status']} {run['reason']}".rstrip())
@@ -175,6 +195,11 @@ def _print(answer: Mapping[str, Any]) -> None:
             print(f"  {name}: ends {error:.4g} off")
         for kind, off in run["arising"].items():
             print(f"  of it from {KINDS[kind]}: {off['distance']:.3g} m, {off['heading']:.3g} rad")
+
+
+def _curve(answer: Mapping[str, Any]) -> str:
+    (i, j), arc = answer["legs"], answer["arc"]
+    return f"curve C-A{i}, {arc} arc, C-A{j}"
 
 
 def _columns(off: Mapping[str, float] | None) -> tuple[str, str]:

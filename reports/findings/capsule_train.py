@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
+from plumbob.reports.findings import mean_speed
 from plumbob.reports.findings.measurements import covers, measured, names, problem
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Finding, Section, Table, method_cell, row, value
@@ -15,8 +17,23 @@ STEP = 1e-3  # [s]
 GOOD = 1e-3  # relative
 
 
+def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """The fastest manoeuvres, with the methods that a study has."""
+    if not any(covers(plan, name) for name in SCENES):
+        return ()
+    planned = {method.name for method in plan.methods}
+    return [mean_speed.request(name) for name in mean_speed.METHODS if name in planned]
+
+
 def findings(study: Study) -> Sequence[Finding]:
-    """Total displacement of each method against count times eq. 22, and cost per manoeuvre."""
+    """Total displacement of each method against count times eq. 22, and cost per manoeuvre; and
+    the mean speed."""
+    if not any(covers(study, name) for name in SCENES):
+        return ()
+    return (*_total(study), mean_speed.finding(study))
+
+
+def _total(study: Study) -> Sequence[Finding]:
     scene = next((name for name in SCENES if covers(study, name)), None)
     if scene is None:
         return ()
@@ -82,4 +99,4 @@ def _summary(errors: dict[str, float]) -> str:
     return said
 
 
-SECTION = Section(findings)
+SECTION = Section(findings, requests=requests)

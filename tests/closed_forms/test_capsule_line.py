@@ -143,7 +143,7 @@ def test_equations_of_motion(line: LineManoeuvre) -> None:
     """Eqs. 2, 7 and the balance of momentum; every force is constant between two switches."""
     c, edges = line.capsule, np.array([0.0, line.t1, line.t_star, line.t2, 2 * line.t2])
     inside = 0.5 * (edges[1:] + edges[:-1])
-    friction, actuator = line.friction_force(inside), line.actuator_force(inside)
+    friction, actuator = line.friction_force(inside), line.driving_force(inside)
     # A few roundings of the largest force, and of the largest momentum.
     near = 1e-14 * (c.weight * c.friction + c.slider_mass * (line.w1 + line.w2))
     needed = c.body_mass * line.body_acceleration(inside)

@@ -61,7 +61,7 @@ def test_an_error_that_is_not_small_is_reported() -> None:
     ("name", "value"),
     [("length", 0.0), ("length", -1.0), ("gravity", -9.8), ("damping_rate", -0.1),
      ("theta", math.nan), ("forcing_frequency", math.inf), ("theta_dot", "fast"),
-     ("gravity", True), ("mass", 1.0)],
+     ("gravity", True), ("mass", 0.0), ("inertia", 1.0)],
 )  # fmt: skip
 def test_bad_parameters_are_named(name: str, value: object) -> None:
     with pytest.raises(ParameterError, match=name):

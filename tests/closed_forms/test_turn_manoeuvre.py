@@ -195,3 +195,35 @@ def test_a_mirrored_turn_is_mirrored() -> None:
 def test_bad_input_is_named(build: Callable[[], TurnManoeuvre], name: str) -> None:
     with pytest.raises(ParameterError, match=name):
         build()
+
+
+def left_at_stop(turn: TurnManoeuvre) -> Array:
+    """(v_x, v_y, omega) of the exact motion at 2 tau over tau, shape (3,)."""
+    at = three_point_motion(turn.capsule, turn.path).at(np.array([2 * turn.half_time]))
+    rates = np.append(at.velocity[0], at.angular_velocity[0])
+    return np.asarray(rates / turn.half_time)
+
+
+@pytest.mark.parametrize("number", range(len(TURNS)))
+def test_the_velocities_left_at_the_stop(number: int) -> None:
+    """In proportion to epsilon, not zero as eq. 32 has it; what remains is epsilon^2 ln(1/epsilon)
+    of it (analytic/README.md, eq. 7), whose slope in this range is 1.6 to 2."""
+    errors = []
+    for epsilon in EPSILONS:
+        turn = TURNS[number](epsilon)
+        left = turn.correction.left_at_stop
+        formula = np.array([left.x, left.y, left.heading])
+        errors.append(np.abs(left_at_stop(turn) - formula).max() / np.abs(formula).max())
+    assert 1.5 < np.polyfit(np.log(EPSILONS), np.log(errors), 1)[0] < 2.05
+    assert errors[-1] < 1e-3
+    # friction off by 1 % would be seen
+    turn = TURNS[number](EPSILONS[-1])
+    worse = replace(turn, capsule=replace(turn.capsule, friction=turn.capsule.friction * 1.01))
+    wrong = worse.correction.left_at_stop.heading / turn.correction.left_at_stop.heading - 1.0
+    assert abs(wrong) > 5 * errors[-1]
+
+
+def test_the_rate_left_by_the_check_manoeuvre() -> None:
+    turn = turn_of(CHECK, 0.12, 0.1)
+    assert turn.half_time * left_at_stop(turn)[2] == pytest.approx(0.655, abs=5e-4)
+    assert turn.rates_at_stop.heading == pytest.approx(0.68439, abs=5e-6)

@@ -6,7 +6,10 @@ import json
 
 import pytest
 
+from plumbob.models.tripod_capsule.parameters import BODY
+from plumbob.models.tripod_capsule.plan import LIMITS
 from plumbob.reports.cli import main
+from plumbob.reports.commands.plan import PLACES
 
 
 @pytest.mark.parametrize(
@@ -56,6 +59,43 @@ def test_the_command_refuses_in_one_line(
     assert main(["plan", "--to", "0.1", "0", "0", *words]) == 2
     out, err = capsys.readouterr()
     assert (out, err.count("\n")) == ("", 1)
+
+
+def test_any_two_lines_of_the_curve(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["plan", "--to", "0.02", "0.01", "0", "--track", "curve", "--set", "legs=[3, 1]"]
+    assert main([*words, "--arc", "longer"]) == 0
+    assert "on the curve C-A3, longer arc, C-A1:" in capsys.readouterr().out
+    assert main([*words, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["legs"], answer["arc"]) == ([3, 1], "shorter")
+    assert answer["position_error"] < 1e-9
+    assert 0.0 < answer["drive"]["driving_force_rms"] < answer["drive"]["driving_force_peak"]
+
+
+@pytest.mark.parametrize(
+    ("options", "name"),
+    [(["--set", "legs=[1, 1]"], "legs"), (["--set", "legs=[1, 4]"], "legs"),
+     (["--arc", "round"], "arc")],
+)  # fmt: skip
+def test_a_curve_that_is_none_is_named(
+    options: list[str], name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for track in ("curve", "free"):  # on a free plane there is no curve to describe
+        assert main(["plan", "--to", "0.1", "0", "0", "--track", track, *options]) == 2
+        error = capsys.readouterr().err
+        assert error.startswith(f"plumbob: {name} = ")
+        assert ("left out" in error) == (track == "free")
+
+
+def test_help_names_every_parameter(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["plan", "--help"])
+    shown = capsys.readouterr().out
+    for name in (*BODY, *LIMITS, *PLACES):
+        assert name in shown
+    assert main(["plan", "--to", "0.1", "0", "0", "--set", "leg=[1, 2]"]) == 2
+    error = capsys.readouterr().err
+    assert all(name in error for name in (*BODY, *LIMITS, *PLACES))
 
 
 def test_a_plan_for_an_engine_that_is_missing_is_exit_code_3(

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plumbob.models.registry import case_of, scene, systems
+from plumbob.models.registry import case_of, scene, scenes, systems
 from plumbob.reports.cli import main
 
 
@@ -59,6 +59,35 @@ def test_json_has_every_digit_and_the_uncertainty(capsys: pytest.CaptureFixture[
 def test_every_system_is_printed(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     names = case_of(scene(name)).reference.observe(np.zeros(1))
     assert len(_row(capsys, name, "--times", "0.1")) == 1 + len(names)
+
+
+# Others of capsule-plan take up to ten seconds each to plan: with --profile full.
+QUICK_PLANS = ("capsule-plan/near-free", "capsule-plan/ahead-curve")
+ALL = [one.name for one in scenes("*")]
+
+
+@pytest.mark.parametrize("system", list(systems()))
+def test_every_scene_is_printed(
+    system: str, capsys: pytest.CaptureFixture[str], pytestconfig: pytest.Config
+) -> None:
+    own = [name for name in ALL if name.startswith(f"{system}/")]
+    if system == "capsule-plan" and pytestconfig.getoption("profile") != "full":
+        own = [name for name in own if name in QUICK_PLANS]
+    assert own
+    for name in own:
+        case = case_of(scene(name))
+        lines = _printed(capsys, name)
+        assert lines[0].startswith(f"{name}: {case.scene.summary}")
+        facts = [line.strip().partition(":")[0] for line in lines]
+        for key, value in case.system.facts(case.problem).items():
+            assert key in facts or value in (None, "", [], {}), (name, key)
+
+
+def _printed(capsys: pytest.CaptureFixture[str], name: str) -> list[str]:
+    assert main(["solve", name, "--times", "0.05"]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    return out.splitlines()
 
 
 def test_angles_are_the_parameter(capsys: pytest.CaptureFixture[str]) -> None:

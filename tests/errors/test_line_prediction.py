@@ -46,7 +46,7 @@ def simulated(
 ) -> Mapping[str, Array]:
     """Body and slider at grid times, w held over each step."""
     state, mu = np.array([0.0, velocity, 0.0, 0.0]), CHECK.mass_ratio
-    rows, forces = [state], []
+    rows, forces, drives = [state], [], []
     for w in control:
         held = float(w)
 
@@ -55,6 +55,7 @@ def simulated(
             return np.array([y[1], a, y[3], held])
 
         forces.append(CHECK.weight / CHECK.gravity * friction(state[1], held, step))
+        drives.append(CHECK.slider_mass * (slope(state)[1] + held))
         if scheme == RK4:
             k1 = slope(state)
             k2 = slope(state + step / 2 * k1)
@@ -67,7 +68,8 @@ def simulated(
         rows.append(state)
     names = ("displacement", "velocity", "stroke", "stroke_rate")
     found = dict(zip(names, np.array(rows).T, strict=True))
-    return {**found, "friction_force": np.append(forces, np.nan)}
+    of_steps = {"friction_force": forces, "driving_force": drives}
+    return {**found, **{name: np.append(values, np.nan) for name, values in of_steps.items()}}
 
 
 def left(
@@ -93,7 +95,7 @@ def test_line(line: LineManoeuvre, step: float, scheme: str) -> None:
         line, LineReference(line), partial(line_errors, line), step, scheme, line.t2 + 0.01
     )
     assert max(unexplained.values()) < ROUNDING, unexplained
-    assert "friction_force" in unexplained
+    assert {"friction_force", "driving_force"} <= set(unexplained)
 
 
 @pytest.mark.parametrize("scheme", [EULER, RK4])

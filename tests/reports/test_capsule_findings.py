@@ -5,13 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.results import Study
+from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.findings import section
-from plumbob.reports.findings.capsule_line import contacts, displacement, fidelity, hard, source
+from plumbob.reports.findings import capsule_train, mean_speed, section
+from plumbob.reports.findings.capsule_line import (
+    contacts,
+    displacement,
+    drive,
+    fidelity,
+    hard,
+    source,
+    tipping,
+)
 from plumbob.reports.findings.measurements import LINE
 from plumbob.reports.view.content import Finding, Table
 from plumbob.tests.support.declared import declared, measured, nothing
@@ -28,7 +39,8 @@ def study(scene: str, *steps: float) -> Study:
 def column(table: Table, head: str) -> dict[str, float]:
     """Numbers of a column by the text that begins their rows."""
     place = next(i for i, text in enumerate(table.heads) if text.startswith(head))
-    return {line[0].text: float(line[place].text) for line in table.rows}
+    shown = {line[0].text: line[place].text for line in table.rows}
+    return {name: float(text) for name, text in shown.items() if text != "–"}
 
 
 def known(found: Finding | None) -> Finding:
@@ -165,7 +177,7 @@ def test_drift_of_stiction() -> None:
 
 
 def test_repeated_manoeuvres() -> None:
-    (found,) = findings_of("capsule-train", study("capsule-train/ten", 1e-3))
+    found, _ = findings_of("capsule-train", study("capsule-train/ten", 1e-3))
     error, predicted = column(found.tables[0], "relative"), column(found.tables[0], "predicted")
     reduced = "mujoco/euler+reduced"
     assert error[reduced] == pytest.approx(predicted[reduced], rel=0.01)
@@ -173,7 +185,7 @@ def test_repeated_manoeuvres() -> None:
     assert error["mujoco/euler"] > 0.02
     ran = study("capsule-train/ten", 1e-3)
     costs = {(c.scene, c.method): Cost(1e3, 1e3, 1e3, 1.0, 0.0, 5) for c in ran.convergence}
-    (timed,) = findings_of("capsule-train", replace(ran, costs=costs))
+    timed, _ = findings_of("capsule-train", replace(ran, costs=costs))
     assert {line[-1].text for line in timed.tables[0].rows} == {"320 µs"}  # 320 steps of 1 µs
     assert findings_of("capsule-train", nothing()) == ()
 
@@ -185,3 +197,65 @@ def test_stopping_distance() -> None:
         assert lead["mujoco/euler+coulomb"] == pytest.approx(-1.0, abs=1e-2)
         assert lead["pymunk/feet"] == pytest.approx(1.0, abs=1e-2)
         assert abs(lead["mujoco/euler"]) > 10.0
+
+
+def test_what_sizes_an_actuator() -> None:
+    found = known(drive.finding(declared(study(LINE, 1e-3), source.requests)))
+    demands, errors = found.tables
+    peaks = column(demands, "peak of")
+    assert peaks["line, C–A₁"] == pytest.approx(9.7119, rel=1e-3)
+    assert peaks["turn, ε = 0.1"] == pytest.approx(3805.17, rel=1e-3)
+    # centripetal force: 1/epsilon^2
+    assert peaks["turn, ε = 0.03"] / peaks["turn, ε = 0.1"] == pytest.approx(1 / 0.09, rel=0.01)
+    missed, allowed = column(errors, "of it"), column(errors, "model")
+    for name in ("mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk/side"):
+        assert missed[name] < allowed[name] < 5e-3
+    assert missed["mujoco/euler"] > 0.1
+    exact, *engines = found.figures[0].traces
+    assert len(engines) == 2
+    assert max(exact["y"]) == pytest.approx(9.7119, rel=1e-3)
+    assert min(exact["y"]) == pytest.approx(-3.06072, rel=1e-3)
+
+
+def test_the_exact_condition_for_contact_and_beyond() -> None:
+    ran = declared(study(LINE, 1e-3), tipping.requests)
+    found = known(tipping.finding(ran))
+    assert "4.33 times as far" in found.summary
+    motions, outside = found.tables
+    inside = {line[0].text: (line[1].text, line[2].text) for line in motions.rows}
+    assert list(inside.values()) == [("yes", "yes"), ("yes", "no"), ("no", "yes")]
+    assert all(float(line[3].text) > 0.0 for line in motions.rows)
+    for line in outside.rows:  # eq. 22 holds there as well
+        assert abs(float(line[2].text)) < 2e-4
+    held, tipped = (ran.recording(one) for one in (tipping.INSIDE, tipping.TIPPED))
+    assert held is not None
+    assert tipped is not None
+    assert held.channels["contacts"].min() == 3
+    assert abs(held.channels["vertical_displacement"]).max() < 1e-9
+    lifted = tipped.times[np.argmax(tipped.channels["contacts"] < 3)]
+    needed = tipping.loads_beyond(tipped.times)[:, 0]
+    # a foot leaves the plane when statics asks for a pull, within the contacts' delay
+    assert lifted == pytest.approx(tipped.times[np.argmax(needed < 0.0)], abs=2e-3)
+    assert tipped.observables["normal_force_1"][-1] == 0.0
+    assert tipped.channels["vertical_displacement"][-1] > 1e-4
+
+
+def test_the_reference_refuses_what_tips() -> None:
+    start = find_scene("capsule-line/near-edge").parameters["start"]
+    with pytest.raises(ParameterError, match=r"^normal_force_1 = -0.0"):
+        case_of(find_scene("capsule-line/near-edge", {"start": start + tipping.BEYOND}))
+    # nine tenths of the way to the edge is still inside
+    case_of(find_scene("capsule-line/near-edge", {"start": start + 0.9 * 1e-4 / (0.3 / 1.3)}))
+
+
+def test_engines_at_the_fastest_manoeuvres() -> None:
+    ran = declared(measured("capsule-train/ten", mean_speed.METHODS, 1e-3), capsule_train.requests)
+    found = mean_speed.finding(ran)
+    assert "0.054 m/s" in found.summary
+    exact, engines = found.tables
+    speeds = [float(line[2].text) for line in exact.rows]
+    assert speeds == sorted(speeds)
+    errors = column(engines, "relative error")
+    assert len(errors) == len(mean_speed.METHODS)
+    for name, error in errors.items():  # contacts that deflect, at the limit of friction
+        assert abs(error) < 2e-3, name

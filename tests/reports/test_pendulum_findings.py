@@ -18,6 +18,8 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings.energy_drift import Drift
 from plumbob.reports.findings.simple_pendulum import (
     SECTION,
+    bob,
+    claims,
     energy,
     exactness,
     notebook,
@@ -27,7 +29,7 @@ from plumbob.reports.findings.simple_pendulum import (
 from plumbob.reports.judge.expectations import as_expected, expected
 from plumbob.reports.judge.verdict import Judgement
 from plumbob.reports.view.content import Figure, Finding, Table
-from plumbob.tests.support.declared import made
+from plumbob.tests.support.declared import declared, made, nothing
 
 SCENES = ("free-small", "free-large", "near-top-1e-6")
 
@@ -193,3 +195,39 @@ def test_findings_name_commands_that_exist() -> None:
             assert words[1] in ("run", "solve", "validate")
             names = words[words.index("--scenes") + 1] if "--scenes" in words else words[2]
             assert all(find_scene(name).name == name for name in names.split(","))
+
+
+def test_the_notebooks_statements() -> None:
+    found = claims.finding(declared(nothing(), notebook.requests))
+    verdicts = {line[0].text: line[3].text for line in found.tables[0].rows}
+    assert len(verdicts) == 9
+    ran = claims.parting(declared(nothing(), notebook.requests), "free-small")
+    # the phases part by theta_0^2/16 of what has passed: amplitude * sin(omega t theta_0^2/16)
+    start = math.radians(10.0)
+    by_phase = start * math.sin(math.sqrt(9.8) * 50.0 * start**2 / 16)
+    assert ran.largest == pytest.approx(by_phase, rel=0.02)
+    assert ran.relative == pytest.approx(0.295, abs=5e-3)
+    assert ran.in_runs == pytest.approx(ran.largest, rel=5e-3)
+    # a small damped swing keeps to the exponential up to its amplitude squared, a large one not
+    assert 5e-4 < claims.decay("damped-small") < 1e-3
+    assert 0.05 < claims.decay("damped-large") < 0.2
+    assert "30 %" in found.summary
+
+
+def test_the_bob_in_the_plane() -> None:
+    found = bob.finding(declared(nothing(), notebook.requests))
+    first = {line[0].text: line[3].text for line in found.tables[0].rows}
+    assert first["1"] == first["5"] == "–"
+    largest = {line[0].text: float(line[2].text) for line in found.tables[0].rows}
+    assert largest["2"] == pytest.approx(2.0, rel=0.01)  # opposite ends of a diameter, L = 1
+    over_x, over_y, plane = found.figures
+    for axis, figure in enumerate((over_x, over_y)):
+        exact, dots, *_ = figure.traces
+        assert exact["y"][0] == pytest.approx((-math.sin(math.radians(120)), 0.5)[axis], rel=1e-3)
+        near = np.interp(dots["x"], exact["x"], exact["y"])
+        assert np.abs(near - np.array(dots["y"])).max() < 5e-3
+    # within three periods of 2.76 s, as the summary says
+    assert bob.distances("free-large")[: int(8.3 * 100)].max() > 1.9
+    round_, swing = plane.traces
+    assert np.hypot(round_["x"], round_["y"]) == pytest.approx(1.0, rel=1e-3)
+    assert np.hypot(swing["x"], swing["y"]) == pytest.approx(0.97, rel=1e-3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from plumbob.engines.study.results import Study
@@ -9,7 +10,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.reports.findings import capsule_plan, section
 from plumbob.reports.findings.capsule_plan import SHOWN
-from plumbob.reports.findings.capsule_turn import body_angle, exact_motion, modes
+from plumbob.reports.findings.capsule_turn import body_angle, course, exact_motion, left_over, modes
 from plumbob.reports.findings.capsule_turn.turns import requests, turn
 from plumbob.reports.findings.plan_path import gallery
 from plumbob.reports.view.content import Figure, Finding, Table
@@ -148,3 +149,46 @@ def test_plans(monkeypatch: pytest.MonkeyPatch) -> None:
         assert distance < 2e-4
         assert slow < 1e-4 * distance
     assert capsule_plan.poses(study("capsule-turn/0.3", (EULER,))) is None
+
+
+def test_what_a_turn_leaves_at_its_stop() -> None:
+    found = left_over.finding(study("capsule-turn/0.3", (EULER, FEET)))
+    assert "0.655 rad/s" in found.summary
+    assert "3.66 mm/s" in found.summary
+    sizes, engines = found.tables
+    off = {line[0].text: float(line[3].text) for line in sizes.rows}
+    assert off["0.1"] == pytest.approx(-0.0425, abs=5e-4)
+    assert abs(off["0.001"]) < 1e-4
+    for line in engines.rows:
+        if line[1].text == FEET:
+            assert abs(float(line[3].text)) < 0.01
+
+
+def test_the_course_of_a_turn() -> None:
+    ran = declared(measured("capsule-turn/0.3", (EULER, FEET)), course.requests)
+    found = known(course.finding(ran))
+    over = {line[0].text: float(line[2].text) for line in found.tables[0].rows}
+    # the next order is the largest at 2 tau, 1.12 epsilon^2 of it
+    assert over["0.03"] == pytest.approx(1.1202, rel=2e-3)
+    assert over["0.3"] == pytest.approx(1.1202, rel=0.1)
+    assert [line[3].text for line in found.tables[0].rows] == ["2"] * 3
+    angles, departures, path = found.figures
+    assert len(angles.traces) == 5
+    assert len(departures.traces) == 3
+    phi, without, exact, *engines = angles.traces
+    assert phi["y"][-1] == pytest.approx(-without["y"][-1] / turn(0.3).inertia_ratio, rel=1e-3)
+    for marks in (*engines, *path.traces[2:]):
+        assert len(marks["x"]) >= course.DOTS
+    for seen in engines:  # marks on the curve
+        near = np.interp(seen["x"], exact["x"], exact["y"])
+        assert np.abs(near - np.array(seen["y"])).max() < 2e-3
+
+
+def test_the_leading_path_is_the_motion_without_friction() -> None:
+    """At epsilon 0.01 friction moves C by 1e-4 of its way or less; at 0.3 by 2 % or more."""
+    phases = np.linspace(0.0, 2.0, 41)
+    _, place = course.course(0.01, phases)
+    off = np.abs(place - course.leading_path(turn(0.01), phases)).max()
+    assert off < 1e-4 * np.abs(place).max()
+    _, place = course.course(0.3, phases)
+    assert np.abs(place - course.leading_path(turn(0.3), phases)).max() > 0.02 * place.max()

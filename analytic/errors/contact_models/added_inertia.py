@@ -116,12 +116,17 @@ def slider_on_a_line(
     driven = (part + DRIVE_ROUNDINGS * ROUNDOFF) * rate
     # Friction that stops the body takes its velocity in a step; where there is none it is rounding.
     stopped = driven if setup.capsule.friction else DRIVE_ROUNDINGS * ROUNDOFF * rate
+    # The lag of the slider grows with its acceleration in space, F/m; rounding comes anew.
+    rounded = 2.0 * DRIVE_ROUNDINGS * ROUNDOFF * rate * setup.capsule.slider_mass / step
+    lagging = part * float(np.abs(seen["driving_force"]).max()) + rounded
+    friction = setup.capsule.slider_mass * stopped / step
     return {
         "stroke": slid,
         "stroke_rate": driven,
+        "driving_force": mu * friction + (1.0 - mu) * lagging,
         "displacement": part * moved,
         "velocity": mu * driven,  # while it slides: the reaction is m/(M + m) of the acceleration
-        "friction_force": setup.capsule.slider_mass * stopped / step,
+        "friction_force": friction,
         **dict.fromkeys(NORMAL_FORCES, slid * slope),
     }
 

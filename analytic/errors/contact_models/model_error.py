@@ -30,6 +30,17 @@ def by_observable(parts: Mapping[str, Bounds]) -> ModelError:
     }
 
 
+def with_drive(bounds: Bounds, capsule: Capsule, step: float) -> Bounds:
+    """Bounds on a motion along a line in steps of `step` [s], with that on the actuator's force
+    that follows unless it is there: mu of that on friction, and (1 - mu) m of that on the slider's
+    mean acceleration over a step, at both of whose ends its velocity may be wrong."""
+    if "driving_force" in bounds:
+        return bounds
+    slid, mu = 2.0 * bounds.get("stroke_rate", 0.0) / step, capsule.mass_ratio
+    force = mu * bounds.get("friction_force", 0.0) + (1.0 - mu) * capsule.slider_mass * slid
+    return {**bounds, "driving_force": force} if force else bounds
+
+
 def support_arm(capsule: Capsule) -> float:
     """Root mean square distance of the supports from C [m]."""
     return math.sqrt(float(np.square(capsule.supports).sum()) / 3)

@@ -26,6 +26,7 @@ from plumbob.analytic.errors.contact_models.model_error import (
     ModelError,
     by_observable,
     support_arm,
+    with_drive,
 )
 from plumbob.analytic.errors.contact_models.sequential_impulse import ROUNDINGS, SequentialImpulse
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
@@ -100,7 +101,9 @@ class LineRun:
 def model_error(problem: CapsuleProblem, duration: float, solver: SequentialImpulse) -> ModelError:
     """{observable: {reason: bound}} over `duration` [s] of all mechanisms of the solver's model."""
     run = LineRun(problem, duration, solver)
-    return by_observable({reason: bound(run) for reason, bound in MECHANISMS[solver.model]})
+    bounds = {reason: bound(run) for reason, bound in MECHANISMS[solver.model]}
+    capsule, step = problem.setup.capsule, solver.step
+    return by_observable({why: with_drive(one, capsule, step) for why, one in bounds.items()})
 
 
 def _line(motion: Any, friction: float) -> FrictionDemand:

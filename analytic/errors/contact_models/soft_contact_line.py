@@ -23,6 +23,7 @@ from plumbob.analytic.errors.contact_models.model_error import (
     Bounds,
     ModelError,
     by_observable,
+    with_drive,
 )
 from plumbob.analytic.errors.contact_models.soft_contact import (
     DEPTH_ROUNDINGS,
@@ -108,7 +109,9 @@ class Deflection:
 def model_error(problem: CapsuleProblem, duration: float, contact: SoftContact) -> ModelError:
     """{observable: {reason: bound}} of a motion with a closed form over `duration` [s]."""
     motion = LineMotion(problem, duration)
-    return by_observable({why: bound(motion, contact) for why, bound in MECHANISMS.items()})
+    bounds = {why: bound(motion, contact) for why, bound in MECHANISMS.items()}
+    capsule, step = problem.setup.capsule, contact.step
+    return by_observable({why: with_drive(one, capsule, step) for why, one in bounds.items()})
 
 
 def stiction_drift(motion: LineMotion, contact: SoftContact) -> Bounds:

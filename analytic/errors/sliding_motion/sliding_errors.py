@@ -19,6 +19,7 @@ from plumbob.analytic.errors.sliding_motion.discontinuities import (
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import load_slopes
+from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.residual_motion import Coasting, ResidualMotion
@@ -60,11 +61,13 @@ def line_errors(line: LineManoeuvre, scheme: Scheme, step: float, times: Array) 
         pushed = trapezoid_errors([(line.t1, closed.backward + closed.braking)], step, times)
         velocity = line.body_velocity(times) - fast
         found |= {"displacement": pushed - late, "velocity": -fast}
-        return {**found, "friction_force": _first_stage(line, step, times, velocity)}
+        found["friction_force"] = _first_stage(line, step, times, velocity)
+        return found | _driving_force(line, found["friction_force"], step, times)
     jumps = [(line.t1, closed.backward + closed.braking), (closed.t_star, -closed.braking)]
     moved = lead * step * line.body_velocity(times) + trapezoid_errors(jumps, step, times)
     mean = (line.momentum(times + step) - line.momentum(times)) / step
     found["friction_force"] = mean - line.friction_force(times)
+    found |= _driving_force(line, found["friction_force"], step, times)
     return {**found, "displacement": moved, "velocity": still}
 
 
@@ -82,12 +85,14 @@ def stroke_errors(
     slid = lead * step * rate(times) + trapezoid_errors(jumps, step, begun + times)
     mean = np.diff(rate(np.stack([times, times + step])), axis=0)[0] / step
     still = np.zeros_like(times)
+    force = stroke.capsule.slider_mass * (mean - stroke.relative_acceleration(times))
     return {
         **dict.fromkeys(("displacement", "velocity", "heading", "sideways"), still),
         "stroke": slid,
         "stroke_rate": still,
         **_normal_forces(stroke, slid),
-        "friction_force": stroke.capsule.slider_mass * (mean - stroke.relative_acceleration(times)),
+        "friction_force": force,
+        "driving_force": force,
     }
 
 
@@ -115,6 +120,8 @@ def repeated_line_errors(motion: RepeatedLine, scheme: Scheme, step: float, time
     elif "friction_force" in found:
         gained = np.diff(motion.momentum(np.stack([times, times + step])), axis=0)[0]
         found["friction_force"] = gained / step - motion.friction_force(times)
+    if "friction_force" in found:
+        found |= _driving_force(motion, found["friction_force"], step, times)
     return found
 
 
@@ -163,6 +170,16 @@ def _first_stage(
     gained = np.diff(motion.relative_velocity(np.stack([times, times + step])), axis=0)[0]
     asked = (capsule.slider_mass * gained - both * velocity) / step
     return np.asarray(np.clip(asked, -limit, limit) - motion.friction_force(times))
+
+
+def _driving_force(
+    motion: LineManoeuvre | RepeatedLine, friction: Array, step: float, times: Array
+) -> dict[str, Array]:
+    """Errors of the actuator's force [N] over steps of `step` [s] that begin at grid `times` [s],
+    shape (n,): of `friction` [N], and of w, of which a step has the mean."""
+    gained = np.diff(motion.relative_velocity(np.stack([times, times + step])), axis=0)[0]
+    off = gained / step - motion.relative_acceleration(times)
+    return {"driving_force": driving_force(motion.single.capsule, friction, off)}
 
 
 def _normal_forces(motion: LineManoeuvre | SlowStroke, slid: Array) -> dict[str, Array]:

@@ -15,7 +15,6 @@ from plumbob.analytic.errors.theory import Coefficients, ErrorTheory, SteppedErr
 from plumbob.analytic.numerics.truncated_series import constant, product, sine_cosine
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 
 
@@ -64,7 +63,10 @@ class RodErrors:
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """The scheme stepped, less the exact motion, with the tension, see `stepped_errors`."""
         pendulum = self.pendulum.started
-        start, rod = (pendulum.theta, pendulum.theta_dot), Rod(pendulum.length, pendulum.gravity)
+        start, rod = (
+            (pendulum.theta, pendulum.theta_dot),
+            Rod(pendulum.length, pendulum.gravity, pendulum.mass),
+        )
         exact = self.pendulum.motion
         return stepped_errors(pendulum.rotor, start, scheme, step, times, exact, rod)
 
@@ -81,7 +83,8 @@ class RodErrors:
             power: {
                 "theta": coefficients["theta"],
                 "theta_dot": coefficients["theta_dot"],
-                "tension": MASS * (series[power] + length * coefficients.get("excess", 0.0)),
+                "tension": self.pendulum.mass
+                * (series[power] + length * coefficients.get("excess", 0.0)),
             }
             for power, coefficients in terms.items()
         }

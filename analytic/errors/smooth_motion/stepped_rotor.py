@@ -41,7 +41,6 @@ from plumbob.analytic.errors.theory import SteppedErrors
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array, Reference
-from plumbob.analytic.systems.pendulums.rod_tension import MASS
 
 MOST_STEPS = 2_000_000  # of a run: a few seconds
 FORCE_ROUNDINGS = 8.0  # of a force, whose parts an engine adds up along its own way
@@ -53,10 +52,12 @@ READ_AT = MappingProxyType(
 
 @dataclass(frozen=True)
 class Rod:
-    """A rod's length [m] and the gravity [m/s^2] that together make its tension."""
+    """A rod's length [m], the gravity [m/s^2] and the bob's mass [kg] that together make its
+    tension."""
 
     length: float
     gravity: float
+    mass: float
 
 
 def stepped_errors(
@@ -107,10 +108,10 @@ def _orbit(
     if rod is not None:
         theta, rate = values[:, 0], values[:, 1]
         parts = rod.length * rate**2 + rod.gravity * np.abs(np.cos(theta))
-        doubt = doubt + np.outer(3 * MASS * ULP * parts, [0.0, 0.0, 1.0])
+        doubt = doubt + np.outer(3 * rod.mass * ULP * parts, [0.0, 0.0, 1.0])
         if wanted[0] == 0:  # no step has been taken: a joint's pull is not read
             values = values.copy()
-            values[0, 2] = MASS * (rod.length * rate[0] ** 2 + rod.gravity * math.cos(theta[0]))
+            values[0, 2] = rod.mass * (rod.length * rate[0] ** 2 + rod.gravity * math.cos(theta[0]))
     return Orbit(values, doubt)
 
 
@@ -176,7 +177,7 @@ def _plain(
         def observe(x: Any, v: Any) -> tuple[Any, ...]:
             if rod is None:
                 return x, v
-            return x, v, MASS * (rod.length * v * v + rod.gravity * cos(x))
+            return x, v, rod.mass * (rod.length * v * v + rod.gravity * cos(x))
 
         return Step(_advance(torques), observe)
 
@@ -287,7 +288,7 @@ def _jointed(
             return x, w, w - rate * b, a, b, part / step * (outwards + rate * a)
 
         def observe(x: Any, w: Any, v: Any, a: Any, b: Any, pull: Any) -> tuple[Any, ...]:
-            return (x, w) if rod is None else (x, w, MASS * rod.length * pull)
+            return (x, w) if rod is None else (x, w, rod.mass * rod.length * pull)
 
         return Step(advance, observe)
 

@@ -14,6 +14,7 @@ from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, Segment, normal_forces, validity
 from plumbob.analytic.systems.capsule_motion import MotionKind
+from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.slider_path import SliderPath, line_stroke
 
 # w2 = f g/mu is allowed and w1 = f g/mu is not; a product of doubles has an error of a few
@@ -205,10 +206,15 @@ class LineManoeuvre:
         inner = self.capsule.slider_mass * self.relative_velocity(times)
         return both * self.body_velocity(times) + inner
 
-    def actuator_force(self, times: Array) -> Array:
-        """Force F of the actuator on the slider [N] at `times` [s], shape (n,) (eq. 9)."""
-        total = self.body_acceleration(times) + self.relative_acceleration(times)
-        return self.capsule.slider_mass * total
+    @property
+    def stops(self) -> tuple[float, ...]:
+        """When the body comes to rest [s]: the only switch that is not one of the path."""
+        return (self.t_star,)
+
+    def driving_force(self, times: Array) -> Array:
+        """Force F of the actuator on the slider [N] at `times` [s], shape (n,) (eqs. 3, 9)."""
+        friction, slid = self.friction_force(times), self.relative_acceleration(times)
+        return driving_force(self.capsule, friction, slid)
 
     def friction_force(self, times: Array) -> Array:
         """Resultant of friction on the body [N] at `times` [s], shape (n,): f (M + m) g while it

@@ -10,6 +10,7 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import normal_force_uncertainty
+from plumbob.analytic.systems.manoeuvres import driving_force
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 
 # Largest number of roundings between the parameters and an observable.
@@ -34,8 +35,8 @@ class LineReference:
     """Exact motion of a line manoeuvre by name of observable, all signed along its direction.
 
     displacement, velocity: of C [m, m/s]; stroke, stroke_rate: of the slider in the body [m,
-    m/s]; heading [rad]; sideways: of C across the line [m]; normal_force_1..3 and
-    friction_force (resultant on the body) [N].
+    m/s]; heading [rad]; sideways: of C across the line [m]; normal_force_1..3, friction_force
+    (resultant on the body) and driving_force (of the actuator on the slider) [N].
     """
 
     manoeuvre: LineManoeuvre
@@ -53,6 +54,7 @@ class LineReference:
             "sideways": np.zeros_like(times),
             **{f"normal_force_{i + 1}": forces[:, i] for i in range(3)},
             "friction_force": line.friction_force(times),
+            "driving_force": line.driving_force(times),
         }
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
@@ -82,6 +84,9 @@ class LineReference:
             "sideways": zero,
             **{f"normal_force_{i + 1}": zero + slack for i in range(3)},
             "friction_force": zero + ARITHMETIC * ROUNDOFF * capsule.friction * capsule.weight,
+            "driving_force": driving_force.uncertainty(
+                capsule, line.friction_force(times), line.relative_acceleration(times)
+            ),
         }
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:

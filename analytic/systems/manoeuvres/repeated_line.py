@@ -14,6 +14,7 @@ from plumbob.analytic.parameters import ParameterError, non_negative
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import steepest_load
 from plumbob.analytic.systems.capsule_motion import MotionKind
+from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import SNAP, LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke, slow_return
@@ -76,6 +77,11 @@ class RepeatedLine:
         """Body's whole displacement along the line [m]: count times eq. 22."""
         return self.count * self.manoeuvre.displacement
 
+    @property
+    def mean_speed(self) -> float:
+        """Magnitude of the body's displacement over the time that it takes [m/s]."""
+        return abs(self.manoeuvre.displacement) / self.period
+
     def within(self, times: Array) -> tuple[Array, Array]:
         """Number of whole manoeuvres done at `times` [s], and the time in the present one [s]."""
         times = np.asarray(times, dtype=np.float64)
@@ -110,6 +116,7 @@ class RepeatedLine:
         early = local < self.manoeuvre.t2
         seen = {name: np.where(early, there[name], back[name]) for name in there}
         seen["friction_force"] = self.friction_force(times)
+        seen["driving_force"] = self.driving_force(times)
         seen["displacement"] = seen["displacement"] + done * self.manoeuvre.displacement
         return seen
 
@@ -120,6 +127,16 @@ class RepeatedLine:
         sticking = self.manoeuvre.capsule.slider_mass * self.relative_acceleration(times)
         moving = local < self.manoeuvre.t_star
         return np.where(moving, self.manoeuvre.friction_force(local), sticking)
+
+    @property
+    def stops(self) -> tuple[float, ...]:
+        """When the body comes to rest in each manoeuvre [s]."""
+        return tuple(n * self.period + self.manoeuvre.t_star for n in range(self.count))
+
+    def driving_force(self, times: Array) -> Array:
+        """Force of the actuator on the slider [N] at `times` [s], shape (n,) (eqs. 3, 9)."""
+        friction, slid = self.friction_force(times), self.relative_acceleration(times)
+        return driving_force(self.manoeuvre.capsule, friction, slid)
 
     def momentum(self, times: Array) -> Array:
         """Momentum of body and slider [kg m/s] at `times` [s], any shape."""

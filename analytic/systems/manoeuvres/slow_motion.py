@@ -144,6 +144,16 @@ class SlowStroke:
         places = (self.start + self.strokes(times))[:, None] * unit
         return normal_forces(self.capsule, places)
 
+    @property
+    def stops(self) -> tuple[float, ...]:
+        """None: the body does not move."""
+        return ()
+
+    def driving_force(self, times: Array) -> Array:
+        """Force of the actuator on the slider [N] at `times` [s], shape (n,): m w, which friction
+        passes on to the plane."""
+        return self.capsule.slider_mass * self.relative_acceleration(times)
+
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Exact observables at `times` [s], shape (n,), as `line_reference` names them:
         the body does not move, and friction is m w."""
@@ -154,7 +164,8 @@ class SlowStroke:
             "stroke": self.strokes(times),
             "stroke_rate": self.relative_velocity(times),
             **{f"normal_force_{i + 1}": forces[:, i] for i in range(3)},
-            "friction_force": self.capsule.slider_mass * self.relative_acceleration(times),
+            "friction_force": self.driving_force(times),
+            "driving_force": self.driving_force(times),
         }
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
@@ -171,6 +182,7 @@ class SlowStroke:
             "stroke_rate": still + few * self.acceleration * self.duration,
             **{f"normal_force_{i + 1}": slack for i in range(3)},
             "friction_force": still + few * pull,
+            "driving_force": still + few * pull,
         }
 
     @property

@@ -84,15 +84,18 @@ class TiltedHold:
             **dict.fromkeys(names, still),
             **{f"normal_force_{i + 1}": still + forces[i] for i in range(3)},
             "friction_force": still - self.capsule.weight * math.sin(angle),
+            "driving_force": still
+            - self.capsule.mass_ratio * self.capsule.weight * math.sin(angle),
         }
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """Absolute error [SI] at `times` [s], shape (n,), of forces; rest is exact."""
         slack = normal_force_uncertainty(self.capsule, math.hypot(*self.slider))
         few = ROUNDINGS * ROUNDOFF * self.capsule.weight
+        forces = {f"normal_force_{i + 1}": slack for i in range(3)}
+        forces |= {"friction_force": few, "driving_force": self.capsule.mass_ratio * few}
         return {
-            name: np.zeros_like(value)
-            + (slack if name.startswith("normal") else few if name == "friction_force" else 0.0)
+            name: np.zeros_like(value) + forces.get(name, 0.0)
             for name, value in self.observe(times).items()
         }
 

@@ -35,12 +35,23 @@ class TurnPose:
 
 
 @dataclass(frozen=True)
+class TurnRates:
+    """Velocity of C in the axes of the start [m/s] and angular velocity [rad/s]; as a first-order
+    coefficient the same over tau, [m/s^2] and [rad/s^2]."""
+
+    x: float
+    y: float
+    heading: float
+
+
+@dataclass(frozen=True)
 class TurnCorrection:
     """Coefficients of tau^2 in the pose when the slider stops (2 tau) and when the body rests, and
-    of tau in the time from one to the other."""
+    of tau in the velocities when it stops and in the time from one to the other."""
 
     at_stop: TurnPose
     at_rest: TurnPose
+    left_at_stop: TurnRates
     residual_time: float
 
 
@@ -85,8 +96,9 @@ def leading_friction(
 def turn_correction(
     capsule: Capsule, radius: float, slider_angle: float, start: float = 0.0
 ) -> TurnCorrection:
-    """Coefficients of tau^2 in the pose at 2 tau and at rest (eqs. 3-6), for a slider that moves
-    by `slider_angle` Z tau^2 [rad] from `start` [rad] on the circle of `radius` [m]."""
+    """Coefficients of tau^2 in the pose at 2 tau and at rest (eqs. 3-6), and of tau in the
+    velocities at 2 tau, for a slider that moves by `slider_angle` Z tau^2 [rad] from `start` [rad]
+    on the circle of `radius` [m]."""
     mass, inertia = capsule.body_mass + capsule.slider_mass, circle_inertia(capsule, radius)
     body_angle = -inertia_ratio(capsule, radius) * slider_angle
 
@@ -109,9 +121,11 @@ def turn_correction(
     arm = capsule.mass_ratio * complex(end) * facing
     at_stop = drift - 1j * arm * turned.real
     at_rest = drift + facing * way - 1j * arm * (turned.real + turn)
+    carried = push - 1j * arm * spin.real
     return TurnCorrection(
         TurnPose(at_stop.real, at_stop.imag, turned.real),
         TurnPose(at_rest.real, at_rest.imag, turned.real + turn),
+        TurnRates(carried.real, carried.imag, spin.real),
         lasting,
     )
 

@@ -15,6 +15,7 @@ from plumbob.analytic.systems.capsule import Capsule, Path, validity
 from plumbob.analytic.systems.manoeuvres.turn_correction import (
     TurnCorrection,
     TurnPose,
+    TurnRates,
     circle_inertia,
     inertia_ratio,
     progress,
@@ -137,6 +138,13 @@ class TurnManoeuvre:
     def corrected_pose_at_rest(self) -> TurnPose:
         """Pose at rest with the second order added."""
         return _added(self.leading_pose, self.correction.at_rest, self.half_time**2)
+
+    @property
+    def rates_at_stop(self) -> TurnRates:
+        """Velocity and angular velocity left at 2 tau, of which eq. 32 has none, to leading order:
+        in proportion to tau."""
+        left, tau = self.correction.left_at_stop, self.half_time
+        return TurnRates(tau * left.x, tau * left.y, tau * left.heading)
 
     @property
     def rest_time(self) -> float:

@@ -1,4 +1,5 @@
-"""The tension of a pendulum's rod as a function of its motion (Pendulo Simples)."""
+"""The tension of a pendulum's rod and the place of its bob as functions of its motion (Pendulo
+Simples)."""
 
 from __future__ import annotations
 
@@ -12,23 +13,32 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
 
-MASS = 1.0  # [kg] of the bob: the notebook's equations are per unit mass
+MASS = 1.0  # [kg] of the bob unless given: the notebook's code is per unit mass
 
 
-def tension(length: float, gravity: float, theta: Array, theta_dot: Array) -> Array:
+def tension(
+    length: float, gravity: float, theta: Array, theta_dot: Array, mass: float = MASS
+) -> Array:
     """T = m L theta'^2 + m g cos theta [N], positive when the rod is pulled; shapes (n,)."""
-    return np.asarray(MASS * (length * theta_dot**2 + gravity * np.cos(theta)))
+    return np.asarray(mass * (length * theta_dot**2 + gravity * np.cos(theta)))
+
+
+def bob_place(length: float, theta: Array) -> Array:
+    """x = L sin theta and y = -L cos theta of the bob from the axis [m], y upwards, shape (n, 2);
+    theta [rad], shape (n,). The notebook's X_1 and X_2 are -x and -y."""
+    return np.column_stack([length * np.sin(theta), -length * np.cos(theta)])
 
 
 @dataclass(frozen=True)
 class RodMotion:
     """A pendulum's `motion`, which obeys `rotor`, with the tension of its rod of `length` [m] under
-    `gravity` [m/s^2]; a `Reference`."""
+    `gravity` [m/s^2] with a bob of `mass` [kg]; a `Reference`."""
 
     motion: Any  # a `Reference` of theta and theta_dot
     rotor: DrivenRotor
     length: float
     gravity: float
+    mass: float = MASS
 
     @property
     def closed_form(self) -> Any:
@@ -38,7 +48,7 @@ class RodMotion:
     def observe(self, times: Array) -> Mapping[str, Array]:
         """theta [rad], theta_dot [rad/s] and tension [N] at `times` [s], shape (n,)."""
         seen = self.motion.observe(times)
-        pull = tension(self.length, self.gravity, seen["theta"], seen["theta_dot"])
+        pull = tension(self.length, self.gravity, seen["theta"], seen["theta_dot"], self.mass)
         return {**seen, "tension": pull}
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
@@ -48,7 +58,7 @@ class RodMotion:
         by_theta = np.abs(self.gravity * np.sin(theta)) * uncertain["theta"]
         by_rate = np.abs(2 * self.length * rate) * uncertain["theta_dot"]
         parts = self.length * rate**2 + self.gravity * np.abs(np.cos(theta))
-        return {**uncertain, "tension": MASS * (by_theta + by_rate + 3 * ULP * parts)}
+        return {**uncertain, "tension": self.mass * (by_theta + by_rate + 3 * ULP * parts)}
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """Nonlinearity of the response to errors of theta and theta_dot, shape (n,)."""

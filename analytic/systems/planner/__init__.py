@@ -30,7 +30,14 @@ from plumbob.analytic.systems.planner.problem import (
     too_many,
 )
 from plumbob.analytic.systems.planner.result import Plan, TrackName, pose_error, simulate
-from plumbob.analytic.systems.planner.tracks import Curve, FreePlane, Track
+from plumbob.analytic.systems.planner.tracks import (
+    ArcName,
+    Curve,
+    FreePlane,
+    Pair,
+    Track,
+    check_curve,
+)
 
 __all__ = ["POSES", "Limits", "Plan", "RestPose", "plan", "pose_error", "simulate"]
 
@@ -57,12 +64,16 @@ def plan(
     start: RestPose | None = None,
     *,
     equal: bool = False,
+    legs: Pair = (1, 2),
+    arc: ArcName = "shorter",
 ) -> Plan:
     """A plan from `start` (None: the origin, slider at C) to `goal`, turning the shorter way round.
 
     The plan has the least time found within `limits`; with `equal` it is a simple one instead: as
     few equal turns and lines as possible, w1 = 3 f g/mu, w2 = 0.8 f g/mu, mu_1 Z = 3 R_0, a slow
-    return after each. Raises ParameterError naming the limit that makes a pose unreachable.
+    return after each. On the track "curve" the slider goes along C-Ai and C-Aj, where i and j are
+    the `legs`, and the `arc` between them. Raises ParameterError naming the limit that makes a pose
+    unreachable.
     """
     limits = limits or Limits()
     start = start or RestPose(0.0, 0.0, 0.0)
@@ -71,13 +82,16 @@ def plan(
     for pose in (start, goal):
         if abs(pose.heading) > LARGEST_HEADING:
             raise ParameterError("heading", pose.heading, f"within ±{LARGEST_HEADING:g} rad")
-    rails: Track = (FreePlane if track == "free" else Curve)(capsule, limits)
+    check_curve(legs, arc)
+    rails: Track = (
+        FreePlane(capsule, limits) if track == "free" else Curve(capsule, limits, legs, arc)
+    )
     for breach in validity(capsule, (Segment(start.slider, goal.slider),)):
         raise breach
     aim = goal
     for _ in range(AIMS):
         made = _arranged(capsule, limits, rails, start, aim, equal)
-        found = Plan(capsule, start, goal, limits, track, _in_order(made))
+        found = Plan(capsule, start, goal, limits, track, _in_order(made), legs, arc)
         if max(found.error) <= CLOSED:
             return found
         missed = goal.place - found.reached.place

@@ -15,7 +15,7 @@ from plumbob.analytic.systems.slider_path import ArcPiece, StraightPiece
 
 @dataclass(frozen=True)
 class CurveMotion:
-    """The slider's arc length along the curve [m]: C-A1, the circle, C-A2 back to C.
+    """The slider's arc length along the curve [m]: C-Ai, the circle, C-Aj back to C.
 
     `begins` [s], shape (n+1,), when each piece begins and the last one ends; `places` [m], `rates`
     [m/s] and `accelerations` [m/s^2] there, shape (n+1,), each acceleration lasting for its piece.
@@ -66,7 +66,7 @@ def _pace(curve: Curve, piece: StraightPiece | ArcPiece) -> tuple[float, float]:
 
 def along_curve(plan: Plan) -> CurveMotion:
     """The motion of the coordinate in a `plan` on the track "curve"."""
-    curve, path = Curve(plan.capsule, plan.limits), plan.path
+    curve, path = Curve(plan.capsule, plan.limits, plan.legs, plan.arc), plan.path
     paces = [
         _pace(curve, piece) for piece in path.pieces if isinstance(piece, (StraightPiece, ArcPiece))
     ]

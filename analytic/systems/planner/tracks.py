@@ -7,7 +7,7 @@ import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 
@@ -33,6 +33,21 @@ LEAST_LOAD = 0.1  # of a support's load with the slider at C, to remain on a rai
 
 Legs = tuple[tuple[Rail, float], ...]
 """Rails, each with the distance [m] that the body moves along it."""
+
+
+Pair = tuple[int, int]
+"""The supports at whose directions the curve's segments lie, 1, 2 or 3, in the order of the places
+along it."""
+ArcName = Literal["shorter", "longer"]
+
+
+def check_curve(supports: Pair, arc: ArcName) -> None:
+    """Raises ParameterError where `supports` are no two of 1, 2, 3, or `arc` is no name."""
+    whole = isinstance(supports, tuple) and all(type(i) is int for i in supports)
+    if not (whole and len(set(supports)) == len(supports) == 2 and set(supports) <= {1, 2, 3}):
+        raise ParameterError("legs", supports, "two different ones of the supports 1, 2, 3")
+    if arc not in ("shorter", "longer"):
+        raise ParameterError("arc", arc, "shorter or longer")
 
 
 class Track(Protocol):
@@ -134,30 +149,39 @@ class FreePlane:
 
 @dataclass(frozen=True)
 class Curve:
-    """Track of one degree of freedom: from C along C-A1 to the circle, round to the line C-A2 the
-    shorter way, and along it back to C (Chernousko 2020, fig. 1). A place is the arc length from
-    its beginning [m]; its ends do not join, though both are at C."""
+    """Track of one degree of freedom: from C along C-Ai to the circle, round to the line C-Aj the
+    shorter way or the longer, and along it back to C (Chernousko 2020, fig. 1), where i and j are
+    the `supports`. A place is the arc length from its beginning [m]; its ends do not join, though
+    both are at C. Raises ParameterError."""
 
     capsule: Capsule
     limits: Limits
+    supports: Pair = (1, 2)
+    arc: ArcName = "shorter"
 
     def __post_init__(self) -> None:
+        check_curve(self.supports, self.arc)
         first, swing = self.first, self.swing
         if abs(math.sin(swing)) <= NEAR:
+            i, j = self.supports
             raise ParameterError(
-                "supports", self.capsule.supports, "such that C-A1 and C-A2 are not one line"
+                "supports", self.capsule.supports, f"such that C-A{i} and C-A{j} are not one line"
             )
         check_limits(self.capsule, self.limits, Arc(self.limits.radius, first, first + swing))
 
     @property
     def first(self) -> float:
-        """Angle of C-A1 [rad]."""
-        return direction_to(self.capsule, 1)
+        """Angle of C-Ai [rad]."""
+        return direction_to(self.capsule, self.supports[0])
 
     @property
     def swing(self) -> float:
-        """Angle from C-A1 to C-A2 the shorter way [rad], with its sign."""
-        return math.remainder(direction_to(self.capsule, 2) - self.first, FULL_CIRCLE)
+        """Angle from C-Ai to C-Aj along the arc [rad], with its sign."""
+        swing = direction_to(self.capsule, self.supports[1]) - self.first
+        shorter = math.remainder(swing, FULL_CIRCLE)
+        if self.arc == "shorter":
+            return shorter
+        return shorter - math.copysign(FULL_CIRCLE, shorter)
 
     @property
     def _corners(self) -> tuple[float, float, float, float]:
@@ -185,7 +209,8 @@ class Curve:
         candidates.append(one + self.limits.radius * (turned % FULL_CIRCLE))
         found = [s for s in candidates if 0.0 <= s <= end and abs(self.point(s) - there) <= NEAR]
         if not found:
-            raise ParameterError("slider", point, "on the curve: C-A1, circle, C-A2")
+            i, j = self.supports
+            raise ParameterError("slider", point, f"on the curve: C-A{i}, circle, C-A{j}")
         return tuple(complex(s) for s in dict.fromkeys(found))
 
     def circle(self, sense: float, returning: bool) -> Circle:
@@ -200,7 +225,7 @@ class Curve:
         return complex(self.limits.radius * (1.0 + abs(angle - self.first)))
 
     def legs(self, displacement: complex) -> tuple[Legs, ...]:
-        """See Track: along C-A1 and C-A2, in either order."""
+        """See Track: along C-Ai and C-Aj, in either order."""
         parts = self._parts_of(np.array([displacement]))[:, 0]
         legs = tuple(
             (self._rail(number, away=float(part) < 0.0), abs(float(part)))
@@ -210,7 +235,7 @@ class Curve:
         return tuple(dict.fromkeys((legs, legs[::-1])))
 
     def _parts_of(self, displacements: Complex) -> Array:
-        """Components along C-A1 and C-A2 [m], shape (2, n), of `displacements`, shape (n,)."""
+        """Components along C-Ai and C-Aj [m], shape (2, n), of `displacements`, shape (n,)."""
         sides = (self.first, self.first + self.swing)
         axes = np.array([[math.cos(side), math.sin(side)] for side in sides]).T
         return np.asarray(np.linalg.solve(axes, np.stack([displacements.real, displacements.imag])))
@@ -225,7 +250,7 @@ class Curve:
         return one + two
 
     def _rail(self, number: int, away: bool) -> Rail:
-        """Segment C-A1 (0) or C-A2 (1), with the slider going away from C or towards it."""
+        """Segment C-Ai (0) or C-Aj (1), with the slider going away from C or towards it."""
         side = self.first + number * self.swing
         _, one, _, end = self._corners
 

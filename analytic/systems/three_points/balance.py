@@ -13,7 +13,7 @@ from numpy.polynomial.legendre import legder, leggauss
 
 from plumbob.analytic.numerics.collocation import evaluate
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.three_points.equations import Mechanics, cross
+from plumbob.analytic.systems.three_points.equations import Complex, Mechanics, cross
 from plumbob.analytic.systems.three_points.forces import Loading, moving, resting
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.smooth_segment import SmoothSegment
@@ -34,16 +34,20 @@ class Balance:
     actuator_work: float
 
 
-def actuator_power(body: Mechanics, load: Loading) -> Array:
-    """Power F . v of the actuator [W], shape (n,) (Chernousko 2020, eq. 3 for F)."""
+def actuator_force(body: Mechanics, load: Loading) -> Complex:
+    """Force F of the actuator on the slider [N], body axes, shape (n,) (Chernousko 2020, eq. 3)."""
     at, omega, mu = load.at, load.omega, body.mass_ratio
     r, v, w = at.position, at.velocity, at.acceleration
     growth = body.reduced_mass * (2.0 * (r.conjugate() * v).real * omega + cross(r, w))
     spin_up = (load.torque - growth) / at.inertia
     relative = w + 2j * omega * v + 1j * spin_up * r - omega**2 * r
     # Q is at (1 - mu) r from G; the slope pulls at Q too, and that part cancels.
-    force = body.mass * mu * (load.force / body.mass + (1.0 - mu) * relative)
-    return np.asarray((force.conjugate() * v).real)
+    return np.asarray(body.mass * mu * (load.force / body.mass + (1.0 - mu) * relative))
+
+
+def actuator_power(body: Mechanics, load: Loading) -> Array:
+    """Power F . v of the actuator [W], shape (n,)."""
+    return np.asarray((actuator_force(body, load).conjugate() * load.at.velocity).real)
 
 
 def _totals(body: Mechanics, load: Loading) -> Array:
@@ -92,7 +96,7 @@ def _rates(body: Mechanics, load: Loading) -> Array:
     )
 
 
-def _loads(
+def exchange(
     motion: ThreePointMotion, segment: SmoothSegment, fractions: Array
 ) -> tuple[Loading, Array]:
     """Loading at `fractions` of a segment, in [0, 1], and d(time)/d(fraction) there [s]."""
@@ -111,8 +115,8 @@ def balance(motion: ThreePointMotion) -> Balance:
     if not finite:
         return Balance(0.0, 0.0, 0.0, 0.0, 0.0)
     flow, gross, inside = _exchanged(motion, finite)
-    before = _totals(motion.body, _loads(motion, finite[0], np.zeros(1))[0])[0]
-    after = _totals(motion.body, _loads(motion, finite[-1], np.ones(1))[0])[0]
+    before = _totals(motion.body, exchange(motion, finite[0], np.zeros(1))[0])[0]
+    after = _totals(motion.body, exchange(motion, finite[-1], np.ones(1))[0])[0]
     missing = np.abs(after - before - [flow[0] + flow[1], *flow[2:]])
     exchanged = [gross[:2].sum(), gross[2:4].sum(), gross[4]]
     energy, momentum, angular = (
@@ -136,7 +140,7 @@ def _exchanged(
     fractions, weights = 0.5 * (x + 1.0), 0.5 * weights
     flow, gross, inside = np.zeros(5), np.zeros(5), np.zeros(3)
     for segment in segments:
-        load, pace = _loads(motion, segment, fractions)
+        load, pace = exchange(motion, segment, fractions)
         rates = _rates(motion.body, load) * (weights * pace)[:, None]
         flow, gross = flow + rates.sum(axis=0), gross + np.abs(rates).sum(axis=0)
         inside = np.maximum(inside, _sizes(motion.body, load))

@@ -107,7 +107,8 @@ def whole(
     `step` [s]: those that converge unless it says otherwise.
 
     The height of C and of the slider above the plane is `settings["height"]` [m]; zero, as in the
-    source, unless given.
+    source, unless given. The slider starts `settings["slider_ahead"]` [m] further along its line
+    than in the problem, which may be where no reference goes: beyond an edge the body tips over.
     """
     given = settings or {"contact": "coulomb"}
     setup, height = problem.setup, float(given.get("height", 0.0))
@@ -121,8 +122,10 @@ def whole(
         support = spec.geom(f"support_{i + 1}")
         support.pos = [x, y, support.size[0] - height]
     set_contacts(spec, contacts(problem, given), capsule.friction, step)
-    spec.body("slider").pos = [*setup.slider, 0.0]
-    set_slider(spec, setup, (math.cos(setup.direction), math.sin(setup.direction)))
+    x, y = math.cos(setup.direction), math.sin(setup.direction)
+    ahead = float(given.get("slider_ahead", 0.0))
+    spec.body("slider").pos = [setup.slider[0] + ahead * x, setup.slider[1] + ahead * y, 0.0]
+    set_slider(spec, setup, (x, y))
     spec.body("slider").inertia = [POINT] * 3
     for key in tuple(spec.keys):  # the start is where the body rests, which is found by settling
         spec.delete(key)

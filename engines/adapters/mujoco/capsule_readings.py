@@ -149,9 +149,11 @@ def turned(attitude: Array, angle: float) -> Array:
 
 
 def reading(setup: CapsuleSetup) -> Probe:
-    """The normal forces N_i and, along a line, friction [N], over the step that begins. As
-    channels the number of contacts, the common centre of mass [m], and what is left of the balance
-    of momentum [N]: the actuator is inside, so the plane and gravity alone may change it."""
+    """The normal forces N_i and, along a line, friction and the force of the actuator on the slider
+    (what a force sensor between them reads, without the armature's inertia) [N], over the step
+    that begins. As channels the number of contacts, the common centre of mass [m], and what is left
+    of the balance of momentum [N]: the actuator is inside, so the plane and gravity alone may
+    change it."""
     capsule, angle = setup.capsule, setup.heading + setup.direction
     line = np.array([math.cos(angle), math.sin(angle), 0.0])
     both = capsule.body_mass + capsule.slider_mass
@@ -165,7 +167,10 @@ def reading(setup: CapsuleSetup) -> Probe:
             friction = float(force @ line)
             pushed = both * (data.qacc[:3] @ line - setup.pull)
             pushed += capsule.slider_mass * data.qacc[-1] if driven else 0.0
-            return {**_loads(normal), "friction_force": friction}, {
+            mujoco.mj_rnePostConstraint(model, data)
+            driving = float(data.cfrc_int[slider, 3:] @ line)
+            forces = {"friction_force": friction, "driving_force": driving}
+            return {**_loads(normal), **forces}, {
                 "contacts": float(data.ncon),
                 "centre_of_mass": float(data.subtree_com[body] @ line),
                 "momentum_residual": float(pushed) - friction,

@@ -79,7 +79,10 @@ def _friction(setup: CapsuleSetup) -> Probe:
 
         def read() -> tuple[Values, Values]:
             # From the accelerations: the solver finds those, and forces no better than it has to.
-            return {"friction_force": float(masses @ data.qacc) - both * setup.pull}, {}
+            friction = float(masses @ data.qacc) - both * setup.pull
+            mujoco.mj_rnePostConstraint(model, data)
+            driving = float(data.cfrc_int[model.body("slider").id, 3])
+            return {"friction_force": friction, "driving_force": driving}, {}
 
         return read
 

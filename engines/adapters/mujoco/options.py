@@ -21,7 +21,7 @@ CHOICES: tuple[tuple[str, type[Any], str], ...] = (
 )
 # Settings that builders and runs read, and no option.
 ELSEWHERE = (
-    *("contact", "control_at", "height", "model"),
+    *("contact", "control_at", "height", "model", "slider_ahead"),
     *("axle_damping_rate", "drive_rate", "platform_armature", "reads_energy"),
 )
 

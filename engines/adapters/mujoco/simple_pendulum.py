@@ -14,7 +14,6 @@ import numpy as np
 
 from plumbob.analytic.errors.contact_models.added_inertia import bob_error
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.engines.adapters.divergence import limits
 from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
 from plumbob.engines.method import Method
@@ -50,12 +49,12 @@ def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
     problem = problem.started
     spec, length = read(mjcf), problem.length
-    moment, bob, joint = MASS * length**2, spec.body("bob"), spec.joint("theta")
+    moment, bob, joint = problem.mass * length**2, spec.body("bob"), spec.joint("theta")
     spec.option.gravity = [0.0, 0.0, 0.0 if problem.linear else -problem.gravity]
-    bob.ipos = [0.0, 0.0, -length]
+    bob.mass, bob.ipos = problem.mass, [0.0, 0.0, -length]
     joint.damping = _first_coefficient(joint.damping, problem.damping_rate * moment)
     if problem.linear:
-        stiffness = MASS * problem.gravity * length
+        stiffness = problem.mass * problem.gravity * length
         joint.stiffness = _first_coefficient(joint.stiffness, stiffness)
     spec.actuator("forcing").gear[0] = moment
     spec.geom("rod").fromto = [0.0, 0.0, -length, 0.0, 0.0, 0.0]
@@ -77,7 +76,7 @@ def model_error(
     problem: Any, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
     """What the moment of inertia of the bob, which is to be a point, adds over `duration` [s]."""
-    bounds = bob_error(problem, duration, POINT / (MASS * problem.length**2))
+    bounds = bob_error(problem, duration, POINT / (problem.mass * problem.length**2))
     return {name: {"moment of inertia of the bob": bound} for name, bound in bounds.items()}
 
 

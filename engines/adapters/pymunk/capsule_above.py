@@ -138,18 +138,20 @@ def friction_limits(setup: CapsuleSetup, joints: tuple[pymunk.PivotJoint, ...]) 
 
 def on_the_line(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read]:
     """Readings signed along the line, with the N_i of statics for the slider's place and the
-    opening rate of the pins; and, once the step that follows is done, the friction in it.
+    opening rate of the pins; and, once the step that follows is done, the friction in it and the
+    force on the slider.
 
     pymunk gives the magnitude of a joint's impulse and not its direction: friction is what the
-    momentum gains beyond gravity.
+    momentum gains beyond gravity, and the driving force what the slider's gains.
     """
     body, slider, unit = assembly.body, assembly.slider, cmath.rect(1.0, setup.direction)
     start, back = complex(*setup.slider), cmath.exp(-1j * setup.heading) / unit
-    pulled, before = sum(part.mass for part in assembly.parts) * setup.pull, 0j
+    pulled, before, slid = sum(part.mass for part in assembly.parts) * setup.pull, 0j, 0j
 
     def read() -> Mapping[str, float]:
-        nonlocal before
-        before, (place, velocity) = assembly.momentum, assembly.motion_of_centre
+        nonlocal before, slid
+        before, slid = assembly.momentum, complex(*slider.velocity)
+        place, velocity = assembly.motion_of_centre
         turned, later = cmath.exp(1j * body.angle), assembly.half_step_turn
         arm = complex(*slider.position) - place
         carried = velocity + 1j * body.angular_velocity * later * arm
@@ -168,8 +170,12 @@ def on_the_line(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read]:
         }
 
     def following() -> Mapping[str, float]:
-        gained = (assembly.momentum - before) * back
-        return {"friction_force": gained.real / assembly.space.current_time_step - pulled}
+        step, gained = assembly.space.current_time_step, (assembly.momentum - before) * back
+        pushed = slider.mass * (complex(*slider.velocity) - slid) * back
+        return {
+            "friction_force": gained.real / step - pulled,
+            "driving_force": pushed.real / step - slider.mass * setup.pull,
+        }
 
     return read, following
 

@@ -78,16 +78,18 @@ def side_moment(setup: CapsuleSetup) -> float:
 
 def on_the_line(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read]:
     """Readings signed along the line, with the N_i of the last step, vertical displacement and tilt
-    (both ought to be zero); and, once the step that follows is done, the friction in it and the
-    residual of the momentum balance [N]: contacts and gravity alone may change the momentum."""
+    (both ought to be zero); and, once the step that follows is done, the friction in it, the
+    force on the slider, which is the joint's impulse over the step, and the residual of the
+    momentum balance [N]: contacts and gravity alone may change the momentum."""
     assembly = stand.assembly
     body, slider = assembly.body, assembly.slider
-    start, before = along(setup, setup.slider), 0.0
+    start, before, sliding = along(setup, setup.slider), 0.0, 0.0
     pulled = (body.mass + slider.mass) * setup.pull
 
     def read() -> Mapping[str, float]:
-        nonlocal before
-        before, pace = assembly.momentum.real, body.velocity.x
+        nonlocal before, sliding
+        before, sliding = assembly.momentum.real, slider.velocity.x
+        pace = body.velocity.x
         gone, height = body.position
         return {
             "displacement": gone,
@@ -101,9 +103,11 @@ def on_the_line(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read]:
 
     def following() -> Mapping[str, float]:
         friction = sum(force for force, _ in _contact_forces(stand))
-        gained = assembly.momentum.real - before
-        left = gained / assembly.space.current_time_step - pulled - friction
-        return {"friction_force": friction, "momentum_residual": left}
+        step = assembly.space.current_time_step
+        left = (assembly.momentum.real - before) / step - pulled - friction
+        driving = slider.mass * ((slider.velocity.x - sliding) / step - setup.pull)
+        forces = {"friction_force": friction, "driving_force": driving}
+        return {**forces, "momentum_residual": left}
 
     return read, following
 

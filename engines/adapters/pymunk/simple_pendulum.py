@@ -11,7 +11,6 @@ from typing import Any
 import pymunk
 
 from plumbob.analytic.errors.contact_models.sequential_impulse import opening_error
-from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.engines.adapters.divergence import fastest, limits
 from plumbob.engines.adapters.pymunk.methods import CLOSING_RATE, MOMENT
 from plumbob.engines.adapters.pymunk.simulation import Translation
@@ -31,11 +30,11 @@ def model_error(
     the spring nothing: the body's moment of inertia is that of the bob about the axis."""
     if problem.linear:
         return {}
-    moment = MOMENT * MASS * problem.length * fastest(problem, duration) ** 2
+    moment = MOMENT * problem.mass * problem.length * fastest(problem, duration) ** 2
     closing = 1 / step if method.settings.get("error_bias") == 0.0 else CLOSING_RATE
-    rounding = opening_error(MASS, problem.length, closing, step)
+    rounding = opening_error(problem.mass, problem.length, closing, step)
     return {
-        "theta_dot": {"rounded opening": rounding * step / (MASS * problem.length)},
+        "theta_dot": {"rounded opening": rounding * step / (problem.mass * problem.length)},
         "tension": {"moment of the bob": moment, "rounded opening": rounding},
     }
 
@@ -45,9 +44,9 @@ def _on_a_rod(problem: Any, method: Method, step: float) -> Translation:
     space = pymunk.Space()
     space.gravity = (0.0, -gravity)
     space.iterations = int(method.settings.get("iterations", space.iterations))
-    moment = MOMENT * MASS * length**2
-    arm = (length + math.sqrt(length**2 - 4 * moment / MASS)) / 2  # (I + m a^2) / (m a) = L
-    bob = pymunk.Body(MASS, moment)
+    moment = MOMENT * problem.mass * length**2
+    arm = (length + math.sqrt(length**2 - 4 * moment / problem.mass)) / 2  # (I + m a^2) / (m a) = L
+    bob = pymunk.Body(problem.mass, moment)
     joint = pymunk.PivotJoint(bob, space.static_body, (0.0, arm), (0.0, 0.0))
     joint.error_bias = float(method.settings.get("error_bias", joint.error_bias))
     _start(bob, joint, problem, arm, step)
@@ -55,7 +54,7 @@ def _on_a_rod(problem: Any, method: Method, step: float) -> Translation:
 
     def read() -> Mapping[str, float]:
         theta, theta_dot = bob.angle, bob.angular_velocity
-        rod = MASS * (length * theta_dot**2 + gravity * math.cos(theta))
+        rod = problem.mass * (length * theta_dot**2 + gravity * math.cos(theta))
         if h := space.current_time_step:  # 0 before the first step; its impulse has no sign
             outwards = bob.rotation_vector.perpendicular()
             rod = math.copysign(joint.impulse / h, (free[0] - bob.velocity).dot(-outwards))
@@ -69,7 +68,7 @@ def _on_a_rod(problem: Any, method: Method, step: float) -> Translation:
     def before(time: float) -> None:
         theta = bob.angle
         push = forcing * math.sin(frequency * time) - damping * bob.angular_velocity
-        force = pymunk.Vec2d(push * math.cos(theta), push * math.sin(theta)) / MASS
+        force = pymunk.Vec2d(push * math.cos(theta), push * math.sin(theta)) / problem.mass
         free[0] = bob.velocity + step * (space.gravity + force)
 
     def act(time: float) -> None:
@@ -78,8 +77,8 @@ def _on_a_rod(problem: Any, method: Method, step: float) -> Translation:
         bob.force = push * math.cos(theta), push * math.sin(theta)
 
     free = [bob.velocity]  # what it would be after the step if there were no joint
-    forcing = MASS * length * problem.forcing_amplitude
-    damping, frequency = MASS * length * problem.damping_rate, problem.forcing_frequency
+    forcing = problem.mass * length * problem.forcing_amplitude
+    damping, frequency = problem.mass * length * problem.damping_rate, problem.forcing_frequency
     return Translation(
         space,
         read,
@@ -107,11 +106,11 @@ def _start(
 
 def _on_a_spring(problem: Any) -> Translation:
     """Nothing pulls on the body's centre, which so needs no joint to stay where the axis is."""
-    moment = MASS * problem.length**2
+    moment = problem.mass * problem.length**2
     space = pymunk.Space()
-    wheel = pymunk.Body(MASS, moment)
+    wheel = pymunk.Body(problem.mass, moment)
     wheel.angle, wheel.angular_velocity = problem.theta, problem.theta_dot
-    stiffness = MASS * problem.gravity * problem.length
+    stiffness = problem.mass * problem.gravity * problem.length
     space.add(wheel, pymunk.DampedRotarySpring(wheel, space.static_body, 0.0, stiffness, 0.0))
 
     def read() -> Mapping[str, float]:

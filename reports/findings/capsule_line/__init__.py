@@ -11,7 +11,14 @@ from plumbob.analytic.systems.manoeuvres.line_reference import condition_number
 from plumbob.engines.study.extra_runs import Request, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
-from plumbob.reports.findings.capsule_line import contacts, displacement, fidelity, source
+from plumbob.reports.findings.capsule_line import (
+    contacts,
+    displacement,
+    drive,
+    fidelity,
+    source,
+    tipping,
+)
 from plumbob.reports.findings.measurements import problem
 from plumbob.reports.view.content import Cell, Finding, Section, Table, method_cell, row, value
 from plumbob.reports.view.notation import short
@@ -24,6 +31,7 @@ def requests(plan: StudyPlan) -> Sequence[Request]:
         *displacement.requests(plan),
         *contacts.requests(plan),
         *fidelity.requests(plan),
+        *tipping.requests(plan),
     )
 
 
@@ -37,6 +45,8 @@ def findings(study: Study) -> Sequence[Finding]:
         contacts.chatter(study),
         contacts.isotropy(study),
         contacts.normal_forces(study),
+        drive.finding(study),
+        tipping.finding(study),
         fidelity.heights(study),
         fidelity.momentum(study),
         fidelity.saving(study),

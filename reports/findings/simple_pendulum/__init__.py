@@ -7,7 +7,15 @@ from collections.abc import Sequence
 from plumbob.engines.study.extra_runs import Request, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
-from plumbob.reports.findings.simple_pendulum import energy, exactness, notebook, orders, tension
+from plumbob.reports.findings.simple_pendulum import (
+    bob,
+    claims,
+    energy,
+    exactness,
+    notebook,
+    orders,
+    tension,
+)
 from plumbob.reports.view.content import Figure, Finding, Section, Table
 
 
@@ -24,6 +32,8 @@ def requests(plan: StudyPlan) -> Sequence[Request]:
 def findings(study: Study) -> Sequence[Finding]:
     """What comparing the notebook and the engines showed."""
     found = (
+        claims.finding(study),
+        bob.finding(study),
         notebook.finding(study),
         orders.orders(study),
         orders.held_control(study),

@@ -34,10 +34,11 @@ FORCED = ("forced-small", "forced-large", "forced-chaotic")
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """The notebook's own run of each case, non-linear and linear."""
-    return [_run(prefix + name) for _, name, _ in CASES for prefix in (SIMPLE, LINEAR)]
+    return [own_run(prefix + name) for _, name, _ in CASES for prefix in (SIMPLE, LINEAR)]
 
 
-def _run(scene: str) -> ExtraRun:
+def own_run(scene: str) -> ExtraRun:
+    """The notebook's own run of a scene."""
     return ExtraRun(scene, METHOD, STEP, DURATION)
 
 
@@ -64,7 +65,7 @@ def _pair(study: Study, name: str) -> Sequence[Figure]:
                 prefix, times, case(prefix + name).reference.observe(times), paths is plane
             )
             paths.append(curve(x, y, colour=colour, dash=dash, name=f"{kind}, exact"))
-            if (found := study.recording(_run(prefix + name))) is not None:
+            if (found := study.recording(own_run(prefix + name))) is not None:
                 kept = np.flatnonzero(found.times <= end)[::DOTS]
                 seen = {n: values[kept] for n, values in found.observables.items()}
                 x, y = _path(prefix, found.times[kept], seen, paths is plane)
@@ -153,7 +154,7 @@ def _error(study: Study, scene: str) -> tuple[float, float | None]:
     if (known := measured(study, scene, METHOD, STEP)) is not None:
         error = known.errors["theta"]
         return error.largest, error.predicted.largest if error.predicted else None
-    found = study.recording(_run(scene))
+    found = study.recording(own_run(scene))
     if found is None:
         return float("nan"), None
     truth = case(scene).reference.observe(found.times)["theta"]

@@ -1,0 +1,58 @@
+"""The force of the actuator on the slider along a line, and what sizes an actuator for it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.capsule_motion import Demand
+
+NAME = "driving_force"
+ROUNDINGS = 32  # upper bound: of the parameters, and between them and the force
+
+
+def driving_force(capsule: Capsule, friction: Array, acceleration: Array) -> Array:
+    """Force F of the actuator on the slider [N], shape of `friction` [N] on the body and of the
+    slider's `acceleration` in the body [m/s^2]: eqs. 3 and 9 (Chernousko 2020) with the body's
+    acceleration eliminated, F = mu F_f + (1 - mu) m w; it is the same where tilted gravity pulls
+    along the line."""
+    mu = capsule.mass_ratio
+    reduced = mu * capsule.body_mass  # (1 - mu) m without a cancellation
+    return np.asarray(mu * friction + reduced * acceleration)
+
+
+def uncertainty(capsule: Capsule, friction: Array, acceleration: Array) -> Array:
+    """Absolute error [N], that parameters rounded to double, and the arithmetic, may have caused,
+    of `driving_force` of the same arguments."""
+    size = driving_force(capsule, np.abs(friction), np.abs(acceleration))
+    return np.asarray(ROUNDINGS * ROUNDOFF * size)
+
+
+def demand(motion: Any, duration: float) -> Demand:
+    """The demand of one `motion` along a line over `duration` [s]: between two switches the force
+    is constant, and the slider's velocity linear in time.
+
+    >>> corners = ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15))
+    >>> from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+    >>> capsule = Capsule(1.0, 0.3, 0.02, corners, friction=0.3, gravity=9.81)
+    >>> line = LineManoeuvre(capsule, w1=40.0, w2=10.0, t1=0.05)
+    >>> print(f"{demand(line, line.t2).peak:.4f} N")
+    10.1137 N
+    """
+    switches = [0.0, *motion.path.breakpoints, *motion.stops, duration]
+    edges = np.unique(np.clip(np.array(switches, dtype=np.float64), 0.0, duration))
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    forces = motion.driving_force(middles)
+    # constant force, linear velocity: the largest product is at an end of the interval
+    half = 0.5 * np.diff(edges) * motion.relative_acceleration(middles)
+    speeds = np.abs(motion.relative_velocity(middles)) + np.abs(half)
+    return Demand(
+        peak=float(np.abs(forces).max()),
+        rms=math.sqrt(float(np.sum(forces**2 * np.diff(edges))) / duration),
+        power=float(np.abs(forces * speeds).max()),
+    )

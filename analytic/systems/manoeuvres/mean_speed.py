@@ -1,0 +1,65 @@
+"""The mean speed of repeated line manoeuvres, and the fastest of them in closed form."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError, positive
+from plumbob.analytic.systems.capsule import Capsule, load_fractions
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+from plumbob.analytic.systems.manoeuvres.slow_motion import proper_fraction
+
+# With a = f g, x = f g/(mu w1) < 1, y = f g/(mu w2) >= 1, the stroke L and the return at the
+# fraction p of f g/mu, eqs. 17, 18, 21 and 22 (Chernousko 2020) are
+#     |dx| = mu L (1 - x)/(1 + y),     t2 = sqrt(2 mu L (x + y)/a),     return 2 sqrt(mu L/(p a)),
+# so that
+#     V = sqrt(mu a L) (1 - x)/(1 + y) / (sqrt(2 (x + y)) + 2/sqrt(p)).
+# It falls with x and with y and grows with p and L: the best is at the bounds, y = p = 1, x -> 0.
+
+
+def mean_speed(
+    capsule: Capsule, w1: float, w2: float, stroke: float, fraction: float = 1.0
+) -> float:
+    """Magnitude of the mean speed [m/s] of manoeuvres of `stroke` [m] with accelerations `w1`,
+    `w2` [m/s^2], each followed at once by a slow return at `fraction` of f g/mu. Raises
+    ParameterError."""
+    positive("friction", capsule.friction), positive("stroke", stroke)
+    positive("w1", w1), positive("w2", w2), proper_fraction("fraction", fraction)
+    x, y = capsule.holding_acceleration / w1, capsule.holding_acceleration / w2
+    moved = (1.0 - x) / (1.0 + y)
+    return _scale(capsule, stroke) * moved / (math.sqrt(2.0 * (x + y)) + 2.0 / math.sqrt(fraction))
+
+
+def fastest_speed(capsule: Capsule, stroke: float) -> float:
+    """What no manoeuvre of `stroke` [m] with a slow return exceeds [m/s]: w2 = f g/mu, a return
+    at f g/mu, and w1 without bound: sqrt(mu f g stroke)/(2 sqrt(2) + 4). Raises ParameterError."""
+    positive("friction", capsule.friction), positive("stroke", stroke)
+    return _scale(capsule, stroke) / (2.0 * math.sqrt(2.0) + 4.0)
+
+
+def longest_stroke(capsule: Capsule, direction: float) -> tuple[float, float]:
+    """Where the slider's line at `direction` [rad] through C leaves the places with N_i > 0, from
+    C [m]: the ends of the longest stroke, which are themselves outside. Raises ParameterError where
+    C is outside the triangle."""
+    unit = (math.cos(direction), math.sin(direction))
+    at_centre, ahead = load_fractions(capsule, np.array([(0.0, 0.0), unit]))
+    if not at_centre.min() > 0.0:
+        raise ParameterError("supports", capsule.supports, "a triangle with C inside")
+    slopes = (ahead - at_centre) * capsule.mass_ratio
+    reach = [-fraction / slope for fraction, slope in zip(at_centre, slopes, strict=True) if slope]
+    return max(r for r in reach if r < 0.0), min(r for r in reach if r > 0.0)
+
+
+def fastest(capsule: Capsule, w1: float, stroke: float, direction: float = 0.0) -> LineManoeuvre:
+    """The fastest manoeuvre of `stroke` [m] that pushes with `w1` [m/s^2], in the middle of its
+    line at `direction` [rad]. Raises ParameterError."""
+    w2 = capsule.holding_acceleration
+    t1 = math.sqrt(2.0 * w2 * positive("stroke", stroke) / (positive("w1", w1) * (w1 + w2)))
+    low, high = longest_stroke(capsule, direction)
+    return LineManoeuvre(capsule, w1, w2, t1, direction, 0.5 * (low + high - stroke))
+
+
+def _scale(capsule: Capsule, stroke: float) -> float:
+    return math.sqrt(capsule.mass_ratio * capsule.friction * capsule.gravity * stroke)

@@ -1,0 +1,105 @@
+"""The bob's mass, and C and F(t) of the notebook's own equation: what they change, and what not."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.registry import method as find_method
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Scene
+from plumbob.tests.support.cases import run_of, verdict_of
+
+MASS = 3.7  # [kg]
+FORCED = "simple-pendulum/forced-large"  # A 1.5 rad/s^2, xi 0.2/s, L 1 m
+METHODS = ("mujoco/euler", "mujoco/rk4", "pymunk/tight", "ode/rk4")
+STEP = 1e-3  # [s]
+
+
+def forced(mass: float, part: float = 1.0) -> Scene:
+    """The forced pendulum in the notebook's form: C = xi m, F_0 = A m L, for a bob of `mass`; the
+    force is `part` of it."""
+    changes = {"mass": mass, "damping": 0.2 * mass, "force": part * 1.5 * mass}
+    return find_scene(FORCED, changes)
+
+
+def test_rates_alone_leave_the_motion_and_scale_the_tension() -> None:
+    times = np.linspace(0.0, 20.0, 200)
+    for name in ("simple-pendulum/rotating-slow", "simple-pendulum/damped-large", FORCED):
+        one, other = (
+            case_of(find_scene(name, changes)).reference.observe(times)
+            for changes in ({}, {"mass": MASS})
+        )
+        np.testing.assert_array_equal(one["theta"], other["theta"])
+        np.testing.assert_allclose(other["tension"], MASS * one["tension"], rtol=1e-15)
+
+
+def test_energy_and_action_scale_too() -> None:
+    one, other = (
+        (found := case_of(find_scene("simple-pendulum/rotating-slow", changes))).system.facts(
+            found.problem
+        )
+        for changes in ({}, {"mass": MASS})
+    )
+    for name in ("energy", "action", "barrier"):
+        assert other[name] == pytest.approx(MASS * one[name], rel=1e-15)
+    # m g L and m L^2 theta_dot^2/2 - m g L cos theta of the notebook's case 3
+    rate, start = math.radians(200.0), math.radians(-120.0)
+    assert other["barrier"] == pytest.approx(MASS * 9.8, rel=1e-15)
+    assert other["energy"] == pytest.approx(
+        MASS * (0.5 * rate**2 - 9.8 * math.cos(start)), rel=1e-14
+    )
+    assert other["period"] == one["period"]
+
+
+def test_the_notebooks_form_is_the_same_pendulum() -> None:
+    times = np.linspace(0.0, 20.0, 200)
+    plain = case_of(find_scene(FORCED)).reference.observe(times)
+    for mass in (0.01, 1.0, MASS, 1e3):
+        own = case_of(forced(mass)).reference.observe(times)
+        # xi and A are rounded quotients: two ulp, grown by the motion's condition
+        np.testing.assert_allclose(own["theta"], plain["theta"], rtol=0, atol=1e-13)
+        np.testing.assert_allclose(
+            own["tension"], mass * plain["tension"], rtol=0, atol=mass * 1e-12
+        )
+    # C alone of a heavier bob damps less
+    light, heavy = (
+        case_of(find_scene("simple-pendulum/free-large", {"damping": 0.3, "mass": m})).problem
+        for m in (1.0, 3.0)
+    )
+    assert light.damping_rate == pytest.approx(3.0 * heavy.damping_rate, rel=1e-15)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_engines_with_another_mass(method: str) -> None:
+    how = find_method(method)
+    found, run = run_of(how, forced(MASS), STEP)
+    assert verdict_of(found, how) == "pass"
+    _, plain = run_of(how, forced(1.0), STEP)
+    if "tension" in run.observables:
+        np.testing.assert_allclose(
+            run.observables["tension"], MASS * plain.observables["tension"], rtol=1e-7, atol=1e-7
+        )
+        wrong = find_scene(FORCED, {"mass": MASS * 1.001})  # motion unchanged, tension 0.1 % more
+        assert verdict_of(run_of(how, forced(MASS), STEP, wrong)[0], how) == "fail"
+    weak = forced(MASS, 0.999)
+    assert verdict_of(run_of(how, forced(MASS), STEP, weak)[0], how) == "fail"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"mass": 0.0}, "mass = 0.0"),
+        ({"mass": -1.0, "damping": 1.0}, "mass = -1.0"),
+        ({"damping": 0.1, "damping_rate": 0.1}, "damping = 0.1: .*left out where damping_rate"),
+        ({"force": 0.1, "forcing_amplitude": 1.0}, "force = 0.1: .*forcing_amplitude is given"),
+        ({"damping": -0.1}, "damping"),
+    ],
+)
+def test_bad_input_is_named(changes: dict[str, float], message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        case_of(find_scene(FORCED, changes))

@@ -1,0 +1,89 @@
+"""The mean speed of repeated manoeuvres, against the manoeuvres themselves and a grid."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.capsule import normal_forces
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+from plumbob.analytic.systems.manoeuvres.mean_speed import (
+    fastest,
+    fastest_speed,
+    longest_stroke,
+    mean_speed,
+)
+from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
+from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE, lines
+
+STROKE = 0.5  # [m]
+
+
+@given(lines(), st.floats(0.01, 1.0))
+def test_it_is_displacement_over_period(line: LineManoeuvre, fraction: float) -> None:
+    many = RepeatedLine(line, 3, fraction)
+    found = mean_speed(line.capsule, line.w1, line.w2, line.stroke, fraction)
+    assert many.mean_speed == pytest.approx(abs(many.displacement) / many.duration, rel=1e-14)
+    # 1 - x loses what w1's nearness to the threshold costs
+    lost = 1.0 - line.capsule.holding_acceleration / line.w1
+    assert found == pytest.approx(many.mean_speed, rel=1e-14 + 1e-15 / lost)
+    assert found < fastest_speed(line.capsule, line.stroke)
+
+
+def test_the_bound_in_rational_arithmetic() -> None:
+    """V^2 of the bound is mu f g L/(2 sqrt 2 + 4)^2 = mu f g L (3 - 2 sqrt 2)/8."""
+    m, f, g, stroke = (Fraction(v) for v in (0.3, 0.3, 9.81, STROKE))
+    part = m / (1 + m) * f * g * stroke
+    root = Fraction(math.isqrt(2 * 10**80), 10**40)
+    squared = part * (3 - 2 * root) / 8
+    assert fastest_speed(CHECK, STROKE) ** 2 == pytest.approx(float(squared), rel=1e-14)
+
+
+def test_no_point_of_a_grid_is_faster() -> None:
+    most = 20 * LIMIT
+    best = mean_speed(CHECK, most, LIMIT, STROKE)
+    grid = product(
+        np.geomspace(1.01 * LIMIT, most, 40), np.geomspace(0.01 * LIMIT, LIMIT, 40),
+        np.linspace(0.05, STROKE, 10), np.linspace(0.1, 1.0, 10),
+    )  # fmt: skip
+    assert max(mean_speed(CHECK, *map(float, point)) for point in grid) == pytest.approx(
+        best, rel=1e-12
+    )
+    one = RepeatedLine(fastest(CHECK, most, STROKE), 1)
+    assert one.mean_speed == pytest.approx(best, rel=1e-13)
+    assert one.manoeuvre.stroke == pytest.approx(STROKE, rel=1e-13)
+    slower = RepeatedLine(replace(one.manoeuvre, w2=0.999 * LIMIT), 1)
+    assert slower.mean_speed < best * (1 - 1e-4)
+    assert best < fastest_speed(CHECK, STROKE) < 1.1 * best
+
+
+@pytest.mark.parametrize("direction", [0.0, 1.0, -2.5])
+def test_the_longest_stroke_ends_where_a_support_is_unloaded(direction: float) -> None:
+    low, high = longest_stroke(CHECK, direction)
+    unit = np.array([math.cos(direction), math.sin(direction)])
+    ends = normal_forces(CHECK, np.outer([low, high], unit))
+    np.testing.assert_allclose(ends.min(axis=1), 0.0, atol=1e-14 * CHECK.weight)
+    assert normal_forces(CHECK, np.outer([0.99 * low, 0.99 * high], unit)).min() > 0.0
+    fastest(CHECK, 5 * LIMIT, 0.99 * (high - low), direction)
+    with pytest.raises(ParameterError, match="normal_force"):
+        fastest(CHECK, 5 * LIMIT, 1.01 * (high - low), direction)
+
+
+def test_bad_input_is_named() -> None:
+    for name, given_ in (("stroke", (LIMIT, LIMIT, 0.0)), ("w1", (-1.0, LIMIT, 1.0))):
+        with pytest.raises(ParameterError, match=name):
+            mean_speed(CHECK, *given_)
+    with pytest.raises(ParameterError, match="friction"):
+        fastest_speed(replace(CHECK, friction=0.0), 1.0)
+    shifted = replace(CHECK, supports=((0.31, 0.0), (0.01, 0.15), (0.01, -0.15)))
+    with pytest.raises(ParameterError, match="supports"):
+        longest_stroke(shifted, 0.0)
+    assert RepeatedLine(LINE, 1).mean_speed > 0.0
