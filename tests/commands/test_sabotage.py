@@ -57,12 +57,7 @@ def red(found: Outcome, scene: str, method: str) -> bool:
         (FORCED, "mujoco/euler", "gravity", 1.0 + 1e-4),
         (FORCED, "mujoco/rk4", "forcing_frequency", 1.0 + 1e-5),
         (SLOW, "mujoco/rk4", "gravity", 1.01),
-        pytest.param(
-            *(SLOW, "mujoco/euler", "gravity", 1.01),
-            marks=pytest.mark.xfail(
-                reason="declared pre-asymptotic: no theory of such large errors", strict=False
-            ),
-        ),
+        (SLOW, "mujoco/euler", "gravity", 1.01),
     ],
 )
 def test_a_parameter_that_is_read_wrongly(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -85,7 +86,8 @@ def compiled_model(path: Path, name: str) -> Any:
 
     spec = read_model(path, name)
     try:
-        with options.collected():
+        with options.collected(), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of the file's own: deprecated attributes
             return spec.compile()
     except (ValueError, TypeError) as error:
         reason = " ".join(str(error).split())
