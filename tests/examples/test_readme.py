@@ -29,7 +29,7 @@ NOT_RUN = {
     "plumbob recommend 'capsule-line/heading-*' --error 1e-3":
         "24 scenes: minutes; test_recommend_command.py asks for a smaller family",
     "plumbob audit my.xml": "seconds of every core: tests/audit does it on small models",
-    "plumbob audit half_cheetah.xml --ctrl sines": "a file of another package; tests/audit likewise",
+    "plumbob audit half_cheetah.xml --ctrl sines": "a file of another package",
     "plumbob plan --to 0.3 0.1 3.14": "the next line plans the same, and runs it",
 }  # fmt: skip
 
