@@ -55,6 +55,9 @@ def _finding(table: Table, tilted: Sequence[Scene], last: dict[str, float | None
     noslip = [d for n, d in known.items() if n.endswith("coulomb+noslip")]
     sliding = [n for n, d in known.items() if d > SLIDES]
     said = f"In 10 s at {tilted[-1].name.partition('/')[2]} of the largest tilt that friction holds"
+    if not known:
+        name = tilted[-1].name.partition("/")[2]
+        said = f"No method ran at {name} of the largest tilt with a step of {short(STEP)} s"
     if convergent:
         said += f" a body on convergent contacts drifts by at most {number(max(convergent), 2)} m"
     if noslip:
