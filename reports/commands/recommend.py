@@ -50,6 +50,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--engine", metavar="NAME", help="only methods of this engine")
     values.add_changes(parser)
+    values.name_parameters(parser)
     parser.add_argument(
         "--stored", action="store_true",
         help="run nothing: answer from what is stored (else what is missing is run: 10 to 20 s for "

@@ -35,6 +35,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_like(parser)
     values.add_changes(parser)
+    values.name_parameters(parser)
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 

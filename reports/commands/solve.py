@@ -43,6 +43,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("scene", metavar="SCENE", help="system/case, or a system's default case")
     values.add_changes(parser)
+    values.name_parameters(parser)
     parser.add_argument("--times", metavar="T,T,...", help="times [s]; default: 11 over the scene")
     parser.add_argument(
         "--angles", metavar="THETA,THETA,...",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -13,6 +14,9 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
+from plumbob.models.registry import systems
+
+NAMES = "{names}"  # in an epilog: what --set takes
 
 
 def number(name: str, text: str) -> float:
@@ -63,6 +67,31 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
         "--set", action="append", metavar="NAME=JSON", dest="changes",
         help="change a parameter of the scene (SI units, radians); may be repeated",
     )  # fmt: skip
+
+
+def name_parameters(parser: argparse.ArgumentParser) -> None:
+    """Let a command's --help end with every parameter of every system."""
+    parser.formatter_class = _Help
+    parser.epilog = NAMES
+
+
+class _Help(argparse.RawDescriptionHelpFormatter):
+    """Help that looks the names of parameters up when it is printed: systems take time to load."""
+
+    def add_text(self, text: str | None) -> None:
+        super().add_text(_names() if text == NAMES else text)
+
+
+def _names() -> str:
+    """Every system with its parameters, a paragraph each."""
+    each = (
+        textwrap.fill(
+            ", ".join(system.parameters), 78, initial_indent=f"  {name}: ",
+            subsequent_indent="    ", break_on_hyphens=False,
+        )
+        for name, system in systems().items()
+    )  # fmt: skip
+    return "\n".join(("parameters that --set takes:", *each))
 
 
 @contextmanager

@@ -8,7 +8,17 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.scene import Scene
 from plumbob.reports.findings.measurements import measured, names
-from plumbob.reports.view.content import Cell, Finding, Section, Table, method_cell, row, value
+from plumbob.reports.findings.sources import CHERNOUSKO
+from plumbob.reports.view.content import (
+    Cell,
+    Finding,
+    Section,
+    Statement,
+    Table,
+    method_cell,
+    row,
+    value,
+)
 from plumbob.reports.view.notation import number, short
 
 STEP = 1e-3  # [s]
@@ -45,6 +55,9 @@ def _finding(table: Table, tilted: Sequence[Scene], last: dict[str, float | None
     noslip = [d for n, d in known.items() if n.endswith("coulomb+noslip")]
     sliding = [n for n, d in known.items() if d > SLIDES]
     said = f"In 10 s at {tilted[-1].name.partition('/')[2]} of the largest tilt that friction holds"
+    if not known:
+        name = tilted[-1].name.partition("/")[2]
+        said = f"No method ran at {name} of the largest tilt with a step of {short(STEP)} s"
     if convergent:
         said += f" a body on convergent contacts drifts by at most {number(max(convergent), 2)} m"
     if noslip:
@@ -69,6 +82,9 @@ def _finding(table: Table, tilted: Sequence[Scene], last: dict[str, float | None
         (),
         ("plumbob validate --profile full --scenes 'capsule-hold/0*' --methods mujoco,pymunk",
          f"plumbob run {HARDEST} mujoco/euler+coulomb --step 1e-3"),
+        (Statement(CHERNOUSKO, "(21)", "Below |w| = fg/μ friction holds the body at rest",
+                   "at rest", "exactly" + (f"; {said[0].lower()}{said[1:]}" if known else ""),
+                   "holds"),),
     )  # fmt: skip
 
 

@@ -18,11 +18,13 @@ from plumbob.models.tripod_capsule.plan import planned
 from plumbob.reports.findings.measurements import case
 from plumbob.reports.findings.plan_errors import PoseErrors, by_kind, pose_errors, run_duration
 from plumbob.reports.findings.plan_path import gallery
+from plumbob.reports.findings.sources import CHERNOUSKO
 from plumbob.reports.view.content import (
     Cell,
     Figure,
     Finding,
     Section,
+    Statement,
     Table,
     plain_method_cell,
     row,
@@ -127,6 +129,16 @@ def poses(study: Study) -> Finding | None:
         (),
         (command(chosen[0].name),
          "plumbob validate --profile full --scenes 'capsule-plan/*' --methods pymunk/feet"),
+        (
+            Statement(
+                CHERNOUSKO,
+                "controllability",
+                "From rest to rest at any (x, y, ψ), with Q on one curve",
+                "any pose",
+                f"{len(chosen)} planned, within {number(worst, 1)} m and rad; {span} times as fast "
+                "as the naive plan",
+                "holds",
+            ),),
     )  # fmt: skip
 
 

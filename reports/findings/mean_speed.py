@@ -17,7 +17,8 @@ from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.engines.study.extra_runs import Changes, ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.parameters import CHECK, capsule
-from plumbob.reports.view.content import Figure, Finding, Table, method_cell, row, value
+from plumbob.reports.findings.sources import CHERNOUSKO
+from plumbob.reports.view.content import Figure, Finding, Statement, Table, method_cell, row, value
 from plumbob.reports.view.notation import number, short
 from plumbob.reports.view.palette import GREY, OLIVE, PERIWINKLE, RED
 from plumbob.reports.view.traces import Trace, curve, figure, linear, logarithmic
@@ -94,6 +95,17 @@ def finding(study: Study) -> Finding:
         tuple(tables),
         (_figure(limit),),
         ("plumbob solve capsule-train/ten",),
+        (
+            Statement(
+                CHERNOUSKO,
+                "after (22)",
+                "Motions with the greatest mean speed have been found",
+                "no value",
+                f"at most {number(limit)} m/s with a stroke of {number(STROKE)} m, {number(most)} "
+                "m/s with the longest",
+                "extended",
+            ),
+        ),
     )
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from plumbob.engines.study.extra_runs import Requests, nothing_more
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Case, Scene
 from plumbob.reports.view.notation import number
+
+StatementVerdict = Literal["holds", "corrected", "refuted", "extended"]
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,20 @@ class Figure:
 
 
 @dataclass(frozen=True)
+class Statement:
+    """What a source says, and what was found of it; a row of the page's table of the sources."""
+
+    source: str  # its key in the citations: an author and a year
+    place: str  # in the source: an equation, a figure, a section
+    text: str
+    said: str  # the source's value, formula or word
+    ours: str  # computed or measured
+    verdict: StatementVerdict
+    why: str = ""
+    finding: str = ""  # that shows it, where it is another than the one that has the statement
+
+
+@dataclass(frozen=True)
 class Finding:
     """Something that measuring showed: in a sentence, in full, and the commands that repeat it."""
 
@@ -58,6 +74,7 @@ class Finding:
     tables: tuple[Table, ...] = ()
     figures: tuple[Figure, ...] = ()
     commands: tuple[str, ...] = ()
+    statements: tuple[Statement, ...] = ()  # of the sources, that it judges
 
 
 def _no_galleries(study: Study) -> Sequence[tuple[str, Sequence[Figure]]]:

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import System
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, Choice, Recommendation, cheapest
 from plumbob.reports.judge.expectations import refused
 from plumbob.reports.judge.verdict import Judgements, Verdict
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Cell, Table, row
+from plumbob.reports.view.content import Cell, Finding, StatementVerdict, Table, row
 from plumbob.reports.view.tables import verdict_cell
 
 NOT_RUN = ("unsupported", "missing")
 # Relative, and as they are written.
 ERRORS = ((0.1, "10 %"), (1e-2, "1 %"), (1e-3, "0.1 %"), (1e-4, "1e-4"), (1e-6, "1e-6"))
+
+SOURCE_HEADS = ("source", "place", "statement", "the source's value", "ours", "verdict", "finding")
+STATEMENT_WORDS: Mapping[StatementVerdict, str] = MappingProxyType(
+    {"holds": "hold", "corrected": "corrected", "refuted": "refuted", "extended": "extended"}
+)
 
 
 def anchor(scene: str) -> str:
@@ -158,3 +167,29 @@ def _said(choice: Choice) -> str:
         f"{choice.method} at {notation.step(choice.step, choice.control)}, "
         f"{notation.times_real(choice.ns_per_second)}"
     )
+
+
+def sources(findings: Sequence[Finding]) -> Table | None:
+    """Every statement of the sources that these findings judge, source by source, each with a link
+    to the finding that shows it; None where they judge none."""
+    titles = {finding.name: finding.title for finding in findings}
+    every = [(one, finding) for finding in findings for one in finding.statements]
+    if not every:
+        return None
+    order = list(dict.fromkeys(one.source for one, _ in every))
+    rows = []
+    for one, finding in sorted(every, key=lambda pair: order.index(pair[0].source)):
+        name = one.finding if one.finding in titles else finding.name
+        texts = (Cell(text, "text") for text in (one.text, one.said, one.ours))
+        verdict = Cell(one.verdict, "text", one.why)
+        rows.append(
+            row(one.source, one.place, *texts, verdict, Cell(titles[name], "text", "", name))
+        )
+    counted = Counter(one.verdict for one, _ in every)
+    counts = ", ".join(f"{counted[word]} {said}" for word, said in STATEMENT_WORDS.items())
+    note = (
+        "Ours: computed from the exact solutions and from the runs of this study. A printed number "
+        "holds where ours rounds to it. Hover over a verdict for its reason."
+    )
+    return Table(f"What the sources say, and what was found: {counts}", SOURCE_HEADS, tuple(rows),
+                 note, folded=True)  # fmt: skip

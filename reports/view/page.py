@@ -109,10 +109,12 @@ def render(
         lstrip_blocks=True,
     )
     environment.filters["figure_json"] = lambda figure: Markup(figure_json(figure))
+    findings = [finding for view in views for finding in view.findings]
     return environment.get_template("page.html.jinja").render(
         study=study,
         views=views,
-        findings=[finding for view in views for finding in view.findings],
+        findings=findings,
+        sources=overview.sources(findings),
         counts=_counts(found.values()),
         user_settings=own_table(user_results(study, found)),
         verdicts=[overview.verdicts(view.system, study, found) for view in views],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -142,3 +143,14 @@ def test_what_cannot_be_shown_is_named(
     assert captured.err.count("\n") == 1
     assert name in captured.err
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("command", ["solve", "run", "recommend"])
+def test_help_names_every_parameter(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    _, _, end = capsys.readouterr().out.partition("parameters that --set takes:")
+    said = dict(re.findall(r"^  (\S+): ((?:.|\n    )+)", end, re.MULTILINE))
+    assert said.keys() == systems().keys()
+    for name, system in systems().items():
+        assert tuple(said[name].replace(",", "").split()) == system.parameters

@@ -3,15 +3,24 @@ order."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from typing import get_args
 
 import pytest
 
+from plumbob.analytic.reference import Array
+from plumbob.engines.study.extra_runs import Request, Result
 from plumbob.engines.study.order import Order
+from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import system_of
+from plumbob.reports.findings import requests, section
+from plumbob.reports.findings.cone_pendulum import hamiltonian, source_claims
+from plumbob.reports.findings.sources import CHERNOUSKO, NOTEBOOK, SUDAKOV, as_printed
 from plumbob.reports.judge.verdict import judge_study, judged
-from plumbob.reports.view import notation, tables
-from plumbob.reports.view.content import Table
+from plumbob.reports.view import notation, overview, tables
+from plumbob.reports.view.content import Finding, Statement, StatementVerdict, Table
+from plumbob.tests.support.declared import declared, invented_study, nothing
 from plumbob.tests.support.studies import SCENE, quick
 
 FOUND = [c for c in quick().convergence if c.scene == SCENE]
@@ -83,3 +92,81 @@ def test_a_run_off_its_prediction_is_shown_as_such() -> None:
     assert "the sum: within, but EXCEEDED" in "; ".join(shown["reason"] + shown["term"])
     hints = [cell.hint for cell in tables.every_run(system, [wrong], found, METHODS).rows[0]]
     assert f"{notation.number(error.largest)} off its prediction, allowed" in hints[-1]
+
+
+# Every number that a source prints as a result of its own.
+PRINTED = ("16.24", "0.893", "0.031", "35.809", "39.624", "514.197", "575.246", "500", "0.08")
+
+
+@pytest.fixture(scope="module")
+def findings() -> list[Finding]:
+    """All findings of the quick profile, from made-up runs."""
+    study = invented_study(requests)
+    names = dict.fromkeys(scene.system for scene in study.scenes)
+    return [one for name in names if (own := section(name)) for one in own.findings(study)]
+
+
+def test_every_statement_of_the_sources_has_value_verdict_and_finding(
+    findings: list[Finding],
+) -> None:
+    table = overview.sources(findings)
+    assert table is not None
+    assert table.folded
+    known = {finding.name: finding.title for finding in findings}
+    for source, place, text, said, ours, verdict, link in table.rows:
+        assert all(cell.text for cell in (source, place, text, said, ours))
+        assert verdict.text in get_args(StatementVerdict)
+        assert known[link.link] == link.text
+        for number in re.findall(r"\d+\.\d+", text.text):
+            assert number in said.text
+    assert {line[0].text for line in table.rows} == {SUDAKOV, CHERNOUSKO, NOTEBOOK}
+    words = " ".join(line[3].text for line in table.rows).split()
+    assert {number for number in PRINTED if not any(number in word for word in words)} == set()
+    texts = [line[2].text for line in table.rows if line[0].text != NOTEBOOK]
+    assert len(texts) == len(set(texts))
+    links = {line[6].link for line in table.rows}
+    assert {"uniformity", "special-functions", "no-symmetry", "generating-solution"} <= links
+    assert overview.sources([]) is None
+
+
+def test_a_link_leads_to_the_own_finding_where_the_other_is_not_on_the_page(
+    findings: list[Finding],
+) -> None:
+    (claims,) = (finding for finding in findings if finding.name == "claims")
+    table = overview.sources([claims])
+    assert table is not None
+    assert {line[6].link for line in table.rows} == {"claims"}
+
+
+@pytest.mark.parametrize(("ours", "verdict"), [
+    (35.8093, "holds"), (35.80949, "holds"), (35.80851, "holds"), (35.8096, "corrected"),
+    (35.8084, "corrected"), (-35.809, "corrected"),
+])  # fmt: skip
+def test_a_printed_number_holds_where_ours_rounds_to_it(ours: float, verdict: str) -> None:
+    assert as_printed(SUDAKOV, "Fig. 2", "barrier", "35.809", ours, "J").verdict == verdict
+
+
+def test_printed_numbers_of_the_source_hold_but_for_the_sampled_top() -> None:
+    found = {one.said: one.verdict for one in source_claims.claims().statements[:7]}
+    assert [said for said, verdict in found.items() if verdict != "holds"] == ["514.197 J"]
+    assert len(found) == 7
+
+
+def test_a_changed_run_changes_its_row() -> None:
+    study = declared(nothing(), hamiltonian.requests)
+    request = hamiltonian.INDEPENDENT["MuJoCo's full model"]
+    run = study.extras[request]
+    assert isinstance(run, Trajectory)
+
+    def statement(theta: Array) -> Statement:
+        changed: dict[Request, Result] = dict(study.extras)
+        changed[request] = replace(run, observables={**run.observables, "theta": theta})
+        (found,) = hamiltonian.finding(replace(study, extras=changed)).statements
+        return found
+
+    theta = run.observables["theta"]
+    assert statement(theta).verdict == "refuted"
+    assert statement(theta + 1e-6).verdict == "refuted"
+    assert statement(theta + 1e-6).ours != statement(theta).ours
+    printed = hamiltonian.forms(hamiltonian.ROTATING).printed.state(run.times)[0]
+    assert statement(printed).verdict == "holds"

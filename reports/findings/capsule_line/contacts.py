@@ -18,7 +18,16 @@ from plumbob.reports.findings.measurements import (
     runs,
     scheme,
 )
-from plumbob.reports.view.content import Cell, Finding, Table, plain_method_cell, row, value
+from plumbob.reports.findings.sources import CHERNOUSKO
+from plumbob.reports.view.content import (
+    Cell,
+    Finding,
+    Statement,
+    Table,
+    plain_method_cell,
+    row,
+    value,
+)
 from plumbob.reports.view.notation import number, short
 from plumbob.reports.view.palette import OF_METHODS
 from plumbob.reports.view.traces import (
@@ -208,6 +217,16 @@ def normal_forces(study: Study) -> Finding | None:
         (over_time("Nᵢ against statics", "Largest of the three, relative.", traces,
                    logarithmic("|Nᵢ – statics| / Nᵢ"), wide=True),),
         tuple(f"plumbob run {STATICS} {name} --step 1e-4" for name in STATICS_METHODS),
+        (
+            Statement(
+                CHERNOUSKO,
+                "(5)–(7)",
+                "Nᵢ are those of statics, with C and Q in the plane",
+                "barycentric coordinates of μr",
+                f"at rest within {number(max(resting), 2)}, relative, in the engines",
+                "holds",
+            ),
+        ),
     )  # fmt: skip
 
 

@@ -25,9 +25,11 @@ from plumbob.reports.findings.measurements import (
     problem,
     runs,
 )
+from plumbob.reports.findings.sources import CHERNOUSKO
 from plumbob.reports.view.content import (
     Cell,
     Finding,
+    Statement,
     Table,
     method_cell,
     plain_method_cell,
@@ -111,6 +113,17 @@ def errors(study: Study) -> Finding | None:
         (
             f"plumbob validate --profile full --scenes {LINE},{TURNED} --methods mujoco,pymunk",
             f"plumbob run {LINE} {FULL} --step 1e-4",
+        ),
+        (
+            Statement(
+                CHERNOUSKO,
+                "(22), Fig. 2",
+                "Δx of a line manoeuvre",
+                "–½ μ(w₁+w₂)(μw₁–fg)t₁²/(μw₂+fg)",
+                f"{number(exact, 8)} m for the check manoeuvre"
+                + (f"; engines within {number(max(good), 2)}, relative, at 1e-4 s" if good else ""),
+                "holds",
+            ),
         ),
     )
 

@@ -13,7 +13,17 @@ from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings.capsule_line.source import ENGINES, STEP
 from plumbob.reports.findings.measurements import LINE, covers, measured, names, problem
-from plumbob.reports.view.content import Cell, Figure, Finding, Table, method_cell, row, value
+from plumbob.reports.findings.sources import CHERNOUSKO
+from plumbob.reports.view.content import (
+    Cell,
+    Figure,
+    Finding,
+    Statement,
+    Table,
+    method_cell,
+    row,
+    value,
+)
 from plumbob.reports.view.notation import number, short
 from plumbob.reports.view.palette import GREY, OF_METHODS
 from plumbob.reports.view.traces import Trace, curve, linear, marks, over_time
@@ -88,6 +98,16 @@ def finding(study: Study) -> Finding | None:
         (_figure(study),),
         ("plumbob solve capsule-line/ca1", "plumbob solve capsule-turn/0.1",
          f"plumbob run {LINE} mujoco/euler+coulomb --step 1e-3"),
+        (
+            Statement(
+                CHERNOUSKO,
+                "(3), (9)",
+                "The driving force F is eliminated",
+                "no value",
+                f"at most {number(wanted.peak)} N, {number(wanted.rms)} N r.m.s. on the check "
+                f"manoeuvre.{seen}",
+                "extended",
+            ),),
     )  # fmt: skip
 
 

@@ -18,9 +18,11 @@ from plumbob.reports.findings.measurements import (
     problem,
     runs,
 )
+from plumbob.reports.findings.sources import CHERNOUSKO
 from plumbob.reports.view.content import (
     Cell,
     Finding,
+    Statement,
     Table,
     method_cell,
     plain_method_cell,
@@ -109,6 +111,17 @@ def heights(study: Study) -> Finding | None:
         (over_time("Normal force at A₂", f"At a step of {number(coarse)} s.", traces,
                    linear("N₂ [N]"), wide=True),),
         (f"plumbob run {TILTED} {TALL} --step 1e-3",),
+        (
+            Statement(
+                CHERNOUSKO,
+                "assumptions",
+                "C and Q are in the plane of the supports",
+                "heights of zero",
+                f"{number(100 * height)} cm above it N₂ changes by up to {number(shift, 2)} N, Δx "
+                f"by {number(100 * change[fine], 2)} % at {short(fine)} s",
+                "extended",
+            ),
+        ),
     )  # fmt: skip
 
 

@@ -11,7 +11,8 @@ from plumbob.analytic.systems.manoeuvres.line_manoeuvre import printed_body_velo
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings.measurements import LINE, displacement_error, problem, runs
-from plumbob.reports.view.content import Cell, Figure, Finding, Table, row, value
+from plumbob.reports.findings.sources import CHERNOUSKO
+from plumbob.reports.view.content import Cell, Figure, Finding, Statement, Table, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import GREY, OF_METHODS, RED
 from plumbob.reports.view.traces import Trace, curve, linear, marks, over_time
@@ -104,6 +105,24 @@ def misprints(study: Study) -> Finding:
         (over_time("v_c(t), printed and corrected", "The printed form is drawn until t*.", traces,
                    linear("v_c [m/s]"), height=300),),
         ("plumbob solve capsule-line", f"plumbob run {LINE} {MISPRINTS} --step 1e-3"),
+        (
+            Statement(
+                CHERNOUSKO,
+                "(18)",
+                "Δξ of a line manoeuvre",
+                "with an angular velocity ω₂",
+                f"with w₂: Δξ = {number(line.strokes(np.array([line.t2]))[0], 8)} m",
+                "corrected",
+            ),
+            Statement(
+                CHERNOUSKO,
+                "(19), (20)",
+                "The body stops at t*",
+                f"with t in the first term: {number(printed)} m/s at t*",
+                f"with t₁: {number(float(line.body_velocity(late)[0]))} m/s"
+                + ("" if seen is None else f"; in MuJoCo {number(seen, 2)} m/s"),
+                "corrected",
+            ),),
     )  # fmt: skip
 
 
@@ -146,4 +165,15 @@ def any_line(study: Study) -> Finding:
         (),
         (f"plumbob validate --scenes {','.join(LINES)} --methods {','.join(ON_LINES)}",
          "plumbob solve capsule-line/at-123"),
+        (
+            Statement(
+                CHERNOUSKO,
+                "(11)–(22)",
+                "Δx of a manoeuvre along C–Aᵢ",
+                "C–A₁, C–A₂, C–A₃",
+                f"any line through C; in engines the body turns by {number(max(turned), 2)} "
+                "rad at most",
+                "extended",
+            ),
+        ),
     )  # fmt: skip

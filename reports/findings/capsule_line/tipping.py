@@ -14,7 +14,17 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings.measurements import LINE, covers, problem
-from plumbob.reports.view.content import Cell, Figure, Finding, Table, method_cell, row, value
+from plumbob.reports.findings.sources import CHERNOUSKO
+from plumbob.reports.view.content import (
+    Cell,
+    Figure,
+    Finding,
+    Statement,
+    Table,
+    method_cell,
+    row,
+    value,
+)
 from plumbob.reports.view.notation import number, short
 from plumbob.reports.view.palette import GREY, OF_METHODS, RED
 from plumbob.reports.view.traces import Trace, curve, linear, over_time
@@ -95,6 +105,17 @@ def finding(study: Study) -> Finding | None:
         tuple(tables),
         (_figure(study),),
         (f"plumbob solve {EDGE}", f"plumbob run {EDGE} {METHOD} --step {STEP:g}"),
+        (
+            Statement(
+                CHERNOUSKO,
+                "assumptions",
+                "C and Q inside the triangle assure Nᵢ > 0",
+                "C and Q inside",
+                f"μr inside: Q up to {number(1 / capsule.mass_ratio)} times as far."
+                f"{_lifted(study)}",
+                "extended",
+                "Sufficient, not necessary.",
+            ),),
     )  # fmt: skip
 
 

@@ -13,7 +13,8 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.findings.capsule_turn.turns import JUDGED, name_of, turn
 from plumbob.reports.findings.measurements import covers, problem
-from plumbob.reports.view.content import Figure, Finding, Table, row, value
+from plumbob.reports.findings.sources import CHERNOUSKO
+from plumbob.reports.view.content import Figure, Finding, Statement, Table, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, GREY, OF_METHODS, OLIVE, PERIWINKLE, RED
 from plumbob.reports.view.traces import Trace, curve, figure, linear, marks
@@ -87,6 +88,15 @@ def finding(study: Study) -> Finding | None:
         (f"plumbob solve capsule-turn/{DRAWN}",
          f"plumbob run capsule-turn/{DRAWN} {ENGINES[0][0]} "
          f"--step {turn(DRAWN).half_time / JUDGED:.17g}"),
+        (
+            Statement(
+                CHERNOUSKO,
+                "(31), Fig. 3",
+                "ψ(t) = –μ₁φ(t) on (0, 2τ)",
+                "–μ₁φ(t), to leading order",
+                f"within {number(off)} rad at ε = {number(DRAWN)}, falling as ε²",
+                "holds",
+            ),),
     )  # fmt: skip
 
 

@@ -15,7 +15,8 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.reports.findings.capsule_turn.modes import figures, slip_speeds
 from plumbob.reports.findings.capsule_turn.turns import facts, turn
-from plumbob.reports.view.content import Finding, Table, row, value
+from plumbob.reports.findings.sources import CHERNOUSKO
+from plumbob.reports.view.content import Finding, Statement, Table, row, value
 from plumbob.reports.view.notation import number
 
 CHECKED = ((0.3, -0.9068671274), (0.1, -0.9888885424), (0.03, -0.9989925407),
@@ -117,6 +118,15 @@ def second_order() -> Finding:
         ),
         (),
         ("plumbob solve capsule-turn/0.1 --json", "plumbob solve capsule-turn/0.001 --json"),
+        (
+            Statement(
+                CHERNOUSKO,
+                "(32)",
+                "Δψ of a turn",
+                "–μ₁Zτ² + O(ε²)",
+                f"–μ₁Zτ² + {number(at_stop, 8)} ε² at 2τ, + {number(at_rest, 8)} ε² at rest",
+                "extended",
+            ),),
     )  # fmt: skip
 
 
@@ -173,4 +183,7 @@ def touching() -> Finding:
         ),
         figures(found, tau),
         (f"plumbob solve capsule-turn {given} --json",),
+        (Statement(CHERNOUSKO, "modes", "The body slides, or one support rests, or all do",
+                   "three modes", f"a support that stops and slides on, at {number(time / tau, 4)} "
+                   "τ of a slender body's turn", "extended"),),
     )  # fmt: skip

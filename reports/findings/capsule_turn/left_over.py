@@ -16,7 +16,8 @@ from plumbob.reports.findings.capsule_turn.turns import (
     seen,
     turn,
 )
-from plumbob.reports.view.content import Figure, Finding, Table, method_cell, row, value
+from plumbob.reports.findings.sources import CHERNOUSKO
+from plumbob.reports.view.content import Figure, Finding, Statement, Table, method_cell, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import GREY, OLIVE
 from plumbob.reports.view.traces import Trace, curve, figure, logarithmic
@@ -72,6 +73,17 @@ def finding(study: Study) -> Finding:
         tuple(tables),
         (_figure(),),
         ("plumbob solve capsule-turn/0.1", "plumbob solve capsule-turn/0.01"),
+        (
+            Statement(
+                CHERNOUSKO,
+                "(31), (32)",
+                "After 2τ rotation stops",
+                "ω(2τ) = 0",
+                f"{number(omega)} rad/s and {number(1e3 * speed)} mm/s at ε = {number(SHOWN)}",
+                "corrected",
+                "To leading order only.",
+            ),
+        ),
     )
 
 

@@ -20,7 +20,8 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings.cone_pendulum.hamiltonian import MUJOCO, ROTATING
 from plumbob.reports.findings.energy_drift import in_double
 from plumbob.reports.findings.measurements import PERIODS, swing_period, turn_period
-from plumbob.reports.view.content import Figure, Finding, Table, method_cell, row, value
+from plumbob.reports.findings.sources import SUDAKOV
+from plumbob.reports.view.content import Figure, Finding, Statement, Table, method_cell, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, GREEN, GREY, ORANGE, PINK, RED
 from plumbob.reports.view.traces import Trace, curve, figure, linear, logarithmic, marks, positive
@@ -147,6 +148,18 @@ def finding(study: Study) -> Finding:
             f"plumbob solve {ROTATING} --set theta={SHALLOW} --set theta_dot=10",
             f"plumbob run {ROTATING} {MUJOCO} --step {STEP:g} --set theta={SHALLOW} "
             "--set theta_dot=10",
+        ),
+        (
+            Statement(
+                SUDAKOV,
+                "(10)–(13)",
+                "Action I and phase Φ = Ωt of a rotation, with Ω = dH/dI",
+                "for rotation only",
+                "in every well too: periods in MuJoCo within "
+                f"{number(max(gaps, default=0.0), 2)}, relative; I constant to "
+                f"{number(max(drifts, default=0.0), 2)}",
+                "extended",
+            ),
         ),
     )
 

@@ -18,7 +18,8 @@ from plumbob.reports.findings.cone_pendulum.hamiltonian import (
     ROTATING,
     forms,
 )
-from plumbob.reports.view.content import Figure, Finding, Table, row, value
+from plumbob.reports.findings.sources import SUDAKOV
+from plumbob.reports.view.content import Figure, Finding, Statement, Table, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, GREEN, GREY, ORANGE, PINK, RED
 from plumbob.reports.view.traces import Trace, curve, linear, marks, over_time
@@ -98,6 +99,16 @@ def finding(study: Study) -> Finding:
         ),
         (_figure(times, exact, seen),),
         (f"plumbob solve {ROTATING} --times 0.1,0.2,0.3,0.4,0.5",),
+        (
+            Statement(
+                SUDAKOV,
+                "(2)–(6), (9)",
+                "T + U is constant",
+                "575.246 J",
+                f"changes by {number(swing)} J within {END} s: the work of the drive.{said}",
+                "refuted",
+            ),
+        ),
     )
 
 

@@ -14,7 +14,8 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings.cone_pendulum.hamiltonian import MUJOCO, ROTATING
 from plumbob.reports.findings.measurements import PERIODS, swing_period
-from plumbob.reports.view.content import Figure, Finding, Table, row, value
+from plumbob.reports.findings.sources import SUDAKOV
+from plumbob.reports.view.content import Figure, Finding, Statement, Table, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, RED
 from plumbob.reports.view.traces import figure, linear, marks
@@ -95,6 +96,17 @@ def finding(study: Study) -> Finding:
         (
             f"plumbob solve {ROTATING} --set pivot_y=0 --set platform_rate=8",
             f"plumbob solve {ROTATING} --set platform_rate=16",
+        ),
+        (
+            Statement(
+                SUDAKOV,
+                "introduction",
+                "On a moving base there may be two stable equilibria, with small oscillations",
+                "two",
+                f"two from {fork} rad/s (Y = 0) and {node} rad/s (Y = {number(PIVOTS[1])} m); "
+                f"rates in MuJoCo within {number(max(gaps, default=0.0), 2)}, relative",
+                "extended",
+            ),
         ),
     )
 

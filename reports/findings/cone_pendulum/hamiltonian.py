@@ -16,7 +16,8 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.findings.energy_drift import energy
 from plumbob.reports.findings.measurements import case
-from plumbob.reports.view.content import Cell, Figure, Finding, Table, row, value
+from plumbob.reports.findings.sources import SUDAKOV
+from plumbob.reports.view.content import Cell, Figure, Finding, Statement, Table, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, GREY, PINK, RED
 from plumbob.reports.view.traces import (
@@ -68,6 +69,7 @@ def finding(study: Study) -> Finding:
     runs = {name: found for name, found in recorded.items() if found is not None}
     gap = abs(_end(both.printed) - _end(both.correct))
     worst = max((_distance(both.correct, found) for found in runs.values()), default=0.0)
+    off = min((_distance(both.printed, found) for found in runs.values()), default=gap)
     paragraphs = (
         "With the platform's rate prescribed, the conserved quantity is the Legendre transform of "
         "the Lagrangian, p dθ/dt – L = p²/2I + V with V = –a sin²θ – b sin θ – c cos θ (the Jacobi "
@@ -92,6 +94,18 @@ def finding(study: Study) -> Finding:
             f"plumbob run {ROTATING} {MUJOCO} --step 1e-4",
             f"plumbob run {ROTATING} {LAGRANGE} --step 1e-13",
             f"plumbob solve {ROTATING} --times {END}",
+        ),
+        (
+            Statement(
+                SUDAKOV,
+                "(9), (15), (16), Fig. 3",
+                "T + U is conserved; the motion of Fig. 3",
+                f"V = a sin²θ + b sin θ – c cos θ: θ({END} s) = {_end(both.printed):.6f} rad, "
+                f"period {both.printed.period:.6f} s",
+                f"V = –a sin²θ – b sin θ – c cos θ: {_end(both.correct):.6f} rad, "
+                f"{both.correct.period:.6f} s; independent methods within {number(worst)} rad",
+                "refuted" if worst < off else "holds",
+            ),
         ),
     )
 

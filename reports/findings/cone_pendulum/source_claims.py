@@ -8,9 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plumbob.analytic.numerics.quad import double
+from plumbob.analytic.systems.pendulums.harmonics import needed
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
+from plumbob.reports.findings.cone_pendulum import series
 from plumbob.reports.findings.cone_pendulum.hamiltonian import (
     END,
     MUJOCO,
@@ -20,8 +22,17 @@ from plumbob.reports.findings.cone_pendulum.hamiltonian import (
     forms,
 )
 from plumbob.reports.findings.measurements import case, convergence_of, order_text, scheme
+from plumbob.reports.findings.sources import SUDAKOV, as_printed, judged
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Cell, Finding, Table, row, value
+from plumbob.reports.view.content import (
+    Cell,
+    Finding,
+    Statement,
+    StatementVerdict,
+    Table,
+    row,
+    value,
+)
 from plumbob.reports.view.notation import number
 
 NEAR = (0.05, 0.10)  # of the initial speed
@@ -73,6 +84,16 @@ def inertia(study: Study) -> Finding:
         (table,),
         (),
         (f"plumbob run {UNEQUAL} {MUJOCO} --step 1e-4", f"plumbob solve {UNEQUAL} --times {END}"),
+        (
+            Statement(
+                SUDAKOV,
+                "(7), (9)",
+                "The platform's rotation enters through I_x – I_z",
+                f"I_x: θ({END} s) = {with_x:.6f} rad with I_y = I_x + {notation.number(spread)}",
+                f"I_y: {with_y:.6f} rad; {said}",
+                "corrected",
+            ),
+        ),
     )
 
 
@@ -109,82 +130,78 @@ def claims() -> Finding:
     barrier_at_rest = float(double(resting.motion.barriers[0]))
     deepest = min(e.potential for e in turning.equilibria)
     top, _ = turning.printed_barrier
+    series_terms = needed(turning.motion, series.ACCURACIES)[-1]
+    series_near = series.counts(1e-9 * series.barrier())[-1]
     speed, slow = number(turning.theta_dot), number(resting.theta_dot)
-    rows = (
-        _texts(
-            "The energy needed to rotate rises to 514.197 J on the turning base",
-            f"{top:.3f} J, the top of the printed V",
+    judged_claims = (
+        _claim(
+            "Fig. 3", "The energy needed to rotate rises to 514.197 J on the turning base",
+            "514.197 J", f"{top:.3f} J, the top of the printed V",
             f"{barrier:.3f} J ({barrier_at_rest:.3f} J at rest)",
-            _judged(
-                "wrong",
-                f"The correct V is {deepest:.1f} J at its lowest point: the printed number is the "
-                f"depth of the deepest well with the wrong sign.",
-            ),
+            "refuted",
+            f"The correct V is {deepest:.1f} J at its lowest point: the printed number is the "
+            f"depth of the deepest well with the wrong sign.",
         ),
-        _texts(
-            "A turning base makes the rotation more uniform",
-            f"speed spread {_percent(printed.spread)} of the initial {speed} rad/s, against "
-            f"{_percent(at_rest.spread)} of {slow} rad/s at rest",
+        _claim(
+            "Fig. 3", "A turning base makes the rotation more uniform",
+            "more uniform", f"speed spread {_percent(printed.spread)} of the initial {speed} "
+            f"rad/s, against {_percent(at_rest.spread)} of {slow} rad/s at rest",
             f"{_percent(right.spread)} ({number(right.lowest, 4)} to {number(right.highest, 4)} "
             "rad/s); "
             f"a resting base from the same {speed} rad/s: {_percent(level.spread)}",
-            _judged(
-                "split",
-                "The range of speeds never shrinks; the standard deviation and the time near the "
-                "initial speed improve in a regime. See the finding on uniformity.",
-            ),
+            "corrected",
+            "The range of speeds never shrinks; the standard deviation and the time near the "
+            "initial speed improve in a regime. See the finding on uniformity.",
+            "uniformity",
         ),
-        _texts(
-            "For half of the period the speed stays near its initial value",
-            _fractions(printed),
-            _fractions(right),
-            _judged(
-                "right, by chance" if printed.near[0] < 0.4 <= right.near[0] else "see figures",
-                "The correct motion satisfies the claim better than the printed one it comes from.",
-            ),
+        _claim(
+            "Fig. 3", "For half of the period the speed stays near its initial value",
+            "half of the period", _fractions(printed), _fractions(right),
+            "holds" if right.near[0] >= 0.4 else "corrected",
+            "By chance: the correct motion satisfies the claim better than the printed one it "
+            "comes from.",
         ),
-        _texts(
-            "There is no suitable special function for (15), (16)",
-            "–",
+        _claim(
+            "(15), (16)", "There is no suitable special function for (15), (16)",
+            "none", "–",
             f"T = {number(turning.motion.period, 8)} s and θ(t) by Jacobi functions",
-            _judged(
-                "refuted",
-                "With u = tan(θ/2) the integral is an elliptic one of the first kind, and has a "
-                "closed form. See the finding on special functions.",
-            ),
+            "refuted",
+            "With u = tan(θ/2) the integral is an elliptic one of the first kind, and has a "
+            "closed form. See the finding on special functions.",
+            "special-functions",
         ),
-        _texts(
-            "Fourier series are simpler and more exact",
-            "–",
-            "–",
-            _judged(
-                "refuted near a separatrix",
-                "The harmonics needed grow with the period, without bound. See the same finding.",
-            ),
+        _claim(
+            "introduction", "Fourier series are simpler and more exact",
+            "simpler, more exact", "–",
+            f"to 1e-12 {series_terms} harmonics on the motion of Fig. 3, {series_near} at 1e-9 of "
+            "the well's depth above the barrier",
+            "refuted",
+            "The harmonics needed grow with the period, without bound. See the finding on special "
+            "functions.",
+            "special-functions",
         ),
-        _texts(
-            "Any symmetry may be absent",
-            "I_x for I_y, no product of inertia",
-            "I_y, and tilted axes",
-            _judged("extended", "I_y for I_x, and a product of inertia: see the finding on it."),
+        _claim(
+            "characteristics", "Any symmetry may be absent",
+            "no term for it", "I_x for I_y, no product of inertia", "I_y, and tilted axes",
+            "extended", "I_y for I_x, and a product of inertia: see the finding on it.",
+            "no-symmetry",
         ),
-        _texts(
-            "The solution can generate others, by perturbation, in electric drives",
-            "–",
-            "dI/dt = –ξI with a damped axle",
-            _judged("right", "Also for a drive that is not ideal: see the finding on it."),
+        _claim(
+            "introduction", "The solution can generate others, by perturbation, in electric drives",
+            "can", "–", "dI/dt = –ξI with a damped axle",
+            "holds", "Also for a drive that is not ideal: see the finding on it.",
+            "generating-solution",
         ),
-        _texts(
-            "Turning over is called libration, swinging vibration; θ = π the lower point",
-            "–",
-            "–",
-            _judged(
-                "terms",
-                "Here, rotation means turning over and libration swinging; θ = 0 hangs down, and "
-                "the slowest point of Fig. 2, θ = π, is the upper one.",
-            ),
+        _claim(
+            "terms", "Turning over is called libration, swinging vibration; θ = π the lower point",
+            "libration, lower point", "–", "rotation, upper point",
+            "corrected",
+            "Here, rotation means turning over and libration swinging; θ = 0 hangs down, and "
+            "the slowest point of Fig. 2, θ = π, is the upper one.",
         ),
-    )
+    )  # fmt: skip
+    rows = tuple(_texts(one.text, by_printed, one.ours, judged(one))
+                 for one, by_printed in judged_claims)  # fmt: skip
     heads = ("claim", "by the printed formulas", "correct", "judgement")
     return Finding(
         "claims",
@@ -201,15 +218,51 @@ def claims() -> Finding:
             f"plumbob solve {RESTING}",
             f"plumbob solve {ROTATING} --set platform_rate=0",
         ),
+        (*_numbers(), *(one for one, _ in judged_claims)),
     )
+
+
+def _claim(
+    place: str,
+    text: str,
+    said: str,
+    by_printed: str,
+    ours: str,
+    verdict: StatementVerdict,
+    why: str,
+    finding: str = "",
+) -> tuple[Statement, str]:
+    """A statement of the source, and what its printed formulas give."""
+    return Statement(SUDAKOV, place, text, said, ours, verdict, why, finding), by_printed
+
+
+def _numbers() -> tuple[Statement, ...]:
+    """The numbers that the source prints of its cone and of its two motions."""
+    resting, turning = forms(RESTING), forms(ROTATING)
+    body = resting.problem.body
+    ours = (
+        ("(1)", "Mass of the cone", "16.24", body.mass, "kg"),
+        ("(1)", "Moment of inertia I_x of the cone", "0.893", body.inertia_x, "kg m²"),
+        ("(1)", "Moment of inertia I_z of the cone", "0.031", body.inertia_z, "kg m²"),
+        ("Fig. 2", "Barrier on a platform at rest", "35.809",
+         float(double(resting.correct.barriers[0])), "J"),
+        ("Fig. 2", "H₀ at θ̇₀ = 13 rad/s on a platform at rest", "39.624",
+         _start_energy(resting.correct), "J"),
+        ("Fig. 3", "Top of the printed V, the lower bound of H₀", "514.197",
+         turning.problem.printed_barrier[0], "J"),
+        ("Fig. 3", "H₀ at θ̇₀ = 37 rad/s on the platform at 26 rad/s", "575.246",
+         _start_energy(turning.correct), "J"),
+    )  # fmt: skip
+    return tuple(as_printed(SUDAKOV, *one) for one in ours)
+
+
+def _start_energy(motion: PendulumMotion) -> float:
+    """H [J] at the start."""
+    return float(double(motion.energy))
 
 
 def _texts(*texts: str) -> tuple[Cell, ...]:
     return tuple(Cell(text, "text") for text in texts)
-
-
-def _judged(word: str, why: str) -> str:
-    return f"{word}: {why}"
 
 
 def _percent(value: float) -> str:

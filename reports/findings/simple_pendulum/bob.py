@@ -17,7 +17,8 @@ from plumbob.reports.findings.simple_pendulum.notebook import (
     SIMPLE,
     own_run,
 )
-from plumbob.reports.view.content import Figure, Finding, Table, row, value
+from plumbob.reports.findings.sources import NOTEBOOK
+from plumbob.reports.view.content import Figure, Finding, Statement, Table, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, GREY, RED
 from plumbob.reports.view.traces import Trace, curve, figure, linear, marks, over_time
@@ -66,6 +67,15 @@ def finding(study: Study) -> Finding:
                f"first above {number(100 * APART)} cm [s]"), tuple(rows)),),
         (*(_over_time(study, axis) for axis in (0, 1)), _plane()),
         tuple(f"plumbob solve {kind}{DRAWN} --times 1,2,3" for kind in (SIMPLE, LINEAR)),
+        (
+            Statement(
+                NOTEBOOK,
+                "X₁, X₂",
+                "Place of the bob",
+                "X₁ = –L sin θ, X₂ = L cos θ",
+                "x = L sin θ, y = –L cos θ, drawn for both pendulums",
+                "extended",
+            ),),
     )  # fmt: skip
 
 

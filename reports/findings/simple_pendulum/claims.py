@@ -11,7 +11,16 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings.measurements import case
 from plumbob.reports.findings.simple_pendulum.notebook import DURATION, LINEAR, SIMPLE, own_run
-from plumbob.reports.view.content import Figure, Finding, Table, row, value
+from plumbob.reports.findings.sources import NOTEBOOK, judged
+from plumbob.reports.view.content import (
+    Figure,
+    Finding,
+    Statement,
+    StatementVerdict,
+    Table,
+    row,
+    value,
+)
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, GREY
 from plumbob.reports.view.traces import Trace, curve, linear, marks, over_time
@@ -74,32 +83,37 @@ def finding(study: Study) -> Finding:
     swing = float(np.abs(angle(LINEAR + "rotating-fast")).max()) / DEGREE
     caught = angle(SIMPLE + "damped-rotating")
     exponential, strong = decay("damped-small"), decay("damped-large")
-    rows = (
-        row("case 1: linear and non-linear are similar", "similar",
+    said: tuple[tuple[str, str, str, str, StatementVerdict, str], ...] = (
+        ("case 1", "linear and non-linear are similar", "similar",
             f"{number(small.largest)} rad apart within {DURATION:g} s, "
             f"{number(100 * small.relative, 2)} % of the amplitude; {100 * SEEN:g} % after "
-            f"{number(small.seen, 2)} s", "corrected: at first"),
-        row("case 2: at 120° they are not", "different",
+            f"{number(small.seen, 2)} s", "corrected", "at first"),
+        ("case 2", "at 120° they are not", "different",
             f"{number(large.largest)} rad apart; {100 * SEEN:g} % after {number(large.seen, 2)} s",
-            "holds"),
-        row("case 4: “θ₀ = 500°/s”", "θ₀", "dθ/dt at the start; θ₀ is –120°", "misprint"),
-        row("case 4: the linear pendulum has no physical sense", "peculiar",
+            "holds", ""),
+        ("case 4", "θ₀ = 500°/s", "500°/s", "dθ/dt at the start; θ₀ is –120°", "corrected",
+            "a misprint"),
+        ("case 4", "the linear pendulum has no physical sense", "peculiar",
             f"it swings by {number(swing, 4)}° while the pendulum rotates: "
-            f"{number(float(np.abs(fast).max()) / math.tau, 4)} turns in {DURATION:g} s", "holds"),
-        row("case 5: linear and non-linear are similar", "similar",
+            f"{number(float(np.abs(fast).max()) / math.tau, 4)} turns in {DURATION:g} s",
+            "holds", ""),
+        ("case 5", "linear and non-linear are similar", "similar",
             f"{number(damped.largest)} rad apart at most, {number(100 * damped.relative, 2)} % of "
-            "the amplitude", "holds"),
-        row("case 5: the decay is exponential", "exponential",
+            "the amplitude", "holds", ""),
+        ("case 5", "the decay is exponential", "exponential",
             f"extremes within {number(100 * exponential, 2)} % of |θ₀| exp(–ξt/2); in case 6 "
-            f"{number(100 * strong, 2)} %", "holds for small swings"),
-        row("case 7: the pendulum is non-linear", "different",
+            f"{number(100 * strong, 2)} %", "holds", "for small swings"),
+        ("case 7", "the pendulum is non-linear", "different",
             f"it goes over the top, is caught and comes to rest "
-            f"{number(float(caught[-1]) / math.tau, 2)} turns on", "extended"),
-        row("ξ is the damping ratio", "0.08", f"a rate, C/m = 0.08/s; the damping ratio is "
-            f"ξ/(2√(g/L)) = {number(0.08 / (2 * natural), 3)}", "corrected"),
-        row("A is the amplitude of the excitation", "F(t)", "F(t)/(mL) = A sin Ωt: A is in rad/s²",
-            "corrected"),
+            f"{number(float(caught[-1]) / math.tau, 2)} turns on", "extended", ""),
+        ("parameters", "ξ is the damping ratio", "0.08",
+            "a rate, C/m = 0.08/s; the damping ratio is "
+            f"ξ/(2√(g/L)) = {number(0.08 / (2 * natural), 3)}", "corrected", ""),
+        ("parameters", "A is the amplitude of the excitation", "F(t)",
+            "F(t)/(mL) = A sin Ωt: A is in rad/s²", "corrected", ""),
     )  # fmt: skip
+    statements = tuple(Statement(NOTEBOOK, *one) for one in said)
+    rows = tuple(row(f"{s.place}: {s.text}", s.said, s.ours, judged(s)) for s in statements)
     runs = tuple(
         row(label, value(one.largest), value(one.in_runs))
         for label, one in (("1", small), ("2", large), ("5", damped))
@@ -123,6 +137,7 @@ def finding(study: Study) -> Finding:
         ),
         (_figure(study),),
         tuple(f"plumbob run {kind}free-small ode/rk4 --step 0.05" for kind in (SIMPLE, LINEAR)),
+        statements,
     )  # fmt: skip
 
 

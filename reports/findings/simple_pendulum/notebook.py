@@ -10,7 +10,8 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings.measurements import case, measured
-from plumbob.reports.view.content import Figure, Finding, Table, row, value
+from plumbob.reports.findings.sources import NOTEBOOK
+from plumbob.reports.view.content import Figure, Finding, Statement, Table, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, GREY, RED
 from plumbob.reports.view.traces import Trace, curve, figure, linear, marks, over_time
@@ -145,6 +146,17 @@ def finding(study: Study) -> Finding:
         (
             f"plumbob run {SIMPLE}rotating-fast {METHOD} --step {STEP}",
             f"plumbob run {LINEAR}rotating-fast {METHOD} --step {STEP}",
+        ),
+        (
+            Statement(
+                NOTEBOOK,
+                "integrator",
+                "The equations integrated by RK4",
+                "dt 0.05 s, 1000 steps; no error given",
+                f"error {number(largest[best])} rad (case {best}) to {number(largest[worst])} rad "
+                f"(case {worst})",
+                "extended",
+            ),
         ),
     )
 

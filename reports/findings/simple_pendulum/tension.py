@@ -13,8 +13,9 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.findings.measurements import case, runs
 from plumbob.reports.findings.simple_pendulum.notebook import SIMPLE
+from plumbob.reports.findings.sources import NOTEBOOK
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Figure, Finding, Table, method_cell, row, value
+from plumbob.reports.view.content import Figure, Finding, Statement, Table, method_cell, row, value
 from plumbob.reports.view.palette import GREY, PERIWINKLE, RED
 from plumbob.reports.view.traces import Trace, curve, linear, marks, over_time
 
@@ -89,6 +90,15 @@ def finding(study: Study) -> Finding:
         (_plot(study),),
         tuple(f"plumbob run {SCENES[0]} {method} --step 1e-3"
               for method in ("mujoco/rk4", "pymunk/tight")),
+        (
+            Statement(
+                NOTEBOOK,
+                "T",
+                "Tension of the rod",
+                "T = mLθ̇² + mg cos θ",
+                f"MuJoCo's sensor, at its own state, within {notation.number(sensor)} N",
+                "holds",
+            ),),
     )  # fmt: skip
 
 
