@@ -66,6 +66,16 @@ class ObservedError:
     predicted: Prediction | None = None
     controlled: Controlled | None = None
 
+    @property
+    def model_error(self) -> float:
+        """Bound on what the model adds to the error, whatever the step."""
+        return sum(self.model.values())
+
+    @property
+    def left_open(self) -> float | None:
+        """By how much the error may differ from its prediction; None where there is none."""
+        return None if self.predicted is None else self.model_error + self.predicted.open
+
 
 @dataclass(frozen=True)
 class Measurement:
@@ -283,7 +293,7 @@ def _held(
 def _rounding(doubt: Array, steps: int) -> Array:
     """What rounding may make of an error at the samples, as in `floor`: at a moment at which the
     inputs matter little, what steps have rounded before is still there."""
-    return np.asarray(np.maximum.accumulate(doubt) * (1.0 + 2.0 * float(np.sqrt(steps))))
+    return np.asarray(np.maximum.accumulate(doubt) * roundings(steps))
 
 
 def _with(blank: Measurement, **values: Any) -> Measurement:
@@ -292,14 +302,20 @@ def _with(blank: Measurement, **values: Any) -> Measurement:
 
 def floor(error: ObservedError, steps: int) -> float:
     """What no smaller step can take from an error: the model-error bounds, what double precision
-    allows the exact answer, and the rounding of every step, which adds up as a random walk: four
-    standard deviations of half a unit in the last place, whose effect is that of an input's."""
-    return sum(error.model.values()) + rounding(error, steps)
+    allows the exact answer, and the rounding of every step."""
+    return error.model_error + rounding(error, steps)
 
 
 def rounding(error: ObservedError, steps: int) -> float:
     """What double precision allows the exact answer and the steps, without the model's error."""
-    return error.uncertainty * (1.0 + 2.0 * float(np.sqrt(steps)))
+    return error.uncertainty * roundings(steps)
+
+
+def roundings(steps: int) -> float:
+    """The effect of rounding in so many steps, in that of one unit in the last place of the inputs:
+    theirs, and half a unit of every step, which adds up as a random walk, four standard deviations
+    of it."""
+    return 1.0 + 2.0 * float(np.sqrt(steps))
 
 
 def unpredicted(found: Sequence[Measurement], method: Method) -> bool:

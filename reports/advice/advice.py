@@ -28,8 +28,8 @@ from plumbob.reports.advice.recommend import (
     Recommendation,
     trusted,
 )
-from plumbob.reports.advice.step_search import Evidence, searched
-from plumbob.reports.advice.work_precision import error_of, of_method, points
+from plumbob.reports.advice.step_search import Evidence, as_choice, searched
+from plumbob.reports.advice.work_precision import of_method, points
 from plumbob.reports.judge.verdict import Judgements, judge_study
 
 _UNTIMED = Cost(1.0, 1.0, 1.0, 1.0, 0.0, 0)  # where only the errors of a curve count
@@ -87,8 +87,8 @@ def advise(
 ) -> Answer:  # fmt: skip
     """The cheapest method and step that reach an error on every scene asked about; without
     `run_studies`, for convergence studies, nothing is run and only what is known counts;
-    `progress` is given what is being run. Raises
-    ParameterError for an error that is not positive, and for an observable that there is not."""
+    `progress` is given what is being run. Raises ParameterError for an error that is not positive,
+    and for an observable that there is not."""
     positive("error" if asked.observable is None else "absolute", asked.error)
     gathering = _Gathering(asked, dict(known), run_studies, [])
     first = asked.scenes[0]
@@ -285,11 +285,4 @@ def _best(
 
 
 def _at(evidence: Evidence, method: Method, step: float, scale: float) -> Choice:
-    error = max(
-        error_of(evidence.of(s, method)[step], evidence.quantities[s.name])
-        for s in evidence.scenes
-    )  # fmt: skip
-    cost = evidence.cost(method, step)
-    return Choice(
-        method.name, method.control, step, error, error * scale, cost, True, method.surrogate
-    )
+    return as_choice(evidence, method, step, scale, evidence.worst(method, step))

@@ -149,10 +149,9 @@ def searched(
             continue
         step = _largest(evidence, method, wanted, best, refine and evidence.run is not None)
         if step is not None:
-            choice = _choice(evidence, method, step, scale)
-            best = min(best, choice.ns_per_second)
-            found.append(choice)
-    return sorted(found, key=lambda choice: choice.ns_per_second)
+            found.append(_choice(evidence, method, step, scale))
+            best = min(best, found[-1].ns_per_second)
+    return sorted(found, key=lambda one: one.ns_per_second)
 
 
 def _choice(evidence: Evidence, method: Method, step: float, scale: float) -> Choice:
@@ -161,6 +160,13 @@ def _choice(evidence: Evidence, method: Method, step: float, scale: float) -> Ch
         evidence.error(s, method, h) for s in evidence.scenes for h in evidence.of(s, method)
         if h <= step
     )  # fmt: skip
+    return as_choice(evidence, method, step, scale, error)
+
+
+def as_choice(
+    evidence: Evidence, method: Method, step: float, scale: float, error: float
+) -> Choice:
+    """A step that was run, with the relative `error` that is said of it."""
     cost = evidence.cost(method, step)
     return Choice(
         method.name, method.control, step, error, error * scale, cost, True, method.surrogate

@@ -7,13 +7,15 @@ in the observable's own unit.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement, relative_error
 from plumbob.engines.study.results import Quantities, Study
 
+T = TypeVar("T")
 _RUNS, _OCTAVES = 5, 2.0**4  # that a curve has at least, to show that it falls
 
 
@@ -42,15 +44,14 @@ def points(study: Study, scene: str, quantities: Quantities | None = None) -> tu
     )
 
 
-def front(found: Sequence[Point]) -> tuple[Point, ...]:
-    """The Pareto front: the points with no other that is both cheaper and more accurate, from
-    cheap to accurate."""
-    best = float("inf")
-    kept = []
-    for point in sorted(found, key=lambda p: (p.ns_per_second, p.error)):
-        if point.error < best:
-            best = point.error
-            kept.append(point)
+def front(found: Iterable[T], cost_and_error: Callable[[T], tuple[float, float]]) -> tuple[T, ...]:
+    """The Pareto front: the runs with no other that is both cheaper and more accurate, from cheap
+    to accurate."""
+    best, kept = math.inf, []
+    for run in sorted(found, key=cost_and_error):
+        if (error := cost_and_error(run)[1]) < best:
+            best = error
+            kept.append(run)
     return tuple(kept)
 
 

@@ -15,7 +15,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.convergence import ConvergenceStudy
-from plumbob.engines.study.measurement import Measurement
+from plumbob.engines.study.measurement import Measurement, roundings
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Case, Parameters, Scene
 from plumbob.reports.judge.tolerance import Tolerance
@@ -183,10 +183,10 @@ class Sensitivities:
         open grows over the run, rounding with the condition of the motion, a series' remainder from
         nothing at the start to its largest, which is taken for all later times."""
         error = run.errors[name]
-        predicted, model = error.predicted, sum(error.model.values())
+        predicted, model = error.predicted, error.model_error
         if predicted is None:
             return np.full_like(self._times, max(held.bound + error.largest, TINY))
-        rounding = np.maximum.accumulate(self._doubt[name]) * (1.0 + 2.0 * np.sqrt(run.steps))
+        rounding = np.maximum.accumulate(self._doubt[name]) * roundings(run.steps)
         left = np.where(self._times > 0.0, predicted.open, rounding)
         if predicted.for_this_step:
             left = np.minimum(rounding, predicted.open)

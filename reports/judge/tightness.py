@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.engines.study.measurement import Measurement, ObservedError
+from plumbob.engines.study.measurement import Measurement, ObservedError, roundings
 from plumbob.engines.study.results import Study
 from plumbob.reports.judge.tolerance import Tolerance
 from plumbob.reports.judge.verdict import Judgements
@@ -76,8 +76,8 @@ def _slack(run: Measurement, name: str, held: Tolerance) -> Slack:
     error = run.errors[name]
     predicted = error.predicted
     allowed, used = held.bound, error.largest
-    if predicted is not None:
-        allowed, used = sum(error.model.values()) + predicted.open, predicted.difference
+    if predicted is not None and error.left_open is not None:
+        allowed, used = error.left_open, predicted.difference
     return Slack(
         run.method, run.scene, name, run.step, allowed, used, _round_off(error, run.steps),
         error.scale, predicted is None,
@@ -88,4 +88,4 @@ def _round_off(error: ObservedError, steps: int) -> float:
     """Of an observable that stays zero, which rounds to nothing: one in the last place of its
     unit."""
     least = error.uncertainty if error.scale > 0.0 else max(error.uncertainty, ULP)
-    return least * (1.0 + 2.0 * float(np.sqrt(steps)))
+    return least * roundings(steps)

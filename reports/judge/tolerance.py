@@ -37,8 +37,8 @@ class Tolerance:
 
 def tolerance(found: Measurement, method: Method, observable: str, unit: str) -> Tolerance | None:
     """The tolerance of one observable in one run; None where theory does not reach the step (the
-    expansion's last two terms are more than a tenth of it, or the response is nonlinear) or the
-    tolerance (what it allows is more than the motion responds to in proportion)."""
+    expansion's last two terms are more than a tenth of it, or the response is nonlinear), or an
+    adaptive solver has no second run to be held to."""
     error = found.errors[observable]
     if method.control == "tolerance":
         step_terms: tuple[Term, ...] | None = _adaptive(error, method)
@@ -61,10 +61,9 @@ def missed(error: ObservedError) -> str | None:
         beside = "from those of a run with a much smaller tolerance"
         return f"{error.controlled.beyond:.3g} further off than {beside} follows"
     predicted = error.predicted
-    if predicted is None or predicted.beyond <= (allowed := sum(error.model.values())):
+    if predicted is None or predicted.beyond <= error.model_error:
         return None
-    allowed += predicted.open
-    return f"{predicted.difference:.3g} off its prediction, allowed {allowed:.3g}"
+    return f"{predicted.difference:.3g} off its prediction, allowed {error.left_open:.3g}"
 
 
 def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:

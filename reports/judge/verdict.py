@@ -226,7 +226,7 @@ def _says_nothing(run: _Run) -> Judgement | None:
     seen = run.found.errors[name]
     predicted = seen.predicted
     exactly = predicted is not None and predicted.for_this_step
-    allowed = sum(seen.model.values()) if exactly else run.tolerances[name].bound
+    allowed = seen.model_error if exactly else run.tolerances[name].bound
     if predicted is not None and predicted.uncertainty is not None:
         allowed = run.tolerances[name].bound - predicted.largest
     if not 0.0 < seen.scale <= allowed:

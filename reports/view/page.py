@@ -94,23 +94,12 @@ def render(
     judged: Judgements | None = None,
 ) -> str:
     """The page of `study` as HTML: a function of the study alone, which runs no engine."""
-    import jinja2
-    from markupsafe import Markup
-    from plotly.offline import get_plotlyjs
-
     found = judge_study(study) if judged is None else judged
     views = [_system(study, system, found, section) for system in systems().values()]
     views = [view for view in views if view.scenes]
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["figure_json"] = lambda figure: Markup(figure_json(figure))
     findings = [finding for view in views for finding in view.findings]
-    return environment.get_template("page.html.jinja").render(
+    return filled(
+        "page.html.jinja",
         study=study,
         views=views,
         findings=findings,
@@ -124,6 +113,25 @@ def render(
         styles=styles(study.methods),
         provenance=study.provenance,
         number=notation.number,
+    )
+
+
+def filled(template: str, **content: Any) -> str:
+    """A template of a page filled with its content, the style sheet and the scripts as HTML."""
+    import jinja2
+    from markupsafe import Markup
+    from plotly.offline import get_plotlyjs
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["figure_json"] = lambda figure: Markup(figure_json(figure))
+    return environment.get_template(template).render(
+        **content,
         style_sheet=Markup((TEMPLATES / "page.css").read_text("utf-8")),
         script=Markup((TEMPLATES / "page.js").read_text("utf-8")),
         plotly=Markup(get_plotlyjs()),

@@ -189,7 +189,8 @@ def error_against_cost(
     """Error against cost, with the Pareto front."""
     leading = system.observables[0]
     usable = [p for p in found if np.isfinite(p.error)]
-    best = front([p for p in usable if methods[p.method].scheme.integrator != EXACT])
+    simulated = [p for p in usable if methods[p.method].scheme.integrator != EXACT]
+    best = front(simulated, lambda p: (p.ns_per_second, p.error))
     traces: list[Trace] = []
     if best:
         edge = curve([p.ns_per_second for p in best], positive([p.error for p in best]),

@@ -244,8 +244,8 @@ def _run(found: Measurement, judged: Judgement, method: Method, leading: str) ->
     error = found.errors[leading]
     if bound := judged.tolerances.get(leading):
         allowed, what = bound.bound, "allowed"
-        if (predicted := error.predicted) is not None:
-            allowed = predicted.open + sum(error.model.values())
+        if (predicted := error.predicted) is not None and error.left_open is not None:
+            allowed = error.left_open
             what = f"{notation.number(predicted.difference)} off its prediction, allowed"
         hint += f"; {what} {notation.number(allowed)} {bound.unit}"
     return Cell(notation.number(error.largest), f"{judged.verdict} number", hint)

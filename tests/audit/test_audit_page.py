@@ -11,8 +11,9 @@ import pytest
 
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
+from plumbob.reports.advice.work_precision import front
 from plumbob.reports.cli import main
-from plumbob.reports.view.audit.page import contact_timeline, front, render, write_audit_page
+from plumbob.reports.view.audit.page import contact_timeline, render, write_audit_page
 from plumbob.reports.view.audit.text import rows
 from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, ready
 
@@ -51,7 +52,7 @@ def test_figures_are_drawn_from_the_audit(found: Audit) -> None:
 def test_front_leaves_out_what_is_worse(found: Audit) -> None:
     assert found.found is not None
     steps, index = list(found.found.steps), found.found.index
-    kept = front(steps, index)
+    kept = front(steps, lambda s: (s.ns_per_second, s.at(index)))
     for step in steps:
         better = [
             s for s in steps

@@ -107,6 +107,8 @@ def test_rounding_alone_leaves_open_what_the_floor_is_made_of() -> None:
     assert error.predicted.for_this_step
     wanted = floor(replace(error, model={}), found.steps)
     assert error.predicted.open == pytest.approx(wanted, rel=1e-9, abs=0.0)
+    own = error.uncertainty * (1.0 + 2.0 * found.steps**0.5)
+    assert wanted == pytest.approx(own, rel=1e-12, abs=0.0)
 
 
 def test_a_cost_is_taken_at_the_middle_step(monkeypatch: pytest.MonkeyPatch) -> None:

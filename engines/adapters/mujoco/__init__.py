@@ -89,7 +89,7 @@ def model_text(text: str, step: float) -> str:
     return rewritten(text, step)
 
 
-def own_model(model: Any, keyframe: int | str | None = None) -> OwnModel:
+def model_of_own(model: Any, keyframe: int | str | None = None) -> OwnModel:
     """A user's model, from a file or compiled, as an audit needs it; raises ParameterError and
     NotCertifiable."""
     from plumbob.engines.adapters.mujoco.options import needless_stages
@@ -122,7 +122,7 @@ ENGINE = Engine(
     settings_text=settings_text,
     check_file=check_file,
     model_text=model_text,
-    own_model=own_model,
+    own_model=model_of_own,
     write_trimmed=write_trimmed,
     scheme=scheme,
 )

@@ -50,7 +50,7 @@ def finding(study: Study) -> Finding | None:
         if found is None or (error := found.errors.get("driving_force")) is None:
             continue
         beyond = error.predicted.beyond if error.predicted else None
-        bound = sum(error.model.values()) if error.model else None
+        bound = error.model_error if error.model else None
         if bound is not None and beyond is not None:
             errors.append(beyond / wanted.peak)
         rows.append(row(method_cell(name), value(error.largest), value(beyond), value(bound)))

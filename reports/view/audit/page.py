@@ -9,10 +9,11 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
-from plumbob.engines.audit.steps import Compared, StepError
+from plumbob.engines.audit.steps import Compared
+from plumbob.reports.advice.work_precision import front
 from plumbob.reports.view.audit.text import duration, length, rows, trim_effect
 from plumbob.reports.view.content import Cell, Figure, Table, row
-from plumbob.reports.view.page import TEMPLATES, figure_json, written
+from plumbob.reports.view.page import filled, written
 from plumbob.reports.view.palette import GREY
 from plumbob.reports.view.traces import (
     Trace,
@@ -38,19 +39,8 @@ def write_audit_page(found: Audit, folder: Path, command: str) -> Path:
 
 def render(found: Audit, command: str) -> str:
     """The page of an audit as HTML."""
-    import jinja2
-    from markupsafe import Markup
-    from plotly.offline import get_plotlyjs
-
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["figure_json"] = lambda figure: Markup(figure_json(figure))
-    return environment.get_template("audit.html.jinja").render(
+    return filled(
+        "audit.html.jinja",
         audit=found,
         answer=Table("The answer", ("", ""), tuple(row(*pair) for pair in rows(found))),
         figures=figures(found),
@@ -59,9 +49,6 @@ def render(found: Audit, command: str) -> str:
         versions=", ".join(f"{n} {metadata.version(n)}" for n in ("mujoco", "numpy", "scipy")),
         seconds=f"{found.seconds:.3g}",
         styles={},
-        style_sheet=Markup((TEMPLATES / "page.css").read_text("utf-8")),
-        script=Markup((TEMPLATES / "page.js").read_text("utf-8")),
-        plotly=Markup(get_plotlyjs()),
     )
 
 
@@ -98,7 +85,7 @@ def errors_over_time(found: Audit, steps: Compared) -> Figure:
 def error_against_cost(steps: Compared) -> Figure:
     """Every integrator and step that was run, with the Pareto front."""
     usable = [s for s in steps.steps if np.isfinite(s.at(steps.index)) and s.ns_per_second]
-    best = front(usable, steps.index)
+    best = front(usable, lambda s: (s.ns_per_second, s.at(steps.index)))
     edge: Trace = {
         **curve([s.ns_per_second for s in best], positive([s.at(steps.index) for s in best]),
                 colour=GREY, width=7.0, name="Pareto front"),
@@ -122,16 +109,6 @@ def error_against_cost(steps: Compared) -> Figure:
         logarithmic("error [m]"),
         legend=True,
     )
-
-
-def front(steps: list[StepError], index: int) -> list[StepError]:
-    """Those with no other that is both cheaper and more accurate, from cheap to accurate."""
-    best, kept = float("inf"), []
-    for step in sorted(steps, key=lambda s: (s.ns_per_second, s.at(index))):
-        if step.at(index) < best:
-            best = step.at(index)
-            kept.append(step)
-    return kept
 
 
 def contact_timeline(found: Audit) -> Figure | None:
