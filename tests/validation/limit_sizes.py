@@ -16,7 +16,7 @@ import math
 import multiprocessing
 import sys
 from collections.abc import Iterable, Mapping
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
 from pathlib import Path
 
@@ -99,9 +99,11 @@ def main(arguments: list[str]) -> int:
     if chosen.missing:
         asked = [(s, m) for s, m in asked if (s.name, m.name) not in held]
     with ProcessPoolExecutor(chosen.jobs, multiprocessing.get_context("spawn")) as pool:
-        for scene, method, size in pool.map(of_pair, asked):
+        for done in as_completed([pool.submit(of_pair, pair) for pair in asked]):
+            scene, method, size = done.result()
             if size is not None:
                 held[scene, method] = size
+                write(held)  # what is measured stays, however the rest ends
             print(scene, method, "no run" if size is None else f"{size.size:.3g}", flush=True)
     write(held)
     print(f"{len(asked)} measured, {len(held)} in {FILE}")
