@@ -174,6 +174,9 @@ SCENES = (
     _scene("equal-wells", "beyond the pitchfork: from next to the saddle over both wells", 8.0,
            hard="homoclinic to theta = 0: errors grow as e^(7.4 t)", **_LEVEL, platform_rate=10.0,
            theta=1e-3, theta_dot=0.0, steps=step_sizes(5e-3, 5e-5)),
+    _scene("equal-wells-short", "the same until the first return, for the quick profile", 2.0,
+           hard="homoclinic to theta = 0: errors grow as e^(7.4 t)", **_LEVEL, platform_rate=10.0,
+           theta=1e-3, theta_dot=0.0, steps=step_sizes(5e-3, 5e-5), profile="quick"),
     _scene("flat-cone", "a cone so flat that I_x < I_z", 1.0, hard="the centrifugal term changes "
            "sign", apex_angle=2 * math.atan(2.5), theta_dot=30.0),
     _scene("fast-platform", "a platform at 1000 rad/s", 0.05, hard="accelerations of 10^6 rad/s^2",

@@ -149,6 +149,18 @@ def _epsilon(epsilon: float, *, stop: bool) -> Scene:
     )
 
 
+def _hard(
+    case: str, summary: str, parameters: Parameters, hard: str, lasting: float
+) -> tuple[Scene, Scene]:
+    """A hard scene, and the same until `lasting` tau in four steps."""
+    short = f"the same until {lasting:g} tau in four steps, for the quick profile"
+    return (
+        _scene(case, summary, parameters, hard),
+        _scene(f"{case}-short", short, parameters, hard,
+               lasting=lasting, parts=(50, 100, 200, 375), profile="quick"),
+    )  # fmt: skip
+
+
 def _circles(count: int) -> dict[str, Any]:
     """Turns for which the slider goes round one whole circle."""
     ratio = turn_of(capsule(CHECK), 0.12, 1.0).inertia_ratio
@@ -160,18 +172,14 @@ SCENES = (
     *(_epsilon(epsilon, stop=stop) for epsilon in EPSILONS for stop in (False, True)),
     _scene("thousand", "1000 turns by whole circles, the residual motion waited out after each",
            _circles(1000), "1000 turns in a row", lasting=1000 * LASTING, parts=(20, 25, 50, 100)),
-    _scene("pivot", "a gentle drive: the body pivots about A2 and slides, three times over",
+    *_hard("pivot", "a gentle drive: the body pivots about A2 and slides, three times over",
            _parameters(0.8, -0.3, radius=0.2, start=5.0),
-           "one support comes to rest, holds while the body pivots about it, and gives way"),
-    _scene("pivot-short", "the same until 3 tau in four steps, for the quick profile",
-           _parameters(0.8, -0.3, radius=0.2, start=5.0),
-           "one support comes to rest, holds while the body pivots about it, and gives way",
-           lasting=3.0, parts=(50, 100, 200, 375), profile="quick"),
-    _scene("held", "a drive that friction all but holds: the body rests, and slides late",
-           _parameters(3.0, -1.0), "friction used up by a load that grows"),
-    _scene("unloaded", "the common centre of mass within 0.1 % of an edge of the triangle",
+           "one support comes to rest, holds while the body pivots about it, and gives way", 3.0),
+    *_hard("held", "a drive that friction all but holds: the body rests, and slides late",
+           _parameters(3.0, -1.0), "friction used up by a load that grows", 2.0),
+    *_hard("unloaded", "the common centre of mass within 0.1 % of an edge of the triangle",
            _parameters(0.1, -1.0, radius=0.999 * 0.03 / math.hypot(0.3, 0.15) / (0.3 / 1.3)),
-           "one normal force goes to zero"),
+           "one normal force goes to zero", 2.0),
 )  # fmt: skip
 
 SYSTEM = capsule_system(
