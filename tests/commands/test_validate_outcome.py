@@ -170,6 +170,11 @@ def test_verbose_adds_reasons_intervals_and_costs(validate: Validate) -> None:
     assert "times the round-off level" not in plain.out
     assert "cost of a step" in verbose.out
     assert re.search(r"\d ns +\S+ +\S+ s$", verbose.out, re.MULTILINE)
+    converging = validate(CONE, "ode/rk4", ("-v",)).out.splitlines()
+    (row,) = [line for line in converging if line.strip().startswith("ode/rk4 ")]
+    cells = re.split(r" {2,}", row.strip())
+    assert float(cells[-2]) < float(cells[2])  # the smallest error, and the reference step's
+    assert float(cells[-1].removesuffix(" s")) < float(cells[3].removesuffix(" s"))
     assert re.search(r"stays at \S+, [\d.e+]{1,8} times the round-off level", verbose.out)
 
 
