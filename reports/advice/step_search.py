@@ -1,7 +1,7 @@
 """The largest step of each method that reaches a wanted error on all scenes of a family, measured.
 
 A step reaches an error if the runs at it and at every smaller step that was run do. That is checked
-at two smaller steps at least, and at twelve where the errors do not lie on one straight line on
+at two smaller steps at least, and at 24 where the errors do not lie on one straight line on
 logarithmic axes: a discontinuity inside a step makes the error a sawtooth, with zeros by chance.
 
 Every step at and above the smallest one that fails is ruled out: the cost there is the least that a
@@ -25,11 +25,17 @@ from plumbob.reports.advice.work_precision import error_of
 
 # Chosen, and held from both sides by tests/validation/test_recommended.py:
 RESOLVED = 1.1  # ratio of the smallest step that fails to the one chosen
+STRIDE = 1.04  # below a step that fails, the next that is tried; checks leave many that were run
 CHEAPER = 1.3  # a method that could be cheaper by no more is not searched
 # Fractions of a step that are run beside it, none a multiple of another.
 FEW = (0.931, 0.787)
-MORE = (0.977, 0.953, 0.909, 0.883, 0.859, 0.827, 0.751, 0.703, 0.647, 0.577)
-SCATTER = 1.15  # how far errors off a line stay below the wanted one
+MORE = (
+    *(0.989, 0.977, 0.965, 0.953, 0.942, 0.92, 0.909, 0.897, 0.883, 0.871, 0.859),
+    *(0.843, 0.827, 0.809, 0.769, 0.751, 0.727, 0.703, 0.677, 0.647, 0.613, 0.577),
+)
+# How far errors off a line stay below the wanted one: of 25 errors that are equally likely up to a
+# largest, one in a hundred times all are below 1/1.2 of that.
+SCATTER = 1.2
 _STRAIGHT = 0.05  # relative: errors nearer to a line on logarithmic axes lie on it
 _SHALLOW = 0.3  # a curve of errors with a smaller slope promises nothing
 _TRIES = 40
@@ -205,7 +211,8 @@ def _largest(
     known = replace(evidence, run=None)
     good = evidence.common(method, evidence.failing(method, wanted))
     chosen = next((h for h in reversed(good) if _holds(known, method, h, wanted)), None)
-    ceiling = math.inf
+    above = [h for h in good if chosen is None or h > chosen]
+    ceiling = min((h for h in above if _refused(known, method, h, wanted)), default=math.inf)
     resolved = RESOLVED if method.control == "step" else RESOLVED**8  # cost: the 8th root, or so
     for number in range(_TRIES):
         failing = min(evidence.failing(method, wanted), ceiling)
@@ -233,9 +240,10 @@ def _next(
     failing: float,
     number: int,
 ) -> float | None:
-    """The step to try: the largest that was run below the failing one, if it is not checked yet;
-    then one between; or one beyond all that were run."""
-    good = evidence.common(method, failing)
+    """The step to try: the largest that was run well below the failing one, if it is not checked
+    yet; then one between; or one beyond all that were run."""
+    every = evidence.common(method, failing)
+    good = [h for h in every if STRIDE * h <= failing] or every
     if chosen is None or (good and good[-1] > chosen * RESOLVED):
         if good:
             return good[-1]
@@ -290,7 +298,7 @@ def _affordable(evidence: Evidence, method: Method, step: float) -> bool:
 
 
 def _holds(evidence: Evidence, method: Method, step: float, wanted: float) -> bool:
-    """Whether a step and smaller ones beside it reach the error: two, or twelve where the errors
+    """Whether a step and smaller ones beside it reach the error: two, or 24 where the errors
     scatter, and those below the wanted one by a margin."""
     few = [step, *_fractions(step, FEW)]
     if not all(evidence.reaches(method, h, wanted) for h in few):
@@ -301,6 +309,16 @@ def _holds(evidence: Evidence, method: Method, step: float, wanted: float) -> bo
     return all(evidence.reaches(method, h, wanted) for h in more) and all(
         evidence.worst(method, h) * SCATTER <= wanted for h in more
     )
+
+
+def _refused(evidence: Evidence, method: Method, step: float, wanted: float) -> bool:
+    """Whether what was run tells that `_holds` is false of a step that reaches the error."""
+    ran = set(evidence.common(method, math.inf))
+    few = [step, *_fractions(step, FEW)]
+    if not ran.issuperset(few) or _straight(few, [evidence.worst(method, h) for h in few]):
+        return False
+    beside = ran.intersection((*few, *_fractions(step, MORE)))
+    return any(evidence.worst(method, h) * SCATTER > wanted for h in beside)
 
 
 def _straight(steps: Sequence[float], errors: Sequence[float]) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from plumbob.analytic.errors.schemes import EULER, Scheme
@@ -71,6 +71,7 @@ def test_a_smooth_error_is_reached_at_nearly_the_largest_step(slope: float, at: 
     assert sum(map(len, found.taken.values())) <= 60
 
 
+@example(phase=0.0234375, wanted=0.0015712947727248346)  # below many steps that fail by the margin
 @given(phase=st.floats(0.02, 0.05), wanted=st.floats(1e-4, 3e-3))
 def test_a_sawtooth_is_not_trusted_at_a_lucky_zero(phase: float, wanted: float) -> None:
     def error(scene: str, method: str, h: float) -> float:

@@ -23,9 +23,10 @@ from plumbob.reports.advice.work_precision import error_of, of_method, points
 from plumbob.reports.judge.verdict import judge_study
 
 BELOW = (1.0, 0.995, 0.98, 0.96, 0.92, 0.85)  # of the recommended step
-FINE = 1.15  # ratio of steps in the search for a cheaper choice
-CHEAPER = 1.5  # what a cheaper choice would be cheaper by, at least
-BESIDE = 5  # smaller steps that a cheaper choice has to reach the error at
+CHEAPER = 1.5  # what a cheaper choice would be cheaper by, more than
+MORE = 1.02  # times that is more: steps have three digits, and errors at the very bound count too
+FINE = 1.04  # ratio of the smaller steps that a cheaper choice has to reach the error at
+BESIDE = 17  # of them, down to half: with contacts errors scatter from step to step
 LOOSEST, TIGHTEST, TOLERANCES = 0.1, 1e-12, 1.8  # of a search over tolerances, and their ratio
 
 
@@ -113,12 +114,12 @@ def cheaper(
         known += (runs or {}).get((scene.name, method.name), ())
         failing = min((m.step for m in known if not error_of(m, about) <= wanted), default=math.inf)
         # Any larger step has these among the smaller ones that it has to reach the error at.
-        step = unit / limit if math.isfinite(limit) else min(scene.steps)
+        step = MORE * unit / limit if math.isfinite(limit) else min(scene.steps)
         if step <= min(failing, scene.duration / 8) and all(
             error_of(_run(scene, method, step / FINE**k), about) <= wanted
             for k in range(BESIDE + 1)
         ):
-            yield method.name, step, CHEAPER
+            yield method.name, step, MORE * CHEAPER
 
 
 def _looser(
