@@ -197,6 +197,14 @@ def open_loop(study: Study) -> Finding | None:
         (() if SHOWN not in chosen else tuple(_along(study, SHOWN, which)
                                               for which in ("distance", "heading"))),
         tuple(command(chosen[0], method, short(STEP)) for method in QUICK),
+        () if False not in held else (
+            Statement(
+                CHERNOUSKO, "slow motions",
+                "With a small enough |w| friction holds the body while Q goes anywhere", "at rest",
+                f"at rest; in engines with convergent friction all slow motions of a plan move it "
+                f"by {number(max(held[False]), 2)} m at most", "holds",
+            ),
+        ),
     )  # fmt: skip
 
 

@@ -10,8 +10,16 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.reports.findings import capsule_plan, plan_legs, section
 from plumbob.reports.findings.capsule_plan import SHOWN
-from plumbob.reports.findings.capsule_turn import body_angle, course, exact_motion, left_over, modes
+from plumbob.reports.findings.capsule_turn import (
+    body_angle,
+    course,
+    exact_motion,
+    left_over,
+    modes,
+    source_text,
+)
 from plumbob.reports.findings.capsule_turn.turns import requests, turn
+from plumbob.reports.findings.measurements import problem
 from plumbob.reports.findings.plan_errors import plan_of
 from plumbob.reports.findings.plan_path import gallery
 from plumbob.reports.view.content import Figure, Finding, Table
@@ -213,3 +221,20 @@ def test_the_leading_path_is_the_motion_without_friction() -> None:
     assert off < 1e-4 * np.abs(place).max()
     _, place = course.course(0.3, phases)
     assert np.abs(place - course.leading_path(turn(0.3), phases)).max() > 0.02 * place.max()
+
+
+def test_what_else_the_source_says_of_turns() -> None:
+    found = source_text.finding()
+    assert {s.verdict for s in found.statements} == {"holds", "extended"}
+    one, motion = turn(0.3), problem("capsule-turn/0.3").motion.single
+    fraction, given = source_text.friction_turning(one, motion)
+    left = float(motion.at(np.array([2 * one.half_time])).angular_velocity[0])
+    assert given == pytest.approx(left, rel=1e-12)
+    assert 0.5 < fraction < 1.0
+    # another friction does not give this motion
+    other = source_text.friction_turning(turn(0.1), motion)
+    assert abs(other[1] / left - 1.0) > 1e-3
+    whole, part = source_text.shortened()
+    # psi goes with tau^2 but for friction, R/(mu_1 Z), of which there is 1e-3 at the larger epsilon
+    assert part == pytest.approx(whole / 100, rel=2e-4)
+    assert part == pytest.approx(-0.01, rel=2e-3)
