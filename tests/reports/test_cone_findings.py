@@ -221,6 +221,6 @@ def test_parts_of_the_energy_and_the_drive() -> None:
 
 
 def test_the_pivot_along_and_above_the_axis_does_not_matter() -> None:
-    (found,) = symmetry.finding(declared(nothing(), symmetry.requests)).statements
+    _, found = symmetry.finding(declared(nothing(), symmetry.requests)).statements
     carried = float(found.ours.split()[-2])
     assert carried < 1e-11

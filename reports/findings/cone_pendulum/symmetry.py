@@ -104,6 +104,15 @@ def finding(study: Study) -> Finding:
         (
             Statement(
                 SUDAKOV,
+                "characteristics",
+                "Any symmetry may be absent",
+                "no term for it",
+                f"I_yz = {number(PRODUCT)} kg m² moves θ({END} s) by {number(moved)} rad; in "
+                f"tilted axes the formulas hold, engines agree to {number(worst)} rad",
+                "extended",
+            ),
+            Statement(
+                SUDAKOV,
                 "(6), (7)",
                 "Terms that are total derivatives may be left out: X has no effect, nor has Z",
                 "no X, no Z",
