@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import fields
 from functools import cache, partial
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -43,6 +43,13 @@ _LASTING: Mapping[str, tuple[float, float]] = MappingProxyType({
     "near": (1.65, 6.95), "half-turn": (1.95, 18.55), "aside": (3.65, 14.75),
     "behind": (5.0, 6.15), "ahead": (3.65, 6.95),
 })  # fmt: skip
+BESIDE = RestPose(0.01, 0.01, 0.1)  # near enough that the curve's plans cost little
+# What the curve leads along, how long the plan to BESIDE lasts [s], and the profile.
+CURVES: tuple[tuple[str, Pair, ArcName, float, Literal["quick", "full"]], ...] = (
+    ("12", (1, 2), "shorter", 1.75, "full"),
+    ("23-longer", (2, 3), "longer", 1.55, "quick"),
+    ("31", (3, 1), "shorter", 1.45, "full"),
+)
 
 
 @cache
@@ -138,8 +145,27 @@ def _scene(case: str, goal: RestPose, track: TrackName) -> Scene:
     )
 
 
+def _beside(
+    case: str, legs: Pair, arc: ArcName, lasting: float, profile: Literal["quick", "full"]
+) -> Scene:
+    (i, j), to = legs, (BESIDE.x, BESIDE.y, BESIDE.heading)
+    return Scene(
+        f"capsule-plan/beside-curve-{case}",
+        f"to {BESIDE.x:g}, {BESIDE.y:g} m and {BESIDE.heading:g} rad, the slider along C-A{i}, "
+        f"the {arc} arc and C-A{j}",
+        MappingProxyType({**CHECK, "to": to, "track": "curve", "legs": legs, "arc": arc}),
+        lasting,
+        STEPS,
+        SOURCE,
+        profile,
+    )
+
+
 _TRACKS: tuple[TrackName, ...] = ("free", "curve")
-SCENES = tuple(_scene(case, goal, track) for case, goal in POSES for track in _TRACKS)
+SCENES = (
+    *(_scene(case, goal, track) for case, goal in POSES for track in _TRACKS),
+    *(_beside(*curve) for curve in CURVES),
+)
 
 SYSTEM = capsule_system(
     "capsule-plan",

@@ -37,7 +37,8 @@ ABOUT = """\
   start=[X, Y, PSI]       the pose at the start (default: 0, 0, 0)
   slider=[X, Y]           the slider's place from C at the start (default: at C)
   slider_at_end=[X, Y]    and at the end (default: as at the start)
-  legs=[I, J]             on the curve: the supports whose lines C-Ai and C-Aj it follows"""
+  legs=[I, J]             on the curve: the supports whose lines C-Ai and C-Aj it follows
+                          (default: 1, 2; --arc is its arc, shorter by default)"""
 SYSTEM = "capsule-plan"
 KINDS: Mapping[str, str] = MappingProxyType(
     {"slow": "slow motions", "turn": "turns", "line": "lines", "wait": "waits"}

@@ -18,10 +18,12 @@ from plumbob.reports.findings.measurements import (
     runs,
     scheme,
 )
+from plumbob.reports.findings.sources import CHERNOUSKO
 from plumbob.reports.view.content import (
     Cell,
     Finding,
     Section,
+    Statement,
     Table,
     method_cell,
     plain_method_cell,
@@ -96,8 +98,25 @@ def _stopping(study: Study) -> Sequence[Finding]:
             (),
             (f"plumbob run {SCENE} mujoco/euler+coulomb --step 1e-4",
              f"plumbob run {SCENE} pymunk/feet --step 1e-4"),
+            (_in_finite_time(speed, distance, len(rows)),),
         ),
     )  # fmt: skip
+
+
+def _in_finite_time(speed: float, distance: float, count: int) -> Statement:
+    """What the source says of residual motions."""
+    fg = speed**2 / (2.0 * distance)
+    spinning = problem(SPIN).motion.rest_time
+    return Statement(
+        CHERNOUSKO,
+        "residual motions",
+        "With Q fixed, friction stops the body in finite time",
+        "finite",
+        f"after v₀/(fg) = {number(speed / fg, 5)} s and v₀²/(2fg) = {number(distance, 5)} m from "
+        f"{number(speed)} m/s, and so do all {count} methods of the table; spinning at "
+        f"once, after {number(spinning, 5)} s, without a formula",
+        "extended",
+    )
 
 
 def _predicted_end(method: str, step: float, times: np.ndarray) -> float:

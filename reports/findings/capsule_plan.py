@@ -11,12 +11,10 @@ from plumbob.analytic.systems.planner import Plan
 from plumbob.analytic.systems.planner import plan as find_plan
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
-from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.scene import Scene
-from plumbob.models.tripod_capsule.plan import planned
-from plumbob.reports.findings.measurements import case
-from plumbob.reports.findings.plan_errors import PoseErrors, by_kind, pose_errors, run_duration
+from plumbob.reports.findings import plan_legs
+from plumbob.reports.findings.plan_errors import by_kind, command, errors_of, plan_of, run_of
 from plumbob.reports.findings.plan_path import gallery
 from plumbob.reports.findings.sources import CHERNOUSKO
 from plumbob.reports.view.content import (
@@ -34,7 +32,7 @@ from plumbob.reports.view.notation import number, short
 from plumbob.reports.view.palette import OF_METHODS
 from plumbob.reports.view.traces import Trace, curve, logarithmic, over_time
 
-SHOWN = "capsule-plan/near-free"  # drawn where the study has it; the quick profile's only plan
+SHOWN = "capsule-plan/near-free"  # drawn where the study has it
 DEFAULT = "mujoco/euler"
 METHODS = ("mujoco/euler+coulomb", "pymunk/feet", "mujoco/rk4+coulomb", DEFAULT)
 QUICK = METHODS[:2]
@@ -47,8 +45,9 @@ HEADS = ("plan", "x, y [m], ψ [rad]", "time [s]", "turns", "lines", "all manoeu
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """Each plan of the study, run open-loop to its end."""
-    return [_run(scene.name, method) for scene in scenes(plan) for method in _methods(plan)]
+    """Each plan of the study, run open-loop to its end, and those along each pair of lines."""
+    own = [run_of(scene.name, method, STEP) for scene in scenes(plan) for method in _methods(plan)]
+    return [*own, *plan_legs.requests(plan)]
 
 
 def scenes(plan: Study | StudyPlan) -> tuple[Scene, ...]:
@@ -57,29 +56,19 @@ def scenes(plan: Study | StudyPlan) -> tuple[Scene, ...]:
     return tuple(scene for scene in find_scenes("capsule-plan") if scene.name in names)
 
 
-def plan_of(name: str) -> Plan:
-    """The plan of a scene."""
-    return planned(find_scene(name).parameters)
-
-
 @cache
 def naive(name: str) -> Plan:
     """The plan of equal manoeuvres for the same pose, under the same limits."""
     best = plan_of(name)
-    return find_plan(best.capsule, best.goal, best.limits, best.track, best.start, equal=True)
-
-
-def command(name: str, method: str = "", step: str = "") -> str:
-    """What prints the plan of a scene, and with a method the errors of an engine's run of it."""
-    found = plan_of(name)
-    to = f"{found.goal.x:g} {found.goal.y:g} {found.goal.heading:.17g}"
-    run = f" --method {method} --step {step}" if method else ""
-    return f"plumbob plan --to {to} --track {found.track}{run}"
+    return find_plan(
+        best.capsule, best.goal, best.limits, best.track, best.start,
+        equal=True, legs=best.legs, arc=best.arc,
+    )  # fmt: skip
 
 
 def findings(study: Study) -> Sequence[Finding]:
     """What the planner reaches, and what engines make of its plans."""
-    found = (poses(study), open_loop(study))
+    found = (poses(study), plan_legs.finding(study), open_loop(study))
     return tuple(one for one in found if one is not None)
 
 
@@ -159,18 +148,6 @@ def _methods(plan: Study | StudyPlan) -> tuple[str, ...]:
     return METHODS if plan.profile == "full" else QUICK
 
 
-def _run(name: str, method: str) -> ExtraRun:
-    return ExtraRun(name, method, STEP, run_duration(plan_of(name), STEP))
-
-
-def errors_of(study: Study, name: str, method: str) -> PoseErrors | None:
-    """Pose errors of a scene's plan run open-loop; None where it does not reach its end."""
-    if (found := study.recording(_run(name, method))) is None or len(found.times) < 2:
-        return None
-    after = pose_errors(plan_of(name), case(name).reference, found)
-    return after if after[-1] is not None else None
-
-
 def open_loop(study: Study) -> Finding | None:
     """The pose's error at the end by plan and method, and by the kind of manoeuvre that caused it;
     None without a plan or an engine."""
@@ -178,7 +155,9 @@ def open_loop(study: Study) -> Finding | None:
     rows, ends, held = [], dict[str, list[float]](), dict[bool, list[float]]()
     for name in chosen:
         for method in _methods(study):
-            if (after := errors_of(study, name, method)) is None or (last := after[-1]) is None:
+            if (after := errors_of(study, name, method, STEP)) is None or (
+                last := after[-1]
+            ) is None:
                 continue
             parts = by_kind(plan_of(name), after)
             cells = [value(last.distance), value(last.heading)]
@@ -218,6 +197,14 @@ def open_loop(study: Study) -> Finding | None:
         (() if SHOWN not in chosen else tuple(_along(study, SHOWN, which)
                                               for which in ("distance", "heading"))),
         tuple(command(chosen[0], method, short(STEP)) for method in QUICK),
+        () if False not in held else (
+            Statement(
+                CHERNOUSKO, "slow motions",
+                "With a small enough |w| friction holds the body while Q goes anywhere", "at rest",
+                f"at rest; in engines with convergent friction all slow motions of a plan move it "
+                f"by {number(max(held[False]), 2)} m at most", "holds",
+            ),
+        ),
     )  # fmt: skip
 
 
@@ -237,7 +224,7 @@ def _along(study: Study, name: str, which: str) -> Figure:
     """The error of the place or of the heading after each manoeuvre."""
     plan, traces = plan_of(name), list[Trace]()
     for method in _methods(study):
-        if (after := errors_of(study, name, method)) is None:
+        if (after := errors_of(study, name, method, STEP)) is None:
             continue
         known = [(end, abs(getattr(error, which)), one.kind)
                  for end, error, one in zip(plan.ends, after, plan.manoeuvres, strict=True)

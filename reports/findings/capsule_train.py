@@ -8,8 +8,18 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings import mean_speed
 from plumbob.reports.findings.measurements import covers, measured, names, problem
+from plumbob.reports.findings.sources import CHERNOUSKO
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Cell, Finding, Section, Table, method_cell, row, value
+from plumbob.reports.view.content import (
+    Cell,
+    Finding,
+    Section,
+    Statement,
+    Table,
+    method_cell,
+    row,
+    value,
+)
 from plumbob.reports.view.notation import number, short
 
 SCENES = ("capsule-train/thousand", "capsule-train/ten")  # the longer one, where it was run
@@ -78,6 +88,13 @@ def _total(study: Study) -> Sequence[Finding]:
             (),
             ("plumbob validate --profile full --scenes capsule-train/thousand",
              "plumbob run capsule-train/ten mujoco/euler+coulomb --step 1e-3"),
+            (Statement(
+                CHERNOUSKO, "after (22)", "Repeated, the manoeuvre reaches any distance in finite "
+                "time, the slider returning by slow motions", "any distance",
+                f"{repeated.count} manoeuvres: {number(repeated.displacement, 6)} m in "
+                f"{number(repeated.count * repeated.period, 4)} s; relative errors in "
+                f"engines: {number(min(map(abs, errors.values())), 2)} to "
+                f"{number(max(map(abs, errors.values())), 2)}", "holds"),),
         ),
     )  # fmt: skip
 

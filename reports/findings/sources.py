@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from decimal import Decimal
 
-from plumbob.reports.view.content import Statement
+from plumbob.reports.view.content import Statement, Table, row
+from plumbob.reports.view.overview import SOURCES
 
-SUDAKOV, CHERNOUSKO, NOTEBOOK = "Sudakov 2015", "Chernousko 2020", "Pêndulo Simples"
+SUDAKOV, CHERNOUSKO, NOTEBOOK = SOURCES
 
 
 def as_printed(source: str, place: str, text: str, said: str, ours: float, unit: str) -> Statement:
@@ -22,3 +24,10 @@ def as_printed(source: str, place: str, text: str, said: str, ours: float, unit:
 def judged(statement: Statement) -> str:
     """The verdict in a word, with the reason where there is one."""
     return f"{statement.verdict}: {statement.why}" if statement.why else statement.verdict
+
+
+def stated(statements: Sequence[Statement]) -> Table:
+    """The statements of one finding, as a table of its own."""
+    rows = (row(one.place, one.text, one.said, one.ours, judged(one)) for one in statements)
+    heads = ("place", "statement", "the source's value", "ours", "verdict")
+    return Table("Statement by statement", heads, tuple(rows))

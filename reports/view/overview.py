@@ -19,6 +19,26 @@ NOT_RUN = ("unsupported", "missing")
 # Relative, and as they are written.
 ERRORS = ((0.1, "10 %"), (1e-2, "1 %"), (1e-3, "0.1 %"), (1e-4, "1e-4"), (1e-6, "1e-6"))
 
+# The sources in the order of the table, each with its places in the order of its text.
+PLACES: Mapping[str, tuple[str, ...]] = MappingProxyType({
+    "Sudakov 2015": (
+        "introduction", "terms", "characteristics", "(1)", "(2)–(6)", "(6)", "(6), (7)",
+        "(7), (9)", "(8)", "(2)–(6), (9)", "(9), (15), (16), Fig. 3", "(10)–(13)", "(15), (16)",
+        "(16)", "Fig. 2", "Fig. 2 e", "Fig. 3", "Fig. 3 b", "Fig. 3 c", "Fig. 3 e", "conclusion",
+    ),
+    "Chernousko 2020": (
+        "assumptions", "(1)", "modes", "(2)–(4), (23)", "slow motions", "residual motions",
+        "(5)–(7)", "(7)", "(3), (9)", "(8)–(12)", "(15)", "(17), (20), Fig. 2", "(18)",
+        "(19), (20)", "(21)", "(22), Fig. 2", "(11)–(22)", "after (22)", "(24), (25)", "(28)",
+        "(30)", "(31), Fig. 3", "(31), (32)", "(32)", "after (32)", "controllability",
+        "controllability, 3", "conclusion",
+    ),
+    "Pêndulo Simples": (
+        "equation of motion", "T", "linear equation", "F(t)", "parameters", "X₁, X₂", "integrator",
+        *(f"case {number}" for number in range(1, 8)),
+    ),
+})  # fmt: skip
+SOURCES = tuple(PLACES)
 SOURCE_HEADS = ("source", "place", "statement", "the source's value", "ours", "verdict", "finding")
 STATEMENT_WORDS: Mapping[StatementVerdict, str] = MappingProxyType(
     {"holds": "hold", "corrected": "corrected", "refuted": "refuted", "extended": "extended"}
@@ -170,15 +190,19 @@ def _said(choice: Choice) -> str:
 
 
 def sources(findings: Sequence[Finding]) -> Table | None:
-    """Every statement of the sources that these findings judge, source by source, each with a link
-    to the finding that shows it; None where they judge none."""
+    """Every statement of the sources that these findings judge, in the order of their texts, each
+    with a link to the finding that shows it; None where they judge none."""
     titles = {finding.name: finding.title for finding in findings}
     every = [(one, finding) for finding in findings for one in finding.statements]
     if not every:
         return None
-    order = list(dict.fromkeys(one.source for one, _ in every))
+    order = [(source, place) for source, places in PLACES.items() for place in places]
+    rank = {both: number for number, both in enumerate(order)}
     rows = []
-    for one, finding in sorted(every, key=lambda pair: order.index(pair[0].source)):
+    # a place that is not listed comes last
+    for one, finding in sorted(
+        every, key=lambda pair: rank.get((pair[0].source, pair[0].place), len(rank))
+    ):
         name = one.finding if one.finding in titles else finding.name
         texts = (Cell(text, "text") for text in (one.text, one.said, one.ours))
         verdict = Cell(one.verdict, "text", one.why)

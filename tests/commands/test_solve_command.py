@@ -63,7 +63,9 @@ def test_every_system_is_printed(name: str, capsys: pytest.CaptureFixture[str]) 
 
 
 # Others of capsule-plan take up to ten seconds each to plan: with --profile full.
-QUICK_PLANS = ("capsule-plan/near-free", "capsule-plan/ahead-curve")
+QUICK_PLANS = tuple(
+    f"capsule-plan/{name}" for name in ("near-free", "ahead-curve", "beside-curve-23-longer")
+)
 ALL = [one.name for one in scenes("*")]
 
 

@@ -66,6 +66,13 @@ def test_the_notebooks_form_is_the_same_pendulum() -> None:
         np.testing.assert_allclose(
             own["tension"], mass * plain["tension"], rtol=0, atol=mass * 1e-12
         )
+    # of a rod of 2 m F is over m L, and C over m
+    long = find_scene(FORCED, {"length": 2.0})
+    given = {"length": 2.0, "mass": MASS, "damping": 0.2 * MASS, "force": 1.5 * MASS * 2.0}
+    plain, own = (
+        case_of(one).reference.observe(times) for one in (long, find_scene(FORCED, given))
+    )
+    np.testing.assert_allclose(own["theta"], plain["theta"], rtol=0, atol=1e-13)
     # C alone of a heavier bob damps less
     light, heavy = (
         case_of(find_scene("simple-pendulum/free-large", {"damping": 0.3, "mass": m})).problem

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
@@ -21,9 +23,10 @@ from plumbob.reports.findings.capsule_line import (
     fidelity,
     hard,
     source,
+    source_text,
     tipping,
 )
-from plumbob.reports.findings.measurements import LINE
+from plumbob.reports.findings.measurements import LINE, problem
 from plumbob.reports.view.content import Finding, Table
 from plumbob.tests.support.declared import declared, measured, nothing
 
@@ -149,6 +152,33 @@ def test_momentum_and_saving() -> None:
     assert column(table, "relative to the full")["mujoco/euler+reduced"] < 0.8
 
 
+def test_what_else_the_source_says_of_lines() -> None:
+    found = source_text.finding(study(LINE, 1e-3))
+    said = {one.place: one for one in found.statements}
+    assert {one.verdict for one in found.statements} == {"holds", "extended"}
+    assert "2.5 % with default contacts" in said["(1)"].ours
+    assert said["(17), (20), Fig. 2"].ours == "0.03, 0.0633333, 0.1425 s"
+    line = problem(LINE).motion
+    assert source_text.slope(line) == pytest.approx((2.0, 2.0), abs=1e-12)
+    assert source_text.balance(line) < 1e-11
+
+    class Rough(LineManoeuvre):
+        """A friction that is not that of the motion."""
+
+        def friction_force(self, times: Array) -> Array:
+            return super().friction_force(times) * (1 + 1e-6)
+
+    given = {field.name: getattr(line, field.name) for field in fields(line)}
+    assert source_text.balance(Rough(**given)) > 1e-8
+
+
+def test_stiction_in_the_quick_profile_is_that_of_its_own_step() -> None:
+    (found,) = findings_of("capsule-hold", study("capsule-hold/0.999", 2e-3))
+    assert found.tables[0].caption.endswith("0.002 s")
+    (statement,) = found.statements
+    assert "drifts by at most 2.1e-7 m" in statement.ours
+
+
 def test_hard_case() -> None:
     name = "capsule-line/near-edge"
     numbers, ends = hard(study(name, 1e-3, 5e-4), find_scene(name))
@@ -200,7 +230,9 @@ def test_stopping_distance() -> None:
 
 
 def test_what_sizes_an_actuator() -> None:
-    found = known(drive.finding(declared(study(LINE, 1e-3), source.requests)))
+    found = known(
+        drive.finding(declared(measured(LINE, (*METHODS, "pymunk/pivots"), 1e-3), source.requests))
+    )
     demands, errors = found.tables
     peaks = column(demands, "peak of")
     assert peaks["line, C–A₁"] == pytest.approx(9.7119, rel=1e-3)
@@ -211,6 +243,14 @@ def test_what_sizes_an_actuator() -> None:
     for name in ("mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk/side"):
         assert missed[name] < allowed[name] < 5e-3
     assert missed["mujoco/euler"] > 0.1
+    # what is said of engines whose friction converges, of which pymunk/pivots is none
+    assert missed["pymunk/pivots"] > 1.0
+    within = float(found.summary.partition("it is within ")[2].split()[0])
+    convergent = [
+        f for n, f in missed.items() if n.endswith(("coulomb", "reduced", "feet", "side"))
+    ]
+    assert within == pytest.approx(max(convergent) / peaks["line, C–A₁"], rel=0.05)
+    assert within < 1e-3
     exact, *engines = found.figures[0].traces
     assert len(engines) == 2
     assert max(exact["y"]) == pytest.approx(9.7119, rel=1e-3)

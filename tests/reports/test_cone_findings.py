@@ -21,6 +21,7 @@ from plumbob.reports.findings.cone_pendulum import (
     series,
     source_claims,
     source_figures,
+    source_text,
     symmetry,
     uniformity,
 )
@@ -179,3 +180,47 @@ def test_finding_series() -> None:
     cost = Cost(500.0, 500.0, 500.0, 1.0, 0.0, 5)
     timed = replace(nothing(), costs={(ROTATING, m): cost for m in (series.EXACT, series.STEPPED)})
     assert "A sample of the closed form costs 500 ns" in series.finding(timed).summary
+
+
+def test_what_else_the_source_says() -> None:
+    found = source_text.finding()
+    said = {(s.place, s.verdict): s.ours for s in found.statements}
+    assert len(found.statements) == 13
+    assert "8 of 13" in found.summary
+    # energies alone: 13^2 less 4 M g S/I_x at the top
+    slowest = math.sqrt(13.0**2 - 4 * 35.80930299751591 / 0.89270329145737231)
+    assert said["Fig. 2 e", "holds"].startswith(f"{slowest:.4f} rad/s at 0.500 T")
+    assert said["Fig. 2 e", "refuted"].endswith("35.81 N m, is at θ = 0.5 π")
+    assert "39.253 rad/s (7.0346 rad/s at rest" in said["Fig. 3 b", "corrected"]
+    assert said["Fig. 3 c", "holds"].startswith("4 extremes of the speed in a period, 2 at rest")
+    assert "does 0 J of work in all, gravity's -71.62 J" in said["Fig. 3 e", "corrected"]
+
+
+def test_a_period_is_one_mean_and_few_points() -> None:
+    turning = forms(ROTATING)
+    mean = source_text.period_by_means(turning.correct)
+    assert mean == pytest.approx(0.16006944027755794, rel=1e-14)  # 40 digits
+    assert source_text.period_by_means(turning.printed) == pytest.approx(
+        0.23698083024728754, rel=1e-14
+    )
+    other = replace(turning.problem, platform_rate=26.0 * (1 + 1e-9)).motion
+    assert abs(source_text.period_by_means(other) / mean - 1.0) > 1e-11
+    assert source_text.points_needed(turning.correct) == 32
+    sums = [source_text.period_by_points(turning.correct, n) / mean - 1.0 for n in (8, 16, 32)]
+    assert abs(sums[0]) > 1e-5 > abs(sums[1]) > 1e-12 > abs(sums[2])
+
+
+def test_parts_of_the_energy_and_the_drive() -> None:
+    found = drive_work.finding(declared(nothing(), drive_work.requests))
+    _, parts, swing, external = found.statements
+    assert "44.5, -222 to 222" in parts.ours  # M w^2 Y^2/2 and M Y S w^2, by hand
+    assert pytest.approx(44.5, rel=1e-3) == 16.24 * 26.0**2 * 0.09**2 / 2
+    assert pytest.approx(222.0, rel=2e-3) == 16.24 * 0.09 * 0.225 * 26.0**2
+    assert swing.verdict == "holds"
+    assert external.verdict == "refuted"
+
+
+def test_the_pivot_along_and_above_the_axis_does_not_matter() -> None:
+    _, found = symmetry.finding(declared(nothing(), symmetry.requests)).statements
+    carried = float(found.ours.split()[-2])
+    assert carried < 1e-11

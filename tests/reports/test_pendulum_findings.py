@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.registry import methods as find_methods
+from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
@@ -200,10 +201,20 @@ def test_findings_name_commands_that_exist() -> None:
 def test_the_notebooks_statements() -> None:
     found = claims.finding(declared(nothing(), notebook.requests))
     verdicts = {line[0].text: line[3].text for line in found.tables[0].rows}
-    assert len(verdicts) == 9
+    assert len(verdicts) == 14
+    ours = {line[0].text: line[2].text for line in found.tables[0].rows}
+    assert "solved exactly" in ours["equation of motion: mLθ̈ + CLθ̇ + mg sin θ = F(t)"]
+    assert "11.5 % faster" in ours["case 3: the two are compared at 200°/s"]
+    # theta_0^2/16 and the next term of the period's series, 11 theta_0^4/3072
+    start = math.radians(10.0)
+    series = start**2 / 16 + 11 * start**4 / 3072
+    assert claims.lengthening("free-small") == pytest.approx(series, rel=1e-5)
+    # the linear pendulum's amplitude; the start is forgotten as e^(-0.1 t)
+    steady = 1.5 / math.hypot(9.8 - 2.8**2, 0.2 * 2.8)
+    assert claims.forced("forced-large")[1] == pytest.approx(steady, rel=0.02)
+    assert claims.forced("forced-large")[0] > 1.5
     ran = claims.parting(declared(nothing(), notebook.requests), "free-small")
     # the phases part by theta_0^2/16 of what has passed: amplitude * sin(omega t theta_0^2/16)
-    start = math.radians(10.0)
     by_phase = start * math.sin(math.sqrt(9.8) * 50.0 * start**2 / 16)
     assert ran.largest == pytest.approx(by_phase, rel=0.02)
     assert ran.relative == pytest.approx(0.295, abs=5e-3)
@@ -212,6 +223,17 @@ def test_the_notebooks_statements() -> None:
     assert 5e-4 < claims.decay("damped-small") < 1e-3
     assert 0.05 < claims.decay("damped-large") < 0.2
     assert "30 %" in found.summary
+
+
+def test_the_equation_is_that_of_mujoco_s_multibody_model() -> None:
+    ran = replace(study(), convergence=())
+    assert claims._in_mujoco(ran) == "solved exactly"
+    scene = find_scene("simple-pendulum/free-large")
+    (how,) = find_methods(claims.MUJOCO)
+    found = convergence_study(scene, how, 10_000, (1e-2, 5e-3))
+    said = claims._in_mujoco(replace(ran, convergence=(found,)))
+    assert said.endswith("rad at 0.005 s")
+    assert float(said.split("within ")[1].split()[0]) < 1e-6
 
 
 def test_the_bob_in_the_plane() -> None:

@@ -119,7 +119,11 @@ def test_every_statement_of_the_sources_has_value_verdict_and_finding(
         assert known[link.link] == link.text
         for number in re.findall(r"\d+\.\d+", text.text):
             assert number in said.text
-    assert {line[0].text for line in table.rows} == {SUDAKOV, CHERNOUSKO, NOTEBOOK}
+    assert list(dict.fromkeys(line[0].text for line in table.rows)) == [*overview.SOURCES]
+    shown = [(line[0].text, line[1].text) for line in table.rows]
+    order = [(source, place) for source, places in overview.PLACES.items() for place in places]
+    assert set(shown) <= set(order)  # list a new place in overview.PLACES, where its text has it
+    assert shown == sorted(shown, key=order.index)
     words = " ".join(line[3].text for line in table.rows).split()
     assert {number for number in PRINTED if not any(number in word for word in words)} == set()
     texts = [line[2].text for line in table.rows if line[0].text != NOTEBOOK]
@@ -127,6 +131,18 @@ def test_every_statement_of_the_sources_has_value_verdict_and_finding(
     links = {line[6].link for line in table.rows}
     assert {"uniformity", "special-functions", "no-symmetry", "generating-solution"} <= links
     assert overview.sources([]) is None
+
+
+def test_statements_come_in_the_order_of_the_sources_whatever_that_of_the_findings() -> None:
+    def finding(name: str, *places: tuple[str, str]) -> Finding:
+        made = (Statement(*place, f"{place}", "said", "ours", "holds") for place in places)
+        return Finding(name, name, "", "", statements=tuple(made))
+
+    late, early = (NOTEBOOK, "case 1"), (SUDAKOV, "(1)")
+    table = overview.sources([finding("a", late, (CHERNOUSKO, "elsewhere")), finding("b", early)])
+    assert table is not None
+    assert [line[1].text for line in table.rows] == ["(1)", "case 1", "elsewhere"]
+    assert [line[6].link for line in table.rows] == ["b", "a", "a"]
 
 
 def test_a_link_leads_to_the_own_finding_where_the_other_is_not_on_the_page(

@@ -8,10 +8,19 @@ import pytest
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
-from plumbob.reports.findings import capsule_plan, section
+from plumbob.reports.findings import capsule_plan, plan_legs, section
 from plumbob.reports.findings.capsule_plan import SHOWN
-from plumbob.reports.findings.capsule_turn import body_angle, course, exact_motion, left_over, modes
+from plumbob.reports.findings.capsule_turn import (
+    body_angle,
+    course,
+    exact_motion,
+    left_over,
+    modes,
+    source_text,
+)
 from plumbob.reports.findings.capsule_turn.turns import requests, turn
+from plumbob.reports.findings.measurements import problem
+from plumbob.reports.findings.plan_errors import plan_of
 from plumbob.reports.findings.plan_path import gallery
 from plumbob.reports.view.content import Figure, Finding, Table
 from plumbob.tests.support.declared import declared, measured
@@ -141,7 +150,7 @@ def test_plans(monkeypatch: pytest.MonkeyPatch) -> None:
     (line,) = (dict(zip(table.heads, row, strict=True)) for row in table.rows)
     assert float(line["error of the reference [m]"].text) < 1e-6
     assert float(line["naive over best"].text) > 1.3
-    _, drawn = gallery(capsule_plan.plan_of(SHOWN))
+    _, drawn = gallery(plan_of(SHOWN))
     assert len(drawn) == 3
     found = known(capsule_plan.open_loop(given))
     for row in found.tables[0].rows:
@@ -149,6 +158,26 @@ def test_plans(monkeypatch: pytest.MonkeyPatch) -> None:
         assert distance < 2e-4
         assert slow < 1e-4 * distance
     assert capsule_plan.poses(study("capsule-turn/0.3", (EULER,))) is None
+
+
+def test_plans_along_any_two_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(capsule_plan, "QUICK", (FEET,))
+    shown = plan_legs.SCENES[1]
+    ran = declared(measured(shown, (FEET,)), capsule_plan.requests)
+    found = known(plan_legs.finding(ran))
+    exact, engines = found.tables
+    assert len({line[0].text for line in exact.rows}) == 6  # 3 pairs of lines, 2 arcs
+    assert all(float(line[n].text) < 1e-12 for line in exact.rows for n in (4, 5))
+    assert [line[1].text for line in engines.rows] == [*plan_legs.METHODS] * 3
+    for line in engines.rows:
+        distance, heading = float(line[2].text), float(line[3].text)
+        assert distance < 5e-4
+        assert abs(heading) < (5e-4 if line[1].text == FEET else 5e-3)  # Euler's leak in a turn
+    assert found.commands[0].endswith("--track curve --set 'legs=[2, 3]' --arc longer")
+    # the quick profile's curve is one of the six, and its naive plan goes along it too
+    assert plan_of(shown).duration == pytest.approx(plan_legs.plans()[3].duration, rel=1e-12)
+    assert (capsule_plan.naive(shown).legs, capsule_plan.naive(shown).arc) == ((2, 3), "longer")
+    assert plan_legs.finding(study("capsule-turn/0.3", (EULER,))) is None
 
 
 def test_what_a_turn_leaves_at_its_stop() -> None:
@@ -192,3 +221,20 @@ def test_the_leading_path_is_the_motion_without_friction() -> None:
     assert off < 1e-4 * np.abs(place).max()
     _, place = course.course(0.3, phases)
     assert np.abs(place - course.leading_path(turn(0.3), phases)).max() > 0.02 * place.max()
+
+
+def test_what_else_the_source_says_of_turns() -> None:
+    found = source_text.finding()
+    assert {s.verdict for s in found.statements} == {"holds", "extended"}
+    one, motion = turn(0.3), problem("capsule-turn/0.3").motion.single
+    fraction, given = source_text.friction_turning(one, motion)
+    left = float(motion.at(np.array([2 * one.half_time])).angular_velocity[0])
+    assert given == pytest.approx(left, rel=1e-12)
+    assert 0.5 < fraction < 1.0
+    # another friction does not give this motion
+    other = source_text.friction_turning(turn(0.1), motion)
+    assert abs(other[1] / left - 1.0) > 1e-3
+    whole, part = source_text.shortened()
+    # psi goes with tau^2 but for friction, R/(mu_1 Z), of which there is 1e-3 at the larger epsilon
+    assert part == pytest.approx(whole / 100, rel=2e-4)
+    assert part == pytest.approx(-0.01, rel=2e-3)

@@ -27,10 +27,12 @@ from plumbob.analytic.systems.planner import (
 from plumbob.analytic.systems.planner.coordinate import along_curve
 from plumbob.analytic.systems.planner.lines import quickest_push
 from plumbob.analytic.systems.planner.manoeuvre import slow_arc, slow_line
+from plumbob.analytic.systems.planner.tracks import ArcName
 from plumbob.analytic.systems.planner.turns import outcome, quickest_drive
 from plumbob.analytic.systems.slider_path import ArcPiece, SliderPath, StraightPiece, arc, straight
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.models.registry import scene
+from plumbob.models.tripod_capsule.plan import BESIDE, CURVES, problem
 from plumbob.reports.commands.plan import described
 from plumbob.tests.support.random_capsules import CHECK
 
@@ -109,6 +111,44 @@ def test_the_curve_has_one_degree_of_freedom(name: str) -> None:
     assert np.abs(np.abs(along.rate(times)) - speed).max() <= 1e-11
     reached = along.rate(times[:1]) + np.cumsum(along.mean_acceleration(times) * np.diff(times))
     assert np.abs(reached - along.rate(times[1:])).max() <= 1e-11
+
+
+@pytest.mark.parametrize(
+    ("legs", "arc"), [*itertools.product([(1, 2), (2, 3), (3, 1)], ["shorter", "longer"])]
+)
+def test_the_curve_may_have_any_two_lines_and_either_arc(
+    legs: tuple[int, int], arc: ArcName
+) -> None:
+    made = plan(SCALENE, BESIDE, track="curve", legs=legs, arc=arc)
+    assert max(made.error) <= REACHED
+    along, times = along_curve(made), np.linspace(0.0, made.duration, 2001)
+    place = made.slider(times) @ [1.0, 1.0j]
+    assert np.abs(along.slider(times) @ [1.0, 1.0j] - place).max() <= 1e-12
+    # without the track's own words: on a line to one of the two supports, or on the circle
+    radius = made.limits.radius
+    ends = [complex(*SCALENE.supports[i - 1]) for i in legs]
+    off_lines = [abs((place / (end / abs(end))).imag) for end in ends]
+    on_circle = np.abs(np.abs(place) - radius) <= 1e-9
+    on_line = (np.minimum(*off_lines) <= 1e-9) & (np.abs(place) <= radius + 1e-9)
+    assert (on_line | on_circle).all()
+    for off in off_lines:  # both are gone along
+        assert (np.abs(place)[(off <= 1e-9) & ~on_circle] > 0.1 * radius).any()
+    turned = np.abs(np.angle(place[on_circle] / ends[0]))
+    between = abs(np.angle(ends[1] / ends[0]))
+    way = np.angle(place[on_circle] / ends[0]) * np.sign(np.angle(ends[1] / ends[0]))
+    inner = (way > 1e-6) & (turned < between - 1e-6)
+    outer = (way < -1e-6) | (turned > between + 1e-6)
+    assert (inner.any(), outer.any()) == ((True, False) if arc == "shorter" else (False, True))
+
+
+@pytest.mark.parametrize(("case", "legs", "arc", "lasting", "_"), CURVES)
+def test_scenes_of_other_curves_last_until_the_body_rests(
+    case: str, legs: tuple[int, int], arc: ArcName, lasting: float, _: str
+) -> None:
+    given = scene(f"capsule-plan/beside-curve-{case}")
+    made = problem(given.parameters).motion
+    assert (made.legs, made.arc, made.goal) == (legs, arc, BESIDE)
+    assert made.duration <= given.duration == lasting < made.duration + 0.2
 
 
 def test_a_mean_acceleration_held_over_steps_gives_the_velocity_at_every_edge() -> None:

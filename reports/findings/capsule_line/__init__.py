@@ -17,6 +17,7 @@ from plumbob.reports.findings.capsule_line import (
     drive,
     fidelity,
     source,
+    source_text,
     tipping,
 )
 from plumbob.reports.findings.measurements import problem
@@ -40,6 +41,7 @@ def findings(study: Study) -> Sequence[Finding]:
     found = (
         source.misprints(study),
         source.any_line(study),
+        source_text.finding(study),
         displacement.errors(study),
         displacement.sawtooth(study),
         contacts.chatter(study),

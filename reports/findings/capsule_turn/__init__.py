@@ -12,6 +12,7 @@ from plumbob.reports.findings.capsule_turn import (
     exact_motion,
     left_over,
     modes,
+    source_text,
     turns,
 )
 from plumbob.reports.view.content import Finding, Section
@@ -32,6 +33,7 @@ def findings(study: Study) -> Sequence[Finding]:
         body_angle.leak(study),
         body_angle.deflection(study),
         exact_motion.touching(),
+        source_text.finding(),
     )
     return tuple(one for one in found if one is not None)
 

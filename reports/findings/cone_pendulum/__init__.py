@@ -17,6 +17,7 @@ from plumbob.reports.findings.cone_pendulum import (
     series,
     source_claims,
     source_figures,
+    source_text,
     symmetry,
     uniformity,
 )
@@ -47,6 +48,7 @@ def findings(study: Study) -> Sequence[Finding]:
         source_claims.inertia(study),
         symmetry.finding(study),
         source_claims.claims(),
+        source_text.finding(),
         uniformity.finding(study),
         action_phase.finding(study),
         equilibria.finding(study),

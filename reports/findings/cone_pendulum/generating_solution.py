@@ -23,7 +23,17 @@ from plumbob.reports.findings.cone_pendulum.hamiltonian import (
     forms,
 )
 from plumbob.reports.findings.energy_drift import in_double
-from plumbob.reports.view.content import Cell, Figure, Finding, Table, method_cell, row, value
+from plumbob.reports.findings.sources import SUDAKOV
+from plumbob.reports.view.content import (
+    Cell,
+    Figure,
+    Finding,
+    Statement,
+    Table,
+    method_cell,
+    row,
+    value,
+)
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, GREEN, ORANGE, RED
 from plumbob.reports.view.traces import Trace, curve, figure, linear, marks, over_time
@@ -150,6 +160,19 @@ def finding(study: Study) -> Finding:
         ),
         (*_decays(study), *_drive_figure(drives)),
         (f"plumbob validate --profile full --scenes {ROTATING} --methods {MUJOCO},{LAGRANGE}",),
+        (
+            Statement(
+                SUDAKOV,
+                "introduction",
+                "The solution can generate others, by perturbation, in electric drives",
+                "can",
+                f"a damped axle over {number(turns, 4)} turns: dI/dt = –ξI within "
+                f"{number(worst, 2)}; a weak drive: first order within "
+                f"{', '.join(line[-1].text for line in drive_rows)} at A = "
+                f"{', '.join(line[0].text for line in drive_rows)} kg m²",
+                "holds",
+            ),
+        ),
     )
 
 

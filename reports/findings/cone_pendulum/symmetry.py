@@ -19,7 +19,8 @@ from plumbob.reports.findings.cone_pendulum.hamiltonian import (
     MUJOCO_STEP,
     ROTATING,
 )
-from plumbob.reports.view.content import Cell, Finding, Table, row, value
+from plumbob.reports.findings.sources import SUDAKOV
+from plumbob.reports.view.content import Cell, Finding, Statement, Table, row, value
 from plumbob.reports.view.notation import number
 
 PRODUCT = 0.029  # [kg m^2]: no body with the cone's other moments has more than 0.0294
@@ -69,6 +70,8 @@ def finding(study: Study) -> Finding:
             rows.append(row(line.text, _digits(ends[line.text]), value(ends[line.text] - exact)))
     worst = max((abs(end - exact) for end in ends.values()), default=0.0)
     moved = abs(exact - without)
+    still, elsewhere = (ends.get(line.text) for line in _rows()[::2])
+    carried = None if still is None or elsewhere is None else abs(elsewhere - still)
     return Finding(
         "no-symmetry",
         "A body without any symmetry has the same three-term potential, in tilted axes",
@@ -97,6 +100,28 @@ def finding(study: Study) -> Finding:
             f"plumbob solve {ROTATING} --set inertia_yz={PRODUCT} --times {END}",
             f"plumbob run {ROTATING} {MUJOCO} --step {MUJOCO_STEP:g} --set inertia_yz={PRODUCT} "
             "--set pivot_z=-0.7 --set pivot_x=0.5",
+        ),
+        (
+            Statement(
+                SUDAKOV,
+                "characteristics",
+                "Any symmetry may be absent",
+                "no term for it",
+                f"I_yz = {number(PRODUCT)} kg m² moves θ({END} s) by {number(moved)} rad; in "
+                f"tilted axes the formulas hold, engines agree to {number(worst)} rad",
+                "extended",
+            ),
+            Statement(
+                SUDAKOV,
+                "(6), (7)",
+                "Terms that are total derivatives may be left out: X has no effect, nor has Z",
+                "no X, no Z",
+                "none: closed form"
+                if carried is None
+                else "none: in MuJoCo, with X = 0.5 m and "
+                f"Z = –0.7 m, θ({END} s) changes by {number(carried)} rad",
+                "holds",
+            ),
         ),
     )
 

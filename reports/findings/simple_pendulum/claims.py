@@ -9,7 +9,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.results import Study
-from plumbob.reports.findings.measurements import case
+from plumbob.reports.findings.measurements import case, convergence_of
 from plumbob.reports.findings.simple_pendulum.notebook import DURATION, LINEAR, SIMPLE, own_run
 from plumbob.reports.findings.sources import NOTEBOOK, judged
 from plumbob.reports.view.content import (
@@ -21,13 +21,15 @@ from plumbob.reports.view.content import (
     row,
     value,
 )
-from plumbob.reports.view.notation import number
+from plumbob.reports.view.notation import number, short
 from plumbob.reports.view.palette import BLUE, GREY
 from plumbob.reports.view.traces import Trace, curve, linear, marks, over_time
 
 TIMES = np.linspace(0.0, DURATION, 5001)  # [s], 200 in a period
 SEEN = 0.05  # of the amplitude: a difference that a plot shows
 DEGREE = math.pi / 180
+SETTLED = 40.0  # [s]: a forced swing, damped at 0.2/s, has forgotten its start to 2 %
+MUJOCO = "mujoco/rk4"
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,40 @@ def decay(name: str) -> float:
     return float(np.abs(sizes / expected - 1.0).max())
 
 
+def forced(name: str) -> tuple[float, float]:
+    """Largest angles [rad] of the pendulum and of the linear one after SETTLED."""
+    late = TIMES > SETTLED
+    one, other = (float(np.abs(angle(kind + name)[late]).max()) for kind in (SIMPLE, LINEAR))
+    return one, other
+
+
+def lengthening(name: str) -> float:
+    """Period of a free swing over that of the linear pendulum, less 1."""
+    problem = case(SIMPLE + name).problem
+    natural = math.tau * math.sqrt(problem.length / problem.gravity)
+    return float(problem.elliptic.period) / natural - 1.0
+
+
+def over_the_top(name: str) -> float:
+    """Speed of a rotation at its start over the one that just reaches the top, less 1."""
+    given = case(SIMPLE + name).problem
+    least = math.sqrt(2.0 * given.gravity / given.length * (1.0 + math.cos(given.theta)))
+    return float(abs(given.theta_dot)) / least - 1.0
+
+
+def _in_mujoco(study: Study) -> str:
+    """The error [rad] of MuJoCo's multibody model on case 2 against the equation's solution."""
+    found = convergence_of(study, SIMPLE + "free-large", MUJOCO)
+    done = [m for m in found.measurements if m.status == "done"] if found else []
+    if not done:
+        return "solved exactly"
+    error = done[-1].errors["theta"].largest
+    return (
+        f"solved exactly; MuJoCo's multibody model follows it on case 2 within "
+        f"{number(error)} rad at {short(done[-1].step)} s"
+    )
+
+
 def finding(study: Study) -> Finding:
     """The notebook's statements with a verdict each."""
     small, large, damped = (
@@ -83,7 +119,20 @@ def finding(study: Study) -> Finding:
     swing = float(np.abs(angle(LINEAR + "rotating-fast")).max()) / DEGREE
     caught = angle(SIMPLE + "damped-rotating")
     exponential, strong = decay("damped-small"), decay("damped-large")
+    slow, dying = angle(SIMPLE + "rotating-slow"), parting(study, "damped-large")
+    slow_swing = float(np.abs(angle(LINEAR + "rotating-slow")).max()) / DEGREE
+    pushed, wide = forced("forced-large"), "forced-large"
+    longer = [lengthening(name) for name in ("free-small", "free-large")]
     said: tuple[tuple[str, str, str, str, StatementVerdict, str], ...] = (
+        ("equation of motion", "mLθ̈ + CLθ̇ + mg sin θ = F(t)", "Newton's law",
+            _in_mujoco(study), "holds", ""),
+        ("linear equation", "for θ ≪ 1, sin θ ≈ θ", "θ ≪ 1",
+            f"the period is longer by {number(100 * longer[0], 3)} % at 10° and by "
+            f"{number(100 * longer[1], 3)} % at 120°", "holds", ""),
+        ("F(t)", "A sin Ωt excites the pendulum", "in the code, A = 0 in every case",
+            f"scenes of our own: after {SETTLED:g} s of {wide} the swing is "
+            f"{number(pushed[0])} rad, that of the linear pendulum {number(pushed[1])} rad",
+            "extended", ""),
         ("case 1", "linear and non-linear are similar", "similar",
             f"{number(small.largest)} rad apart within {DURATION:g} s, "
             f"{number(100 * small.relative, 2)} % of the amplitude; {100 * SEEN:g} % after "
@@ -91,6 +140,10 @@ def finding(study: Study) -> Finding:
         ("case 2", "at 120° they are not", "different",
             f"{number(large.largest)} rad apart; {100 * SEEN:g} % after {number(large.seen, 2)} s",
             "holds", ""),
+        ("case 3", "the two are compared at 200°/s", "a plot",
+            f"the pendulum rotates, {number(100 * over_the_top('rotating-slow'), 3)} % faster than "
+            f"the top takes: {number(float(np.abs(slow).max()) / math.tau, 4)} turns in "
+            f"{DURATION:g} s; the linear one swings by {number(slow_swing, 4)}°", "extended", ""),
         ("case 4", "θ₀ = 500°/s", "500°/s", "dθ/dt at the start; θ₀ is –120°", "corrected",
             "a misprint"),
         ("case 4", "the linear pendulum has no physical sense", "peculiar",
@@ -103,6 +156,9 @@ def finding(study: Study) -> Finding:
         ("case 5", "the decay is exponential", "exponential",
             f"extremes within {number(100 * exponential, 2)} % of |θ₀| exp(–ξt/2); in case 6 "
             f"{number(100 * strong, 2)} %", "holds", "for small swings"),
+        ("case 6", "at 120° damped, they are not", "different",
+            f"{number(dying.largest)} rad apart; {100 * SEEN:g} % after {number(dying.seen, 2)} s",
+            "holds", ""),
         ("case 7", "the pendulum is non-linear", "different",
             f"it goes over the top, is caught and comes to rest "
             f"{number(float(caught[-1]) / math.tau, 2)} turns on", "extended", ""),
