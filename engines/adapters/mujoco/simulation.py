@@ -109,13 +109,13 @@ def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:
     steps = sampling.step_count(case.scene.duration, step)
     problem = case.problem
     chosen = builder(case.system)
-    begin = time.perf_counter()
     with options.collected() as logged:
         translation = chosen.build(case.system.mjcf, problem, method, step)
         if translation.control is None and "control_at" in method.settings:
             same = method.name.partition("+")[0]
             raise Unsupported(f"nothing is controlled in {case.scene.name}: the same as {same}")
         options.apply(translation.spec, method.settings, step)
+        begin = time.perf_counter()
         try:
             model = translation.spec.compile()
         except ValueError as error:
@@ -124,7 +124,7 @@ def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:
         model.opt.disableflags |= options.needless_stages(model) | int(options.BIT.mjDSBL_AUTORESET)
         translation.tune(model)
         data = mujoco.MjData(model)
-    seconds = time.perf_counter() - begin
+        seconds = time.perf_counter() - begin
     return MujocoSimulation(translation, model, data, steps, step, seconds, tuple(logged))
 
 
