@@ -20,7 +20,6 @@ from plumbob.engines.adapters.mujoco.translation import (
     Named,
     Probe,
     Translation,
-    Values,
     builder,
 )
 from plumbob.engines.method import Method, Stepping, Unsupported
@@ -202,18 +201,13 @@ def probe_readings(
 ) -> tuple[Named, Named]:
     """What `probe` reads in each of `states`, shape (n, nstate), with the forces that begin there
     under `controls`, shape (n, nu): observables and channels, of shape (n,) each."""
-    read, reading = [], probe(model, data)
+    recorder = probe(model, data)
     for state, ctrl in zip(states, controls, strict=True):
         mujoco.mj_setState(model, data, state, STATE)
         data.ctrl[:] = ctrl
         mujoco.mj_forward(model, data)
-        read.append(reading())
-    seen, extra = ([one[i] for one in read] for i in (0, 1))
-    return _columns(seen), _columns(extra)
-
-
-def _columns(rows: list[Values]) -> Named:
-    return {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else {})}
+        recorder.take()
+    return recorder.read()
 
 
 def reliable(states: Array) -> bool:
