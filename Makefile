@@ -4,6 +4,10 @@ PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 LAYERS := analytic engines models reports
+# Bytecode, pytest's rewritten tests too, is kept for the processes that tests start.
+CACHED := PYTHONDONTWRITEBYTECODE= PYTHONPYCACHEPREFIX=$(CURDIR)/.venv/pycache
+# Neighbours run in one process, which share what is measured once; who is done takes over some.
+PARALLEL := --numprocesses auto --dist worksteal
 ARGS ?=
 
 .DEFAULT_GOAL := help
@@ -19,7 +23,7 @@ validate: .venv/.run  ## run the validation and write its page (ARGS go to `plum
 	$(BIN)/plumbob validate $(ARGS)
 
 test: .venv/.develop  ## run the tests (ARGS go to pytest)
-	$(BIN)/python -m pytest --numprocesses auto $(ARGS)
+	$(CACHED) $(BIN)/python -m pytest $(PARALLEL) $(ARGS)
 
 test-long: .venv/.develop  ## mutations, the full profile, and a longer search by hypothesis: hours
 	$(BIN)/python -m plumbob.tests.validation.mutations

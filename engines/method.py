@@ -54,6 +54,15 @@ def meant(method: Method, scene: Scene) -> bool:
     return matches[0] and not matches[1]
 
 
+@dataclass(frozen=True)
+class Stepping:
+    """Steps that were taken with nothing read off them, for what they cost: to wait while others
+    use the machine is no cost."""
+
+    steps: int  # taken (right-hand sides evaluated, for adaptive methods)
+    seconds: float  # processor time of this thread
+
+
 class Simulation(Protocol):
     """A scene compiled for one method and step, ready to be run any number of times."""
 
@@ -61,6 +70,11 @@ class Simulation(Protocol):
 
     def run(self) -> Trajectory:
         """Run from the start to the end; the trajectory's `seconds` count the stepping alone."""
+        ...
+
+    def stepped(self, fraction: float) -> Stepping:
+        """Take the steps of the first `fraction` of the duration, 0 to 1, and read nothing; no step
+        counts where they fail."""
         ...
 
 

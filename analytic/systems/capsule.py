@@ -121,7 +121,7 @@ def load_fractions(capsule: Capsule, centres: Array) -> Array:
     shape (n, 2): barycentric coordinates, shape (n, 3), of either sign, with sum 1."""
     corners = np.asarray(capsule.supports)
     ends = corners - np.asarray(centres, dtype=np.float64)[..., None, :]
-    after, last = np.roll(ends, -1, axis=-2), np.roll(ends, -2, axis=-2)
+    after, last = ends[..., (1, 2, 0), :], ends[..., (2, 0, 1), :]
     areas = after[..., 0] * last[..., 1] - after[..., 1] * last[..., 0]
     (ux, uy), (vx, vy) = corners[1] - corners[0], corners[2] - corners[0]
     return np.asarray(areas / (ux * vy - uy * vx))

@@ -12,7 +12,7 @@ from plumbob.analytic.errors.schemes import CLOSED_FORM, Scheme
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.adapters.sampling import SAMPLES
-from plumbob.engines.method import Engine, Method, Simulation, Unsupported
+from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
@@ -34,6 +34,12 @@ class Evaluation:
         observed = self.reference.observe(self.times)
         seconds = time.perf_counter() - begin
         return Trajectory(self.times, observed, steps=len(self.times), seconds=seconds)
+
+    def stepped(self, fraction: float) -> Stepping:
+        """As many evaluations within the first `fraction` of the duration."""
+        begin = time.thread_time()
+        self.reference.observe(fraction * self.times)
+        return Stepping(len(self.times), time.thread_time() - begin)
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:

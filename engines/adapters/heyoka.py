@@ -18,8 +18,9 @@ from plumbob.analytic.errors.schemes import ADAPTIVE, Scheme
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, positive
+from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.sampling import SAMPLES
-from plumbob.engines.method import Engine, Method, Simulation, Unsupported
+from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
@@ -42,9 +43,8 @@ class TaylorSimulation:
     def run(self) -> Trajectory:
         """Run from the start to the end; a step counts as many right-hand sides as its order."""
         taylor, times = self.integrator, np.linspace(0.0, self.duration, SAMPLES + 1)
-        taylor.time, taylor.state[:] = 0.0, self.start
         begin = time.perf_counter()
-        outcome, _, _, taken, *_, states = taylor.propagate_grid(times)
+        outcome, _, _, taken, *_, states = self._propagated(times)
         seconds = time.perf_counter() - begin
         good = np.isfinite(states).all(axis=1)
         ended = "time_limit" in str(outcome) and bool(good.all())
@@ -56,6 +56,17 @@ class TaylorSimulation:
             diverged_at=None if ended else float(taylor.time),
             warnings=() if ended else (str(outcome),),
         )
+
+    def stepped(self, fraction: float) -> Stepping:
+        """The evaluations of the first `fraction` of the duration alone."""
+        begin = time.thread_time()
+        taken = self._propagated(np.linspace(0.0, fraction * self.duration, SAMPLES + 1))[3]
+        return Stepping(int(taken) * int(self.integrator.order), time.thread_time() - begin)
+
+    def _propagated(self, times: Array) -> Any:
+        """What the integrator returns for `times` [s], shape (n,), from the start on."""
+        self.integrator.time, self.integrator.state[:] = 0.0, self.start
+        return self.integrator.propagate_grid(times)
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:

@@ -23,6 +23,11 @@ def step_count(duration: float, step: float) -> int:
     return round(duration / step)
 
 
+def first_steps(steps: int, fraction: float) -> int:
+    """Number of steps in the first `fraction` of `steps`, one at least."""
+    return max(1, round(steps * fraction))
+
+
 def stride(steps: int, samples: int = SAMPLES) -> int:
     """Steps from one sample to the next, so that at most `samples` cover `steps`."""
     return max(1, -(-steps // samples))

@@ -7,15 +7,26 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from plumbob.engines.method import Method, Simulation, Unsupported
+from plumbob.engines.method import Method, Simulation, Stepping, Unsupported
 from plumbob.engines.registry import engine_of, installed
-from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
 Key = tuple[str, str]  # scene, method
-TRIAL = 2000  # steps of a first trial
+TRIAL = 1000  # steps of a first trial
 PIECES = 64  # of a scene, one of which is an adaptive solver's first trial
 EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of a long run's
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A simulation, and the first fraction of its duration that is timed."""
+
+    simulation: Simulation
+    fraction: float
+
+    def stepped(self) -> Stepping:
+        """Its steps alone."""
+        return self.simulation.stepped(self.fraction)
 
 
 @dataclass(frozen=True)
@@ -40,9 +51,9 @@ def costs(
     """Cost of each task (a scene, a method and a step), and the reference step's [ns per step].
 
     Every round times each task once, in turn, so that a slow spell of the machine touches all of
-    them alike; `budget` [s] caps how much of a long scene one round runs.
+    them alike; `budget` [s] limits how much of a long scene one round runs.
     """
-    ready: dict[Key, Simulation] = {}
+    ready: dict[Key, Piece] = {}
     for case, method, step in tasks:
         if not installed(engine_of(method)):
             continue
@@ -55,14 +66,14 @@ def costs(
     rules: list[float] = []
     for _ in range(repeats):
         rules.append(rule())
-        for key, simulation in ready.items():
+        for key, piece in ready.items():
             progress(" ".join(key))
-            fraction, run = _computing(simulation.run)
+            run = piece.stepped()
             if run.steps:
-                times[key].append(1e9 * fraction * run.seconds / run.steps)
+                times[key].append(1e9 * run.seconds / run.steps)
     unit = statistics.median(rules)
     return {
-        key: _cost(values, unit, ready[key].compile_seconds)
+        key: _cost(values, unit, ready[key].simulation.compile_seconds)
         for key, values in times.items()
         if values
     }, unit
@@ -85,33 +96,23 @@ def reference_step(steps: int = 10_000) -> Callable[[], float]:
     return once
 
 
-def _computing(run: Callable[[], Trajectory]) -> tuple[float, Trajectory]:
-    """A run, and the fraction of its wall time that it computed for: to wait while others use the
-    machine is no cost of a method."""
-    wall, computed = time.perf_counter(), time.thread_time()
-    found = run()
-    computed, wall = time.thread_time() - computed, time.perf_counter() - wall
-    return min(1.0, computed / wall), found
-
-
-def _sized(case: Case, method: Method, step: float, budget: float) -> Simulation:
-    """The scene, compiled, cut to about `budget` seconds of wall time by trial runs of longer and
-    longer pieces; raises Unsupported."""
-    engine = engine_of(method)
-    adaptive = method.control == "tolerance"
-    piece = case.scene.duration / PIECES if adaptive else min(case.scene.duration, TRIAL * step)
+def _sized(case: Case, method: Method, step: float, budget: float) -> Piece:
+    """The scene, compiled, and the fraction of it that takes about `budget` seconds to step,
+    found by trials of longer and longer pieces; raises Unsupported."""
+    adaptive, duration = method.control == "tolerance", case.scene.duration
+    simulation = engine_of(method).prepare(case, method, step)
+    fraction = 1.0 / PIECES if adaptive else min(1.0, TRIAL * step / duration)
     while True:
-        simulation = engine.prepare(case.lasting(piece), method, step)
-        run = simulation.run()
+        run = simulation.stepped(fraction)
         enough = run.seconds >= budget and (not adaptive or run.steps >= EVALUATIONS)
-        if enough or piece >= case.scene.duration:
-            return simulation
-        longer = 2.0 * piece
+        if enough or fraction >= 1.0:
+            return Piece(simulation, fraction)
+        longer = 2.0 * fraction
         if not adaptive:
-            longer = budget / max(run.seconds / max(run.steps, 1), 1e-9) * step
-            if longer <= 1.5 * piece:
-                return simulation
-        piece = min(longer, case.scene.duration)
+            longer = budget / max(run.seconds / max(run.steps, 1), 1e-9) * step / duration
+            if longer <= 1.5 * fraction:
+                return Piece(simulation, fraction)
+        fraction = min(longer, 1.0)
 
 
 def _cost(values: Sequence[float], unit: float, compile_seconds: float) -> Cost:

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import pytest
 
 from plumbob.engines import registry
-from plumbob.engines.method import Method, Simulation, Unsupported
+from plumbob.engines.method import Method, Simulation, Stepping, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 from plumbob.reports.cli import main
@@ -119,6 +119,10 @@ class Changed:
     def run(self) -> Trajectory:
         """The changed trajectory."""
         return self.change(self.own.run())
+
+    def stepped(self, fraction: float) -> Stepping:
+        """As it was."""
+        return self.own.stepped(fraction)
 
 
 def changed_runs(

@@ -17,6 +17,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.cli import main
 
 CONE = "cone-pendulum/rotating-base"
+SMALL = "linear-pendulum/overdamped"  # of which the page shows few runs
 VALIDATE = ("validate", "--scenes", CONE, "--methods", "ode/rk4", "--jobs", "1")
 DECLARED = '<?xml version="1.0" encoding="{}"?><mujoco/>'
 BAD = {
@@ -102,9 +103,9 @@ def test_it_is_one_line_and_nothing_is_written(
 @pytest.mark.parametrize(
     ("scene", "method", "verdict"),
     [
-        ("capsule-line/ca1", "ode/rk4", None),
+        ("capsule-hold/0.999", "ode/rk4", None),
         ("capsule-turn/0.3", "exact/closed-form", "unsupported"),
-        (CONE, "heyoka/*", "missing"),
+        (SMALL, "heyoka/*", "missing"),
     ],
 )
 def test_a_study_without_a_run_has_a_page(
@@ -128,7 +129,7 @@ def test_names_of_folders_may_hold_anything(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = str(tmp_path / os.fsdecode(b"a#1 \xff"))
-    words = [*VALIDATE, "--out", out]
+    words = ["validate", "--scenes", SMALL, "--methods", "ode/rk4", "--out", out, "--jobs", "1"]
     monkeypatch.setattr("sys.argv", ["plumbob", *words])
     assert main(words) == 0
     assert main(["compare", out, f"{out}#1"]) == 0
@@ -192,9 +193,9 @@ def test_a_store_that_was_cut_off_is_bad_input(
 
 @pytest.mark.parametrize("table", ["study", "method", "convergence_study", "run", "scene"])
 def test_an_unknown_field_in_a_store_is_left_out(
-    table: str, stored: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    table: str, small: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / store.FILE).write_bytes(stored)
+    (tmp_path / store.FILE).write_bytes(small)
     with closing(sqlite3.connect(tmp_path / store.FILE)) as held, held:
         held.execute(f"update {table} set body = '{{\"later\": 1, ' || substr(body, 2)")
     assert main(["report", str(tmp_path)]) == 0
@@ -216,4 +217,13 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """The store of a small study."""
     folder = tmp_path_factory.mktemp("stored")
     assert main([*VALIDATE, "--out", str(folder)]) == 0
+    return (folder / store.FILE).read_bytes()
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """A store whose page is drawn quickly."""
+    folder = tmp_path_factory.mktemp("small")
+    words = ["validate", "--scenes", SMALL, "--methods", "ode/rk4", "--out", str(folder)]
+    assert main([*words, "--jobs", "1"]) == 0
     return (folder / store.FILE).read_bytes()

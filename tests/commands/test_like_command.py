@@ -15,6 +15,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.reports.cli import main
 from plumbob.reports.commands.like import SCENES, beside, own_method
 from plumbob.reports.view import notation
+from plumbob.tests.commands.outcomes import without_pages
 
 PENDULUM, LINE = "cone-pendulum/rotating-base", "capsule-line/heading-030"
 METHODS = "mujoco/euler+coulomb,ode/rk4"
@@ -50,7 +51,10 @@ def test_validate_reports_the_error_and_better_methods(
     assert "at no greater cost " in cone  # what, depends on costs: see test_user_settings.py
 
 
-def test_the_same_of_a_file_with_rk4(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_same_of_a_file_with_rk4(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    without_pages(monkeypatch)
     like, out = written(tmp_path, "RK4"), str(tmp_path / "out")
     assert main([*VALIDATE, "--like", like, "--out", out, "--jobs", "1", "--json"]) == 0
     rows: list[dict[str, Any]] = json.loads(capsys.readouterr().out)

@@ -28,7 +28,7 @@ from plumbob.reports.judge.expectations import (
 from plumbob.reports.judge.known_limits import sizes
 from plumbob.reports.judge.verdict import NO_STEP_FITS, Judgement, Verdict
 from plumbob.reports.view import notation
-from plumbob.tests.commands.outcomes import Outcome, break_engine, declare, validated
+from plumbob.tests.commands.outcomes import Outcome, break_engine, declare, validated, without_pages
 
 CONE, LINE, TURN = "cone-pendulum/deep-well", "capsule-line/ca1", "capsule-turn/0.3"
 QUICK = "cone-pendulum/rotating-base"
@@ -39,13 +39,20 @@ Validate = Callable[..., Outcome]
 
 
 @pytest.fixture
-def validate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Validate:
+def whole(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Validate:
     """A `validate` of scenes and methods."""
     return partial(validated, tmp_path, capsys)
 
 
-def test_all_as_expected(validate: Validate) -> None:
-    found = validate(f"{CONE},{LINE},{TURN}", METHODS)
+@pytest.fixture
+def validate(whole: Validate, monkeypatch: pytest.MonkeyPatch) -> Validate:
+    """The same without the page, and without the runs that only the page shows."""
+    without_pages(monkeypatch)
+    return whole
+
+
+def test_all_as_expected(whole: Validate) -> None:
+    found = whole(f"{CONE},{LINE},{TURN}", METHODS)
     assert found.code == 0
     counts = {name: found.junit.get(name) for name in ("tests", "failures", "errors", "skipped")}
     cases = found.junit.findall("testcase")
@@ -61,6 +68,7 @@ def test_all_as_expected(validate: Validate) -> None:
     assert closed.attrib["message"].startswith("unsupported: ")
     assert found.case(CONE, "ode/rk4").find("skipped") is None
     assert "UNEXPECTED" not in found.out
+    assert Path(found.out.splitlines()[-1].removeprefix("page: ")).is_file()
 
 
 def test_each_case_has_its_time_its_errors_and_its_order(validate: Validate) -> None:
@@ -76,10 +84,10 @@ def test_each_case_has_its_time_its_errors_and_its_order(validate: Validate) -> 
 
 
 def test_an_engine_that_refuses_every_model_is_unexpected(
-    validate: Validate, monkeypatch: pytest.MonkeyPatch
+    whole: Validate, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     break_engine(monkeypatch, "mujoco")
-    found = validate(f"{CONE},{LINE}", "mujoco/euler,mujoco/euler+coulomb,ode/rk4")
+    found = whole(f"{CONE},{LINE}", "mujoco/euler,mujoco/euler+coulomb,ode/rk4")
     assert found.code == 1
     for scene, method in ((CONE, "mujoco/euler"), (LINE, "mujoco/euler+coulomb")):
         failure = found.case(scene, method).find("failure")
@@ -159,9 +167,9 @@ def test_the_table_and_the_last_lines(validate: Validate) -> None:
     assert any("relative error of theta " in line for line in lines)
     assert any("not-converging (known)" in line for line in lines)
     runs, limits, page = lines[-3:]
+    assert page.startswith("page: ")
     assert re.fullmatch(r"\d+ runs, 5 verdicts: 4 pass, 1 not-converging", runs)
     assert limits == "1 known limit, 0 unexpected"
-    assert Path(page.removeprefix("page: ")).is_file()
 
 
 def test_verbose_adds_reasons_intervals_and_costs(validate: Validate) -> None:

@@ -48,8 +48,13 @@ def module_name(path: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def imports(path: Path, module: ast.Module) -> Iterator[Import]:
-    """Yield every import in a file, those inside functions and type-checking blocks included."""
+@cache
+def imports(path: Path, module: ast.Module) -> tuple[Import, ...]:
+    """Every import in a file, those inside functions and type-checking blocks included."""
+    return tuple(_imports(path, module))
+
+
+def _imports(path: Path, module: ast.Module) -> Iterator[Import]:
     name, deferred = module_name(path), _deferred(module)
     package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
     for node in ast.walk(module):

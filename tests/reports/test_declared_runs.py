@@ -10,6 +10,7 @@ import pytest
 
 from plumbob.engines.registry import engines
 from plumbob.engines.study.extra_runs import Request, Result, UndeclaredRun
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings import requests, section
 from plumbob.reports.view.page import render
 from plumbob.reports.view.trimming import trimming
@@ -38,6 +39,12 @@ class Asked(Mapping[Request, Result]):
 
 
 @pytest.fixture
+def small() -> Study:
+    """The small study, to be measured before the engines are taken away."""
+    return quick()
+
+
+@pytest.fixture
 def no_engine(monkeypatch: pytest.MonkeyPatch) -> None:
     """Engines that raise when a run is prepared or timed."""
 
@@ -49,15 +56,14 @@ def no_engine(monkeypatch: pytest.MonkeyPatch) -> None:
             monkeypatch.setitem(engine.__dict__, name, refuses)
 
 
-@pytest.mark.usefixtures("no_engine")
-def test_the_page_of_a_small_study_runs_no_engine_and_asks_for_what_was_declared() -> None:
-    asked = Asked(SMALL.extras)
-    page = render(replace(SMALL, extras=asked), section)
+@pytest.mark.usefixtures("small", "no_engine")
+def test_the_page_of_a_small_study_runs_no_engine_and_asks_for_what_was_declared(
+    small: Study,
+) -> None:
+    asked = Asked(small.extras)
+    page = render(replace(small, extras=asked), section)
     assert "printed-hamiltonian" in page
-    assert asked.looked_up == set(requests(plan_of(SMALL)))
-
-
-SMALL = quick()  # measured before the engines are taken away
+    assert asked.looked_up == set(requests(plan_of(small)))
 
 
 @pytest.mark.usefixtures("no_engine")

@@ -10,6 +10,8 @@ from typing import get_args
 import pytest
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.method import Method
+from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.extra_runs import Request, Result
 from plumbob.engines.study.order import Order
 from plumbob.engines.trajectory import Trajectory
@@ -23,8 +25,15 @@ from plumbob.reports.view.content import Finding, Statement, StatementVerdict, T
 from plumbob.tests.support.declared import declared, invented_study, nothing
 from plumbob.tests.support.studies import SCENE, quick
 
-FOUND = [c for c in quick().convergence if c.scene == SCENE]
-METHODS = {m.name: m for m in quick().methods}
+
+def measured() -> list[ConvergenceStudy]:
+    """What the small study measured on its scene."""
+    return [c for c in quick().convergence if c.scene == SCENE]
+
+
+def by_name() -> dict[str, Method]:
+    """The methods of the small study."""
+    return {m.name: m for m in quick().methods}
 
 
 def texts(table: Table | None) -> dict[str, list[str]]:
@@ -56,10 +65,10 @@ def test_the_summary_shows_the_finest_run() -> None:
         method: both for (scene, method), both in judge_study(quick()).items() if scene == SCENE
     }
     (scene,) = [s for s in quick().scenes if s.name == SCENE]
-    shown = texts(tables.summary(system_of(scene), FOUND, verdicts, METHODS))
-    for i, c in enumerate(FOUND):
+    shown = texts(tables.summary(system_of(scene), measured(), verdicts, by_name()))
+    for i, c in enumerate(measured()):
         coarsest, finest = (
-            notation.step(c.measurements[k].step, METHODS[c.method].control) for k in (0, -1)
+            notation.step(c.measurements[k].step, by_name()[c.method].control) for k in (0, -1)
         )
         assert shown["finest step"][i] == finest != coarsest
         error = notation.number(c.measurements[-1].errors["theta"].largest)
@@ -67,17 +76,17 @@ def test_the_summary_shows_the_finest_run() -> None:
 
 
 def test_predicted_and_observed_orders_stand_in_their_columns() -> None:
-    (rk4,) = [c for c in FOUND if c.method == "ode/rk4"]
+    (rk4,) = [c for c in measured() if c.method == "ode/rk4"]
     steps = rk4.measurements[0].step, rk4.measurements[1].step
     order, predicted = Order(3.5, 3.4, 3.6, steps), Order(2.5, 2.4, 2.6, steps)
-    shown = texts(tables.orders([replace(rk4, order=order, predicted_order=predicted)], METHODS))
+    shown = texts(tables.orders([replace(rk4, order=order, predicted_order=predicted)], by_name()))
     assert shown["observed [95 % interval]"][0].startswith("3.5")
     assert shown["predicted here"][0].startswith("2.5")
 
 
 def test_a_run_off_its_prediction_is_shown_as_such() -> None:
     """The sum of the budget bounds the error; an error that is too small exceeds none of it."""
-    (euler,) = [c for c in FOUND if c.method == "mujoco/euler"]
+    (euler,) = [c for c in measured() if c.method == "mujoco/euler"]
     finest = euler.measurements[-1]
     error = finest.errors["theta"]
     assert error.predicted is not None
@@ -85,12 +94,12 @@ def test_a_run_off_its_prediction_is_shown_as_such() -> None:
     errors = {**finest.errors, "theta": replace(error, largest=0.0, end=0.0, predicted=off)}
     wrong = replace(euler, measurements=(*euler.measurements[:-1], replace(finest, errors=errors)))
     (scene,) = [s for s in quick().scenes if s.name == SCENE]
-    system, method = system_of(scene), METHODS["mujoco/euler"]
+    system, method = system_of(scene), by_name()["mujoco/euler"]
     found = {"mujoco/euler": judged(wrong, system, method)}
     assert found["mujoco/euler"].whole.verdict == "fail"
-    shown = texts(tables.budgets(system, [wrong], found, METHODS))
+    shown = texts(tables.budgets(system, [wrong], found, by_name()))
     assert "the sum: within, but EXCEEDED" in "; ".join(shown["reason"] + shown["term"])
-    hints = [cell.hint for cell in tables.every_run(system, [wrong], found, METHODS).rows[0]]
+    hints = [cell.hint for cell in tables.every_run(system, [wrong], found, by_name()).rows[0]]
     assert f"{notation.number(error.largest)} off its prediction, allowed" in hints[-1]
 
 

@@ -5,97 +5,96 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.trimming import trimming
+from plumbob.engines.method import Stepping
+from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study import cost
-from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
 
 SCENE = find_scene("simple-pendulum/free-large")  # 50 s
 
 
 def timed(method: str, step: float, budget: float) -> Any:
-    return cost._sized(system_of(SCENE).case(SCENE), find_method(method), step, budget)
+    return cost._sized(case_of(SCENE), find_method(method), step, budget)
 
 
 @pytest.mark.parametrize(("method", "step"), [("ode/dop853", 1e-8), ("ode/radau", 1e-4)])
 def test_a_long_adaptive_run_is_cut(method: str, step: float) -> None:
     piece = timed(method, step, budget=1e-9)  # so that evaluations decide, and no clock
-    assert piece.duration <= SCENE.duration / 4
+    assert piece.fraction <= 1 / 4
     # The first step of a solver costs more than the rest; from 300 on it is a per cent or two.
-    assert cost.EVALUATIONS <= piece.run().steps <= 3 * cost.EVALUATIONS
+    assert cost.EVALUATIONS <= piece.stepped().steps <= 3 * cost.EVALUATIONS
 
 
 def test_what_fits_the_budget_is_run_whole() -> None:
-    assert timed("ode/dop853", 1e-8, budget=1e3).duration == SCENE.duration
-    assert timed("mujoco/euler", 1e-1, budget=1e-9).steps == 500
-    assert 2000 <= timed("mujoco/euler", 1e-4, budget=4e-3).steps < 500_000
+    assert timed("ode/dop853", 1e-8, budget=1e3).fraction == 1.0
+    assert timed("mujoco/euler", 1e-1, budget=1e-9).stepped().steps == 500
+    assert cost.TRIAL <= timed("mujoco/euler", 1e-4, budget=4e-3).stepped().steps < 500_000
 
 
 @dataclass
 class Clock:
-    """What stands in for the module `time`: it advances when a test says so."""
+    """What stands in for the module `time`: each look at the wall clock is 100 s after the last,
+    while this thread computed for 1 s."""
 
-    wall: float = 7.0  # [s]
-    computed: float = 3.0  # [s]
+    computed: float = 0.0  # [s]
+    wall: float = 0.0  # [s]
 
     def perf_counter(self) -> float:
+        self.wall += 100.0
         return self.wall
 
     def thread_time(self) -> float:
+        self.computed += 1.0
         return self.computed
 
-    def go(self, wall: float, computed: float) -> None:
-        """Let `wall` [s] pass, of which this thread computes for `computed` [s]."""
-        self.wall += wall
-        self.computed += computed
 
-
-@pytest.mark.parametrize("computing", [0.02, 0.05])
-def test_waiting_is_no_cost(computing: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    clock = Clock()
-    monkeypatch.setattr(cost, "time", clock)
-
-    def run() -> Trajectory:
-        clock.go(0.1, computing)
-        return Trajectory(np.zeros(2), {}, steps=1, seconds=0.1)
-
-    fraction, found = cost._computing(run)
-    assert fraction * found.seconds == pytest.approx(computing, rel=1e-12)
-
-
-def test_clocks_that_disagree_cost_no_more_than_the_wall_time(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(
+    ("module", "method", "step"),
+    [
+        ("mujoco.simulation", "mujoco/rk4", 1e-2),
+        ("pymunk.simulation", "pymunk/tight", 1e-2),
+        ("ode.simulation", "ode/rk4", 1e-2),
+        ("ode.simulation", "ode/dop853", 1e-4),
+        ("heyoka", "heyoka/taylor", 1e-6),
+        ("closed_form", "exact/closed-form", 1e-15),
+    ],
+)
+def test_waiting_is_no_cost(
+    module: str, method: str, step: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    clock = Clock()
-    monkeypatch.setattr(cost, "time", clock)
+    pytest.importorskip("heyoka" if module == "heyoka" else "plumbob")
+    chosen = find_method(method)
+    simulation = engine_of(chosen).prepare(case_of(SCENE), chosen, step)
+    monkeypatch.setattr(f"plumbob.engines.adapters.{module}.time", Clock())
+    assert simulation.stepped(0.1).seconds == 1.0
 
-    def run() -> Trajectory:
-        clock.go(0.1, 0.101)
-        return Trajectory(np.zeros(2), {}, steps=1, seconds=0.1)
 
-    assert cost._computing(run)[0] == 1.0
+@pytest.mark.parametrize("method", ["mujoco/rk4", "pymunk/tight", "ode/rk4"])
+def test_a_fraction_of_the_steps_is_taken(method: str) -> None:
+    chosen = find_method(method)
+    simulation = engine_of(chosen).prepare(case_of(SCENE), chosen, 1e-2)
+    assert [simulation.stepped(f).steps for f in (1e-9, 0.1, 1.0)] == [1, 500, 5000]
+    assert simulation.run().steps == 5000  # as if nothing had been timed
 
 
 def test_a_cost_is_computing_time_over_steps_with_its_quartiles(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    clock, computing = Clock(), iter((3.0, 1.0, 10.0, 2.0, 4.0))  # [ms] of five rounds
+    computing = iter((3.0, 1.0, 10.0, 2.0, 4.0))  # [ms] of five rounds
 
-    class Waiting:
+    class Simulation:
         compile_seconds = 0.5
 
-        def run(self) -> Trajectory:
-            spent = 1e-3 * next(computing)
-            clock.go(2.0 * spent, spent)
-            return Trajectory(np.zeros(2), {}, steps=1000, seconds=2.0 * spent)
+        def stepped(self, fraction: float) -> Stepping:
+            assert fraction == 0.25
+            return Stepping(1000, 1e-3 * next(computing))
 
-    monkeypatch.setattr(cost, "time", clock)
-    monkeypatch.setattr(cost, "_sized", lambda *_: Waiting())
+    monkeypatch.setattr(cost, "_sized", lambda *_: cost.Piece(Simulation(), 0.25))  # type: ignore[arg-type]
     monkeypatch.setattr(cost, "reference_step", lambda: lambda: 500.0)
     task = system_of(SCENE).case(SCENE), find_method("mujoco/euler"), 1e-3
     found, unit = cost.costs([task])

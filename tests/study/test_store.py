@@ -25,6 +25,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scenes
+from plumbob.models.scene import Quantity
 from plumbob.reports.cli import main
 
 SCENE = "cone-pendulum/deep-well"
@@ -123,11 +124,23 @@ def test_every_kind_of_float_comes_back(study: Study, tmp_path: Path) -> None:
 
 
 def test_every_scene_and_method_comes_back(study: Study, tmp_path: Path) -> None:
-    whole = replace(study, scenes=scenes(), methods=methods(), observed={})
+    # without scales of plans, each of which would have to be planned first
+    interest = {scene.name: (Quantity("x", 1.0 / 3.0),) for scene in scenes()}
+    whole = replace(study, scenes=scenes(), methods=methods(), observed={}, interest=interest)
     back = store.load(tmp_path / "new", _save(whole, tmp_path / "new"))
     assert back is not None
     assert back.methods == whole.methods
     assert back.scenes == whole.scenes
+    assert back.interest == interest
+
+
+def test_observables_and_scales_are_stored_where_a_study_has_none(
+    study: Study, tmp_path: Path
+) -> None:
+    _save(replace(study, observed={}, interest={}), tmp_path / "new")
+    back = store.load(tmp_path / "new")
+    assert back is not None
+    assert (back.observed, back.interest) == (study.observed, study.interest)
 
 
 def test_compare_reports_what_changed(

@@ -138,16 +138,16 @@ def test_mujoco_reads_it_as_its_actuator_without_the_armature() -> None:
     probe = simulation.translation.probe
     assert probe is not None
     assert simulation.translation.control is not None
-    read = probe(model, data)
+    recorder, own = probe(model, data), []
     data.qpos[:], data.qvel[:] = simulation.translation.qpos, simulation.translation.qvel
     for n in range(60):
         data.ctrl[:] = simulation.translation.control(np.array([n * STEP]))[0]
         mujoco.mj_forward(model, data)
-        own = data.qfrc_actuator[-1] + data.qfrc_constraint[-1]
-        own -= model.dof_armature[-1] * data.qacc[-1]
-        sensed = read()[0]["driving_force"]
-        assert own == pytest.approx(sensed, abs=1e-4 * 9.7)
+        force = data.qfrc_actuator[-1] + data.qfrc_constraint[-1]
+        own.append(force - model.dof_armature[-1] * data.qacc[-1])
+        recorder.take()
         mujoco.mj_step(model, data)
+    assert own == pytest.approx(recorder.read()[0]["driving_force"], abs=1e-4 * 9.7)
 
 
 @pytest.mark.parametrize("model", ["feet", "side"])

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -64,6 +64,23 @@ class PlaneReference:
         """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad], heading_rate [rad/s]
         and normal_force_1..3 [N] at `times` [s], shape (n,); body_angle is the heading by the
         source's name."""
+        return dict(self._observed(np.asarray(times, dtype=np.float64).tobytes()))
+
+    @cached_property
+    def _observed(self) -> Callable[[bytes], Mapping[str, Array]]:
+        """What is observed at times that are given as bytes, read-only: methods and steps share
+        their samples, and an error, its uncertainty and its prediction are of the same ones."""
+
+        @lru_cache(maxsize=16)
+        def found(times: bytes) -> Mapping[str, Array]:
+            observed = self._worked_out(np.frombuffer(times))
+            for values in observed.values():
+                values.setflags(write=False)
+            return observed
+
+        return found
+
+    def _worked_out(self, times: Array) -> Mapping[str, Array]:
         now, (place, heading) = self.motion.at(times), self._start
         back = np.exp(-1j * heading)
         moved = (now.position @ [1.0, 1j] - place) * back

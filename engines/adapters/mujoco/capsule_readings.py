@@ -11,9 +11,10 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.mujoco.contacts import armature
-from plumbob.engines.adapters.mujoco.translation import Named, Probe, Values
+from plumbob.engines.adapters.mujoco.translation import Named, Probe, Recorder
 
 Observe = Callable[[Array, Array], tuple[Named, Named]]
+BODY = mujoco.mjtObj.mjOBJ_BODY
 FREE = 7  # least number of coordinates of the full model: place and quaternion; a planar has 5
 
 
@@ -158,61 +159,99 @@ def reading(setup: CapsuleSetup) -> Probe:
     line = np.array([math.cos(angle), math.sin(angle), 0.0])
     both = capsule.body_mass + capsule.slider_mass
 
-    def probe(model: mujoco.MjModel, data: mujoco.MjData) -> Callable[[], tuple[Values, Values]]:
+    def along(model: mujoco.MjModel, data: mujoco.MjData) -> Recorder:
         body, slider = model.body("body").id, model.body("slider").id
-        driven = model.njnt > 1
+        pressed, driven = _Pressed(model, data), model.njnt > 1
+        taken: list[Array] = []  # acceleration (3), the slider's, force on it (3), centre (3)
 
-        def along() -> tuple[Values, Values]:
-            normal, force = _pressed(model, data)
-            friction = float(force @ line)
-            pushed = both * (data.qacc[:3] @ line - setup.pull)
-            pushed += capsule.slider_mass * data.qacc[-1] if driven else 0.0
+        def take() -> None:
+            pressed.take()
             mujoco.mj_rnePostConstraint(model, data)
-            driving = float(data.cfrc_int[slider, 3:] @ line)
+            acceleration, force = data.qacc, data.cfrc_int[slider, 3:]
+            taken.append(
+                np.concatenate([acceleration[:3], acceleration[-1:], force, data.subtree_com[body]])
+            )
+
+        def read() -> tuple[Named, Named]:
+            rows, (normal, force) = np.reshape(taken, (-1, 10)), pressed.read()
+            friction, driving, centre = (v @ line for v in (force, rows[:, 4:7], rows[:, 7:]))
+            pushed = both * (rows[:, :3] @ line - setup.pull)
+            pushed = pushed + capsule.slider_mass * rows[:, 3] if driven else pushed
             forces = {"friction_force": friction, "driving_force": driving}
             return {**_loads(normal), **forces}, {
-                "contacts": float(data.ncon),
-                "centre_of_mass": float(data.subtree_com[body] @ line),
-                "momentum_residual": float(pushed) - friction,
+                "contacts": pressed.counts(),
+                "centre_of_mass": centre,
+                "momentum_residual": pushed - friction,
             }
 
-        def in_plane() -> tuple[Values, Values]:
-            normal, force = _pressed(model, data)
+        return Recorder(take, read)
+
+    def in_plane(model: mujoco.MjModel, data: mujoco.MjData) -> Recorder:
+        body, slider = model.body("body").id, model.body("slider").id
+        pressed, found = _Pressed(model, data), np.zeros((2, 6))
+        taken: list[Array] = []  # accelerations of body (6) and slider (6), centre (3)
+
+        def take() -> None:
+            pressed.take()
             mujoco.mj_rnePostConstraint(model, data)
-            pushed = capsule.body_mass * _acceleration(model, data, body)
-            pushed = pushed + capsule.slider_mass * _acceleration(model, data, slider)
-            x, y, _ = data.subtree_com[body]
+            for row, one in zip(found, (body, slider), strict=True):
+                mujoco.mj_objectAcceleration(model, data, BODY, one, row, 0)
+            taken.append(np.concatenate([found[0], found[1], data.subtree_com[body]]))
+
+        def read() -> tuple[Named, Named]:
+            rows, (normal, force) = np.reshape(taken, (-1, 15)), pressed.read()
+            pushed = capsule.body_mass * rows[:, 3:6] + capsule.slider_mass * rows[:, 9:12]
             return _loads(normal), {
-                "contacts": float(data.ncon),
-                "least_normal_force": float(normal.min()),
-                "centre_of_mass_x": float(x),
-                "centre_of_mass_y": float(y),
-                "momentum_residual": float(np.hypot(*(pushed - force)[:2])),
+                "contacts": pressed.counts(),
+                "least_normal_force": normal.min(axis=1),
+                "centre_of_mass_x": rows[:, 12],
+                "centre_of_mass_y": rows[:, 13],
+                "momentum_residual": np.hypot(*(pushed - force)[:, :2].T),
             }
 
-        return in_plane if setup.in_plane else along
+        return Recorder(take, read)
 
-    return probe
-
-
-def _loads(normal: Array) -> Values:
-    return {f"normal_force_{i + 1}": float(normal[i]) for i in range(3)}
+    return in_plane if setup.in_plane else along
 
 
-def _pressed(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array]:
-    """Normal forces N_i [N], shape (3,), and the sum of friction in the world [N], shape (3,)."""
-    first, force = model.geom("support_1").id, np.zeros(6)
-    normal, friction = np.zeros(3), np.zeros(3)
-    pairs, across = data.contact.geom, data.contact.frame.reshape(-1, 3, 3)[:, 1:]
-    for i in range(data.ncon):
-        mujoco.mj_contactForce(model, data, i, force)
-        normal[pairs[i].max() - first] += force[0]
-        friction += force[1:3] @ across[i]
-    return normal, friction
+def _loads(normal: Array) -> Named:
+    return {f"normal_force_{i + 1}": normal[:, i] for i in range(3)}
 
 
-def _acceleration(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> Array:
-    """Acceleration of a body's centre of mass in the world [m/s^2], shape (3,)."""
-    found = np.zeros(6)
-    mujoco.mj_objectAcceleration(model, data, mujoco.mjtObj.mjOBJ_BODY, body, found, 0)
-    return found[3:]
+class _Pressed:
+    """The forces of the contacts in the states that are taken: kept as the engine has them, and
+    worked out for all states at once."""
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        self.model, self.data = model, data
+        self.first = model.geom("support_1").id
+        self.pairs: list[Array] = [np.empty((0, 2), int)]  # of geoms, a row a contact
+        self.frames: list[Array] = [np.empty((0, 9))]
+        self.forces: list[Array] = [np.empty((0, 6))]
+
+    def take(self) -> None:
+        """Keep the contacts of the data as they are now."""
+        contact, force = self.data.contact, np.empty((self.data.ncon, 6))
+        for i, row in enumerate(force):
+            mujoco.mj_contactForce(self.model, self.data, i, row)
+        self.pairs.append(contact.geom.copy())
+        self.frames.append(contact.frame.copy())
+        self.forces.append(force)
+
+    def counts(self) -> Array:
+        """Number of contacts in each of the states, shape (n,)."""
+        return np.array([float(len(force)) for force in self.forces[1:]])
+
+    def read(self) -> tuple[Array, Array]:
+        """Normal forces N_i [N] in each state, and the sum of friction in the world [N], both of
+        shape (n, 3)."""
+        count = len(self.forces) - 1
+        state = np.repeat(np.arange(count), self.counts().astype(int))
+        support = np.concatenate(self.pairs).max(axis=1, initial=0) - self.first
+        across = np.concatenate(self.frames).reshape(-1, 3, 3)[:, 1:]
+        force = np.concatenate(self.forces)
+        normal, friction = np.zeros((count, 3)), np.zeros((count, 3))
+        np.add.at(normal, (state, support), force[:, 0])
+        np.add.at(friction, state, force[:, 1, None] * across[:, 0])
+        np.add.at(friction, state, force[:, 2, None] * across[:, 1])
+        return normal, friction

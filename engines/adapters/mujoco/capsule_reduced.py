@@ -12,7 +12,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.engines.adapters.mujoco.capsule_readings import control, set_slider
 from plumbob.engines.adapters.mujoco.contacts import JOINT_HARDENING, JOINT_IMPEDANCE
-from plumbob.engines.adapters.mujoco.translation import Named, Probe, Translation, Values, read
+from plumbob.engines.adapters.mujoco.translation import Named, Probe, Recorder, Translation, read
 from plumbob.engines.method import Unsupported
 
 
@@ -74,16 +74,20 @@ def _plane(setup: CapsuleSetup) -> Callable[[Array, Array], tuple[Named, Named]]
 def _friction(setup: CapsuleSetup) -> Probe:
     both = setup.capsule.body_mass + setup.capsule.slider_mass
 
-    def probe(model: mujoco.MjModel, data: mujoco.MjData) -> Callable[[], tuple[Values, Values]]:
+    def probe(model: mujoco.MjModel, data: mujoco.MjData) -> Recorder:
         masses = np.array([both, setup.capsule.slider_mass][: model.nv])
+        slider, taken = model.body("slider").id, list[tuple[float, float]]()
 
-        def read() -> tuple[Values, Values]:
+        def take() -> None:
             # From the accelerations: the solver finds those, and forces no better than it has to.
             friction = float(masses @ data.qacc) - both * setup.pull
             mujoco.mj_rnePostConstraint(model, data)
-            driving = float(data.cfrc_int[model.body("slider").id, 3])
+            taken.append((friction, float(data.cfrc_int[slider, 3])))
+
+        def read() -> tuple[Named, Named]:
+            friction, driving = np.reshape(taken, (-1, 2)).T
             return {"friction_force": friction, "driving_force": driving}, {}
 
-        return read
+        return Recorder(take, read)
 
     return probe

@@ -14,7 +14,7 @@ from plumbob.analytic.errors.contact_models.added_inertia import platform_error
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.divergence import BEYOND, possible_speed
-from plumbob.engines.adapters.mujoco.translation import Named, Translation, Values, read
+from plumbob.engines.adapters.mujoco.translation import Named, Recorder, Translation, read
 from plumbob.engines.method import Method
 
 # Least ratio of the platform's armature to the inertia it carries: the platform keeps its rate to
@@ -58,15 +58,20 @@ def _drive(spec: mujoco.MjSpec, problem: Any, rate: float) -> Callable[[Any], Ar
     return lambda times: np.full((len(times), 1), problem.platform_rate)
 
 
-def _energies(model: mujoco.MjModel, data: mujoco.MjData) -> Callable[[], tuple[Values, Values]]:
+def _energies(model: mujoco.MjModel, data: mujoco.MjData) -> Recorder:
     """A reading of MuJoCo's potential and kinetic energy [J], the platform's included."""
+    taken: list[Array] = []
 
-    def reading() -> tuple[Values, Values]:
+    def take() -> None:
         mujoco.mj_energyPos(model, data)
         mujoco.mj_energyVel(model, data)
-        return {}, {"potential": float(data.energy[0]), "kinetic": float(data.energy[1])}
+        taken.append(data.energy.copy())
 
-    return reading
+    def read() -> tuple[Named, Named]:
+        potential, kinetic = np.reshape(taken, (-1, 2)).T
+        return {}, {"potential": potential, "kinetic": kinetic}
+
+    return Recorder(take, read)
 
 
 def whole(mjcf: Path, problem: Any, platform_armature: float | None = None) -> mujoco.MjSpec:

@@ -20,10 +20,9 @@ from plumbob.engines.adapters.mujoco.translation import (
     Named,
     Probe,
     Translation,
-    Values,
     builder,
 )
-from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.method import Method, Stepping, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
@@ -73,6 +72,16 @@ class MujocoSimulation:
         )
         return within(trajectory, self.translation.limits)
 
+    def stepped(self, fraction: float) -> Stepping:
+        """The steps of the first `fraction` of the duration alone."""
+        control = None if self.translation.control is None else self._control
+        steps = sampling.first_steps(self.steps, fraction)
+        with options.collected():
+            course = take_steps(
+                self.model, self.data, self._start(), steps, control, clock=time.thread_time
+            )
+        return Stepping(course.taken, course.seconds)
+
     def _start(self) -> Array:
         """Full physics state at time 0."""
         start = np.zeros(mujoco.mj_stateSize(self.model, STATE))
@@ -99,13 +108,13 @@ def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:
     steps = sampling.step_count(case.scene.duration, step)
     problem = case.problem
     chosen = builder(case.system)
-    begin = time.perf_counter()
     with options.collected() as logged:
         translation = chosen.build(case.system.mjcf, problem, method, step)
         if translation.control is None and "control_at" in method.settings:
             same = method.name.partition("+")[0]
             raise Unsupported(f"nothing is controlled in {case.scene.name}: the same as {same}")
         options.apply(translation.spec, method.settings, step)
+        begin = time.perf_counter()
         try:
             model = translation.spec.compile()
         except ValueError as error:
@@ -114,7 +123,7 @@ def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:
         model.opt.disableflags |= options.needless_stages(model) | int(options.BIT.mjDSBL_AUTORESET)
         translation.tune(model)
         data = mujoco.MjData(model)
-    seconds = time.perf_counter() - begin
+        seconds = time.perf_counter() - begin
     return MujocoSimulation(translation, model, data, steps, step, seconds, tuple(logged))
 
 
@@ -125,7 +134,7 @@ class Course:
     steps: sampling.Indices  # index of the step after which each state was kept, shape (n,)
     states: Array  # shape (n, nstate)
     taken: int  # steps taken in all
-    seconds: float  # wall time of the stepping alone
+    seconds: float  # of the stepping alone, by the clock given, wall time without
     diverged: int | None  # the first step after which the state is not reliable
 
 
@@ -136,6 +145,7 @@ def take_steps(
     steps: int,
     control: Callable[[sampling.Indices], Array] | None = None,
     samples: int = sampling.SAMPLES,
+    clock: Callable[[], float] = time.perf_counter,
 ) -> Course:
     """Take `steps` steps from the state `start`, shape (nstate,); `control` gives ctrl, shape
     (n, nu), for the step indices, shape (n,). Nothing is raised for a run that diverges."""
@@ -158,12 +168,12 @@ def take_steps(
             ctrl = None
             if control is not None:
                 ctrl = control(np.arange(taken, taken + n, dtype=np.int64))[None]
-            begin = time.perf_counter()
+            begin = clock()
             engine.rollout(
                 [model], [data], first[None].copy(), ctrl, control_spec=CTRL, skip_checks=True,
                 nstep=n, initial_warmstart=warm, state=out,
             )  # fmt: skip
-            seconds += time.perf_counter() - begin
+            seconds += clock() - begin
             inside = (kept > taken) & (kept <= taken + n)
             states[inside] = out[0, kept[inside] - taken - 1]
             if (bad := _first_bad(data, out[0], first)) is not None:
@@ -191,18 +201,13 @@ def probe_readings(
 ) -> tuple[Named, Named]:
     """What `probe` reads in each of `states`, shape (n, nstate), with the forces that begin there
     under `controls`, shape (n, nu): observables and channels, of shape (n,) each."""
-    read, reading = [], probe(model, data)
+    recorder = probe(model, data)
     for state, ctrl in zip(states, controls, strict=True):
         mujoco.mj_setState(model, data, state, STATE)
         data.ctrl[:] = ctrl
         mujoco.mj_forward(model, data)
-        read.append(reading())
-    seen, extra = ([one[i] for one in read] for i in (0, 1))
-    return _columns(seen), _columns(extra)
-
-
-def _columns(rows: list[Values]) -> Named:
-    return {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else {})}
+        recorder.take()
+    return recorder.read()
 
 
 def reliable(states: Array) -> bool:

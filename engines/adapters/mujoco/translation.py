@@ -16,9 +16,19 @@ from plumbob.engines.registry import find_builder
 from plumbob.models.scene import System
 
 Named = Mapping[str, Array]
-Values = Mapping[str, float]
-Probe = Callable[[mujoco.MjModel, mujoco.MjData], Callable[[], tuple[Values, Values]]]
 LARGEST = 1e10  # above it MuJoCo itself calls a number huge
+
+
+@dataclass(frozen=True)
+class Recorder:
+    """What keeps numbers of one state after another, and reads all of them at once."""
+
+    take: Callable[[], None]  # what the data hold now, forces of the step that begins included
+    read: Callable[[], tuple[Named, Named]]
+    """What the states that were taken add to the observables and to the channels, shape (n,)."""
+
+
+Probe = Callable[[mujoco.MjModel, mujoco.MjData], Recorder]
 
 
 @dataclass(frozen=True)
@@ -38,8 +48,7 @@ class Translation:
     sensors: Callable[[Array], Named] | None = None
     """Sensor data at the samples, shape (n, nsensordata) -> what they add to the observables."""
     probe: Probe | None = None
-    """Model and data -> a reading of what they add to the observables and to the channels, with the
-    data at a sample, forces of the step that begins there included."""
+    """Model and data -> what reads observables and channels off them that states do not hold."""
     whole: mujoco.MjSpec | None = None
     """The model with its visual parts; None where the builder's `whole` is that."""
     tune: Callable[[mujoco.MjModel], None] = lambda model: None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -18,7 +18,7 @@ from plumbob.engines.adapters import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.ode.equation import Equation, State, builder
 from plumbob.engines.adapters.ode.integrators import Advance, integrator
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, Stepping
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
@@ -85,6 +85,16 @@ class FixedStepSimulation:
         )
         return within(trajectory, self.equation.limits)
 
+    def stepped(self, fraction: float) -> Stepping:
+        """The steps of the first `fraction` of the duration alone."""
+        steps, begin = sampling.first_steps(self.steps, fraction), time.thread_time()
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                self.advance(self.equation, self.equation.start, 0, steps, self.step)
+        except (ValueError, OverflowError):
+            return Stepping(0, 0.0)
+        return Stepping(steps, time.thread_time() - begin)
+
 
 @dataclass
 class AdaptiveSimulation:
@@ -118,6 +128,15 @@ class AdaptiveSimulation:
         )
         far = dict.fromkeys((*equation.names, *equation.rate_names), HUGE)
         return within(trajectory, {**far, **equation.limits})
+
+    def stepped(self, fraction: float) -> Stepping:
+        """The evaluations of the first `fraction` of the duration alone."""
+        piece, slope = replace(self, duration=fraction * self.duration), _Slope(self.equation)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            begin = time.thread_time()
+            piece._follow(slope, [0.0], [np.ravel(self.equation.start).tolist()])
+            return Stepping(slope.evaluated, time.thread_time() - begin)
 
     def _follow(self, slope: _Slope, times: list[float], states: list[Any]) -> str | None:
         """Add the solver's own steps to `times` and `states`, and return why it gave up, if so."""

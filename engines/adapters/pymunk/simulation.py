@@ -13,7 +13,7 @@ import pymunk
 
 from plumbob.engines.adapters import sampling
 from plumbob.engines.adapters.divergence import within
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, Stepping
 from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case, System
@@ -90,6 +90,14 @@ class PymunkSimulation:
         )
         return within(trajectory, built.limits)
 
+    def stepped(self, fraction: float) -> Stepping:
+        """The steps of the first `fraction` of the duration alone."""
+        built, steps = self.build(), sampling.first_steps(self.steps, fraction)
+        try:
+            return Stepping(steps, _timed(built, 0, steps, self.step, time.thread_time))
+        except (OverflowError, ValueError):
+            return Stepping(0, 0.0)
+
 
 def _advance(
     built: Translation, first: int, last: int, step: float, sample: dict[str, float]
@@ -107,8 +115,14 @@ def _advance(
     return seconds + _timed(built, first + 1, last, step)
 
 
-def _timed(built: Translation, first: int, last: int, step: float) -> float:
-    begin, move, act = time.perf_counter(), built.space.step, built.act
+def _timed(
+    built: Translation,
+    first: int,
+    last: int,
+    step: float,
+    clock: Callable[[], float] = time.perf_counter,
+) -> float:
+    begin, move, act = clock(), built.space.step, built.act
     if act is None:
         for _ in range(first, last):
             move(step)
@@ -116,7 +130,7 @@ def _timed(built: Translation, first: int, last: int, step: float) -> float:
         for n in range(first, last):
             act(n * step)
             move(step)
-    return time.perf_counter() - begin
+    return clock() - begin
 
 
 def prepared(case: Case, method: Method, step: float) -> PymunkSimulation:
