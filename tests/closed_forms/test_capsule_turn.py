@@ -108,6 +108,20 @@ def test_a_reference_is_in_the_axes_of_its_start() -> None:
     np.testing.assert_allclose(predicted[0]["x"], predicted[1]["x"], rtol=0, atol=1e-13)
 
 
+def test_what_a_reference_keeps_belongs_to_its_times_and_stays() -> None:
+    times = np.linspace(0.0, 0.2, 9)
+    reference = PlaneReference(RepeatedTurn(turn_of(CHECK, 0.12, 0.3)))
+    first = reference.observe(times)
+    with pytest.raises(ValueError, match="read-only"):
+        first["x"][0] = 1.0
+    first.pop("x")  # type: ignore[attr-defined]
+    other = reference.observe(0.5 * times)
+    fresh = PlaneReference(reference.motion)
+    for again, at in ((reference.observe(times), times), (other, 0.5 * times)):
+        assert all(np.array_equal(again[n], values) for n, values in fresh.observe(at).items())
+    assert not np.array_equal(reference.observe(times)["x"], other["x"])
+
+
 @pytest.mark.parametrize(
     ("name", "scheme", "observable", "coefficient"),
     [

@@ -200,3 +200,14 @@ def test_the_file_turns_by_itself() -> None:
     ):
         np.testing.assert_allclose(getattr(model, name), getattr(rebuilt, name), rtol=1e-12)
     assert measure(TURN.case(scene("capsule-turn/0.3")), METHODS[RK4], 1e-2)[0].status == "done"
+
+
+@pytest.mark.parametrize("method", ["euler", "euler+coulomb"])
+def test_where_a_body_rests_is_kept_for_one_model_alone(method: str) -> None:
+    """Contacts of `coulomb` are stiffer at a smaller step; MuJoCo's own are the same at each."""
+    case = TURN.case(scene("capsule-turn/0.3"))
+    heights = [float(compiled(case, METHODS[method], h).translation.qpos[2]) for h in (1e-3, 5e-4)]
+    heavier = TURN.case(scene("capsule-turn/0.3", {"gravity": 12.0}))
+    lower = float(compiled(heavier, METHODS[method], 1e-3).translation.qpos[2])
+    assert (heights[0] == heights[1]) == (method == "euler")
+    assert lower < heights[0] < 0.0

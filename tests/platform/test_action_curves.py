@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -29,8 +30,9 @@ def potential(pendulum: ConePendulum) -> TrigonometricPotential:
     return TrigonometricPotential(*(float(double(x)) for x in (v.a, v.b, v.c)))
 
 
-def found() -> dict[str, Branch]:
-    return {b.name: b for b in branches(potential(TURNING), INERTIA, 1100.0)}
+@cache
+def found(points: int = 60) -> dict[str, Branch]:
+    return {b.name: b for b in branches(potential(TURNING), INERTIA, 1100.0, points)}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -55,8 +57,7 @@ def test_period_and_action_against_40_digits(name: str) -> None:
 def test_the_rate_is_the_slope_of_h_over_i(name: str) -> None:
     """dH/dI = Omega (12): the integral of T/2 pi over H is what the action gains."""
     branch = found()[name]
-    fine = branches(potential(TURNING), INERTIA, 1100.0, points=2000)
-    dense = next(b for b in fine if b.name == name)
+    dense = found(points=2000)[name]
     gained = np.trapezoid(1.0 / dense.rates, dense.energies)
     change = dense.actions[-1] - dense.actions[0]
     assert gained == pytest.approx(float(change), rel=1e-4)  # the rule's own error: h^2
