@@ -90,6 +90,9 @@ def copied(folder: Path) -> Path:
 def main(names: Sequence[str]) -> int:
     """Try the mutations of these layers or names, or all; returns an exit code."""
     chosen = [m for m in mutations() if not names or {m.name, m.layer} & set(names)]
+    if unknown := set(names) - {m.name for m in mutations()} - {m.layer for m in mutations()}:
+        print(f"no mutation and no layer: {', '.join(sorted(unknown))}", file=sys.stderr)
+        return 2
     survived = 0
     with tempfile.TemporaryDirectory() as folder:
         tree = copied(Path(folder))
