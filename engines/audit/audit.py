@@ -39,6 +39,7 @@ class Audit:
     likely: Likely | None = None  # beyond what can be predicted; None where all can be
     touching: Mapping[str, Array] = field(default_factory=dict)  # at the ends of the periods
     model: OwnModel | None = None
+    slides: str = ""  # a free body that rests on a plane, of which a contact audit can tell more
 
     @property
     def error(self) -> float:

@@ -41,10 +41,15 @@ def render(found: Audit, command: str) -> str:
     """The page of an audit as HTML."""
     return filled(
         "audit.html.jinja",
-        audit=found,
+        title=f"how wrong is {found.name}",
+        heading=f"How wrong is {found.name}?",
+        lead="The model as it stands, on one motion. Its continuous motion, without time steps, is "
+        "certified by two computations, and its own steps are compared with that. Nothing here "
+        "says how near the model is to reality.",
         answer=Table("The answer", ("", ""), tuple(row(*pair) for pair in rows(found))),
         figures=figures(found),
         tables=tuple(table for table in (steps_table(found), trims_table(found)) if table),
+        code="",
         command=command,
         versions=", ".join(f"{n} {metadata.version(n)}" for n in ("mujoco", "numpy", "scipy")),
         seconds=f"{found.seconds:.3g}",

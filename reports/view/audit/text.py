@@ -29,6 +29,8 @@ def rows(found: Audit) -> list[tuple[str, str]]:
     if found.found is not None:
         said += list(_compared(found, found.found))
     said += [("model", _model(found))]
+    if found.slides:
+        said += [("more", f"{found.slides} rests on a plane: --contacts tells how it slides")]
     beyond = "" if found.found is None else f"; t > {found.until:.3g} s"
     return [*said, ("not claimed", f"other motions; reality{beyond}")]
 
