@@ -49,7 +49,8 @@ class Field(Protocol):
         ...
 
     def active(self) -> bytes:
-        """Which contacts and limits act in the state of the last call: an event is a change."""
+        """Which contacts and limits act in the state of the last call, one that was reached: an
+        event is a change. Raises Undecided."""
         ...
 
 
@@ -64,6 +65,7 @@ class Course:
     evaluations: int = 0
     events: tuple[float, ...] = ()  # [s] at which contacts or limits begin or cease to act
     why: str = ""  # it ended before its time
+    decided: bool = True  # by more than rounding
     seconds: float = 0.0  # wall time
 
 
@@ -182,3 +184,7 @@ class OwnModel(Protocol):
 
 class NotCertifiable(Exception):
     """A model, or a moment, for which no reference can be certified; its text says why."""
+
+
+class Undecided(NotCertifiable):
+    """A motion that rounding decides: contacts over a layer would not help."""

@@ -44,6 +44,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--budget", metavar="SECONDS", help=f"wall time, about; default: {BUDGET:g}"
     )
+    parser.add_argument("--jobs", metavar="N", help="processes that try integrators; default: 1")
     parser.add_argument(
         "--write-trimmed",
         metavar="FILE.xml",
@@ -79,10 +80,15 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.contacts:
         return _contacts(chosen, numbers)
     control = chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl))
-    found = audit(
-        Path(chosen.model), control, keyframe=chosen.keyframe, duration=numbers.get("duration"),
-        period=numbers.get("ctrl_period"), budget=numbers.get("budget", BUDGET),
-    )  # fmt: skip
+    from plumbob.reports.commands.validate import progress
+
+    jobs = 1 if chosen.jobs is None else values.count("jobs", chosen.jobs)
+    with progress() as show:
+        found = audit(
+            Path(chosen.model), control, keyframe=chosen.keyframe,
+            duration=numbers.get("duration"), period=numbers.get("ctrl_period"),
+            budget=numbers.get("budget", BUDGET), jobs=jobs, progress=lambda what: show(what, 0, 0),
+        )  # fmt: skip
     if target is not None:
         trimmed_file(found, Path(chosen.model), target)
     if chosen.out is not None:
@@ -110,7 +116,7 @@ def _within(found: Audit | ContactAudit, metres: float | None) -> int:
 
 def _fits(chosen: argparse.Namespace) -> None:
     """Raises ParameterError for an option of one audit that is given to the other."""
-    motion = ("ctrl", "ctrl_period", "duration", "budget", "write_trimmed")
+    motion = ("ctrl", "ctrl_period", "duration", "budget", "jobs", "write_trimmed")
     for name in motion if chosen.contacts else ("body", "speed", "friction"):
         if (value := getattr(chosen, name)) not in (None, "rest"):
             what = "left out with --contacts" if chosen.contacts else "given with --contacts"
@@ -138,7 +144,17 @@ def _contacts(chosen: argparse.Namespace, numbers: dict[str, float]) -> int:
 def page(write: Callable[[Path, str], Path], chosen: argparse.Namespace) -> Path:
     """Write the page by `write`, into a folder and with the command that reproduces it; raises
     ParameterError where it cannot be written."""
-    options = ("keyframe", "ctrl", "ctrl_period", "duration", "budget", "body", "speed", "friction")
+    options = (
+        "keyframe",
+        "ctrl",
+        "ctrl_period",
+        "duration",
+        "budget",
+        "jobs",
+        "body",
+        "speed",
+        "friction",
+    )
     folder = Path(chosen.out)
     given = [(o, v) for o in options if (v := getattr(chosen, o)) not in (None, "rest")]
     words = [w for o, v in given for w in (f"--{o.replace('_', '-')}", str(v))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from plumbob.engines.audit.contacts import SPEED, ContactAudit, contacts_audited
 from plumbob.engines.audit.controls import script
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.engines.registry import engines
+from plumbob.engines.study.runner import pool_of
 
 BUDGET = 60.0  # [s] of wall time
 
@@ -25,13 +27,17 @@ def audit(
     duration: float | None = None,
     period: float | None = None,
     budget: float = BUDGET,
+    jobs: int = 1,
+    progress: Callable[[str], None] = lambda what: None,
 ) -> Audit:
     """How wrong `model`, a path to an MJCF file or a compiled `mujoco.MjModel`, is at its own
     integrator and step: its continuous motion is certified, and its steps are held against it.
 
     `control` is "rest", "zero", "sines" or values of shape (periods, actuators), held for `period`
-    [s]; the motion lasts `duration` [s]; the whole takes about `budget` [s]. Raises ParameterError
-    for bad input, and for a model that no reference can be certified for, with the reason.
+    [s]; the motion lasts `duration` [s]; the whole takes about `budget` [s]. With more
+    `jobs` integrators run in as many processes; costs are then measured beside each other.
+    `progress` is given what is being done. Raises ParameterError for bad input, and for a model
+    that no reference can be certified for, with the reason.
 
     >>> import mujoco
     >>> rod = '''<mujoco><worldbody><body><joint axis="0 1 0"/>
@@ -50,7 +56,9 @@ def audit(
         moved = script(own, control, duration, period)
     except NotCertifiable as why:
         raise ParameterError("model", name, f"one that has a continuous motion; {why}") from None
-    found = audited(own, moved, control if isinstance(control, str) else "given", budget)
+    named = control if isinstance(control, str) else "given"
+    with pool_of(None, 0 if jobs < 2 else jobs) as pool:
+        found = audited(own, moved, named, budget, executor=pool, progress=progress)
     return replace(found, slides=_slides(model, keyframe))
 
 

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.ensemble import FINER, MEANS, STANDS_OUT, Likely
-from plumbob.engines.audit.steps import RESOLVED, TARGETS, Balance, Compared, StepError, horizon
+from plumbob.engines.audit.reference import RESOLVED
+from plumbob.engines.audit.steps import TARGETS, Balance, Compared, StepError, horizon
 from plumbob.engines.audit.trims import Trim
 
 NOTICED = 1e-6  # [m]: a smaller error at an earlier time is not mentioned

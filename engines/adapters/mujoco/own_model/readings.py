@@ -21,9 +21,14 @@ def touching(model: Any, data: Any, states: Array) -> Mapping[str, Array]:
             data.qpos[:] = state[: model.nq]
             mujoco.mj_fwdPosition(model, data)
             for pair in data.contact.geom[data.contact.dist <= 0.0]:
-                name = " – ".join(model.geom(i).name or f"geom {i}" for i in pair if i >= 0)
+                name = pair_name(model, pair)
                 found.setdefault(name, np.zeros(len(states), bool))[k] = True
     return found
+
+
+def pair_name(model: Any, pair: Any) -> str:
+    """The two geoms of a contact by their names."""
+    return " – ".join(model.geom(int(i)).name or f"geom {i}" for i in pair if i >= 0)
 
 
 def readings(model: Any, data: Any, states: Array) -> Mapping[str, Array]:
