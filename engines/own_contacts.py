@@ -124,6 +124,10 @@ class ContactModel(Protocol):
         """On the pasted contacts, written for `step` [s]; raises NotCertifiable likewise."""
         ...
 
+    def picture(self) -> bytes | None:
+        """A PNG of the model in its posture; None where this machine draws none."""
+        ...
+
     def snippet(self) -> str:
         """What to paste for the model's own step, its feet by their names."""
         ...

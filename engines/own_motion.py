@@ -171,6 +171,10 @@ class OwnModel(Protocol):
         """Which pairs touch in states, by their names, each of shape (len(states),)."""
         ...
 
+    def picture(self) -> bytes | None:
+        """A PNG of it at the start; None where this machine draws none."""
+        ...
+
     def starts(self, count: int, size: float) -> Array:
         """States near the start, by `size` [m or rad] in each coordinate, the same at each call,
         shape (count, n)."""

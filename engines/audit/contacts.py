@@ -75,6 +75,7 @@ class ContactAudit:
     snippet: str
     notes: tuple[str, ...]
     seconds: float
+    model: ContactModel | None = None
 
     @cached_property
     def distances(self) -> Array:
@@ -191,7 +192,7 @@ def contacts_audited(
         model.name, standing, model.integrator, model.step, speed, spin, exact, exact_turn, why,
         why_turn, determined, tuple(found["own"]), tuple(found["pasted"]), tuple(failed),
         model.method, model.stiffness, model.first_order, model.snippet(), model.notes,
-        clock() - begin,
+        clock() - begin, model,
     )  # fmt: skip
 
 

@@ -94,7 +94,7 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.out is not None:
         from plumbob.reports.view.audit.page import write_audit_page
 
-        print(page(partial(write_audit_page, found), chosen), file=sys.stderr)
+        print(page(partial(write_audit_page, found), found, chosen), file=sys.stderr)
     if chosen.json:
         json.dump(values.plain(as_data(found)), sys.stdout, indent=1)
         print()
@@ -132,7 +132,7 @@ def _contacts(chosen: argparse.Namespace, numbers: dict[str, float]) -> int:
         friction=numbers.get("friction"), keyframe=chosen.keyframe,
     )  # fmt: skip
     if chosen.out is not None:
-        print(page(partial(write_contact_page, found), chosen), file=sys.stderr)
+        print(page(partial(write_contact_page, found), found, chosen), file=sys.stderr)
     if chosen.json:
         json.dump(values.plain(contact_data(found)), sys.stdout, indent=1)
         print()
@@ -141,9 +141,13 @@ def _contacts(chosen: argparse.Namespace, numbers: dict[str, float]) -> int:
     return _within(found, numbers.get("absolute"))
 
 
-def page(write: Callable[[Path, str], Path], chosen: argparse.Namespace) -> Path:
-    """Write the page by `write`, into a folder and with the command that reproduces it; raises
-    ParameterError where it cannot be written."""
+def page(
+    write: Callable[[Path, str, bytes | None], Path],
+    found: Audit | ContactAudit,
+    chosen: argparse.Namespace,
+) -> Path:
+    """Write the page by `write`, into a folder, with the command that reproduces it and a picture
+    of the model; raises ParameterError where it cannot be written."""
     options = (
         "keyframe",
         "ctrl",
@@ -161,7 +165,7 @@ def page(write: Callable[[Path, str], Path], chosen: argparse.Namespace) -> Path
     words += ["--contacts"] * chosen.contacts
     command = shlex.join(["plumbob", "audit", chosen.model, *words, "--out", chosen.out])
     try:
-        return write(folder, command)
+        return write(folder, command, found.model.picture() if found.model else None)
     except OSError as error:
         raise ParameterError("out", str(folder), f"a folder to write into ({error})") from None
 

@@ -18,6 +18,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.contacts import DAMPING, REGULARISATION_RATIO, TOLERANCE
 from plumbob.engines.adapters.mujoco.file_check import frequency_ratio
 from plumbob.engines.adapters.mujoco.own_model.model import silent, started
+from plumbob.engines.adapters.mujoco.own_model.picture import picture
 from plumbob.engines.adapters.mujoco.own_model.rigid_piece import (
     FLOOR,
     RigidPiece,
@@ -154,7 +155,9 @@ def own_contacts(
         raise ParameterError("model", name, f"one with a step above 0, not {step:g}")
     with silent():
         data = started(model, start)
-        return MujocoContacts(name, rigid_piece(model, data, body, friction))
+        return MujocoContacts(
+            name, rigid_piece(model, data, body, friction), model, np.array(data.qpos)
+        )
 
 
 def _yaw(quaternion: Array) -> float:
@@ -168,6 +171,8 @@ class MujocoContacts:
 
     name: str
     piece: RigidPiece
+    whole: Any  # mjModel that the piece is of
+    posture: Array  # its generalised coordinates
 
     @property
     def step(self) -> float:
@@ -289,6 +294,10 @@ class MujocoContacts:
     def overshoot(self) -> float:
         """See `ContactModel`: of one contact; the body's modes are damped more."""
         return 1.0 + math.exp(-math.pi * DAMPING / math.sqrt(1.0 - DAMPING**2))
+
+    def picture(self) -> bytes | None:
+        """See `ContactModel`."""
+        return picture(self.whole, self.posture)
 
     def snippet(self) -> str:
         """See `ContactModel`."""

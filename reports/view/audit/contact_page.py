@@ -10,7 +10,7 @@ import numpy as np
 
 from plumbob.engines.audit.contacts import HEADINGS, ContactAudit, Measured
 from plumbob.reports.view.audit.contacts import contact_rows, per_cent
-from plumbob.reports.view.audit.page import COLOURS
+from plumbob.reports.view.audit.page import COLOURS, as_text
 from plumbob.reports.view.audit.text import duration, length
 from plumbob.reports.view.content import Cell, Figure, Table, row
 from plumbob.reports.view.page import filled, written
@@ -20,15 +20,18 @@ from plumbob.reports.view.traces import curve, figure, linear, logarithmic
 KINDS = ("your contacts", "pasted contacts")
 
 
-def write_contact_page(found: ContactAudit, folder: Path, command: str) -> Path:
+def write_contact_page(
+    found: ContactAudit, folder: Path, command: str, drawn: bytes | None = None
+) -> Path:
     """Write `audit-NAME-contacts.html` into `folder`, whole or not at all, and return its path;
-    `command` is what reproduces it. Raises OSError where the folder cannot be written."""
+    `command` is what reproduces it, `drawn` a PNG of the model. Raises OSError where the folder
+    cannot be written."""
     name = Path(found.name).stem or "model"
-    return written(render_contacts(found, command), folder, f"audit-{name}-contacts.html")
+    return written(render_contacts(found, command, drawn), folder, f"audit-{name}-contacts.html")
 
 
-def render_contacts(found: ContactAudit, command: str) -> str:
-    """The page of a contact audit as HTML."""
+def render_contacts(found: ContactAudit, command: str, drawn: bytes | None = None) -> str:
+    """The page of a contact audit as HTML; `drawn` is a PNG of the model."""
     return filled(
         "audit.html.jinja",
         title=f"how wrong are the contacts of {found.name}",
@@ -40,6 +43,7 @@ def render_contacts(found: ContactAudit, command: str) -> str:
         figures=(distances_figure(found), errors_figure(found)),
         tables=(distances_table(found),),
         code=found.snippet,
+        picture=as_text(drawn),
         command=command,
         versions=", ".join(f"{n} {metadata.version(n)}" for n in ("mujoco", "numpy", "scipy")),
         seconds=f"{found.seconds:.3g}",

@@ -17,6 +17,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.own_model import left_out
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, exact_solver
+from plumbob.engines.adapters.mujoco.own_model.picture import picture
 from plumbob.engines.adapters.mujoco.own_model.readings import readings, touching
 from plumbob.engines.own_motion import Change, NotCertifiable, Script, Stepped
 
@@ -153,6 +154,10 @@ class MujocoModel:
     def touching(self, states: Array) -> Mapping[str, Array]:
         """See `OwnModel`."""
         return touching(self.effective, self._begun(self.effective), states)
+
+    def picture(self) -> bytes | None:
+        """See `OwnModel`."""
+        return picture(self.effective, self.start.qpos)
 
     def starts(self, count: int, size: float) -> Array:
         """See `OwnModel`."""
