@@ -140,20 +140,30 @@ class ContinuousField:
         return total
 
     def _decided(self) -> None:
-        """Raises Undecided where a contact of moving bodies keeps a gap of zero but for
-        rounding, which alone decides whether it acts."""
+        """Raises Undecided where a contact of moving bodies keeps a gap of zero but for rounding,
+        which alone decides whether it acts: no motion opens or closes it."""
         data = self.data
         if not data.ncon or not data.qvel.any():
             return
         gaps = np.abs(data.contact.dist - data.contact.includemargin)
         sizes = 1.0 + np.abs(data.contact.pos).max(axis=1)
         at = int(np.argmin(gaps / sizes))
-        if gaps[at] > ROUNDING * sizes[at]:
+        if gaps[at] > ROUNDING * sizes[at] or self._opens(data.contact[at]):
             return
         self.zeros += 1
         if self.zeros >= ZEROS:
             pair = pair_name(self.model, data.contact.geom[at])
             raise Undecided(f"{pair} have a gap of zero, and rounding decides if they touch")
+
+    def _opens(self, contact: Any) -> bool:
+        """Whether any speed would change the gap of a contact."""
+        if contact.geom.min() < 0:
+            return True  # of a flex
+        one, other = np.zeros((3, self.model.nv)), np.zeros((3, self.model.nv))
+        for body, jacobian in zip(self.model.geom_bodyid[contact.geom], (one, other), strict=True):
+            mujoco.mj_jac(self.model, self.data, jacobian, None, contact.pos, body)
+        across = np.abs(other - one).max()
+        return bool(np.abs(contact.frame[:3] @ (other - one)).max() > ROUNDING * (1.0 + across))
 
     def _converged(self) -> None:
         data = self.data
