@@ -87,18 +87,16 @@ def certified(
         second = integrated(model.field(), _up_to(script, first.until), "RK45", LOOSE, ends, clock)
         smooth = _compared(model, first, _lengthened(second, first), ())
     known = [r for r in (layered, smooth) if r is not None and r.until > 0.0]
+    after = f"; with contacts over a layer, {layers_ended}" if layers_ended else ""
     if not known:
-        return _none(model, script, first)
+        return _none(model, script, replace(first, why=first.why + after))
     best = max(known, key=lambda r: r.until)
     if layered is not None and smooth is not None and best is layered:
         best = _joined(smooth, layered)
     best = replace(best, not_smooth=first.why if best.widths else "")
     if best.until >= script.duration * (1 - 1e-9):
         return best
-    after = (
-        "" if best.widths or not layers_ended else f"; with contacts over a layer, {layers_ended}"
-    )
-    return replace(best, why=(best.why if best.widths else first.why + after))
+    return replace(best, why=best.why if best.widths else first.why + after)
 
 
 def refined(
