@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from plumbob.reports.judge.audit import audit
+    from plumbob.reports.judge.audit import audit, audit_contacts
     from plumbob.reports.judge.check import check
 
-__all__ = ["__version__", "audit", "check"]
+__all__ = ["__version__", "audit", "audit_contacts", "check"]
 
 
 def __getattr__(name: str) -> Any:
@@ -21,6 +21,10 @@ def __getattr__(name: str) -> Any:
         from plumbob.reports.judge.audit import audit
 
         return audit
+    if name == "audit_contacts":
+        from plumbob.reports.judge.audit import audit_contacts
+
+        return audit_contacts
     if name == "__version__":
         from importlib import metadata
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, Protocol
 
 from plumbob.analytic.errors.schemes import Scheme
+from plumbob.engines.own_contacts import ContactModel
 from plumbob.engines.own_motion import Change, OwnModel
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case, Scene
@@ -162,6 +163,12 @@ class Engine:
     own_model: Callable[[Any, int | str | None], OwnModel] | None = None
     """A user's model, a path or one that is compiled, and a keyframe -> the model as an audit needs
     it; raises ParameterError and NotCertifiable."""
+    own_contacts: (
+        Callable[[Any, int | str | None, str | None, float | None], ContactModel] | None
+    ) = None
+    """A user's model, a path or one that is compiled, a keyframe, a free body's name (None: the
+    heaviest), a friction coefficient in place of its own -> the body on its plane; raises
+    ParameterError and NotCertifiable."""
     write_trimmed: Callable[[Path, Sequence[Change], Path], None] | None = None
     """A model file without what can be left out of it, to another file; raises ParameterError."""
     model_text: Callable[[str, float], str] | None = None

@@ -49,7 +49,8 @@ class Field(Protocol):
         ...
 
     def active(self) -> bytes:
-        """Which contacts and limits act in the state of the last call: an event is a change."""
+        """Which contacts and limits act in the state of the last call, one that was reached: an
+        event is a change. Raises Undecided."""
         ...
 
 
@@ -64,6 +65,7 @@ class Course:
     evaluations: int = 0
     events: tuple[float, ...] = ()  # [s] at which contacts or limits begin or cease to act
     why: str = ""  # it ended before its time
+    decided: bool = True  # by more than rounding
     seconds: float = 0.0  # wall time
 
 
@@ -169,6 +171,10 @@ class OwnModel(Protocol):
         """Which pairs touch in states, by their names, each of shape (len(states),)."""
         ...
 
+    def picture(self) -> bytes | None:
+        """A PNG of it at the start; None where this machine draws none."""
+        ...
+
     def starts(self, count: int, size: float) -> Array:
         """States near the start, by `size` [m or rad] in each coordinate, the same at each call,
         shape (count, n)."""
@@ -182,3 +188,7 @@ class OwnModel(Protocol):
 
 class NotCertifiable(Exception):
     """A model, or a moment, for which no reference can be certified; its text says why."""
+
+
+class Undecided(NotCertifiable):
+    """A motion that rounding decides: contacts over a layer would not help."""

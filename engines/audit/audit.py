@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.ensemble import Likely, likely
-from plumbob.engines.audit.reference import Reference, certified
-from plumbob.engines.audit.steps import RESOLVED, Balance, Compared, balances, compared, horizon
+from plumbob.engines.audit.reference import RESOLVED, Reference, certified, refined
+from plumbob.engines.audit.steps import Balance, Compared, balances, compared, held, horizon
 from plumbob.engines.audit.trims import Trims, trims
 from plumbob.engines.own_motion import OwnModel, Script
 
@@ -39,6 +40,7 @@ class Audit:
     likely: Likely | None = None  # beyond what can be predicted; None where all can be
     touching: Mapping[str, Array] = field(default_factory=dict)  # at the ends of the periods
     model: OwnModel | None = None
+    slides: str = ""  # a free body that rests on a plane, of which a contact audit can tell more
 
     @property
     def error(self) -> float:
@@ -90,15 +92,22 @@ def audited(
     control: str,
     budget: float,
     clock: Callable[[], float] = time.perf_counter,
+    executor: Executor | None = None,
+    progress: Callable[[str], None] = lambda what: None,
 ) -> Audit:
     """The audit of `model` on the motion that `script` makes of it, within about `budget` [s] of
-    wall time."""
+    wall time; the integrators run in an `executor`, if given."""
     begin = clock()
+    progress("the continuous motion, by two methods")
     reference = certified(model, script, REFERENCE * budget, clock)
     found = None
+    if reference.until >= script.duration * (1 - 1e-9):
+        own = round(script.period / model.step)
+        error = held(model, script, reference, model.integrator, own).at(-1)
+        reference = refined(model, script, reference, error, budget, clock)
     if reference.until > 0.0:
         left = max(budget - (clock() - begin), 0.2 * budget)
-        found = compared(model, script, reference, left, clock)
+        found = compared(model, script, reference, left, clock, executor, progress)
         if not found.index:
             found, why = None, "the model's own steps do not tend to what was integrated"
             reference = replace(reference, why=why)
@@ -107,9 +116,11 @@ def audited(
         states = model.stepped(script, model.integrator, found.own.parts).states
         beyond = math.isfinite(horizon(found, reference, script, BEYOND))
         if beyond and np.isfinite(states).all():
+            progress("starts nearby")
             means = likely(model, script, found.own.parts, ENSEMBLE * budget, clock)
         read = balances(model, states, reference.course.states, found.index)
         error = found.own.at(found.index)
+        progress("what can be left out")
         left_out = trims(model, script, found.own.parts, found.index, error, TRIMS * budget, clock)
     return Audit(
         model.name, model.integrator, model.step, script, control, reference, found,

@@ -18,13 +18,15 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.own_motion import Course, Field, NotCertifiable, OwnModel, Script
+from plumbob.engines.own_motion import Course, Field, NotCertifiable, OwnModel, Script, Undecided
 
 TIGHT, LOOSE = 1e-10, 1e-8  # relative and absolute tolerances of the two smooth methods
 WIDTHS = (1e-5, 1e-6, 3e-7)  # [m] of the layer
 IN_LAYER, OTHER_IN_LAYER = 1e-7, 1e-6  # tolerances there
 CHATTER, WITHIN = 20, 0.05  # events, within [s]: more are chatter
-SMALLEST = 1e-13  # [s] a step below which integration has collapsed
+FINER = 1e-2  # times both tolerances, where those do not resolve the step's error
+RESOLVED = 5.0  # times the reference's uncertainty: an error from there on is quoted
+REFINING = 0.1  # of the budget, at most; a finer pair takes up to 2.5 times as long
 Clock = Callable[[], float]
 
 
@@ -40,6 +42,11 @@ class Reference:
     widths: tuple[float, ...] = ()  # [m] of the layers; empty for a smooth motion
     why: str = ""  # there is none, or it ends early
     not_smooth: str = ""  # why layers were needed
+
+    @property
+    def rounding(self) -> float:
+        """[m] of the bodies' positions."""
+        return float(np.finfo(float).eps * np.abs(self.positions).max())
 
     @property
     def until(self) -> float:
@@ -60,7 +67,7 @@ def certified(
         return _compared(model, first, second, ())
     courses: list[Course] = []
     layers_ended = ""
-    for done, width in enumerate(WIDTHS):
+    for done, width in enumerate(WIDTHS if first.decided else ()):
         until = clock() + (ends - clock()) / (len(WIDTHS) + 1 - done)
         found = integrated(model.field(width), script, "RK45", IN_LAYER, until, clock, many=True)
         layers_ended = layers_ended or found.why
@@ -80,18 +87,42 @@ def certified(
         second = integrated(model.field(), _up_to(script, first.until), "RK45", LOOSE, ends, clock)
         smooth = _compared(model, first, _lengthened(second, first), ())
     known = [r for r in (layered, smooth) if r is not None and r.until > 0.0]
+    after = f"; with contacts over a layer, {layers_ended}" if layers_ended else ""
     if not known:
-        return _none(model, script, first)
+        return _none(model, script, replace(first, why=first.why + after))
     best = max(known, key=lambda r: r.until)
     if layered is not None and smooth is not None and best is layered:
         best = _joined(smooth, layered)
     best = replace(best, not_smooth=first.why if best.widths else "")
     if best.until >= script.duration * (1 - 1e-9):
         return best
-    after = (
-        "" if best.widths or not layers_ended else f"; with contacts over a layer, {layers_ended}"
-    )
-    return replace(best, why=(best.why if best.widths else first.why + after))
+    return replace(best, why=best.why if best.widths else first.why + after)
+
+
+def refined(
+    model: OwnModel,
+    script: Script,
+    reference: Reference,
+    error: float,
+    budget: float,
+    clock: Clock = time.perf_counter,
+) -> Reference:
+    """The reference of a smooth motion at finer tolerances, where it is not known to a fifth of the
+    step's `error` [m] and a part of `budget` [s] suffices; else as it was."""
+    other, index = reference.confirmed_by, len(script.controls)
+    if reference.widths or reference.why or other is None:
+        return reference
+    if RESOLVED * reference.uncertainty[index] < error or not error > reference.rounding:
+        return reference
+    if 2.5 * (reference.course.seconds + other.seconds) > REFINING * budget:
+        return reference
+    ends = clock() + REFINING * budget
+    first = integrated(model.field(), script, "DOP853", FINER * TIGHT, ends, clock)
+    second = integrated(model.field(), script, "RK45", FINER * LOOSE, ends, clock)
+    if first.why or second.why:
+        return reference
+    finer = _compared(model, first, second, ())
+    return finer if finer.uncertainty[index] < reference.uncertainty[index] else reference
 
 
 def integrated(
@@ -114,7 +145,7 @@ def integrated(
     begin, events = clock(), list[float]()
     size: float | None = None
     before: bytes | None = None
-    how, why, done = f"{method} at {tolerance:g}", "", 0
+    how, why, done, decided = f"{method} at {tolerance:g}", "", 0, True
     try:
         for k, control in enumerate(script.controls):
             field.hold(control)
@@ -142,10 +173,11 @@ def integrated(
                 raise NotCertifiable(f"the motion has no bounds from {end:.4g} s on")
             states[k + 1], done = y, k + 1
     except NotCertifiable as reason:
-        why = str(reason)
+        why, decided = str(reason), not isinstance(reason, Undecided)
     return Course(
-        states, done * script.period, how, field.evaluations, tuple(events), why, clock() - begin
-    )
+        states, done * script.period, how, field.evaluations, tuple(events), why, decided,
+        clock() - begin,
+    )  # fmt: skip
 
 
 def _chatters(events: list[float]) -> bool:

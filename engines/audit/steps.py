@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.audit.reference import Reference, largest
+from plumbob.engines.audit.reference import RESOLVED, Reference, largest
 from plumbob.engines.own_motion import OwnModel, Script
 from plumbob.engines.study.order import Order, fit_order
 
 TARGETS = (0.1, 0.01, 1e-3, 1e-4)  # [m] wanted errors
 HALVINGS = 7  # of the model's own step
-RESOLVED = 5.0  # times the reference's uncertainty: an error from there on is quoted
 TRUSTED = 0.2  # of a wanted error: the reference must be known to that
 # Of the error at the model's own step, or a finer one: some step must come nearer to the reference
 # than this, or it is not what the steps tend to.
@@ -88,26 +88,21 @@ def compared(
     reference: Reference,
     budget: float,
     clock: Callable[[], float] = time.perf_counter,
+    executor: Executor | None = None,
+    progress: Callable[[str], None] = lambda what: None,
 ) -> Compared:
     """Run the model's integrators at its own step, twice it where the control allows, and halves of
-    it, within about `budget` [s], and hold each against the reference."""
-    reached = known(reference)
-    ends, own = clock() + budget, round(script.period / model.step)
-    found: list[StepError] = []
-    going = {name: own // 2 if own % 2 == 0 else own for name in model.integrators}
-    # In turns, coarse to fine, so that what the time allows is spread over all.
-    while going and (not found or clock() < ends):
-        for name, parts in list(going.items()):
-            begin = clock()
-            found.append(_held(model, script, reference, name, parts))
-            last = found[-1].at(reached)
-            fine = parts >= 4 * own and last <= 2.0 * float(reference.uncertainty[reached])
-            late = clock() + 2.5 * (clock() - begin) > ends
-            needed = own << (name == model.integrator)  # one halving at least
-            if fine or (late and parts >= needed) or parts >= own << HALVINGS:
-                del going[name]
-            else:
-                going[name] = 2 * parts
+    it, within about `budget` [s], and hold each against the reference. With an `executor` they run
+    beside each other, which costs show."""
+    own = round(script.period / model.step)
+    if executor is None:
+        found = halved(model, script, reference, model.integrators, budget, clock, progress)
+    else:
+        tasks = [
+            executor.submit(halved, model, script, reference, (name,), budget)
+            for name in model.integrators
+        ]
+        found = [step for task in tasks for step in task.result()]
     fixed = [s for s in found if s.integrator == model.integrator]
     as_is = next(s for s in fixed if s.parts == own)
     index = tends(found, as_is, reference)
@@ -121,6 +116,37 @@ def compared(
         observed_order(fixed, reference, index),
         tuple(c for t in TARGETS if (c := cheapest(found, as_is, reference, index, t))),
     )
+
+
+def halved(
+    model: OwnModel,
+    script: Script,
+    reference: Reference,
+    integrators: Sequence[str],
+    budget: float,
+    clock: Callable[[], float] = time.perf_counter,
+    progress: Callable[[str], None] = lambda what: None,
+) -> list[StepError]:
+    """Runs of some integrators, in turns, coarse to fine, so that what the time allows is spread
+    over all: about `budget` [s]."""
+    reached = known(reference)
+    ends, own = clock() + budget, round(script.period / model.step)
+    found: list[StepError] = []
+    going = {name: own // 2 if own % 2 == 0 else own for name in integrators}
+    while going and (not found or clock() < ends):
+        for name, parts in list(going.items()):
+            begin = clock()
+            progress(f"{name} at {script.period / parts:.3g} s")
+            found.append(held(model, script, reference, name, parts))
+            last = found[-1].at(reached)
+            fine = parts >= 4 * own and last <= 2.0 * float(reference.uncertainty[reached])
+            late = clock() + 2.5 * (clock() - begin) > ends
+            needed = own << (name == model.integrator)  # one halving at least
+            if fine or (late and parts >= needed) or parts >= own << HALVINGS:
+                del going[name]
+            else:
+                going[name] = 2 * parts
+    return found
 
 
 def known(reference: Reference) -> int:
@@ -213,9 +239,10 @@ def balances(model: OwnModel, steps: Array, reference: Array, index: int) -> tup
     return tuple(dict.fromkeys(found))
 
 
-def _held(
+def held(
     model: OwnModel, script: Script, reference: Reference, integrator: str, parts: int
 ) -> StepError:
+    """What `parts` steps of an integrator in a control period make of the motion."""
     run = model.stepped(script, integrator, parts)
     apart = np.linalg.norm(model.positions(run.states) - reference.positions, axis=2)
     off = model.coordinates(run.states, reference.course.states)

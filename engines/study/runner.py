@@ -176,7 +176,7 @@ def _worked_out(
     def begun(key: Hashable) -> None:
         progress(tasks[key].label, len(found), len(tasks))
 
-    with _pool(executor, min(jobs, len(tasks)) - 1) as pool:
+    with pool_of(executor, min(jobs, len(tasks)) - 1) as pool:
         if pool is None:
             for key, task in tasks.items():
                 begun(key)
@@ -220,7 +220,7 @@ def pairs(scenes: Sequence[Scene], methods: Sequence[Method]) -> list[tuple[Scen
 
 
 @contextmanager
-def _pool(executor: Executor | None, jobs: int) -> Iterator[Executor | None]:
+def pool_of(executor: Executor | None, jobs: int) -> Iterator[Executor | None]:
     """The executor, or a pool of processes, which end at once where an error or an interrupt does;
     None for no jobs."""
     if executor is not None or jobs < 1:

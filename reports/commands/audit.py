@@ -7,6 +7,8 @@ import json
 import shlex
 import sys
 import warnings
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -16,10 +18,11 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
+from plumbob.engines.audit.contacts import HEADINGS, SPEED, ContactAudit, Measured
 from plumbob.engines.audit.controls import KINDS
 from plumbob.engines.registry import engines
 from plumbob.reports.commands import values
-from plumbob.reports.judge.audit import BUDGET, audit
+from plumbob.reports.judge.audit import BUDGET, audit, audit_contacts
 from plumbob.reports.view.audit.text import lines
 
 MISSED = 1  # the accuracy asked for
@@ -41,10 +44,23 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--budget", metavar="SECONDS", help=f"wall time, about; default: {BUDGET:g}"
     )
+    parser.add_argument("--jobs", metavar="N", help="processes that try integrators; default: 1")
     parser.add_argument(
         "--write-trimmed",
         metavar="FILE.xml",
         help="write the model without what this motion does not need, to this new file",
+    )
+    parser.add_argument(
+        "--contacts", action="store_true",
+        help="the contact audit: the free body slides, turns and is pushed on its plane, joints "
+        "locked, with the file's friction settings and those of `plumbob settings`",
+    )  # fmt: skip
+    parser.add_argument("--body", metavar="NAME", help="--contacts: which body; the heaviest")
+    parser.add_argument(
+        "--speed", metavar="V", help=f"--contacts: [m/s] at which it slides; default: {SPEED:g}"
+    )
+    parser.add_argument(
+        "--friction", metavar="F", help="--contacts: the coefficient, in place of the file's"
     )
     parser.add_argument("--out", metavar="DIR", help="write the page audit-NAME.html there")
     parser.add_argument("--json", action="store_true", help="print JSON, with every digit")
@@ -54,46 +70,102 @@ def command(chosen: argparse.Namespace) -> int:
     """Print the audit; returns 1 where an accuracy asked for is missed."""
     numbers = {
         name: values.positive_number(name.replace("_", " "), text)
-        for name in ("ctrl_period", "duration", "absolute", "budget")
+        for name in ("ctrl_period", "duration", "absolute", "budget", "speed", "friction")
         if (text := getattr(chosen, name)) is not None
     }
     target = None if chosen.write_trimmed is None else new_file(Path(chosen.write_trimmed))
     if chosen.out is not None and Path(chosen.out).exists() and not Path(chosen.out).is_dir():
         raise ParameterError("out", chosen.out, "a folder to write into")
+    _fits(chosen)
+    if chosen.contacts:
+        return _contacts(chosen, numbers)
     control = chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl))
-    found = audit(
-        Path(chosen.model), control, keyframe=chosen.keyframe, duration=numbers.get("duration"),
-        period=numbers.get("ctrl_period"), budget=numbers.get("budget", BUDGET),
-    )  # fmt: skip
+    from plumbob.reports.commands.validate import progress
+
+    jobs = 1 if chosen.jobs is None else values.count("jobs", chosen.jobs)
+    with progress() as show:
+        found = audit(
+            Path(chosen.model), control, keyframe=chosen.keyframe,
+            duration=numbers.get("duration"), period=numbers.get("ctrl_period"),
+            budget=numbers.get("budget", BUDGET), jobs=jobs, progress=lambda what: show(what, 0, 0),
+        )  # fmt: skip
     if target is not None:
         trimmed_file(found, Path(chosen.model), target)
     if chosen.out is not None:
-        print(page(found, Path(chosen.out), chosen), file=sys.stderr)
+        from plumbob.reports.view.audit.page import write_audit_page
+
+        print(page(partial(write_audit_page, found), found, chosen), file=sys.stderr)
     if chosen.json:
         json.dump(values.plain(as_data(found)), sys.stdout, indent=1)
         print()
     else:
         print("\n".join(lines(found)))
-    if "absolute" not in numbers:
+    return _within(found, numbers.get("absolute"))
+
+
+def _within(found: Audit | ContactAudit, metres: float | None) -> int:
+    if metres is None:
         return 0
     try:
-        found.assert_within(numbers["absolute"])
+        found.assert_within(metres)
     except AssertionError as why:
         print(f"plumbob: {why}", file=sys.stderr)
         return MISSED
     return 0
 
 
-def page(found: Audit, folder: Path, chosen: argparse.Namespace) -> Path:
-    """Write the page; raises ParameterError where it cannot be written."""
-    from plumbob.reports.view.audit.page import write_audit_page
+def _fits(chosen: argparse.Namespace) -> None:
+    """Raises ParameterError for an option of one audit that is given to the other."""
+    motion = ("ctrl", "ctrl_period", "duration", "budget", "jobs", "write_trimmed")
+    for name in motion if chosen.contacts else ("body", "speed", "friction"):
+        if (value := getattr(chosen, name)) not in (None, "rest"):
+            what = "left out with --contacts" if chosen.contacts else "given with --contacts"
+            raise ParameterError(name.replace("_", " "), value, what)
 
-    options = ("keyframe", "ctrl", "ctrl_period", "duration", "budget")
+
+def _contacts(chosen: argparse.Namespace, numbers: dict[str, float]) -> int:
+    from plumbob.reports.view.audit.contact_page import write_contact_page
+    from plumbob.reports.view.audit.contacts import contact_lines
+
+    found = audit_contacts(
+        Path(chosen.model), speed=numbers.get("speed", SPEED), body=chosen.body,
+        friction=numbers.get("friction"), keyframe=chosen.keyframe,
+    )  # fmt: skip
+    if chosen.out is not None:
+        print(page(partial(write_contact_page, found), found, chosen), file=sys.stderr)
+    if chosen.json:
+        json.dump(values.plain(contact_data(found)), sys.stdout, indent=1)
+        print()
+    else:
+        print("\n".join(contact_lines(found)))
+    return _within(found, numbers.get("absolute"))
+
+
+def page(
+    write: Callable[[Path, str, bytes | None], Path],
+    found: Audit | ContactAudit,
+    chosen: argparse.Namespace,
+) -> Path:
+    """Write the page by `write`, into a folder, with the command that reproduces it and a picture
+    of the model; raises ParameterError where it cannot be written."""
+    options = (
+        "keyframe",
+        "ctrl",
+        "ctrl_period",
+        "duration",
+        "budget",
+        "jobs",
+        "body",
+        "speed",
+        "friction",
+    )
+    folder = Path(chosen.out)
     given = [(o, v) for o in options if (v := getattr(chosen, o)) not in (None, "rest")]
     words = [w for o, v in given for w in (f"--{o.replace('_', '-')}", str(v))]
+    words += ["--contacts"] * chosen.contacts
     command = shlex.join(["plumbob", "audit", chosen.model, *words, "--out", chosen.out])
     try:
-        return write_audit_page(found, folder, command)
+        return write(folder, command, found.model.picture() if found.model else None)
     except OSError as error:
         raise ParameterError("out", str(folder), f"a folder to write into ({error})") from None
 
@@ -178,5 +250,47 @@ def as_data(found: Audit) -> dict[str, Any]:
              "accepted": t.accepted(found.error)}
             for t in (*found.trims.each, *filter(None, [found.trims.together]))
         ],
+        "slides": found.slides or None,
         "seconds": found.seconds,
     }  # fmt: skip
+
+
+def contact_data(found: ContactAudit) -> dict[str, Any]:
+    """A contact audit as plain data."""
+    body = found.standing
+
+    def run(one: Measured, predicted: Any = None) -> dict[str, Any]:
+        return {
+            "step": one.step,
+            "distances": one.distances,
+            "errors": found.errors(one),
+            "predicted_errors": predicted,
+            "direction_dependence": found.dependence(one),
+            "turned": one.turned,
+            "drift": one.drift,
+            "turn": one.turning.turn if one.turning and one.turning.rests else None,
+        }
+
+    return {
+        "model": found.name,
+        "integrator": found.integrator,
+        "step": found.step,
+        "body": {**body.__dict__, "points": body.points},
+        "speed": found.speed,
+        "spin": found.spin,
+        "headings": HEADINGS,
+        "distance": found.exact,
+        "not_determined": found.why,
+        "compared_with": found.distances,
+        "known_to": found.known,
+        "turn": found.exact_turn,
+        "turn_not_determined": found.why_turn,
+        "own": [run(one) for one in found.own],
+        "pasted": [run(one, found.predicted(one)) for one in found.pasted],
+        "not_run": found.failed,
+        "method": found.method,
+        "stiffness": found.stiffness,
+        "to_paste": found.snippet,
+        "notes": found.notes,
+        "seconds": found.seconds,
+    }

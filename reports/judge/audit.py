@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit, audited
+from plumbob.engines.audit.contacts import SPEED, ContactAudit, contacts_audited, rests
 from plumbob.engines.audit.controls import script
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.engines.registry import engines
+from plumbob.engines.study.runner import pool_of
 
 BUDGET = 60.0  # [s] of wall time
 
@@ -23,13 +27,17 @@ def audit(
     duration: float | None = None,
     period: float | None = None,
     budget: float = BUDGET,
+    jobs: int = 1,
+    progress: Callable[[str], None] = lambda what: None,
 ) -> Audit:
     """How wrong `model`, a path to an MJCF file or a compiled `mujoco.MjModel`, is at its own
     integrator and step: its continuous motion is certified, and its steps are held against it.
 
     `control` is "rest", "zero", "sines" or values of shape (periods, actuators), held for `period`
-    [s]; the motion lasts `duration` [s]; the whole takes about `budget` [s]. Raises ParameterError
-    for bad input, and for a model that no reference can be certified for, with the reason.
+    [s]; the motion lasts `duration` [s]; the whole takes about `budget` [s]. With more
+    `jobs` integrators run in as many processes; costs are then measured beside each other.
+    `progress` is given what is being done. Raises ParameterError for bad input, and for a model
+    that no reference can be certified for, with the reason.
 
     >>> import mujoco
     >>> rod = '''<mujoco><worldbody><body><joint axis="0 1 0"/>
@@ -48,4 +56,54 @@ def audit(
         moved = script(own, control, duration, period)
     except NotCertifiable as why:
         raise ParameterError("model", name, f"one that has a continuous motion; {why}") from None
-    return audited(own, moved, control if isinstance(control, str) else "given", budget)
+    named = control if isinstance(control, str) else "given"
+    with pool_of(None, 0 if jobs < 2 else jobs) as pool:
+        found = audited(own, moved, named, budget, executor=pool, progress=progress)
+    return replace(found, slides=_slides(model, keyframe))
+
+
+def _slides(model: Any, keyframe: int | str | None) -> str:
+    """The free body of `model` that a contact audit can slide; empty where there is none."""
+    ready = engines()["mujoco"].own_contacts
+    assert ready is not None
+    try:
+        standing = ready(model, keyframe, None, None).standing
+    except NotCertifiable:
+        return ""
+    return standing.body if rests(standing) else ""
+
+
+def audit_contacts(
+    model: Any,
+    *,
+    speed: float = SPEED,
+    body: str | None = None,
+    friction: float | None = None,
+    keyframe: int | str | None = None,
+) -> ContactAudit:
+    """How far the free body `body` of `model` (the heaviest) slides on its plane from `speed`
+    [m/s], drifts under a push and depends on direction, with the model's own friction settings and
+    those of `plumbob settings`, beside Coulomb's answer. Joints are locked in the posture of the
+    start; `friction` replaces the coefficients of the model. `model` is a path to an MJCF file or a
+    compiled `mujoco.MjModel`. Raises ParameterError for bad input, and for a model that has no such
+    body, with the reason.
+
+    >>> import mujoco
+    >>> box = '''<mujoco><worldbody><geom name="floor" type="plane" size="9 9 1"/>
+    ...   <body name="box" pos="0 0 .1"><freejoint/><geom type="box" size=".1 .2 .02"/></body>
+    ...   </worldbody></mujoco>'''
+    >>> found = audit_contacts(mujoco.MjModel.from_xml_string(box))
+    >>> round(found.exact, 6), bool(found.error(found.own[0]) > found.error(found.pasted[0]))
+    (0.012742, True)
+    """
+    positive("speed", speed)
+    if friction is not None:
+        positive("friction", friction)
+    name = str(model) if isinstance(model, (str, Path)) else "model"
+    try:
+        ready = engines()["mujoco"].own_contacts
+        assert ready is not None
+        return contacts_audited(ready(model, keyframe, body, friction), speed)
+    except NotCertifiable as why:
+        what = f"one whose contacts can be audited; {why}"
+        raise ParameterError("model", name, what) from None

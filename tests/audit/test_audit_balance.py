@@ -6,8 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
+from plumbob.tests.audit.bodies_on_planes import texts
 from plumbob.tests.audit.scenes_as_models import ball, ready
 
 FALLING = """<mujoco><option timestep="0.01" integrator="{}"/><worldbody>
@@ -24,11 +26,13 @@ def audit_of(text: str, duration: float) -> Audit:
 
 def test_energy_error_of_a_fall_is_that_of_the_step() -> None:
     """Semi-implicit Euler falls g h t/2 too far with the right speed: m g^2 h t/2 too little."""
-    (energy,) = audit_of(FALLING.format("Euler"), 0.4).balances
-    assert energy.name == "energy"
+    energy, momentum = audit_of(FALLING.format("Euler"), 0.4).balances
+    assert (energy.name, momentum.name) == ("energy", "momentum")
+    assert momentum.continuous == pytest.approx(2 * 9.81 * 0.4)
+    assert momentum.apart < 1e-9
     assert energy.apart == pytest.approx(2 * 9.81**2 * 0.01 * 0.4 / 2, rel=1e-6)
     assert energy.continuous < 1e-9
-    (exact,) = audit_of(FALLING.format("RK4"), 0.4).balances
+    exact, _ = audit_of(FALLING.format("RK4"), 0.4).balances
     assert exact.apart < 1e-9
 
 
@@ -39,6 +43,22 @@ def test_penetration_is_beside_the_continuous_one() -> None:
     assert 0.0 < depth.apart < depth.own
     lowest = 0.1 - np.min(found.reference.positions[:, 1, 2])
     assert depth.continuous == pytest.approx(lowest, abs=1e-9)
+
+
+def test_slip_is_the_speed_across_the_normal() -> None:
+    """A body that slides: its speed falls by f g t, and its feet slip at that."""
+    text = texts()["four-footed box"].replace(
+        "</mujoco>",
+        '<keyframe><key qpos="0 0 .0395 1 0 0 0" qvel=".5 0 0 0 0 0"/></keyframe></mujoco>',
+    )
+    model = own_model(mujoco.MjModel.from_xml_string(text), "box", 0)
+    states = model.stepped(script(model, duration=0.1), "euler", 10).states
+    slip = model.readings(states)["slip"]
+    speeds = np.linalg.norm(states[:, 7:9], axis=1)
+    touching = slip > 0.0  # default contacts leave the plane now and then
+    assert np.count_nonzero(touching) >= 3
+    assert slip[touching] == pytest.approx(speeds[touching], rel=0.05)
+    assert speeds[-1] < speeds[0] - 0.2
 
 
 def test_limits_that_are_exceeded_are_reported() -> None:

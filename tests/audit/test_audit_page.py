@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
+import zlib
 from html import unescape
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from plumbob.engines.adapters.mujoco.own_model import picture as picture_module
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
 from plumbob.reports.advice.work_precision import front
@@ -59,6 +63,32 @@ def test_front_leaves_out_what_is_worse(found: Audit) -> None:
             if s.ns_per_second < step.ns_per_second and s.at(index) < step.at(index)
         ]  # fmt: skip
         assert (step in kept) <= (not better)
+
+
+def test_a_picture_is_on_the_page_where_there_is_one(found: Audit) -> None:
+    assert "No picture of the model" in render(found, "")
+    page = render(found, "", b"drawn")
+    assert "No picture of the model" not in page
+    assert f'src="data:image/png;base64,{base64.b64encode(b"drawn").decode()}"' in page
+
+
+def test_pictures_are_pngs_of_their_pixels() -> None:
+    pixels = np.random.default_rng(0).integers(0, 256, (5, 7, 3), np.uint8)
+    content = picture_module.png(pixels)
+    assert content.startswith(b"\x89PNG\r\n\x1a\n")
+    begin = content.index(b"IDAT")
+    size = int.from_bytes(content[begin - 4 : begin])
+    rows = np.frombuffer(zlib.decompress(content[begin + 4 : begin + 4 + size]), np.uint8)
+    assert np.array_equal(rows.reshape(5, 22)[:, 1:].reshape(5, 7, 3), pixels)
+    assert int.from_bytes(content[begin + 4 + size :][:4]) == zlib.crc32(
+        content[begin:][: 4 + size]
+    )
+
+
+def test_a_machine_that_cannot_draw_gives_no_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = ball(0.12)
+    monkeypatch.setattr("sys.executable", "/bin/false")
+    assert picture_module.picture(model, model.qpos0) is None
 
 
 def test_page_is_written_whole(found: Audit, tmp_path: Path) -> None:

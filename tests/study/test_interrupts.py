@@ -12,7 +12,7 @@ from plumbob.engines.study import runner
 
 
 def test_processes_never_see_an_interrupt() -> None:
-    with runner._pool(None, 1) as pool:
+    with runner.pool_of(None, 1) as pool:
         assert pool is not None
         with runner._interrupts_held():
             blocked = pool.submit(signal.pthread_sigmask, signal.SIG_BLOCK, ())
@@ -33,7 +33,7 @@ def test_processes_end_with_what_began_them() -> None:
 
 
 def _interrupted_while_a_process_sleeps() -> None:
-    with runner._pool(None, 1) as pool:
+    with runner.pool_of(None, 1) as pool:
         assert pool is not None
         pool.submit(time.sleep, 3600.0)  # [s]: not waited for
         raise KeyboardInterrupt

@@ -15,6 +15,7 @@ from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import Engine, FileCheck, Method, Settings, Simulation, Trimming
+from plumbob.engines.own_contacts import ContactModel
 from plumbob.engines.own_motion import Change, OwnModel
 from plumbob.models.scene import Case
 
@@ -103,6 +104,20 @@ def model_of_own(model: Any, keyframe: int | str | None = None) -> OwnModel:
     return replace(found, idle=needless_stages(found.effective))
 
 
+def contacts_of_own(
+    model: Any, keyframe: int | str | None, body: str | None, friction: float | None
+) -> ContactModel:
+    """A free body of a user's model, from a file or compiled, on its plane; raises ParameterError
+    and NotCertifiable."""
+    from plumbob.engines.adapters.mujoco.user_contacts import own_contacts
+    from plumbob.engines.adapters.mujoco.user_file import compiled_model
+
+    if isinstance(model, (str, Path)):
+        compiled = compiled_model(Path(model), "model")
+        return own_contacts(compiled, Path(model).name, keyframe, body, friction)
+    return own_contacts(model, "model", keyframe, body, friction)
+
+
 def write_trimmed(source: Path, left_out: Sequence[Change], target: Path) -> None:
     """Write the model file `source` with these left out to `target`; raises ParameterError."""
     from plumbob.engines.adapters.mujoco.own_model.left_out import write
@@ -123,6 +138,7 @@ ENGINE = Engine(
     check_file=check_file,
     model_text=model_text,
     own_model=model_of_own,
+    own_contacts=contacts_of_own,
     write_trimmed=write_trimmed,
     scheme=scheme,
 )

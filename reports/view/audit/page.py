@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 from importlib import metadata
 from pathlib import Path
 
@@ -30,26 +31,38 @@ SHOWN = 4  # steps of the own integrator in the figure over time
 MOST_PAIRS = 24  # in the contact timeline
 
 
-def write_audit_page(found: Audit, folder: Path, command: str) -> Path:
+def write_audit_page(found: Audit, folder: Path, command: str, drawn: bytes | None = None) -> Path:
     """Write `audit-NAME.html` into `folder`, whole or not at all, and return its path; `command` is
-    what reproduces it. Raises OSError where the folder cannot be written."""
+    what reproduces it, `drawn` a PNG of the model. Raises OSError where the folder cannot be
+    written."""
     name = Path(found.name).stem or "model"
-    return written(render(found, command), folder, f"audit-{name}.html")
+    return written(render(found, command, drawn), folder, f"audit-{name}.html")
 
 
-def render(found: Audit, command: str) -> str:
-    """The page of an audit as HTML."""
+def render(found: Audit, command: str, drawn: bytes | None = None) -> str:
+    """The page of an audit as HTML; `drawn` is a PNG of the model."""
     return filled(
         "audit.html.jinja",
-        audit=found,
+        title=f"how wrong is {found.name}",
+        heading=f"How wrong is {found.name}?",
+        lead="The model as it stands, on one motion. Its continuous motion, without time steps, is "
+        "certified by two computations, and its own steps are compared with that. Nothing here "
+        "says how near the model is to reality.",
         answer=Table("The answer", ("", ""), tuple(row(*pair) for pair in rows(found))),
         figures=figures(found),
         tables=tuple(table for table in (steps_table(found), trims_table(found)) if table),
+        code="",
+        picture=as_text(drawn),
         command=command,
         versions=", ".join(f"{n} {metadata.version(n)}" for n in ("mujoco", "numpy", "scipy")),
         seconds=f"{found.seconds:.3g}",
         styles={},
     )
+
+
+def as_text(drawn: bytes | None) -> str:
+    """A PNG as a page takes it; empty where there is none."""
+    return "" if drawn is None else base64.b64encode(drawn).decode("ascii")
 
 
 def figures(found: Audit) -> tuple[Figure, ...]:

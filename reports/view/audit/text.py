@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from types import MappingProxyType
 
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.ensemble import FINER, MEANS, STANDS_OUT, Likely
-from plumbob.engines.audit.steps import RESOLVED, TARGETS, Balance, Compared, StepError, horizon
+from plumbob.engines.audit.reference import RESOLVED
+from plumbob.engines.audit.steps import TARGETS, Balance, Compared, StepError, horizon
 from plumbob.engines.audit.trims import Trim
 
+UNITS = MappingProxyType({"momentum": "kg m/s", "penetration": "m", "slip": "m/s"})
 NOTICED = 1e-6  # [m]: a smaller error at an earlier time is not mentioned
 WIDTH = 13  # of the first column
 
@@ -29,6 +32,8 @@ def rows(found: Audit) -> list[tuple[str, str]]:
     if found.found is not None:
         said += list(_compared(found, found.found))
     said += [("model", _model(found))]
+    if found.slides:
+        said += [("more", f"{found.slides} rests on a plane: --contacts tells how it slides")]
     beyond = "" if found.found is None else f"; t > {found.until:.3g} s"
     return [*said, ("not claimed", f"other motions; reality{beyond}")]
 
@@ -84,15 +89,20 @@ def _likely(means: Likely) -> str:
 
 def _contacts(found: Audit) -> str:
     events = len(found.reference.course.events)
-    counted = f"{events} begin or end, counted along the reference" if events else "none changes"
+    rate = events / max(found.reference.course.until, found.script.period)
+    counted = f"{events} begin or end along the reference, {rate:.2g} a second"
+    counted = counted if events else "none changes"
     return "; ".join(part for part in (counted, found.reference.not_smooth) if part)
 
 
 def balance(read: Balance) -> str:
     """A reading at the own step beside the continuous motion's, in words."""
+    unit = UNITS.get(read.name, "m or rad")
     if read.name == "energy":
         return f"energy differs by {read.apart:.2g} J; it changes by {read.continuous:.2g} J"
-    return f"{read.name} {read.own:.2g}, continuously {read.continuous:.2g}"
+    if read.name == "momentum":
+        return f"momentum differs by {read.apart:.2g} of {read.continuous:.2g} {unit}"
+    return f"{read.name} {read.own:.2g} {unit}, continuously {read.continuous:.2g} {unit}"
 
 
 def _trims(found: Audit) -> str:

@@ -14,10 +14,13 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.own_motion import NotCertifiable
+from plumbob.engines.adapters.mujoco.own_model.readings import pair_name
+from plumbob.engines.own_motion import NotCertifiable, Undecided
 
 MOST_IN_LAYER = 4  # contacts: their 16 on-off states are all evaluated
 BEYOND = 1e-6  # of its range: an activation as near to its limit as that may rest there
+ROUNDING = 1e-14  # of one metre and a place: a gap as small is zero but for rounding
+ZEROS = 10  # steps at whose ends a moving contact has such a gap: no event that is passed
 ITERATIONS = 60  # of Newton's method; it converges in a few
 _FROM_THE_START = int(mujoco.mjtStage.mjSTAGE_NONE)
 _AFTER_POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
@@ -44,6 +47,7 @@ class ContinuousField:
     def __init__(self, model: Any, start: Any, width: float = 0.0) -> None:
         self.model, self.data, self.width = model, mujoco.MjData(model), width
         self.evaluations = 0
+        self.zeros = 0  # steps at whose ends a gap was zero but for rounding
         if model.nmocap:
             self.data.mocap_pos[:], self.data.mocap_quat[:] = start.mocap_pos, start.mocap_quat
         self.data.qfrc_applied[:], self.data.xfrc_applied[:] = 0.0, 0.0
@@ -135,6 +139,32 @@ class ContinuousField:
             total += weight * data.qacc
         return total
 
+    def _decided(self) -> None:
+        """Raises Undecided where a contact of moving bodies keeps a gap of zero but for rounding,
+        which alone decides whether it acts: no motion opens or closes it."""
+        data = self.data
+        if not data.ncon or not data.qvel.any():
+            return
+        gaps = np.abs(data.contact.dist - data.contact.includemargin)
+        sizes = 1.0 + np.abs(data.contact.pos).max(axis=1)
+        at = int(np.argmin(gaps / sizes))
+        if gaps[at] > ROUNDING * sizes[at] or self._opens(data.contact[at]):
+            return
+        self.zeros += 1
+        if self.zeros >= ZEROS:
+            pair = pair_name(self.model, data.contact.geom[at])
+            raise Undecided(f"{pair} have a gap of zero, and rounding decides if they touch")
+
+    def _opens(self, contact: Any) -> bool:
+        """Whether any speed would change the gap of a contact."""
+        if contact.geom.min() < 0:
+            return True  # of a flex
+        one, other = np.zeros((3, self.model.nv)), np.zeros((3, self.model.nv))
+        for body, jacobian in zip(self.model.geom_bodyid[contact.geom], (one, other), strict=True):
+            mujoco.mj_jac(self.model, self.data, jacobian, None, contact.pos, body)
+        across = np.abs(other - one).max()
+        return bool(np.abs(contact.frame[:3] @ (other - one)).max() > ROUNDING * (1.0 + across))
+
     def _converged(self) -> None:
         data = self.data
         if data.nefc and data.solver_niter[0] >= ITERATIONS:
@@ -152,8 +182,9 @@ class ContinuousField:
         return whole
 
     def active(self) -> bytes:
-        """See `Field`."""
+        """See `Field`; raises Undecided."""
         data = self.data
+        self._decided()
         touching = data.contact.geom.tobytes() if data.ncon else b""
         acting: bytes = data.efc_id.tobytes() + (data.efc_force != 0).tobytes() + touching
         return acting

@@ -17,6 +17,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.own_model import left_out
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, exact_solver
+from plumbob.engines.adapters.mujoco.own_model.picture import picture
 from plumbob.engines.adapters.mujoco.own_model.readings import readings, touching
 from plumbob.engines.own_motion import Change, NotCertifiable, Script, Stepped
 
@@ -154,6 +155,10 @@ class MujocoModel:
         """See `OwnModel`."""
         return touching(self.effective, self._begun(self.effective), states)
 
+    def picture(self) -> bytes | None:
+        """See `OwnModel`."""
+        return picture(self.effective, self.start.qpos)
+
     def starts(self, count: int, size: float) -> Array:
         """See `OwnModel`."""
         model, random = self.effective, np.random.default_rng(0)
@@ -182,16 +187,23 @@ def own_model(model: Any, name: str, keyframe: int | str | None = None) -> Mujoc
     if not 0.0 < model.opt.timestep < math.inf:
         raise ParameterError("model", name, f"one with a step above 0, not {model.opt.timestep:g}")
     refused(model)
-    data = mujoco.MjData(model)
-    if keyframe is not None:
-        mujoco.mj_resetDataKeyframe(model, data, _keyframe(model, keyframe))
-    mujoco.mj_forward(model, data)
+    data = started(model, keyframe)
     step = float(model.opt.timestep)
     effective, clamped = clamped_for(model, step)
     integrator = next((n for n in INTEGRATORS if int(_kind(n)) == int(model.opt.integrator)), "")
     if not integrator:
         raise NotCertifiable(f"its integrator is {mujoco.mjtIntegrator(model.opt.integrator).name}")
     return MujocoModel(name, effective, data, step, integrator, clamped, _notes(model))
+
+
+def started(model: Any, keyframe: int | str | None) -> Any:
+    """The mjData of the compiled `model` at a keyframe, or as it stands, all positions computed;
+    raises ParameterError."""
+    data = mujoco.MjData(model)
+    if keyframe is not None:
+        mujoco.mj_resetDataKeyframe(model, data, _keyframe(model, keyframe))
+    mujoco.mj_forward(model, data)
+    return data
 
 
 @contextmanager

@@ -1,0 +1,240 @@
+"""A free body of a user's model as one rigid piece on a plane: joints locked, all else left out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.engines.own_motion import NotCertifiable
+
+LEVEL = 1e-9  # sine of the angle between gravity and the plane's normal
+CONTACT = ("condim", "priority", "solmix", "margin", "gap", "contype", "conaffinity")
+CONTACT_ARRAYS = ("friction", "solref", "solimp")
+PAIR = ("margin", "gap", "friction", "solref", "solreffriction", "solimp")
+FLOOR, BODY = "floor", "base"
+_SHAPES = (
+    mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_MESH,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class RigidPiece:
+    """The piece as a compiled model whose plane is z = 0, and what it was made of."""
+
+    model: Any  # mjModel: a plane and a free body, whose frame is at its centre of mass
+    spec: Any  # MjSpec of it
+    geoms: tuple[str, ...]  # in the user's model, by the numbers of the body's geoms here
+    body: str
+    plane: str
+    locked: int  # joints
+    inertia: float  # about the vertical [kg m^2]
+    notes: tuple[str, ...]
+
+
+def rigid_piece(
+    model: Any, data: Any, body: str | None, friction: float | None = None
+) -> RigidPiece:
+    """The free body `body`, or the heaviest that a plane can touch, of `model` in the posture of
+    `data`, whose positions are computed, with sliding `friction` in place of its own; raises
+    ParameterError, and NotCertifiable for what cannot be slid on a plane."""
+    if model.opt.enableflags & int(mujoco.mjtEnableBit.mjENBL_OVERRIDE):
+        raise NotCertifiable("the model overrides the settings of every contact")
+    root = _free_body(model, body)
+    inside = [b for b in range(model.nbody) if model.body_rootid[b] == root]
+    plane, geoms = _plane(model, data, root)
+    turn = np.array(data.geom_xmat[plane]).reshape(3, 3)
+    gravity = turn.T @ model.opt.gravity
+    if not gravity[2] < 0.0 or np.hypot(*gravity[:2]) > -LEVEL * gravity[2]:
+        what = "no gravity" if not gravity.any() else "gravity that is not normal to its plane"
+        raise NotCertifiable(f"the model has {what} ({_geom(model, plane)})")
+    centre = data.subtree_com[root]
+    spec = mujoco.MjSpec()
+    spec.worldbody.add_geom(name=FLOOR, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
+    _contact(spec.geoms[0], model, plane)
+    piece = spec.worldbody.add_body(name=BODY)
+    piece.add_freejoint()
+    inertia = turn.T @ _inertia(model, data, inside, centre) @ turn
+    piece.mass, piece.explicitinertial = float(model.body_subtreemass[root]), True
+    piece.inertia, axes = np.linalg.eigh(inertia)
+    axes[:, 2] *= np.linalg.det(axes)  # right-handed
+    piece.iquat = _quaternion(axes)
+    for k, geom in enumerate(geoms):
+        _add_geom(spec, piece, model, data, geom, f"geom_{k}", turn, centre)
+    _pairs(spec, model, plane, geoms)
+    for sliding in (*spec.geoms, *spec.pairs) if friction is not None else ():
+        sliding.friction[: 1 if sliding in spec.geoms else 2] = friction
+    try:
+        compiled = spec.compile()
+    except ValueError as error:
+        reason = " ".join(str(error).split())
+        raise NotCertifiable(f"its geoms cannot be copied ({reason})") from None
+    copy_options(compiled, model)
+    compiled.opt.gravity[:] = 0.0, 0.0, gravity[2]
+    compiled.opt.density = compiled.opt.viscosity = 0.0
+    medium = model.opt.density or model.opt.viscosity
+    notes = ("the medium is left out",) if medium else ()
+    _on_the_plane(compiled)
+    joints = sum(int(model.body_jntnum[b]) for b in inside) - 1
+    names = tuple(_geom(model, geom) for geom in geoms)
+    return RigidPiece(
+        compiled, spec, names, model.body(root).name or f"body {root}", _geom(model, plane), joints,
+        float(inertia[2, 2]), notes,
+    )  # fmt: skip
+
+
+def _free_body(model: Any, name: str | None) -> int:
+    free = [
+        int(model.jnt_bodyid[j])
+        for j in range(model.njnt)
+        if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_FREE
+    ]
+    if not free:
+        raise NotCertifiable("the model has no free body: nothing in it slides on a plane")
+    names = {model.body(b).name or f"body {b}": b for b in free}
+    if name is not None and name not in names:
+        raise ParameterError("body", name, f"a free body: {', '.join(names)}")
+    return names[name] if name is not None else max(free, key=lambda b: model.body_subtreemass[b])
+
+
+def _plane(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
+    """The plane under the body, and the geoms of the body that it can touch."""
+    own = [g for g in range(model.ngeom) if model.body_rootid[model.geom_bodyid[g]] == root]
+    fixed = [
+        g
+        for g in range(model.ngeom)
+        if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_PLANE
+        and model.body_weldid[model.geom_bodyid[g]] == 0
+    ]
+    found = {plane: [g for g in own if _collide(model, plane, g)] for plane in fixed}
+    found = {plane: geoms for plane, geoms in found.items() if geoms}
+    if not found:
+        raise NotCertifiable("the model has no plane that its free body can touch")
+
+    def lowest(plane: int) -> float:
+        normal = np.array(data.geom_xmat[plane]).reshape(3, 3)[:, 2]
+        return float(
+            (data.geom_xpos[found[plane]] - data.geom_xpos[plane]).dot(normal).min(initial=math.inf)
+        )
+
+    plane = min(found, key=lowest)
+    bad = [g for g in found[plane] if model.geom_type[g] not in [int(s) for s in _SHAPES]]
+    if bad:
+        raise NotCertifiable(f"the shape of {_geom(model, bad[0])} cannot be copied")
+    return plane, found[plane]
+
+
+def _collide(model: Any, plane: int, geom: int) -> bool:
+    if _pair(model, plane, geom) is not None:
+        return True
+    bodies = sorted((int(model.geom_bodyid[plane]), int(model.geom_bodyid[geom])))
+    if (bodies[0] << 16) + bodies[1] in model.exclude_signature.tolist():
+        return False
+    return bool(
+        (model.geom_contype[plane] & model.geom_conaffinity[geom])
+        | (model.geom_contype[geom] & model.geom_conaffinity[plane])
+    )
+
+
+def _pair(model: Any, plane: int, geom: int) -> int | None:
+    both = {plane, geom}
+    return next(
+        (i for i in range(model.npair) if {model.pair_geom1[i], model.pair_geom2[i]} == both), None
+    )
+
+
+def _inertia(model: Any, data: Any, bodies: list[int], centre: Array) -> Array:
+    """About the centre of mass, in the world's axes [kg m^2], shape (3, 3)."""
+    total = np.zeros((3, 3))
+    for b in bodies:
+        axes, arm = np.array(data.ximat[b]).reshape(3, 3), data.xipos[b] - centre
+        total += axes @ np.diag(model.body_inertia[b]) @ axes.T
+        total += model.body_mass[b] * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    return total
+
+
+def _add_geom(
+    spec: Any, piece: Any, model: Any, data: Any, geom: int, name: str, turn: Array, centre: Array
+) -> None:
+    quaternion = _quaternion(turn.T @ np.array(data.geom_xmat[geom]).reshape(3, 3))
+    place = turn.T @ (data.geom_xpos[geom] - centre)
+    added = piece.add_geom(
+        name=name, type=mujoco.mjtGeom(int(model.geom_type[geom])), pos=place, quat=quaternion
+    )
+    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
+        mesh = int(model.geom_dataid[geom])
+        added.meshname = f"mesh_{mesh}"
+        if all(m.name != added.meshname for m in spec.meshes):
+            first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+            copied = spec.add_mesh(name=added.meshname)
+            copied.uservert = model.mesh_vert[first : first + count].ravel().tolist()
+            first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+            copied.userface = model.mesh_face[first : first + count].ravel().tolist()
+            copied.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+    else:
+        added.size = model.geom_size[geom]
+    _contact(added, model, geom)
+
+
+def _contact(target: Any, model: Any, geom: int) -> None:
+    for name in CONTACT:
+        value = getattr(model, f"geom_{name}")[geom]
+        setattr(target, name, float(value) if name in ("solmix", "margin", "gap") else int(value))
+    for name in CONTACT_ARRAYS:
+        setattr(target, name, getattr(model, f"geom_{name}")[geom])
+
+
+def _pairs(spec: Any, model: Any, plane: int, geoms: list[int]) -> None:
+    for k, geom in enumerate(geoms):
+        if (i := _pair(model, plane, geom)) is not None:
+            added = spec.add_pair(geomname1=FLOOR, geomname2=f"geom_{k}")
+            added.condim = int(model.pair_dim[i])
+            for name in PAIR:
+                setattr(added, name, getattr(model, f"pair_{name}")[i])
+
+
+def copy_options(target: Any, model: Any) -> None:
+    """Give the compiled model `target` every option of `model`."""
+    for name in dir(model.opt):
+        value = getattr(model.opt, name)
+        if name.startswith("_") or callable(value):
+            continue
+        if isinstance(value, np.ndarray):
+            getattr(target.opt, name)[:] = value
+        else:
+            setattr(target.opt, name, value)
+
+
+def _on_the_plane(model: Any) -> None:
+    """Lower the piece until it touches, in its posture at the start; changed in place."""
+    far = mujoco.mjMAXVAL
+    near = mujoco.MjData(model)
+    margins = (model.geom_margin, model.pair_margin, model.body_margin)
+    extent = 4.0 * float(np.linalg.norm(model.geom_pos, axis=1).max() + model.geom_rbound.max())
+    kept = [(field, field.copy()) for field in margins]
+    for field in margins:
+        field[:] = 2.0 * extent
+    near.qpos[:3] = 0.0, 0.0, extent
+    mujoco.mj_forward(model, near)
+    gap = min((float(contact.dist) for contact in near.contact), default=far)
+    for field, before in kept:
+        field[:] = before
+    if gap == far:
+        raise NotCertifiable("no contact with the plane is made: contacts may be disabled")
+    model.qpos0[2] = extent - gap
+
+
+def _quaternion(axes: Array) -> Array:
+    found = np.zeros(4)
+    mujoco.mju_mat2Quat(found, np.ascontiguousarray(axes).ravel())
+    return found
+
+
+def _geom(model: Any, geom: int) -> str:
+    return model.geom(geom).name or f"geom {geom}"

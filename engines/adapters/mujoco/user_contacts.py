@@ -1,0 +1,309 @@
+"""A user's body on its plane, under its own contacts and under those of `plumbob settings`."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco.contacts import DAMPING, REGULARISATION_RATIO, TOLERANCE
+from plumbob.engines.adapters.mujoco.file_check import frequency_ratio
+from plumbob.engines.adapters.mujoco.own_model.model import silent, started
+from plumbob.engines.adapters.mujoco.own_model.picture import picture
+from plumbob.engines.adapters.mujoco.own_model.rigid_piece import (
+    FLOOR,
+    RigidPiece,
+    copy_options,
+    rigid_piece,
+)
+from plumbob.engines.adapters.mujoco.settings_to_paste import (
+    OWN_STIFFNESS,
+    PAIRS,
+    own_pair,
+    settings,
+)
+from plumbob.engines.method import Method, Settings
+from plumbob.engines.own_contacts import Slide, Standing
+from plumbob.engines.own_motion import NotCertifiable
+from plumbob.engines.registry import method as find_method
+
+SETTLING, LONGEST = 0.5, 5.0  # [s]
+AT_REST = 1e-4  # [m/s] of any point at a radius of gyration from the centre of mass
+FALLEN = math.radians(15.0)  # a tilt while settling: the body does not stand
+STILL, QUIET = 1e-5, 4  # of the speed at the start, in parts of a run: nothing more happens
+RESTS = 0.01  # of the speed at the start: less is rest
+STABLE = 0.8  # of the largest stiffness at which the body is stable on pasted contacts
+PARTS = 100  # of a run: in none does the body turn by half a revolution
+INTEGRATOR = mujoco.mjtIntegrator
+METHODS = MappingProxyType(
+    {  # whose settings go with an integrator
+        "euler": "mujoco/euler+coulomb",
+        "implicitfast": "mujoco/implicitfast+coulomb",
+        "rk4": "mujoco/rk4+coulomb",
+    }
+)
+
+
+class SettledFloor:
+    """See `Floor`: the compiled piece at a step, at rest."""
+
+    def __init__(self, model: Any, feet: tuple[str, ...], gyration: float) -> None:
+        self.model, self.names, self.gyration = model, feet, gyration
+        self.data = mujoco.MjData(model)
+        with silent():
+            self._settle()
+
+    def _settle(self) -> None:
+        model, data = self.model, self.data
+        count = max(1, round(SETTLING / model.opt.timestep))
+        for _ in range(round(LONGEST / SETTLING)):
+            mujoco.mj_step(model, data, count)
+            up = np.zeros(3)
+            mujoco.mju_rotVecQuat(up, np.array([0.0, 0.0, 1.0]), data.qpos[3:7])
+            if not np.isfinite(up).all() or any(w.number for w in data.warning):
+                raise NotCertifiable(f"the body diverges at rest, at {model.opt.timestep:g} s")
+            if up[2] < math.cos(FALLEN):
+                raise NotCertifiable("the body falls over with its joints locked at the start")
+            if self._speed() < AT_REST:
+                break
+        else:
+            raise NotCertifiable(
+                f"the body does not come to rest within {LONGEST:g} s, at {model.opt.timestep:g} s"
+            )
+        data.qpos[:2], data.qvel[:], data.time = 0.0, 0.0, 0.0
+        mujoco.mj_forward(model, data)
+        self.begun = np.array(data.qpos)
+        self.found = np.array([c.pos - data.qpos[:3] for c in data.contact]).reshape(-1, 3)
+        self.touching = [int(c.geom.max()) for c in data.contact]  # the plane is geom 0
+        self.frictions = [tuple(map(float, c.friction)) for c in data.contact]
+        self.dimensions = [int(c.dim) for c in data.contact]
+
+    def _speed(self) -> float:
+        speed = np.linalg.norm(self.data.qvel[:3]), np.linalg.norm(self.data.qvel[3:])
+        return float(speed[0] + self.gyration * speed[1])
+
+    @property
+    def points(self) -> Array:
+        """See `Floor`."""
+        return self.found
+
+    @property
+    def feet(self) -> tuple[str, ...]:
+        """See `Floor`."""
+        return tuple(dict.fromkeys(self.names[geom - 1] for geom in self.touching))
+
+    def _begin(self) -> None:
+        mujoco.mj_resetData(self.model, self.data)
+        self.data.qpos[:] = self.begun
+
+    def slide(self, heading: float, speed: float, spin: float, duration: float) -> Slide:
+        """See `Floor`."""
+        self._begin()
+        way = np.array([math.cos(heading), math.sin(heading)])
+        self.data.qvel[:2], self.data.qvel[5] = speed * way, spin
+        start = _yaw(self.data.qpos[3:7])
+        count = math.ceil(duration / PARTS / self.model.opt.timestep)
+        turned, still = 0.0, 0
+        least = STILL * (speed + self.gyration * abs(spin))
+        with silent():
+            for _ in range(PARTS):
+                mujoco.mj_step(self.model, self.data, count)
+                still = still + 1 if self._speed() < least else 0
+                now = _yaw(self.data.qpos[3:7])
+                turned += math.remainder(now - start, 2 * math.pi)
+                start = now
+                if still == QUIET:
+                    break
+        moved = self.data.qpos[:2]
+        aside = float(way[0] * moved[1] - way[1] * moved[0])
+        rests = bool(self._speed() < RESTS * (speed + self.gyration * abs(spin)))
+        return Slide(float(moved @ way), aside, turned, rests)
+
+    def drift(self, heading: float, acceleration: float, duration: float) -> float:
+        """See `Floor`."""
+        self._begin()
+        model, half = self.model, max(1, round(duration / 2 / self.model.opt.timestep))
+        weight = float(model.body_mass[1])
+        way = np.array([math.cos(heading), math.sin(heading)])
+        self.data.xfrc_applied[1, :2] = weight * acceleration * way
+        with silent():
+            mujoco.mj_step(model, self.data, half)
+            before = np.array(self.data.qpos[:2])
+            mujoco.mj_step(model, self.data, half)
+        self.data.xfrc_applied[1] = 0.0
+        apart = self.data.qpos[:2] - before
+        return float(np.linalg.norm(apart) / (half * model.opt.timestep))
+
+
+def own_contacts(
+    model: Any, name: str, start: int | str | None, body: str | None, friction: float | None
+) -> MujocoContacts:
+    """The free body `body`, or the heaviest, of the compiled `model` on its plane, in the posture
+    of the keyframe `start`, with sliding `friction` in place of its own; raises ParameterError and
+    NotCertifiable."""
+    step = float(model.opt.timestep)
+    if not 0.0 < step < math.inf:
+        raise ParameterError("model", name, f"one with a step above 0, not {step:g}")
+    with silent():
+        data = started(model, start)
+        return MujocoContacts(
+            name, rigid_piece(model, data, body, friction), model, np.array(data.qpos)
+        )
+
+
+def _yaw(quaternion: Array) -> float:
+    w, x, y, z = quaternion
+    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+
+@dataclass(frozen=True)
+class MujocoContacts:
+    """See `ContactModel`."""
+
+    name: str
+    piece: RigidPiece
+    whole: Any  # mjModel that the piece is of
+    posture: Array  # its generalised coordinates
+
+    @property
+    def step(self) -> float:
+        """See `ContactModel`."""
+        return float(self.piece.model.opt.timestep)
+
+    @property
+    def integrator(self) -> str:
+        """See `ContactModel`."""
+        return str(INTEGRATOR(self.piece.model.opt.integrator).name)[len("mjINT_") :].lower()
+
+    @property
+    def method(self) -> str:
+        """See `ContactModel`; semi-implicit Euler's for an integrator with no settings."""
+        return METHODS.get(self.integrator, METHODS["euler"])
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """See `ContactModel`."""
+        return self.piece.notes
+
+    @cached_property
+    def gyration(self) -> float:
+        """Radius of gyration about the vertical [m]."""
+        return math.sqrt(self.piece.inertia / self.mass)
+
+    @property
+    def mass(self) -> float:
+        """[kg]"""
+        return float(self.piece.model.body_mass[1])
+
+    @cached_property
+    def _settled(self) -> SettledFloor:
+        return SettledFloor(copy.copy(self.piece.model), self.piece.geoms, self.gyration)
+
+    @cached_property
+    def standing(self) -> Standing:
+        """See `ContactModel`; raises NotCertifiable."""
+        floor, piece = self._settled, self.piece
+        if any(dim < 3 for dim in floor.dimensions):
+            raise NotCertifiable("contacts with the plane have no friction (condim 1)")
+        anisotropic = [f for f in floor.frictions if f[0] != f[1]]
+        if anisotropic:
+            raise NotCertifiable("friction has two coefficients, one for each direction")
+        moments = any(
+            (dim > 3 and f[2] > 0.0) or (dim > 4 and f[3] > 0.0)
+            for dim, f in zip(floor.dimensions, floor.frictions, strict=True)
+        )
+        return Standing(
+            piece.body, piece.plane, self.mass, piece.inertia,
+            -float(piece.model.opt.gravity[2]), floor.feet, floor.points[:, :2],
+            -float(floor.points[:, 2].mean()), tuple(f[0] for f in floor.frictions), moments,
+            piece.locked,
+        )  # fmt: skip
+
+    def frictions(self) -> Mapping[str, float]:
+        """{foot: friction coefficient}."""
+        names = [self.piece.geoms[geom - 1] for geom in self._settled.touching]
+        return dict(zip(names, self.standing.friction, strict=True))
+
+    def own(self, step: float) -> SettledFloor:
+        """See `ContactModel`."""
+        model = copy.copy(self.piece.model)
+        model.opt.timestep = step
+        return SettledFloor(model, self.piece.geoms, self.gyration)
+
+    def pasted(self, step: float) -> SettledFloor:
+        """See `ContactModel`."""
+        return SettledFloor(self._pasted(step, self.stiffness), self.piece.geoms, self.gyration)
+
+    @cached_property
+    def stiffness(self) -> float:
+        """See `ContactModel`."""
+        ratio = frequency_ratio(self._pasted(self.step, OWN_STIFFNESS))
+        most = math.sqrt(4 * DAMPING**2 + 4.0 / ratio) - 2 * DAMPING
+        wanted = STABLE * most
+        digits = 10.0 ** (math.floor(math.log10(wanted)) - 1)
+        return min(OWN_STIFFNESS, math.floor(wanted / digits) * digits)
+
+    def _pasted(self, step: float, stiffness: float) -> Any:
+        """The piece with the settings of the method, as they are pasted into MJCF alone."""
+        spec, named = self.piece.spec.copy(), self._named
+        frictions = self.frictions()
+        for pair in list(spec.pairs):
+            spec.delete(pair)
+        fields = own_pair(named, step, 1.0, stiffness)
+        for k, name in enumerate(self.piece.geoms):
+            if name in frictions:
+                added = spec.add_pair(geomname1=FLOOR, geomname2=f"geom_{k}", condim=3)
+                added.friction[:2] = frictions[name]
+                for field, values in fields.items():
+                    getattr(added, field)[: len(values)] = values
+        model = spec.compile()
+        copy_options(model, self.piece.model)
+        model.opt.timestep = step
+        model.opt.integrator = int(
+            getattr(INTEGRATOR, f"mjINT_{named.settings['integrator'].upper()}")
+        )
+        model.opt.cone = int(mujoco.mjtCone.mjCONE_ELLIPTIC)
+        model.opt.impratio, model.opt.tolerance = REGULARISATION_RATIO, TOLERANCE
+        model.qpos0[:] = self._settled.begun
+        return model
+
+    @property
+    def _named(self) -> Method:
+        return find_method(self.method)
+
+    @cached_property
+    def _settings(self) -> Settings:
+        friction = next(iter(self.frictions().values()))
+        return settings(self._named, self.step, self.stiffness, friction)
+
+    @property
+    def first_order(self) -> float | None:
+        """See `ContactModel`."""
+        return self._settings.stop_error_per_speed
+
+    @property
+    def overshoot(self) -> float:
+        """See `ContactModel`: of one contact; the body's modes are damped more."""
+        return 1.0 + math.exp(-math.pi * DAMPING / math.sqrt(1.0 - DAMPING**2))
+
+    def picture(self) -> bytes | None:
+        """See `ContactModel`."""
+        return picture(self.whole, self.posture)
+
+    def snippet(self) -> str:
+        """See `ContactModel`."""
+        pairs = (
+            f'  <pair geom1="{self.piece.plane}" geom2="{foot}" friction="{mu:g} {mu:g}"/>'
+            for foot, mu in self.frictions().items()
+        )
+        lines = "\n".join(("<contact>", *pairs, "</contact>"))
+        return self._settings.snippets[0].mjcf.replace(PAIRS, lines)

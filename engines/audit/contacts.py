@@ -1,0 +1,263 @@
+"""The contact audit: a user's own body slides, turns and is pushed on its plane, under its own
+friction settings and under those of `plumbob settings`, beside Coulomb's answer."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.slider_path import fixed
+from plumbob.analytic.systems.sliding_body import Stance, stopping_distance
+from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.engines.own_contacts import ContactModel, Floor, Slide, Standing
+from plumbob.engines.own_motion import NotCertifiable
+
+SPEED = 0.5  # [m/s]
+HEADINGS = tuple(math.radians(d) for d in sorted({*range(0, 360, 30), *range(45, 360, 90)}))
+TURN_HEADING = math.radians(30.0)
+HALVINGS = 3  # of the model's own step
+PUSH = 0.9  # of the friction limit
+PUSHED = 1.0  # [s]
+LONGER = 3.0  # times the time in which Coulomb friction stops the body: the length of a run
+FLAT = 0.01  # f h over the least distance to the edge of the feet: loads are static within that
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What one kind of contacts makes of the body at one step."""
+
+    step: float  # [s]
+    slides: tuple[Slide, ...]  # by heading
+    turning: Slide | None  # while it turns too
+    drift: float | None  # [m/s] the largest of all headings under the push, at the own step
+    tilts: Array  # displacements by a tilt in deflections of one contact, by heading
+    loaded: Array  # whether every load stays >= 0 as its transient overshoots, by heading
+
+    @property
+    def distances(self) -> Array:
+        """Displacements along each heading [m]; not numbers where it does not stop."""
+        return np.array([s.along if s.rests else np.nan for s in self.slides])
+
+    @property
+    def turned(self) -> float:
+        """[rad] by which the body turned about the vertical when it slid straight on, at most."""
+        return max(abs(s.turn) for s in self.slides)
+
+
+@dataclass(frozen=True)
+class ContactAudit:
+    """How wrong the friction of a user's model is, on its own body, feet and plane."""
+
+    name: str
+    standing: Standing
+    integrator: str
+    step: float  # [s]
+    speed: float  # [m/s]
+    spin: float  # [rad/s] of the run that turns
+    exact: float | None  # stopping distance [m]; None where Coulomb's law does not determine it
+    exact_turn: float | None  # [rad]
+    why: str  # the distance is not determined
+    why_turn: str
+    determined: tuple[bool, ...]  # by heading: every load can stay >= 0
+    own: tuple[Measured, ...]  # coarse to fine; empty where it does not come to rest
+    pasted: tuple[Measured, ...]
+    failed: tuple[str, ...]  # what could not be run, and why
+    method: str
+    stiffness: float
+    first_order: float | None  # predicted error of a distance over the speed at the own step [s]
+    snippet: str
+    notes: tuple[str, ...]
+    seconds: float
+    model: ContactModel | None = None
+
+    @cached_property
+    def distances(self) -> Array:
+        """The stopping distances to compare with [m], by heading: Coulomb's, or what the pasted
+        contacts tend to; not numbers where neither is known."""
+        if self.exact is not None:
+            return np.where(self.determined, self.exact, np.nan)
+        if not self.pasted:
+            return np.full(len(HEADINGS), np.nan)
+        return self.pasted[-1].distances
+
+    @cached_property
+    def known(self) -> float:
+        """[m] to which these distances are known: 0 for Coulomb's; else how far the two finest
+        steps are apart."""
+        if self.exact is not None or len(self.pasted) < 2:
+            return 0.0 if self.exact is not None else math.inf
+        return float(np.nanmax(np.abs(self.pasted[-1].distances - self.pasted[-2].distances)))
+
+    def errors(self, found: Measured) -> Array:
+        """Of stopping distances [m], by heading; infinite where the body does not stop."""
+        apart = found.distances - self.distances
+        return np.where(np.isnan(found.distances) & ~np.isnan(self.distances), np.inf, apart)
+
+    def error(self, found: Measured) -> float:
+        """The largest of them [m]; not a number where none is known."""
+        errors = np.abs(self.errors(found))
+        return float(np.nanmax(errors)) if not np.isnan(errors).all() else math.nan
+
+    def dependence(self, found: Measured) -> float:
+        """Largest less smallest stopping distance over their mean, of the headings at which it is
+        determined; not a number where it does not stop."""
+        these = found.distances[list(self.determined)]
+        return float((these.max() - these.min()) / these.mean()) if these.size else math.nan
+
+    def predicted(self, found: Measured) -> Array | None:
+        """Errors that theory predicts for the pasted contacts [m], by heading: of first order in
+        the step, and of a tilt by the contacts' deflection, which is linear where no load gets to
+        0, and else not a number; None where the distance is not determined."""
+        if self.exact is None or self.first_order is None:
+            return None
+        friction = self.standing.coefficient * self.standing.gravity
+        tilt = friction * found.tilts * (found.step / self.stiffness) ** 2
+        whole = self.first_order * self.speed * found.step / self.step - tilt
+        return np.where(found.loaded, whole, np.nan)
+
+    @property
+    def turn(self) -> float:
+        """The turn to compare with [rad]: Coulomb's, or what the pasted contacts tend to; not a
+        number where neither is known."""
+        if self.exact_turn is not None:
+            return self.exact_turn
+        last = self.pasted[-1].turning if self.pasted else None
+        return last.turn if last is not None and last.rests else math.nan
+
+    def assert_within(self, metres: float) -> None:
+        """Raise AssertionError unless the model's own stopping distances are known and within
+        `metres` at every heading."""
+        worst = self.error(self.own[0]) + self.known if self.own else math.nan
+        if math.isnan(worst):
+            reason = "; ".join(filter(None, (self.why, *self.failed)))
+            raise AssertionError(f"{self.name}: no stopping distance to compare with: {reason}")
+        if not worst <= metres:
+            raise AssertionError(
+                f"{self.name}: the stopping distance at {self.speed:g} m/s is {worst:.3g} m off, "
+                f"more than {metres:g} m"
+            )
+
+
+def contacts_audited(
+    model: ContactModel,
+    speed: float = SPEED,
+    clock: Callable[[], float] = time.perf_counter,
+) -> ContactAudit:
+    """The contact audit of `model` at `speed` [m/s]; raises NotCertifiable where the body does not
+    stand."""
+    begin, standing = clock(), model.standing
+    stance = Stance(standing.points, standing.height)
+    fits = tuple(h for h in HEADINGS[::2] if stance.slides(PUSH * max(standing.friction), h))
+    if not rests(standing):
+        raise NotCertifiable(
+            f"{standing.body} rests on fewer than three points that are not on one line "
+            f"({', '.join(standing.feet)}): it tips or rolls"
+        )
+    reach = float(np.hypot(*standing.points.T).mean())
+    spin = speed / reach
+    friction = standing.coefficient
+    determined = tuple(stance.slides(max(standing.friction), h) for h in HEADINGS)
+    why = undetermined(standing, determined)
+    why_turn = why or undetermined_turn(standing, stance.inside(np.zeros(2)))
+    exact = None if why else stopping_distance(speed, friction, standing.gravity)
+    exact_turn = None if why_turn else turn(standing, speed, spin)
+    duration = LONGER * speed / (min(standing.friction) * standing.gravity)
+    found: dict[str, list[Measured]] = {"own": [], "pasted": []}
+    failed = []
+    for kind, settled in (("own", model.own), ("pasted", model.pasted)):
+        for k in range(HALVINGS + 1):
+            step = model.step / 2**k
+            try:
+                floor = settled(step)
+            except NotCertifiable as reason:
+                failed.append(f"{kind} contacts: {reason}")
+                break
+            if set(floor.feet) != set(standing.feet):
+                more = ", ".join(sorted(set(floor.feet) ^ set(standing.feet)))
+                failed.append(f"{kind} contacts: at {step:g} s other geoms touch ({more})")
+                break
+            found[kind].append(
+                measured(
+                    floor, standing, step, speed, spin, duration, () if k else fits, model.overshoot
+                )
+            )
+    return ContactAudit(
+        model.name, standing, model.integrator, model.step, speed, spin, exact, exact_turn, why,
+        why_turn, determined, tuple(found["own"]), tuple(found["pasted"]), tuple(failed),
+        model.method, model.stiffness, model.first_order, model.snippet(), model.notes,
+        clock() - begin, model,
+    )  # fmt: skip
+
+
+def rests(standing: Standing) -> bool:
+    """Whether the centre of mass is above the inside of the feet."""
+    return Stance(standing.points, standing.height).inside(np.zeros(2)) > 0.0
+
+
+def measured(
+    floor: Floor,
+    standing: Standing,
+    step: float,
+    speed: float,
+    spin: float,
+    duration: float,
+    pushed: tuple[float, ...],
+    overshoot: float,
+) -> Measured:
+    """Slide and turn the body on a floor on which it has settled, and push it along the headings
+    `pushed` [rad]; loads change by up to `overshoot` times what they settle at."""
+    stance = Stance(floor.points[:, :2], -float(floor.points[:, 2].mean()))
+    push = PUSH * float(np.mean(standing.friction)) * standing.gravity
+    return Measured(
+        step,
+        tuple(floor.slide(h, speed, 0.0, duration) for h in HEADINGS),
+        floor.slide(TURN_HEADING, speed, spin, LONGER * duration),
+        max((floor.drift(h, push, PUSHED) for h in pushed), default=None),
+        np.array([stance.tilt(h) for h in HEADINGS]),
+        np.array([stance.slides(overshoot * max(standing.friction), h) for h in HEADINGS]),
+    )
+
+
+def undetermined(standing: Standing, determined: tuple[bool, ...]) -> str:
+    """Why Coulomb's law does not determine the stopping distance; empty where it does."""
+    if math.isnan(standing.coefficient):
+        least, most = min(standing.friction), max(standing.friction)
+        return f"feet have different friction coefficients ({least:g} … {most:g})"
+    if not any(determined):
+        return (
+            f"it tips, as its centre of mass, {standing.height:.3g} m above the plane, is too high "
+            f"for friction {max(standing.friction):g}"
+        )
+    return ""
+
+
+def undetermined_turn(standing: Standing, centred: float) -> str:
+    """Why our theory of three points does not give the turn; empty where it does."""
+    if standing.torsion:
+        return "contacts resist turns by moments of their own (condim above 3)"
+    if len(standing.points) != 3:
+        return f"{len(standing.points)} points share the load as their stiffness decides"
+    if standing.coefficient * standing.height > FLAT * centred:
+        return f"the centre of mass is {standing.height:.3g} m high, so loads change with the slip"
+    return ""
+
+
+def turn(standing: Standing, speed: float, spin: float) -> float:
+    """The turn [rad] of a flat body on three points that begins at `speed` [m/s] and `spin`
+    [rad/s], by the theory of three points."""
+    one, two, three = (tuple(float(v) for v in p) for p in standing.points)
+    half = standing.mass / 2  # no point mass: half of the body's is at its centre of mass
+    body = Capsule(
+        half, half, standing.inertia, ((one[0], one[1]), (two[0], two[1]), (three[0], three[1])),
+        standing.coefficient, standing.gravity,
+    )  # fmt: skip
+    way = (speed * math.cos(TURN_HEADING), speed * math.sin(TURN_HEADING))
+    motion = three_point_motion(body, fixed((0.0, 0.0)), Start(velocity=way, angular_velocity=spin))
+    return float(motion.at(np.array([motion.rest_time])).heading[0])

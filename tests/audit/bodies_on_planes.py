@@ -1,0 +1,50 @@
+"""Bodies on planes for the contact audit: none of them plumbob's own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from plumbob.tests.mujoco.test_settings import BODIES
+
+FRICTION, GRAVITY, SPEED = 0.3, 9.81, 0.5
+EXACT = SPEED**2 / (2 * FRICTION * GRAVITY)  # stopping distance [m]
+FLOOR = '<geom name="floor" type="plane" size="5 5 1"/>'
+# A disc on three feet, so flat that friction does not shift their loads.
+FLAT = '<geom type="cylinder" size=".2 .0001" mass="1" contype="0" conaffinity="0"/>' + "".join(
+    f'<geom name="foot_{i}" size=".001" pos="{x} {y} 0" mass="1e-4"/>'
+    for i, (x, y) in enumerate([(0.15, 0.0), (-0.1, 0.12), (-0.1, -0.12)])
+)
+
+
+def model_text(
+    body: str, height: float, option: str = 'timestep="0.002"', floor: str = FLOOR,
+    friction: float = FRICTION, more: str = "",
+) -> str:  # fmt: skip
+    """A model file with the geoms `body` of a free body on a plane."""
+    return (
+        f'<mujoco><option {option}/><default><geom friction="{friction}"/></default><worldbody>'
+        f'{floor}<body name="base" pos="0 0 {height}"><freejoint/>{body}</body></worldbody>{more}'
+        "</mujoco>"
+    )
+
+
+def texts() -> Mapping[str, str]:
+    """{name: model file} of the three bodies that settings are tried on."""
+    return {name: model_text(geoms, height) for name, (geoms, height, _) in BODIES.items()}
+
+
+def jointed_stand() -> tuple[str, str]:
+    """A stand whose legs are on hinges, bent at the start, and the same in one piece."""
+    legs, rigid = "", ""
+    for i in range(4):
+        angle = 0.4 + i * math.pi / 2
+        x, y = 0.2 * math.cos(angle), 0.2 * math.sin(angle)
+        geoms = (
+            f'<geom type="capsule" size=".008" fromto="0 0 0 {0.8 * x} {0.8 * y} -.16" mass=".3"/>'
+            f'<geom name="foot_{i}" size=".01" pos="{x} {y} -.2" mass=".01"/>'
+        )
+        legs += f'<body><joint axis="{-y} {x} 0"/>{geoms}</body>'
+        rigid += geoms
+    plate = '<geom type="cylinder" size=".08 .02" mass="1.5"/>'
+    return plate + legs, plate + rigid

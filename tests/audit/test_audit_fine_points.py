@@ -1,0 +1,104 @@
+"""Where a reference needs finer tolerances, and where rounding decides a motion."""
+
+from __future__ import annotations
+
+import mujoco
+import pytest
+
+import plumbob
+from plumbob.engines.adapters.mujoco.own_model.field import ZEROS
+from plumbob.engines.adapters.mujoco.own_model.model import own_model
+from plumbob.engines.audit import audit as audit_module
+from plumbob.engines.audit.audit import Audit, audited
+from plumbob.engines.audit.controls import script
+from plumbob.engines.own_motion import NotCertifiable
+from plumbob.reports.cli import main
+
+BUDGET = 60.0  # [s], far more than these take
+
+# Small steps of RK4 on a smooth motion: what the two methods differ by is as large as their error.
+ARM = """
+<mujoco>
+  <option timestep="0.002" integrator="RK4"/>
+  <worldbody><body><joint axis="0 1 0"/><geom type="capsule" size=".02" fromto="0 0 0 .5 0 0"/>
+    <body pos=".5 0 0"><joint axis="0 1 0"/><geom type="capsule" size=".02" fromto="0 0 0 .5 0 0"/>
+    </body></body></worldbody>
+</mujoco>
+"""
+# A ball that can only slide and turn on a plane that it touches at a gap of zero.
+ON_RAILS = """
+<mujoco>
+  <option timestep="0.02" integrator="RK4"/>
+  <worldbody><geom name="floor" type="plane" size="9 9 1"/>
+    <body name="ball"><joint type="slide" axis="1 0 0"/>
+      <joint type="slide" axis="0 1 0"/><joint/>
+      <geom name="ball" size=".5" pos=".1 0 {height}"/></body></worldbody>
+  <keyframe><key name="moving" qvel="1 0 2"/></keyframe>
+</mujoco>
+"""
+
+
+def audit_of(text: str, keyframe: str | None = None, duration: float = 0.4) -> Audit:
+    model = own_model(mujoco.MjModel.from_xml_string(text), "model", keyframe)
+    return audited(model, script(model, duration=duration), "rest", BUDGET)
+
+
+def test_tolerances_are_refined_where_they_do_not_resolve_the_error(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found = audit_of(ARM)
+    assert found.until == pytest.approx(0.4)
+    assert found.resolved
+    monkeypatch.setattr(audit_module, "refined", lambda model, script, reference, *_: reference)
+    coarse = audit_of(ARM)
+    assert not coarse.resolved
+    assert found.uncertainty < coarse.uncertainty / 10
+    assert abs(coarse.error - found.error) <= coarse.uncertainty + found.uncertainty
+
+
+def test_integrators_in_processes_give_the_same_errors(capsys: pytest.CaptureFixture[str]) -> None:
+    model = mujoco.MjModel.from_xml_string(ARM)
+    one, two = (plumbob.audit(model, duration=0.1, budget=60.0, jobs=jobs) for jobs in (1, 2))
+    assert one.found is not None
+    assert two.found is not None
+    here, there = (
+        [(s.integrator, s.step, *s.errors) for s in found.steps] for found in (one.found, two.found)
+    )
+    assert here == there
+    assert main(["audit", "my.xml", "--jobs", "0"]) == 2
+    assert "jobs = '0': must be a whole number" in capsys.readouterr().err
+
+
+def test_a_gap_of_zero_is_said() -> None:
+    found = audit_of(ON_RAILS.format(height=0.5), "moving")
+    assert found.found is None
+    assert "floor – ball have a gap of zero, and rounding decides" in found.reference.why
+
+
+def test_a_gap_that_a_speed_changes_is_left_to_the_solver() -> None:
+    """The ball at its gap of zero ten times over, but free to fall."""
+    held = ON_RAILS.format(height=0.5)
+    free = held.replace('<joint type="slide" axis="0 1 0"/>', '<joint type="slide"/>')
+    for text, stays in ((held, True), (free, False)):
+        model = own_model(mujoco.MjModel.from_xml_string(text), "model", "moving")
+        field = model.field()
+        field(0.0, model.state)
+        if stays:
+            with pytest.raises(NotCertifiable, match="a gap of zero"):
+                [field.active() for _ in range(ZEROS)]
+        else:
+            assert len({field.active() for _ in range(ZEROS)}) == 1
+
+
+@pytest.mark.parametrize("gap", [1e-6, -1e-4])
+def test_a_gap_that_is_not_zero_is_certified(gap: float) -> None:
+    found = audit_of(ON_RAILS.format(height=0.5 + gap), "moving")
+    assert found.until == pytest.approx(0.4)
+
+
+def test_a_body_at_rest_at_a_gap_of_zero_is_certified() -> None:
+    """Nothing moves, whether or not they touch; and a free body soon does more than touch."""
+    assert audit_of(ON_RAILS.format(height=0.5)).error == 0.0
+    free = """<mujoco><worldbody><geom type="plane" size="9 9 1"/><body pos="0 0 .1"><freejoint/>
+      <geom size=".1"/></body></worldbody></mujoco>"""
+    assert audit_of(free, duration=0.1).until == pytest.approx(0.1)

@@ -1,0 +1,200 @@
+"""The contact audit on bodies that are not plumbob's: Coulomb's distances, the predicted errors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob.engines.adapters.mujoco import settings_to_paste, user_contacts
+from plumbob.engines.adapters.mujoco.own_model import rigid_piece
+from plumbob.engines.audit.contacts import HEADINGS, ContactAudit
+from plumbob.reports.judge.audit import audit_contacts
+from plumbob.tests.audit.bodies_on_planes import (
+    EXACT,
+    FLAT,
+    FLOOR,
+    SPEED,
+    jointed_stand,
+    model_text,
+    texts,
+)
+from plumbob.tests.mujoco.test_settings import BODIES
+
+# The rest is of third order: 2 % of v dt/2 covers it at 2 ms, where tilts are largest.
+REST = 0.02
+DIAGONAL, ALONG = 0.25, 0.02  # relative errors of default contacts: at least, and at most
+TURN = 3e-3  # relative: of a disc whose loads change by 5e-3 at most as it slides
+
+
+def audited(text: str, **options: object) -> ContactAudit:
+    return audit_contacts(mujoco.MjModel.from_xml_string(text), **options)  # type: ignore[arg-type]
+
+
+@pytest.fixture(name="found", scope="module", params=texts())
+def _found(request: pytest.FixtureRequest) -> ContactAudit:
+    return audited(texts()[request.param])
+
+
+@pytest.fixture(name="flat", scope="module")
+def _flat() -> ContactAudit:
+    return audited(model_text(FLAT, 0.001))
+
+
+def missed(found: ContactAudit) -> float:
+    """The largest difference of measured and predicted errors, over v dt/2."""
+    parts = []
+    for one in found.pasted:
+        predicted = found.predicted(one)
+        assert predicted is not None
+        parts.append(np.abs(found.errors(one) - predicted).max() / (SPEED * one.step / 2))
+    return float(max(parts))
+
+
+def test_pasted_contacts_miss_coulomb_by_what_is_predicted(found: ContactAudit) -> None:
+    assert found.exact == pytest.approx(EXACT, rel=1e-12)
+    assert all(found.determined)
+    assert len(found.pasted) == 4
+    assert missed(found) < REST
+
+
+def test_default_contacts_depend_on_the_direction(found: ContactAudit) -> None:
+    for one in found.own:
+        errors = dict(zip(np.degrees(HEADINGS).round(), found.errors(one) / EXACT, strict=True))
+        assert min(errors[angle] for angle in (45, 135, 225, 315)) > DIAGONAL
+        assert abs(errors[0]) < ALONG
+        assert found.dependence(one) > DIAGONAL
+    assert found.dependence(found.pasted[0]) < 1e-3
+
+
+def test_a_push_moves_the_default_contacts_only(found: ContactAudit) -> None:
+    drifts = found.own[0].drift, found.pasted[0].drift
+    assert drifts[0] is not None
+    assert drifts[0] > 0.1
+    assert drifts[1] is not None
+    assert drifts[1] < 1e-6
+
+
+def test_the_stiffness_is_one_at_which_the_body_is_stable(found: ContactAudit) -> None:
+    assert found.stiffness <= 0.2
+    assert (found.stiffness < 0.15) == (len(found.standing.points) == 8)  # wheels: two points each
+
+
+def test_a_flat_body_on_three_points_turns_as_theory_says(flat: ContactAudit) -> None:
+    assert flat.exact_turn is not None
+    turning = flat.pasted[-1].turning
+    assert turning is not None
+    assert turning.turn == pytest.approx(flat.exact_turn, rel=TURN)
+    own = flat.own[-1].turning
+    assert own is not None
+    assert own.turn != pytest.approx(flat.exact_turn, rel=10 * TURN)
+
+
+def test_higher_bodies_do_not_turn_by_that_theory() -> None:
+    found = audited(model_text(FLAT.replace(' 0" mass', ' -.05" mass'), 0.051))
+    assert found.exact_turn is None
+    assert "loads change with the slip" in found.why_turn
+    assert math.isfinite(found.turn)
+
+
+@pytest.mark.parametrize("factor", [0.97, 1.03])
+def test_a_wrong_moment_of_inertia_is_seen(
+    factor: float, flat: ContactAudit, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    right = rigid_piece._inertia
+    monkeypatch.setattr(rigid_piece, "_inertia", lambda *given: factor * right(*given))
+    spoilt = audited(model_text(FLAT, 0.001)).pasted[-1].turning
+    assert spoilt is not None
+    assert spoilt.turn != pytest.approx(flat.exact_turn, rel=2 * TURN)
+
+
+def test_softer_contacts_than_those_said_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = settings_to_paste.own_pair
+    monkeypatch.setattr(
+        user_contacts, "own_pair",
+        lambda *given: {**(pair := right(*given)), "solref": 0.75 * np.asarray(pair["solref"])},
+    )  # fmt: skip
+    assert missed(audited(texts()["four-legged stand"])) > 2 * REST
+
+
+def test_another_friction_than_that_of_the_feet_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = user_contacts.MujocoContacts.frictions
+    monkeypatch.setattr(
+        user_contacts.MujocoContacts, "frictions",
+        lambda self: {foot: 1.001 * friction for foot, friction in right(self).items()},
+    )  # fmt: skip
+    assert missed(audited(texts()["four-footed box"])) > 2 * REST
+
+
+def test_joints_are_locked_where_they_are() -> None:
+    jointed, rigid = jointed_stand()
+    one, other = (audited(model_text(body, 0.21)) for body in (jointed, rigid))
+    assert (one.standing.locked, other.standing.locked) == (4, 0)
+    assert one.standing.inertia == pytest.approx(other.standing.inertia, rel=1e-12)
+    assert one.pasted[0].distances == pytest.approx(other.pasted[0].distances, rel=1e-9)
+    assert missed(one) < REST
+
+
+def test_the_posture_is_that_of_the_keyframe() -> None:
+    key = '<keyframe><key name="wide" qpos="0 0 .21 1 0 0 0 -.3 -.3 -.3 -.3"/></keyframe>'
+    text = model_text(jointed_stand()[0], 0.21, more=key)
+    narrow, wide = audited(text), audited(text, keyframe="wide")
+    assert wide.standing.height < 0.9 * narrow.standing.height
+    assert missed(wide) < REST
+
+
+def test_a_plane_may_stand_anywhere() -> None:
+    """A plane that is tilted with gravity, moved and turned gives the same."""
+    geoms, height, _ = BODIES["four-footed box"]
+    angle = math.radians(20)
+    gravity = f"{-9.81 * math.sin(angle)} 0 {-9.81 * math.cos(angle)}"
+    tilted = model_text(
+        geoms, height, f'timestep="0.002" gravity="{gravity}"',
+        FLOOR.replace("/>", f' pos="1 2 3" euler="0 {math.degrees(angle)} 0"/>'),
+    )  # fmt: skip
+    start = f'pos="1.5 2 4" euler="0 {math.degrees(angle)} 0"'
+    tilted = tilted.replace(f'pos="0 0 {height}"', start)
+    one, other = audited(tilted), audited(model_text(geoms, height))
+    assert one.standing.points == pytest.approx(other.standing.points, abs=1e-6)
+    assert one.pasted[0].distances == pytest.approx(other.pasted[0].distances, rel=1e-6)
+
+
+def test_a_mesh_is_a_foot_too() -> None:
+    corners = " ".join(f"{x} {y} {z}" for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (0, 0.1))
+    mesh = f'<asset><mesh name="block" vertex="{corners}"/></asset>'
+    found = audited(model_text('<geom type="mesh" mesh="block" mass="2"/>', 0.001, more=mesh))
+    assert found.standing.height == pytest.approx(0.05, rel=1e-3)
+    assert missed(found) < REST
+
+
+def test_feet_of_unlike_friction_are_compared_by_convergence() -> None:
+    geoms, height, _ = BODIES["four-footed box"]
+    unlike = geoms.replace('name="foot_0"', 'name="foot_0" friction=".6"')
+    found = audited(model_text(unlike, height))
+    assert found.exact is None
+    assert "different friction coefficients (0.3 … 0.6)" in found.why
+    assert np.nanmax(found.distances) < EXACT
+    assert found.known < 1e-3
+    assert found.predicted(found.pasted[0]) is None
+
+
+def test_a_body_that_tips_is_judged_at_less_friction() -> None:
+    jointed, _ = jointed_stand()
+    text = model_text(jointed, 0.21, friction=1.5)
+    found = audited(text)
+    assert found.exact is None
+    assert "too high for friction 1.5" in found.why
+    assert audited(text, friction=0.3).pasted[0].distances == pytest.approx(
+        audited(model_text(jointed, 0.21)).pasted[0].distances, rel=1e-9
+    )
+
+
+def test_assertion_on_a_distance(found: ContactAudit) -> None:
+    found.assert_within(metres=0.1)
+    with pytest.raises(AssertionError, match=r"the stopping distance at 0\.5 m/s is 0\.01"):
+        found.assert_within(metres=0.01)
+    with pytest.raises(AssertionError, match="no stopping distance to compare with"):
+        replace(found, own=()).assert_within(metres=0.1)

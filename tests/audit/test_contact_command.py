@@ -1,0 +1,189 @@
+"""plumbob audit --contacts: what it prints and writes, and what it refuses by name."""
+
+from __future__ import annotations
+
+import json
+import re
+from html import unescape
+from pathlib import Path
+
+import pytest
+
+from plumbob.engines.audit.contacts import ContactAudit
+from plumbob.reports.cli import main
+from plumbob.reports.judge.audit import audit_contacts
+from plumbob.reports.view.audit.contact_page import render_contacts
+from plumbob.reports.view.audit.contacts import contact_rows, paste_command
+from plumbob.tests.audit.bodies_on_planes import FLOOR, jointed_stand, model_text, texts
+
+BOX = '<geom name="box" type="box" size=".1 .2 .02"/>'
+BALL = '<geom name="ball" size=".1"/>'
+STEP = 'timestep="0.002"'
+REFUSED = {
+    "no plane that its free body can touch": model_text(BOX, 0.02, floor=""),
+    "no plane that its": model_text(
+        BOX, 0.02, floor=FLOOR.replace("/>", ' contype="2" conaffinity="2"/>')
+    ),
+    "no free body": f"<mujoco><worldbody>{FLOOR}<body><joint/>{BOX}</body></worldbody></mujoco>",
+    "gravity that is not normal to its plane (floor)": model_text(
+        BOX, 0.02, f'{STEP} gravity="1 0 -9.81"'
+    ),
+    "no gravity": model_text(BOX, 0.02, f'{STEP} gravity="0 0 0"'),
+    "fewer than three points that are not on one line (ball): it tips or rolls": model_text(
+        BALL, 0.1
+    ),
+    "no friction (condim 1)": model_text(BOX.replace("/>", ' condim="1"/>'), 0.02, floor=(
+        FLOOR.replace("/>", ' condim="1"/>')
+    )),
+    "the body falls over": model_text(
+        BOX + '<geom size=".1" mass="50" pos=".3 0 .1" contype="0" conaffinity="0"/>', 0.02
+    ),
+    "two coefficients": model_text(
+        BOX, 0.02, more='<contact><pair geom1="floor" geom2="box" friction=".3 .5"/></contact>'
+    ),
+    "overrides the settings of every contact": model_text(BOX, 0.02).replace(
+        f"<option {STEP}/>", f'<option {STEP}><flag override="enable"/></option>'
+    ),
+    "contacts may be disabled": model_text(BOX, 0.02).replace(
+        f"<option {STEP}/>", f'<option {STEP}><flag contact="disable"/></option>'
+    ),
+}  # fmt: skip
+
+
+@pytest.fixture(name="found", scope="module")
+def _found() -> ContactAudit:
+    import mujoco
+
+    return audit_contacts(mujoco.MjModel.from_xml_string(texts()["four-footed box"]))
+
+
+@pytest.mark.parametrize("reason", REFUSED)
+def test_refused_by_name(
+    reason: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:  # fmt: skip
+    path = tmp_path / "my.xml"
+    path.write_text(REFUSED[reason], "utf-8")
+    assert main(["audit", str(path), "--contacts"]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") == 1
+    assert reason in printed.err
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        (["--body", "none"], "body = 'none': must be a free body: base"),
+        (["--keyframe", "7"], "keyframe = '7': must be one of none"),
+        (["--speed", "0"], "speed = 0.0: must be"),
+        (["--speed", "fast"], "speed = 'fast': must be"),
+        (["--friction", "-1"], "friction = -1.0: must be"),
+        (["--duration", "2"], "duration = '2': must be left out with --contacts"),
+        (["--ctrl", "sines"], "ctrl = 'sines': must be left out with --contacts"),
+        (["--write-trimmed", "new.xml"], "write trimmed = 'new.xml': must be left out"),
+        (["--out", "my.xml"], "out = 'my.xml': must be a folder"),
+    ],
+)
+def test_bad_options_are_one_line(
+    options: list[str],
+    reason: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("my.xml").write_text(model_text(BOX, 0.02), "utf-8")
+    assert main(["audit", "my.xml", "--contacts", *options]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") == 1
+    assert reason in printed.err
+    assert [p.name for p in tmp_path.iterdir()] == ["my.xml"]
+
+
+def test_options_of_the_contact_audit_need_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "my.xml"
+    path.write_text(model_text(BOX, 0.02), "utf-8")
+    assert main(["audit", str(path), "--speed", "1"]) == 2
+    assert "speed = '1': must be given with --contacts" in capsys.readouterr().err
+
+
+def test_command_prints_and_writes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("box.xml").write_text(texts()["four-footed box"], "utf-8")
+    assert main(["audit", "box.xml", "--contacts", "--json", "--out", "pages"]) == 0
+    printed = capsys.readouterr()
+    assert printed.err.strip() == "pages/audit-box-contacts.html"
+    data = json.loads(printed.out)
+    assert data["distance"] == pytest.approx(0.5**2 / (2 * 0.3 * 9.81))
+    assert len(data["own"]) == len(data["pasted"]) == 4
+    assert max(map(abs, data["own"][0]["errors"])) > 0.01
+    assert max(map(abs, data["pasted"][0]["errors"])) < 0.001
+    page = Path("pages/audit-box-contacts.html").read_text("utf-8")
+    assert "plumbob audit box.xml --contacts --out pages" in page
+    assert main(["audit", "box.xml", "--contacts", "--speed", "1", "--absolute", "0.01"]) == 1
+    printed = capsys.readouterr()
+    assert "from 1 m/s at 16 headings" in printed.out
+    assert "the stopping distance at 1 m/s is" in printed.err
+
+
+def test_page_says_what_the_text_says(found: ContactAudit) -> None:
+    page = render_contacts(found, "plumbob audit box.xml --contacts")
+    shown = unescape(page)
+    for name, text in contact_rows(found):
+        assert name in shown
+        assert text in shown
+    assert found.snippet in shown
+    assert len(re.findall(r'<script type="application/json">', page)) == 2
+    assert not re.search(r'(src|href)="(https?:)?//', page.partition("<footer")[0])
+
+
+def test_settings_are_those_that_the_command_prints(
+    found: ContactAudit, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = paste_command(found).split()
+    assert words[0] == "plumbob"
+    assert main(words[1:]) == 0
+    printed = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    shared = [line.strip() for line in found.snippet.splitlines() if "foot" not in line]
+    assert set(shared) <= set(printed)
+    assert [f"foot_{i}" in found.snippet for i in range(5)] == [True] * 4 + [False]
+
+
+def test_settings_pasted_into_the_file_give_what_is_said(found: ContactAudit) -> None:
+    """The file with the snippet in it, read anew, is its own contact audit's pasted result."""
+    import mujoco
+
+    text = texts()["four-footed box"]
+    option = '<option timestep="0.002"/>'
+    assert option in text
+    pasted = audit_contacts(mujoco.MjModel.from_xml_string(text.replace(option, found.snippet)))
+    own, there = pasted.own[0].distances, found.pasted[0].distances
+    assert own == pytest.approx(there, rel=1e-6)
+
+
+def test_an_audit_says_that_there_is_one_of_contacts(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "my.xml"
+    for body, said in ((BOX, True), (BALL, False)):
+        path.write_text(model_text(body, 0.1), "utf-8")
+        assert main(["audit", str(path), "--duration", "0.02", "--budget", "2"]) == 0
+        assert ("base rests on a plane: --contacts" in capsys.readouterr().out) == said
+
+
+def test_a_body_that_tips_gets_a_friction_that_is_possible(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "my.xml"
+    path.write_text(model_text(jointed_stand()[0], 0.21, friction=1.5), "utf-8")
+    assert main(["audit", str(path), "--contacts"]) == 0
+    printed = capsys.readouterr().out
+    found = re.search(r"too high for friction 1.5; give --friction (\S+) or less", printed)
+    assert found
+    assert main(["audit", str(path), "--contacts", "--friction", found[1], "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["distance"] is not None

@@ -1,0 +1,68 @@
+"""A body that slides on points without turning: its loads exist where the hull says so."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+from plumbob.analytic.systems.sliding_body import Stance, stopping_distance
+
+FRICTION, GRAVITY, MASS = 0.3, 9.81, 2.0
+
+
+def stance(seed: int) -> Stance:
+    random = np.random.default_rng(seed)
+    count = int(random.integers(3, 9))
+    return Stance(random.normal(size=(count, 2)), float(random.uniform(0.1, 3.0)))
+
+
+def loads(stance: Stance, heading: float) -> np.ndarray | None:
+    """Loads >= 0 that balance weight and friction's moment about the horizontal, or None."""
+    way = np.array([math.cos(heading), math.sin(heading)])
+    rows = np.vstack([np.ones(len(stance.points)), stance.points.T])
+    wanted = MASS * GRAVITY * np.array([1.0, *(FRICTION * stance.height * way)])
+    found = linprog(np.zeros(len(stance.points)), A_eq=rows, b_eq=wanted)
+    return np.asarray(found.x) if found.success else None
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_loads_exist_where_the_hull_says(seed: int) -> None:
+    body, heading = stance(seed), 0.7 * seed
+    found = loads(body, heading)
+    assert body.slides(FRICTION, heading) == (found is not None)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_whatever_the_loads_it_decelerates_by_f_g_and_does_not_turn(seed: int) -> None:
+    body, heading = stance(seed), 0.7 * seed
+    found = loads(body, heading)
+    if found is None:
+        return
+    way = np.array([math.cos(heading), math.sin(heading)])
+    forces = -FRICTION * found[:, None] * way
+    assert forces.sum(axis=0) == pytest.approx(-FRICTION * MASS * GRAVITY * way)
+    moment = body.points[:, 0] * forces[:, 1] - body.points[:, 1] * forces[:, 0]
+    assert moment.sum() == pytest.approx(0.0, abs=1e-8)
+    acceleration = forces.sum(axis=0) @ way / MASS
+    assert stopping_distance(0.5, FRICTION, GRAVITY) == pytest.approx(0.5**2 / -2 / acceleration)
+
+
+def test_points_on_a_line_carry_nothing() -> None:
+    line = Stance(np.array([[-1.0, 0.0], [0.0, 0.0], [1.0, 0.0]]), 1.0)
+    assert line.inside(np.zeros(2)) == -math.inf
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.4, 1.3])
+def test_a_tilt_moves_the_centre_as_springs_say(heading: float) -> None:
+    """The same from the balance of springs under the points."""
+    body = stance(3)
+    way = np.array([math.cos(heading), math.sin(heading)])
+    stiffness, force = 1e5, 2.0
+    arms = body.points - body.points.mean(axis=0)
+    # A tilt t, shape (2,), compresses the springs by arms @ t, and moves the centre by h t.
+    tilt = np.linalg.solve(stiffness * arms.T @ arms, force * body.height * way)
+    moved = body.height * tilt @ way
+    assert body.tilt(heading) == pytest.approx(moved / (force / stiffness))
