@@ -50,7 +50,8 @@ def recommendations(study: Study, judged: Judgements) -> Table | None:
         "The real-time factor is simulated time over computing time. Hover for the runner-up and "
         "for other engines. MuJoCo's default settings are Euler steps of 2 ms: the error they give."
     )
-    return Table("The cheapest method and step for a wanted error", heads, tuple(rows), note)
+    return Table("The cheapest method and step for a wanted error, scene by scene", heads,
+                 tuple(rows), note, folded=True)  # fmt: skip
 
 
 def scene_recommendations(study: Study, scene: str, judged: Judgements) -> Table | None:

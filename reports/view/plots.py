@@ -269,7 +269,7 @@ def budget_bars(
         bound = held[1].tolerances.get(system.observables[0].name) if held else None
         if held is None or bound is None or not bound.bound > 0.0:
             continue
-        at = f"{c.method} at {notation.step(held[0].step, methods[c.method].control)}"
+        at = f"{c.method}<br>at {notation.step(held[0].step, methods[c.method].control)}"
         for term in bound.terms:
             parts.setdefault(term.name, {})[at] = (term.value / bound.bound, term.value)
     if not parts:
@@ -285,6 +285,7 @@ def budget_bars(
         }
         for k, (name, of) in enumerate(parts.items())
     )  # fmt: skip
+    below = 50  # [px] of the lower axis; a legend that moves margins would be laid out in circles
     bars = len({at for of in parts.values() for at in of})
     return Figure(
         f"What the tolerance of {symbol(system.observables[0].name)} is made of",
@@ -293,10 +294,13 @@ def budget_bars(
         traces,
         {
             "barmode": "stack", "showlegend": True,
-            "xaxis": {"title": {"text": "part of the tolerance [%]"}, "range": [0, 100]},
-            "yaxis": {"title": {"text": ""}, "automargin": True, "type": "category"},
+            "xaxis": {"title": {"text": "part of the tolerance [%]"}, "range": [0, 100],
+                      "automargin": False},
+            "yaxis": {"title": {"text": ""}, "automargin": False, "type": "category"},
+            "legend": {"orientation": "v", "y": -below / (40 * bars), "yanchor": "top"},
+            "margin": {"l": 150, "t": 8, "b": below + 20 * len(parts), "autoexpand": False},
         },
-        height=170 + 30 * bars + 16 * len(parts),
+        height=8 + 40 * bars + below + 20 * len(parts),
         wide=True,
     )  # fmt: skip
 

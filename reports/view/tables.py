@@ -32,7 +32,8 @@ def verdict_cell(scene: str, method: str, judged: Judgement, link: str = "") -> 
         text += f" ({mark})"
         hint += f"; expected {wanted.verdict}"
         hint += f": {wanted.reason}" if wanted.reason else ""
-    return Cell(text, judged.verdict, hint, link)
+    kind = f"{judged.verdict} surprise" if mark == "unexpected" else judged.verdict
+    return Cell(text, kind, hint, link)
 
 
 def summary(

@@ -35,7 +35,10 @@ ORDER = (
     "capsule-coast", "capsule-train", "simple-pendulum", "linear-pendulum",
 )  # fmt: skip
 """Systems in the order in which the sources treat them; others follow by name."""
-ENGINES = MappingProxyType({"mujoco": "MuJoCo", "ode": "ODE solvers", "exact": "closed form"})
+ENGINES = MappingProxyType(
+    {"mujoco": "MuJoCo", "pymunk": "pymunk", "ode": "ODE solvers", "heyoka": "heyoka",
+     "exact": "closed form"}
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -102,7 +105,9 @@ def by_engine(study: Study, judged: Judgements, scenes: Sequence[Scene]) -> Tabl
         name for (scene, name), of in every.items() if scene in named and of.meaning != "not-run"
     }
     engines = list(dict.fromkeys(m.engine for m in study.methods if m.name in ran))
-    engines = [engine for engine in engines if engine != "exact"]
+    first = list(ENGINES)
+    engines = sorted((engine for engine in engines if engine != "exact"),
+                     key=lambda e: first.index(e) if e in first else len(first))  # fmt: skip
     default = any((scene.name, DEFAULT_METHOD) in every for scene in scenes)
     rows = []
     for scene in scenes:

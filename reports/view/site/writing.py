@@ -9,6 +9,7 @@ import re
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,15 @@ BARE, FRAME = "bare.html.jinja", "frame.html.jinja"
 Page = tuple[str, str, dict[str, Any]]  # its name, its template and what fills that
 
 
+@dataclass(frozen=True)
+class Content:
+    """What the pages of a study show."""
+
+    views: Sequence[SystemView]
+    common: Mapping[str, Any]  # what every page may show
+    pages: Sequence[Page]  # beside the index
+
+
 def write_page(
     study: Study,
     folder: Path,
@@ -41,7 +51,12 @@ def write_page(
     what there is to say of one system alone, `judged` are the study's verdicts where they are known
     already. The index is replaced last, in one step: until then an older site stays whole. Raises
     OSError where the folder cannot be written."""
-    files, index = pages(study, section, judged)
+    return site(content(study, section, judged), folder)
+
+
+def site(content: Content, folder: Path) -> Path:
+    """The same of a content that is there already."""
+    files, index = _files(content)
     folder.mkdir(parents=True, exist_ok=True)
     name = _folder_name(files)
     old = _folder_of(folder / NAME)
@@ -56,28 +71,29 @@ def write_page(
 def render(study: Study, section: Sections, judged: Judgements | None = None) -> str:
     """The whole site of `study` as one HTML file: a function of the study alone, which runs no
     engine. The pages beside the index stand in templates, which our script shows."""
-    views, common, rest = _content(study, section, judged)
-    links = Links(_places(views, common), "", "", single=True)
+    return one_file(content(study, section, judged))
+
+
+def one_file(content: Content) -> str:
+    """The same of a content that is there already."""
+    links = Links(_places(content), "", "", single=True)
     inside = [
-        (name, filled(template, shared="", frame=BARE, href=links, **common, **content))
-        for name, template, content in rest
+        (name, filled(template, shared="", frame=BARE, href=links, **content.common, **own))
+        for name, template, own in content.pages
     ]
-    return filled("index.html.jinja", href=links, inside_pages=inside, **common)
+    return filled("index.html.jinja", href=links, inside_pages=inside, **content.common)
 
 
-def pages(
-    study: Study, section: Sections, judged: Judgements | None = None
-) -> tuple[Mapping[str, bytes], Callable[[str], str]]:
+def _files(content: Content) -> tuple[Mapping[str, bytes], Callable[[str], str]]:
     """The files of a site's folder by name, and its index as a function of the folder's name."""
-    views, common, rest = _content(study, section, judged)
-    places = _places(views, common)
+    places, common = _places(content), content.common
     files = {name: text.encode("utf-8") for name, text in shared_files().items()}
-    for view in views:
+    for view in content.views:
         if view.picture is not None:
             files[view.picture.name] = view.picture.read_bytes()
-    for name, template, content in rest:
+    for name, template, own in content.pages:
         links = Links(places, page_file(name), "", single=False)
-        text = filled(template, shared="", href=links, **common, **content)
+        text = filled(template, shared="", href=links, **common, **own)
         files[page_file(name)] = text.encode("utf-8")
 
     def index(folder: str) -> str:
@@ -87,10 +103,8 @@ def pages(
     return files, index
 
 
-def _content(
-    study: Study, section: Sections, judged: Judgements | None
-) -> tuple[list[SystemView], dict[str, Any], list[Page]]:
-    """The views of all systems, what every page may show, and the pages beside the index."""
+def content(study: Study, section: Sections, judged: Judgements | None = None) -> Content:
+    """What the pages of `study` show; the arguments are those of `write_page`."""
     found = judge_study(study) if judged is None else judged
     known = systems()
     ran = {scene.system for scene in study.scenes}
@@ -133,15 +147,16 @@ def _content(
         rest.append((SOURCES, "sources.html.jinja", {}))
     if common["tightness"]:
         rest.append((TOLERANCES, "tolerances.html.jinja", {}))
-    return views, common, rest
+    return Content(views, common, rest)
 
 
-def _places(views: Sequence[SystemView], common: Mapping[str, Any]) -> dict[str, str]:
+def _places(content: Content) -> dict[str, str]:
     """The page of every place that a link may lead to, by its id."""
+    common = content.common
     places = {"top": "", "findings": "", "cheapest": "", "matrix": "", "systems": ""}
     places |= {SOURCES: page_file(SOURCES)} if common["sources"] else {}
     places |= {TOLERANCES: page_file(TOLERANCES)} if common["tightness"] else {}
-    for view in views:
+    for view in content.views:
         file = page_file(view.system.name)
         places |= {view.system.name: file}
         places |= {finding.name: file for finding in view.findings}

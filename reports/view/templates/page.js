@@ -5,7 +5,7 @@
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
   // ---- plots: drawn when near, taken away when far, so that a page stays small ----
-  const NEAR = "500px", FAR = "2500px", PRINTED = {half: 330, wide: 680}, ROWS = 12;
+  const NEAR = "400px", FAR = "1200px", MOST = 8, PRINTED = {half: 330, wide: 680}, ROWS = 12;
   let hidden = new Set(), drawn = new Set(), areas = [];
 
   let loading = null;
@@ -32,10 +32,10 @@
       ...layout, ...size, hovermode: "closest", dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom",
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
       font: {family: "system-ui, sans-serif", size: 12, color: colour("--ink")},
-      margin: {l: 56, r: 16, t: 8, b: 44},
+      margin: {l: 56, r: 16, t: 8, b: 44, ...layout.margin},
       hoverlabel: {bgcolor: colour("--paper"), bordercolor: colour("--rule"),
         font: {size: 12, color: colour("--ink")}, align: "left"},
-      legend: {orientation: "h", x: 0, y: 1.02, yanchor: "bottom", font: {size: 12}},
+      legend: {orientation: "h", x: 0, y: 1.02, yanchor: "bottom", font: {size: 12}, ...layout.legend},
     };
     for (const key of Object.keys(layout)) {
       if (/^[xy]axis\d*$/.test(key)) full[key] = axis(layout[key]);
@@ -52,9 +52,19 @@
       x: place(trace.x), y: place(trace.y)}))};
   };
 
+  // The middle of the window to the nearest part of a plot.
+  const distance = (area) => {
+    const at = area.getBoundingClientRect(), middle = innerHeight / 2;
+    return Math.max(at.top - middle, middle - at.bottom, 0);
+  };
+
   const draw = (area, size) => {
     if (drawn.has(area)) return;
     drawn.add(area);
+    if (!size) {
+      [...drawn].sort((a, b) => distance(a) - distance(b)).slice(MOST).forEach(remove);
+      if (!drawn.has(area)) return;
+    }
     const figure = read(area);
     area.given = figure.layout;
     Plotly.newPlot(area, figure.data, themed(figure.layout, size),
@@ -162,10 +172,10 @@
   const overflow = (box) => {
     const wide = box.scrollWidth > box.clientWidth + 1;
     box.classList.toggle("more", wide && box.scrollLeft + box.clientWidth < box.scrollWidth - 1);
-    if (!wide) { box.removeAttribute("tabindex"); box.removeAttribute("role"); box.removeAttribute("aria-label"); return; }
+    if (!wide && box.scrollHeight <= box.clientHeight + 1) { box.removeAttribute("tabindex"); box.removeAttribute("role"); box.removeAttribute("aria-label"); return; }
     box.tabIndex = 0;
     box.setAttribute("role", "group");
-    box.setAttribute("aria-label", `${box.querySelector("caption")?.textContent || "table"}, scrolls sideways`);
+    box.setAttribute("aria-label", `${box.querySelector("caption")?.textContent || "table"}, scrolls`);
   };
   const scrolls = (root) => {
     for (const box of root.querySelectorAll(".scroll")) {
@@ -227,6 +237,7 @@
           if (!details.open) return;
           details.append(tabled(details.parentElement.querySelector(".area")));
           scrolls(details);
+          overflow(details.querySelector(".scroll"));
         } else if (details.open) {
           plotly().then(() => areas.filter((a) => details.contains(a) && inSight(a)).forEach((a) => draw(a)));
         }
