@@ -28,6 +28,7 @@ from plumbob.reports.view.traces import (
     rounded,
 )
 
+SEEN = 0.01  # of a tolerance: smaller terms are drawn together
 PERIODS = 15  # of a motion that a plot can show
 GREEK = (
     ("theta", "θ"),
@@ -261,47 +262,58 @@ def budget_bars(
     methods: Mapping[str, Method],
     shown: Sequence[str],
 ) -> Figure | None:
-    """What the tolerances of one run of each of the `shown` methods are made of, as stacked bars;
-    None where none of them has a tolerance."""
-    parts: dict[str, dict[str, tuple[float, float]]] = {}
+    """What the tolerances of one run of each of the `shown` methods are made of, as stacked bars:
+    what the error may differ from its prediction by, or where there is none, its bound. None where
+    none of them has a tolerance."""
+    observable, parts, bars = system.observables[0], dict[str, dict[int, float]](), list[str]()
     for c in convergence:
         held = budgeted(c, judged[c.method]) if c.method in shown else None
-        bound = held[1].tolerances.get(system.observables[0].name) if held else None
-        if held is None or bound is None or not bound.bound > 0.0:
+        bound = held[1].tolerances.get(observable.name) if held else None
+        if held is None or bound is None:
             continue
-        at = f"{c.method}<br>at {notation.step(held[0].step, methods[c.method].control)}"
-        for term in bound.terms:
-            parts.setdefault(term.name, {})[at] = (term.value / bound.bound, term.value)
+        predicted = held[0].errors[observable.name].predicted
+        terms = bound.terms[1:] if predicted and len(bound.terms) > 1 else bound.terms
+        if not (total := sum(term.value for term in terms)) > 0.0:
+            continue
+        what = f"±{notation.number(total, 2)} {observable.unit}"
+        bars.append(
+            f"{c.method}<br>{notation.step(held[0].step, methods[c.method].control)}, {what}"
+        )
+        for term in terms:
+            named = (
+                term.name.removeprefix("regularisation: ")
+                if term.value >= SEEN * total
+                else "others"
+            )
+            own = parts.setdefault(named, {})
+            own[len(bars) - 1] = own.get(len(bars) - 1, 0.0) + 100.0 * term.value / total
     if not parts:
         return None
-    unit = system.observables[0].unit
     traces = tuple(
         {
-            "type": "bar", "orientation": "h", "name": name,
-            "x": rounded([100.0 * part for part, _ in of.values()]), "y": list(of),
-            "text": [f"{notation.number(value)} {unit}" for _, value in of.values()],
-            "textposition": "none", "marker": {"color": COLOURS[k % len(COLOURS)]},
-            "hovertemplate": f"{name}<br>%{{text}}<br>%{{x:.3g}} % of the tolerance<extra></extra>",
+            "type": "bar", "orientation": "h", "name": name, "x": rounded(list(of.values())),
+            "y": list(of), "marker": {"color": COLOURS[k % len(COLOURS)]},
+            "hovertemplate": f"{name}<br>%{{x:.3g}} % of the tolerance<extra></extra>",
         }
         for k, (name, of) in enumerate(parts.items())
     )  # fmt: skip
-    below = 50  # [px] of the lower axis; a legend that moves margins would be laid out in circles
-    bars = len({at for of in parts.values() for at in of})
+    axis, legend = 50, 24 * len(parts)  # [px]; a legend that moves margins may be laid out for ever
     return Figure(
-        f"What the tolerance of {symbol(system.observables[0].name)} is made of",
-        "One run of each method: the parts of the largest error that is allowed. Their reasons "
-        "stand in the table of the budget.",
+        f"What the tolerance of {symbol(observable.name)} is made of",
+        "One run of each method: by what its largest error may differ from the predicted one, or "
+        "without a prediction, how large it may be. Reasons stand in the table of the budget.",
         traces,
         {
             "barmode": "stack", "showlegend": True,
             "xaxis": {"title": {"text": "part of the tolerance [%]"}, "range": [0, 100],
                       "automargin": False},
-            "yaxis": {"title": {"text": ""}, "automargin": False, "type": "category"},
-            "legend": {"orientation": "v", "y": -below / (40 * bars), "yanchor": "top"},
-            "margin": {"l": 150, "t": 8, "b": below + 20 * len(parts), "autoexpand": False},
+            "yaxis": {"title": {"text": ""}, "automargin": False, "ticktext": bars,
+                      "tickvals": list(range(len(bars))), "zeroline": False},
+            "legend": {"orientation": "v", "xref": "container", "yanchor": "top",
+                       "y": -axis / (44 * len(bars)), "maxheight": legend + 40},
+            "margin": {"l": 170, "t": 8, "b": axis + legend, "autoexpand": False},
         },
-        height=8 + 40 * bars + below + 20 * len(parts),
-        wide=True,
+        height=8 + 44 * len(bars) + axis + legend,
     )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from plumbob.models.registry import systems
+from plumbob.reports.cli import main
 from plumbob.tests.support.browser import Visit, visited
 from plumbob.tests.support.page_document import site_files
 
@@ -73,6 +74,19 @@ def test_sensitivity_of_the_checks(index: Path, browser: Browser) -> None:
         visit.ask("setTimeout(() => { throw new Error('broken'); })")
         visit.page.wait_for_timeout(100)
         assert any("broken" in line for line in visit.console)
+
+
+def test_a_page_that_stands_alone(browser: Browser, tmp_path: Path) -> None:
+    """What `plumbob solve --figures` writes is made of the same parts."""
+    page = tmp_path / "figures.html"
+    assert main(["solve", "cone-pendulum", "--figures", str(page)]) == 0
+    with visited(browser, page, width=PHONE) as visit:
+        visit.scroll_through()
+        assert visit.violations() == []
+        assert visit.ask("document.documentElement.scrollWidth") <= PHONE
+        assert visit.ask("document.querySelectorAll('.area .main-svg').length") > 0
+        assert visit.console == []
+        assert visit.requests == [page.resolve().as_uri()]
 
 
 def test_an_index_is_light(index: Path) -> None:

@@ -104,10 +104,7 @@ def by_engine(study: Study, judged: Judgements, scenes: Sequence[Scene]) -> Tabl
     ran = {
         name for (scene, name), of in every.items() if scene in named and of.meaning != "not-run"
     }
-    engines = list(dict.fromkeys(m.engine for m in study.methods if m.name in ran))
-    first = list(ENGINES)
-    engines = sorted((engine for engine in engines if engine != "exact"),
-                     key=lambda e: first.index(e) if e in first else len(first))  # fmt: skip
+    engines = _in_order({m.engine for m in study.methods if m.name in ran} - {"exact"})
     default = any((scene.name, DEFAULT_METHOD) in every for scene in scenes)
     rows = []
     for scene in scenes:
@@ -134,7 +131,7 @@ def of_engines(study: Study, judged: Judgements, scenes: Sequence[Scene]) -> tup
     """A folded table for each engine: scenes against all of its methods that run any of them."""
     every = _every(study, judged)
     tables = []
-    for engine in dict.fromkeys(m.engine for m in study.methods):
+    for engine in _in_order({m.engine for m in study.methods}):
         methods = [
             m.name
             for m in study.methods
@@ -165,8 +162,8 @@ def _every(study: Study, judged: Judgements) -> Mapping[tuple[str, str], Shown]:
 
 
 def _best(own: Mapping[str, Shown], methods: Sequence[Method]) -> Cell:
-    """The smallest error of an engine's methods, preferably of those that are as predicted or
-    converge, of a full model and no closed form."""
+    """The smallest error of an engine's methods: of those that are as predicted or converge, full
+    models first, where there are any."""
     surrogates = {m.name for m in methods if m.surrogate or m.scheme.integrator == EXACT}
     ran = {name: of for name, of in own.items() if of.meaning != "not-run"}
     good = {
@@ -174,7 +171,8 @@ def _best(own: Mapping[str, Shown], methods: Sequence[Method]) -> Cell:
         for name, of in ran.items()
         if of.meaning in ("predicted", "converges") and name not in surrogates
     }
-    if not (chosen := good or ran):
+    other = {name: of for name, of in ran.items() if of.meaning in ("predicted", "converges")}
+    if not (chosen := good or other or ran):
         return Cell("–", "none")
     name = min(chosen, key=lambda name: chosen[name].error)
     return chosen[name].cell(name.partition("/")[2])
@@ -186,6 +184,12 @@ def _short(found: Shown | None) -> Cell:
 
 def _named(scene: Scene) -> Cell:
     return Cell(scene.name, "scene", link=scene.name.replace("/", "-"))
+
+
+def _in_order(engines: set[str]) -> list[str]:
+    """Engines in the order of ENGINES, others after them by name."""
+    first = list(ENGINES)
+    return sorted(engines, key=lambda e: (first.index(e) if e in first else len(first), e))
 
 
 def _engine(name: str) -> str:

@@ -23,7 +23,7 @@
 
   const axis = (given) => ({
     gridcolor: colour("--grid"), linecolor: colour("--rule"), zerolinecolor: colour("--rule"),
-    automargin: true, ticks: "outside", tickcolor: colour("--rule"), ticklen: 4, showline: true,
+    automargin: Boolean(given.ticktext), ticks: "outside", tickcolor: colour("--rule"), ticklen: 4, showline: true,
     ...given, title: {standoff: 8, ...given.title, font: {size: 12}},
   });
 
@@ -32,7 +32,7 @@
       ...layout, ...size, hovermode: "closest", dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom",
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
       font: {family: "system-ui, sans-serif", size: 12, color: colour("--ink")},
-      margin: {l: 56, r: 16, t: 8, b: 44, ...layout.margin},
+      margin: {l: 68, r: layout.yaxis2 ? 68 : 16, t: 8, b: 46, ...layout.margin},
       hoverlabel: {bgcolor: colour("--paper"), bordercolor: colour("--rule"),
         font: {size: 12, color: colour("--ink")}, align: "left"},
       legend: {orientation: "h", x: 0, y: 1.02, yanchor: "bottom", font: {size: 12}, ...layout.legend},
@@ -58,6 +58,12 @@
     return Math.max(at.top - middle, middle - at.bottom, 0);
   };
 
+  // Plotly goes on after it returns: the next change of a plot waits for the last one.
+  const queue = (area, wanted, change) => {
+    const next = () => (drawn.has(area) === wanted ? change() : null);
+    area.last = (area.last || Promise.resolve()).then(next, next);
+  };
+
   const draw = (area, size) => {
     if (drawn.has(area)) return;
     drawn.add(area);
@@ -67,12 +73,14 @@
     }
     const figure = read(area);
     area.given = figure.layout;
-    Plotly.newPlot(area, figure.data, themed(figure.layout, size),
+    const make = () => Plotly.newPlot(area, figure.data, themed(figure.layout, size),
       {responsive: true, displayModeBar: false});
+    if (size) make();  // on paper at once
+    else queue(area, true, make);
   };
 
   const remove = (area) => {
-    if (drawn.delete(area)) Plotly.purge(area);
+    if (drawn.delete(area)) queue(area, false, () => Plotly.purge(area));
   };
 
   const open = (area) => area.isConnected && !area.closest("details:not([open])");
@@ -96,7 +104,9 @@
   };
 
   const restyle = () => {
-    for (const area of drawn) Plotly.restyle(area, {visible: area.data.map(shown)});
+    for (const area of drawn) {
+      queue(area, true, () => Plotly.restyle(area, {visible: area.data.map(shown)}));
+    }
   };
 
   // ---- a plot's figures as a table, while it is open ----
@@ -302,15 +312,19 @@
     if (!window.Plotly) return;
     for (const area of areas.filter(open)) {
       const width = area.parentElement.classList.contains("wide") ? PRINTED.wide : PRINTED.half;
-      remove(area);
+      if (drawn.delete(area)) Plotly.purge(area);
       draw(area, {autosize: false, width, height: Math.min(300, area.clientHeight)});
     }
   });
   addEventListener("afterprint", () => {
-    for (const area of [...drawn]) { remove(area); if (inSight(area)) draw(area); }
+    for (const area of [...drawn]) {
+      drawn.delete(area);
+      Plotly.purge(area);
+      if (inSight(area)) draw(area);
+    }
   });
   dark.addEventListener("change", () => {
-    for (const area of drawn) Plotly.relayout(area, themed(area.given));
+    for (const area of drawn) queue(area, true, () => Plotly.relayout(area, themed(area.given)));
   });
   begin(page);
   if (location.hash) follow();
