@@ -1,8 +1,9 @@
-"""plumbob report: the page of a stored study, drawn again; nothing is run."""
+"""plumbob report: the pages of a stored study, drawn again; nothing is run."""
 
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
@@ -14,18 +15,36 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("out", metavar="OUT", help="a results folder of `plumbob validate`")
     parser.add_argument("--study", metavar="N", help="number of the study (default: the newest)")
+    parser.add_argument(
+        "--single", metavar="FILE.html", help="write all pages into this one file instead, to mail"
+    )
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Write the same page that `validate` wrote, to the byte, and print where it is."""
+    """Write the same pages that `validate` wrote, to the byte, or one file with the content of all
+    of them, and print where it is."""
     number = None if chosen.study is None else values.count("study", chosen.study)
+    single = None if chosen.single is None else _one_file(chosen.single)
     study = store.load(Path(chosen.out) / store.FILE, number)
     if study is None and number is None:
         raise ParameterError("OUT", chosen.out, "where `plumbob validate` has stored a study")
     if study is None:
         raise ParameterError("study", number, f"the number of a study in {chosen.out}")
     from plumbob.reports.findings import section
-    from plumbob.reports.view.page import write_page
+    from plumbob.reports.view.page import written
+    from plumbob.reports.view.site.writing import render, write_page
 
-    print(write_page(study, Path(chosen.out), section))
+    if single is None:
+        print(write_page(study, Path(chosen.out), section))
+    else:
+        print(written(render(study, section), single.parent, single.name))
     return 0
+
+
+def _one_file(text: str) -> Path:
+    """A file .html that can be written; raises ParameterError."""
+    file = Path(text)
+    taken = os.path.lexists(file) and not file.is_file()
+    if file.suffix != ".html" or taken or not os.access(file.parent, os.W_OK):
+        raise ParameterError("single", text, "a file .html in a folder that can be written to")
+    return file

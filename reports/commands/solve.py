@@ -19,7 +19,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Observable
 from plumbob.reports.commands import values
 from plumbob.reports.findings import section
-from plumbob.reports.view.content import Figure
+from plumbob.reports.view.content import Table, row
 
 TABLE = (
     "scene",
@@ -30,13 +30,6 @@ TABLE = (
     "by_angle",
 )  # of an answer: what is said by row
 ANGLE = Observable("theta", "rad")
-PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
-<style>body {{ font-family: sans-serif; max-width: 1000px; margin: 2em auto }}
-section {{ display: inline-block; width: 480px; vertical-align: top }}</style>
-<script>{plotly}</script></head><body><h1>{title}</h1><p>{parameters}</p>
-{figures}</body></html>
-"""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -191,33 +184,14 @@ def _write(case: Case, path: str) -> None:
     own = section(case.system.name)
     assert own is not None
     assert own.solved is not None
-    from jinja2 import Environment
-    from plotly.offline import get_plotlyjs
+    from plumbob.reports.view.page import filled, written
 
-    escape = Environment(autoescape=True).from_string("{{ text }}").render
-    given = ", ".join(f"{name} {value}" for name, value in case.scene.parameters.items())
-    figures = "\n".join(_drawn(i, one, escape) for i, one in enumerate(own.solved(case)))
-    Path(path).write_text(
-        PAGE.format(
-            title=escape(text=case.scene.name),
-            plotly=get_plotlyjs(),
-            parameters=escape(text=given),
-            figures=figures,
-        ),
-        encoding="utf-8",
+    rows = tuple(row(name, str(value)) for name, value in case.scene.parameters.items())
+    place = Path(path)
+    text = filled(
+        "figures.html.jinja",
+        scene=case.scene,
+        figures=own.solved(case),
+        parameters=Table("Parameters (SI)", ("name", "value"), rows),
     )
-
-
-def _drawn(index: int, one: Figure, escape: object) -> str:
-    assert callable(escape)
-    data = json.dumps([dict(trace) for trace in one.traces]).replace("</", "<\\/")
-    placed = {
-        "margin": {"l": 60, "r": 16, "t": 8, "b": 44},
-        "legend": {"orientation": "h", "y": 1.1},
-    }
-    layout = json.dumps({**placed, **one.layout, "height": one.height}).replace("</", "<\\/")
-    return (
-        f"<section><h2>{escape(text=one.title)}</h2><div id='f{index}'></div>"
-        f"<p>{escape(text=one.caption)}</p><script>Plotly.newPlot('f{index}', {data}, {layout})"
-        "</script></section>"
-    )
+    written(text, place.parent, place.name)

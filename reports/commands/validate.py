@@ -98,7 +98,7 @@ def _report(
     """Judge the stored study of that number, as `plumbob report` does, and write what was asked
     for; returns the exit code."""
     from plumbob.reports.findings import section
-    from plumbob.reports.view.page import write_page
+    from plumbob.reports.view.site.writing import write_page
     from plumbob.reports.view.terminal import summary_lines
 
     study = store.load(out / store.FILE, number)

@@ -84,6 +84,8 @@ def _stopping(study: Study) -> Sequence[Finding]:
             "capsule-stopping-distance",
             "MuJoCo stops too early and pymunk too late, by the same half step",
             "confirmed",
+            "A sliding body stops half a step too early in MuJoCo's Euler and half a step too "
+            "late in pymunk; a smaller step helps in proportion. "
             f"A body at {number(speed)} m/s stops after v₀²/(2fg) = {number(distance)} m wherever "
             "its slider is (v₀: initial speed, f: coefficient of friction). MuJoCo updates "
             "velocities before positions and stops v₀dt/2 too early; pymunk updates positions "
@@ -161,7 +163,9 @@ def _spin(study: Study) -> Sequence[Finding]:
             "capsule-spin",
             "Spin and translation at once: first order in the step, with a predicted coefficient",
             "confirmed",
-            _spin_summary(slopes, default),
+            "Where a robot spins and slides at once, contacts that converge are of first "
+            "order: half the step, half the error. "
+            + _spin_summary(slopes, default),
             (
                 "Friction couples the two, and one support comes to rest before the others. The "
                 "coefficient is predicted by taking the same steps with three degrees of freedom, "

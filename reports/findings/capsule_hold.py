@@ -76,6 +76,8 @@ def _finding(
         "capsule-stiction-drift",
         "Stiction drifts, and the contact model decides how fast",
         "measured",
+        "A robot that should stand still on a slope drifts, and the contact settings decide "
+        "how fast. "
         f"{said}.",
         (
             "Gravity is tilted by a fraction of the angle at which friction would give way; the "

@@ -100,6 +100,8 @@ def poses(study: Study) -> Finding | None:
         "capsule-plan-poses",
         "Any pose can be reached, and choosing the manoeuvres for time pays",
         "confirmed",
+        "A planner can bring this robot to every pose, and should choose its manoeuvres for "
+        "time. "
         f"{end}, in the exact motion, within {number(worst, 1)} of the pose, in metres and "
         f"radians; the naive plan takes {span} times as long.",
         (
@@ -181,6 +183,8 @@ def open_loop(study: Study) -> Finding | None:
         "capsule-plan-open-loop",
         "Run open-loop, a plan ends with the errors that its turns and lines added",
         "measured",
+        "Without feedback a plan misses its goal by the errors of its turns and lines "
+        "together. "
         f"With steps of {short(STEP)} s the error of the place at the end is, in metres: {said}."
         f"{_slow(held)}",
         (

@@ -73,6 +73,7 @@ def _total(study: Study) -> Sequence[Finding]:
             "capsule-train-total",
             "Repeated manoeuvres: the error of one times their number",
             "confirmed",
+            "To know the error of a long walk, measure one manoeuvre: the errors add up. "
             f"After {repeated.count} manoeuvres of "
             f"{number(1e3 * repeated.manoeuvre.displacement)} mm{_summary(errors)}.",
             (

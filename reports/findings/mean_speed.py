@@ -81,6 +81,7 @@ def finding(study: Study) -> Finding:
         "capsule-mean-speed",
         "The mean speed has its optimum at the bounds, in closed form",
         "extended",
+        "The fastest walk is known in closed form and need not be searched for. "
         f"With a stroke of {number(STROKE)} m the check body goes at most {number(limit)} m/s on "
         f"average; with the longest that keeps all Nᵢ above zero, {number(most)} m/s.",
         (

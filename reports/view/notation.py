@@ -18,6 +18,14 @@ def number(value: float, digits: int = 3) -> str:
     return f"{mantissa}e{int(exponent)}"
 
 
+def relative(value: float, digits: int = 2) -> str:
+    """A relative error: 2.5 %, 0.011 %, and 4.7e-8 where a percentage would have many zeros."""
+    percent = 100.0 * value
+    if not math.isfinite(percent) or percent == 0.0:
+        return number(percent)
+    return f"{number(percent, digits)} %" if percent >= 1e-3 else number(value, digits)
+
+
 def short(value: float) -> str:
     """A step or a tolerance, with as few digits as it needs, at most four: 1e-4, 2.5e-6, 0.02."""
     text = f"{value:.4g}"

@@ -7,15 +7,11 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from plumbob.engines.study.results import Study
-from plumbob.models.scene import System
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, Choice, Recommendation, cheapest
-from plumbob.reports.judge.expectations import refused
-from plumbob.reports.judge.verdict import Judgements, Verdict
+from plumbob.reports.judge.verdict import Judgements
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Finding, StatementVerdict, Table, row
-from plumbob.reports.view.tables import verdict_cell
 
-NOT_RUN = ("unsupported", "missing")
 # Relative, and as they are written.
 ERRORS = ((0.1, "10 %"), (1e-2, "1 %"), (1e-3, "0.1 %"), (1e-4, "1e-4"), (1e-6, "1e-6"))
 
@@ -50,51 +46,6 @@ def anchor(scene: str) -> str:
     return scene.replace("/", "-")
 
 
-def verdicts(system: System, study: Study, judged: Judgements) -> Table:
-    """Scenes of one system against methods; methods that run none of them stand in the note."""
-    scenes = [scene.name for scene in study.scenes if scene.system == system.name]
-    seen = {
-        m.name: {judged[key].whole.verdict for s in scenes if (key := (s, m.name)) in judged}
-        for m in study.methods
-    }
-    none = {
-        m.name: why
-        for m in study.methods
-        if (why := _the_only(seen[m.name])) in NOT_RUN
-        and not any(
-            refused(*key, judged[key].whole) for s in scenes if (key := (s, m.name)) in judged
-        )
-    }
-    methods = [name for name, found in seen.items() if found and name not in none]
-    rows = tuple(
-        row(
-            Cell(scene.name.partition("/")[2], "scene", scene.summary, anchor(scene.name)),
-            *(_verdict(*key, judged) for key in ((scene.name, name) for name in methods)),
-        )
-        for scene in study.scenes
-        if scene.system == system.name
-    )
-    note = "Hover over a verdict for its reason."
-    for verdict in NOT_RUN:
-        if names := [name for name, why in none.items() if why == verdict]:
-            note += f" {verdict.capitalize()}: {', '.join(names)}."
-    return Table(system.title, ("scene", *methods), rows, note)
-
-
-def _verdict(scene: str, method: str, judged: Judgements) -> Cell:
-    """A verdict that leads to its scene; a dash where there is none to give."""
-    if (pair := judged.get((scene, method))) is None:
-        return Cell("", "none")
-    found = pair.whole
-    if found.verdict in NOT_RUN and not refused(scene, method, found):
-        return Cell("–", "none", f"{found.verdict}: {found.reason}")
-    return verdict_cell(scene, method, found, anchor(scene))
-
-
-def _the_only(verdicts: set[Verdict]) -> Verdict | None:
-    return next(iter(verdicts)) if len(verdicts) == 1 else None
-
-
 def recommendations(study: Study, judged: Judgements) -> Table | None:
     """The cheapest method for each wanted error, a row a scene; None where nothing was timed."""
     if not study.costs:
@@ -119,7 +70,8 @@ def recommendations(study: Study, judged: Judgements) -> Table | None:
         "The real-time factor is simulated time over computing time. Hover for the runner-up and "
         "for other engines. MuJoCo's default settings are Euler steps of 2 ms: the error they give."
     )
-    return Table("The cheapest method and step for a wanted error", heads, tuple(rows), note)
+    return Table("The cheapest method and step for a wanted error, scene by scene", heads,
+                 tuple(rows), note, folded=True)  # fmt: skip
 
 
 def scene_recommendations(study: Study, scene: str, judged: Judgements) -> Table | None:

@@ -1,75 +1,64 @@
-"""The page: one self-contained HTML file of a study, readable anywhere, without a network."""
+"""A page filled with its content: one file with everything, or one of several that share files."""
 
 from __future__ import annotations
 
 import json
 import os
 import tempfile
-from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from plumbob.engines.method import Method
-from plumbob.engines.study.results import Study
-from plumbob.models.registry import systems
-from plumbob.models.scene import Quantity, Scene, System
-from plumbob.reports.advice.user_settings import user_results
-from plumbob.reports.advice.work_precision import points
-from plumbob.reports.judge.verdict import LEAVES_OUT, Judged, Judgements, Verdict, judge_study
-from plumbob.reports.view import notation, overview, sensitivity, tables, tightness
-from plumbob.reports.view.content import Figure, Finding, Section, Table
-from plumbob.reports.view.overview import anchor
-from plumbob.reports.view.palette import styles
-from plumbob.reports.view.plots import scene_figures
-from plumbob.reports.view.settings import pasted
-from plumbob.reports.view.trimming import trimming
-from plumbob.reports.view.user_settings import table as own_table
+from plumbob.reports.view.content import Figure
 
-NAME = "index.html"
-Sections = Callable[[str], Section | None]  # what there is to say of one system alone, by its name
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
 TEMPLATES = Path(__file__).parent / "templates"
-ORDER: tuple[Verdict, ...] = (
-    "pass", "converges", "fail", "not-converging", "diverged", "pre-asymptotic", "unsupported",
-    "missing",
-)  # fmt: skip
+NAME = "index.html"
+STYLE, SCRIPT, PLOTLY = "page.css", "page.js", "plotly.js"
 
 
-@dataclass(frozen=True)
-class SceneView:
-    """One scene as the page shows it: the first table, then figures, then the rest."""
+def filled(template: str, *, shared: str | None = None, **content: Any) -> str:
+    """A template of a page filled with its content. With `shared`, the path to the folder of a
+    site, the page loads the files of `shared_files` from there; without, it holds them."""
+    from markupsafe import Markup
 
-    scene: Scene
-    anchor: str
-    counts: tuple[tuple[str, int], ...]  # verdicts, and how many methods have each
-    methods: tuple[str, ...]  # those that ran
-    first: tuple[Table, ...]
-    figures: tuple[Figure, ...]
-    hard: tuple[Figure | Table, ...]
-    rest: tuple[Table, ...]
-
-
-@dataclass(frozen=True)
-class SystemView:
-    """One system as the page shows it."""
-
-    system: System
-    galleries: tuple[tuple[str, Sequence[Figure]], ...]
-    findings: tuple[Finding, ...]
-    scenes: tuple[SceneView, ...]
+    inside = {name: Markup(text) for name, text in shared_files().items()} if shared is None else {}
+    given: dict[str, Any] = {"styles": {}, "frame": "frame.html.jinja", "href": _same_page}
+    return (
+        _environment()
+        .get_template(template)
+        .render({**given, **content, "shared": shared, "inside": inside})
+    )
 
 
-def write_page(
-    study: Study,
-    folder: Path,
-    section: Sections,
-    judged: Judgements | None = None,
-) -> Path:
-    """Write the page of `study` into `folder`, whole or not at all, and return its path; `section`
-    finds what there is to say of one system alone, `judged` are the study's verdicts where they
-    are known already. Raises OSError where the folder cannot be written."""
-    return written(render(study, section, judged), folder, NAME)
+@cache
+def _environment() -> Environment:
+    """What reads the templates and keeps them."""
+    import jinja2
+    from markupsafe import Markup
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["figure_json"] = lambda figure: Markup(figure_json(figure))
+    return environment
+
+
+def shared_files() -> dict[str, str]:
+    """The style sheet, our script and plotly, by name: what all pages of a site load."""
+    from plotly.offline import get_plotlyjs
+
+    styles, scripts = (
+        "\n".join(path.read_text("utf-8") for path in sorted(TEMPLATES.glob(f"*.{kind}")))
+        for kind in ("css", "js")
+    )
+    return {STYLE: styles, SCRIPT: scripts, PLOTLY: get_plotlyjs()}
 
 
 def written(text: str, folder: Path, name: str) -> Path:
@@ -86,56 +75,6 @@ def written(text: str, folder: Path, name: str) -> Path:
         Path(made).unlink(missing_ok=True)
         raise
     return folder / name
-
-
-def render(
-    study: Study,
-    section: Sections,
-    judged: Judgements | None = None,
-) -> str:
-    """The page of `study` as HTML: a function of the study alone, which runs no engine."""
-    found = judge_study(study) if judged is None else judged
-    views = [_system(study, system, found, section) for system in systems().values()]
-    views = [view for view in views if view.scenes]
-    findings = [finding for view in views for finding in view.findings]
-    return filled(
-        "page.html.jinja",
-        study=study,
-        views=views,
-        findings=findings,
-        sources=overview.sources(findings),
-        counts=_counts(found.values()),
-        user_settings=own_table(user_results(study, found)),
-        verdicts=[overview.verdicts(view.system, study, found) for view in views],
-        recommendations=overview.recommendations(study, found),
-        settings=pasted(study),
-        tightness=tightness.tables(study, found),
-        styles=styles(study.methods),
-        provenance=study.provenance,
-        number=notation.number,
-    )
-
-
-def filled(template: str, **content: Any) -> str:
-    """A template of a page filled with its content, the style sheet and the scripts as HTML."""
-    import jinja2
-    from markupsafe import Markup
-    from plotly.offline import get_plotlyjs
-
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["figure_json"] = lambda figure: Markup(figure_json(figure))
-    return environment.get_template(template).render(
-        **content,
-        style_sheet=Markup((TEMPLATES / "page.css").read_text("utf-8")),
-        script=Markup((TEMPLATES / "page.js").read_text("utf-8")),
-        plotly=Markup(get_plotlyjs()),
-    )
 
 
 def figure_json(figure: Figure) -> str:
@@ -158,68 +97,6 @@ def _once(values: Any, arrays: dict[str, int]) -> int:
     return arrays.setdefault(json.dumps(values, allow_nan=False), len(arrays))
 
 
-def _system(
-    study: Study,
-    system: System,
-    found: Judgements,
-    section: Sections,
-) -> SystemView:
-    scenes = [scene for scene in study.scenes if scene.system == system.name]
-    # Findings read any observable: there are none where a run leaves one out.
-    whole = all(not found[pair].whole.reason.startswith(LEAVES_OUT) for pair in found
-                if pair[0] in {scene.name for scene in scenes})  # fmt: skip
-    own = section(system.name) if scenes and whole else None
-    methods = {method.name: method for method in study.methods}
-    return SystemView(
-        system,
-        tuple(own.figures(study)) if own else (),
-        tuple(own.findings(study)) if own else (),
-        tuple(_scene(study, system, scene, methods, found, own) for scene in scenes),
-    )
-
-
-def _scene(
-    study: Study,
-    system: System,
-    scene: Scene,
-    methods: dict[str, Method],
-    found: Judgements,
-    own: Section | None,
-) -> SceneView:
-    convergence = [c for c in study.convergence if c.scene == scene.name]
-    judged = {c.method: found[scene.name, c.method] for c in convergence}
-    costs = {name: cost for (of, name), cost in study.costs.items() if of == scene.name}
-    ran = [c.method for c in convergence if any(m.status == "done" for m in c.measurements)]
-    first = (
-        tables.summary(system, convergence, judged, methods),
-        overview.scene_recommendations(study, scene.name, found),
-    )
-    rest = (
-        tables.orders(convergence, methods),
-        tables.cost(convergence, costs, methods),
-        trimming(study, scene),
-        tables.budgets(system, convergence, judged, methods),
-        tables.every_run(system, convergence, judged, methods),
-        sensitivity.table(study, scene, found),
-        tables.parameters(system, scene),
-    )
-    in_units = (Quantity(study.leading(scene.name).name, 1.0),)
-    figures = scene_figures(
-        scene, convergence, methods, styles(study.methods), points(study, scene.name, in_units)
-    )
-    return SceneView(
-        scene,
-        anchor(scene.name),
-        _counts(judged.values()),
-        tuple(ran),
-        tuple(t for t in first if t),
-        figures,
-        tuple(own.hard(study, scene)) if own and scene.hard else (),
-        tuple(t for t in rest if t),
-    )
-
-
-def _counts(judged: Iterable[Judged]) -> tuple[tuple[str, int], ...]:
-    """Verdicts, and how many methods have each, in the page's order."""
-    counted = Counter(found.whole.verdict for found in judged)
-    return tuple((verdict, counted[verdict]) for verdict in ORDER if counted[verdict])
+def _same_page(place: str) -> str:
+    """The address of a place on a page that stands alone."""
+    return f"#{place}"

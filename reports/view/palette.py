@@ -16,6 +16,7 @@ from plumbob.engines.method import USER_METHOD, Method
 BLUE, RED, GREEN, ORANGE = "#0072b2", "#d55e00", "#009e73", "#e69f00"
 SKY, PINK, GREY = "#56b4e9", "#cc79a7", "#808080"
 PLUM, OLIVE, PERIWINKLE = "#b05a8c", "#6b8e23", "#5a78d2"
+COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED, OLIVE, PERIWINKLE, GREY)  # of what has no own one
 
 # Fixed places, so that two pages agree whatever was measured; what is not here takes what is left.
 INTEGRATORS = (

@@ -13,11 +13,22 @@ from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Scene, System
 from plumbob.reports.advice.recommend import EXACT
 from plumbob.reports.advice.work_precision import Point, front
+from plumbob.reports.judge.verdict import Judged
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
-from plumbob.reports.view.palette import GREY, Style
-from plumbob.reports.view.traces import Trace, curve, figure, linear, logarithmic, positive
+from plumbob.reports.view.palette import COLOURS, GREY, Style
+from plumbob.reports.view.tables import budgeted
+from plumbob.reports.view.traces import (
+    Trace,
+    curve,
+    figure,
+    linear,
+    logarithmic,
+    positive,
+    rounded,
+)
 
+SEEN = 0.01  # of a tolerance: smaller terms are drawn together
 PERIODS = 15  # of a motion that a plot can show
 GREEK = (
     ("theta", "θ"),
@@ -38,16 +49,18 @@ def scene_figures(
     methods: Mapping[str, Method],
     styles: Mapping[str, Style],
     found: Sequence[Point],
+    absolute: Mapping[tuple[str, float], str],
 ) -> tuple[Figure, ...]:
-    """All figures of one scene; what was not measured leaves its figure out."""
+    """All figures of one scene, with its relative errors `found` and the same in SI units as text;
+    what was not measured leaves its figure out."""
     system = system_of(scene)
     stepped = [c for c in convergence if methods[c.method].control == "step"]
     figures = [
+        error_against_cost(found, absolute, methods, styles),
+        error_against_step(system, stepped, styles),
         errors_over_time(system, convergence, methods, styles),
         exact_motion(system, scene),
-        error_against_step(system, stepped, styles),
         *drifts(stepped, styles),
-        error_against_cost(system, found, methods, styles),
     ]
     return tuple(f for f in figures if f is not None and f.traces)
 
@@ -181,45 +194,127 @@ def drifts(
 
 
 def error_against_cost(
-    system: System,
     found: Sequence[Point],
+    absolute: Mapping[tuple[str, float], str],
     methods: Mapping[str, Method],
     styles: Mapping[str, Style],
 ) -> Figure:
-    """Error against cost, with the Pareto front."""
-    leading = system.observables[0]
-    usable = [p for p in found if np.isfinite(p.error)]
-    simulated = [p for p in usable if methods[p.method].scheme.integrator != EXACT]
+    """Relative error against speed, with the Pareto front; `absolute` are errors in SI units, as
+    text, by method and step. A closed form stands in the caption: it has no place on the axes."""
+    usable = [p for p in found if np.isfinite(p.error) and p.ns_per_second]
+    exact = [p for p in usable if methods[p.method].scheme.integrator == EXACT]
+    simulated = [p for p in usable if p not in exact]
     best = front(simulated, lambda p: (p.ns_per_second, p.error))
     traces: list[Trace] = []
     if best:
-        edge = curve([p.ns_per_second for p in best], positive([p.error for p in best]),
+        edge = curve([_speed(p) for p in best], positive([p.error for p in best]),
                      colour=GREY, dash="solid", width=7.0, name="Pareto front")  # fmt: skip
         traces.append({**edge, "opacity": 0.35, "hoverinfo": "skip"})
-    for name in dict.fromkeys(p.method for p in usable):
-        line = [p for p in usable if p.method == name]
+    for name in dict.fromkeys(p.method for p in simulated):
+        line = [p for p in simulated if p.method == name]
         hints = [
             f"{notation.step(p.step, methods[name].control)}, "
-            f"real-time factor {notation.real_time_factor(p.ns_per_second)}"
+            f"{notation.number(p.ns_per_second)} ns per simulated second"
+            + (f", {said}" if (said := absolute.get((name, p.step))) else "")
             + (", on the Pareto front" if p in best else "")
             for p in line
         ]
-        hint = f"{name}<br>%{{text}}<br>error %{{y:.3g}} {leading.unit}<br>cost %{{x:.3g}} ns per s"
+        hint = f"{name}<br>%{{text}}<br>relative error %{{y:.3g}}<br>real-time factor %{{x:.3g}}"
         traces.append(
-            curve([p.ns_per_second for p in line], positive([p.error for p in line]), styles[name],
+            curve([_speed(p) for p in line], positive([p.error for p in line]), styles[name],
                   method=name, marks=True, width=1.2, hints=hints, hint=hint)
         )  # fmt: skip
+    said = ""
+    if exact:
+        cost = min(p.ns_per_second for p in exact)
+        said = (
+            " Dotted: the speed of the closed form, whose error is round-off alone (real-time "
+            f"factor {notation.real_time_factor(cost)}); it simulates nothing."
+        )
     return figure(
-        "Error against cost",
-        "Left and low is better. The grey band is the Pareto front: no other run is both cheaper "
-        "and more accurate (except a closed form, which simulates nothing). Costs are measured "
-        "with nothing else running.",
+        "Work–precision: relative error against speed",
+        "Right and low is better. The grey band is the Pareto front: no other run is both faster "
+        f"and more accurate. Costs are measured with nothing else running.{said}",
         traces,
-        logarithmic("cost [ns of wall time per simulated second]"),
-        logarithmic(f"largest |error of {symbol(leading.name)}| [{leading.unit}]"),
+        logarithmic("real-time factor: simulated time / computing time [1]"),
+        logarithmic("relative error [1]"),
         height=460,
         wide=True,
+        shapes=[_margin(max(_speed(p) for p in exact))] if exact else (),
     )
+
+
+def _speed(point: Point) -> float:
+    """The real-time factor of a run."""
+    return 1e9 / point.ns_per_second
+
+
+def _margin(speed: float) -> Mapping[str, object]:
+    """A line at the margin of a plot, at a real-time factor."""
+    return {"type": "line", "xref": "x", "yref": "paper", "x0": speed, "x1": speed, "y0": 0.0,
+            "y1": 0.12, "line": {"color": GREY, "width": 2, "dash": "dot"}}  # fmt: skip
+
+
+def budget_bars(
+    system: System,
+    convergence: Sequence[ConvergenceStudy],
+    judged: Mapping[str, Judged],
+    methods: Mapping[str, Method],
+    shown: Sequence[str],
+) -> Figure | None:
+    """What the tolerances of one run of each of the `shown` methods are made of, as stacked bars:
+    what the error may differ from its prediction by, or where there is none, its bound. None where
+    none of them has a tolerance."""
+    observable, parts, bars = system.observables[0], dict[str, dict[int, float]](), list[str]()
+    for c in convergence:
+        held = budgeted(c, judged[c.method]) if c.method in shown else None
+        bound = held[1].tolerances.get(observable.name) if held else None
+        if held is None or bound is None:
+            continue
+        predicted = held[0].errors[observable.name].predicted
+        terms = bound.terms[1:] if predicted and len(bound.terms) > 1 else bound.terms
+        if not (total := sum(term.value for term in terms)) > 0.0:
+            continue
+        what = f"±{notation.number(total, 2)} {observable.unit}"
+        bars.append(
+            f"{c.method}<br>{notation.step(held[0].step, methods[c.method].control)}, {what}"
+        )
+        for term in terms:
+            named = (
+                term.name.removeprefix("regularisation: ")
+                if term.value >= SEEN * total
+                else "others"
+            )
+            own = parts.setdefault(named, {})
+            own[len(bars) - 1] = own.get(len(bars) - 1, 0.0) + 100.0 * term.value / total
+    if not parts:
+        return None
+    traces = tuple(
+        {
+            "type": "bar", "orientation": "h", "name": name, "x": rounded(list(of.values())),
+            "y": list(of), "marker": {"color": COLOURS[k % len(COLOURS)]},
+            "hovertemplate": f"{name}<br>%{{x:.3g}} % of the tolerance<extra></extra>",
+        }
+        for k, (name, of) in enumerate(parts.items())
+    )  # fmt: skip
+    axis, legend = 50, 24 * len(parts)  # [px]; a legend that moves margins may be laid out for ever
+    return Figure(
+        f"What the tolerance of {symbol(observable.name)} is made of",
+        "One run of each method: by what its largest error may differ from the predicted one, or "
+        "without a prediction, how large it may be. Reasons stand in the table of the budget.",
+        traces,
+        {
+            "barmode": "stack", "showlegend": True,
+            "xaxis": {"title": {"text": "part of the tolerance [%]"}, "range": [0, 100],
+                      "automargin": False},
+            "yaxis": {"title": {"text": ""}, "automargin": False, "ticktext": bars,
+                      "tickvals": list(range(len(bars))), "zeroline": False},
+            "legend": {"orientation": "v", "xref": "container", "yanchor": "top",
+                       "y": -axis / (44 * len(bars)), "maxheight": legend + 40},
+            "margin": {"l": 170, "t": 8, "b": axis + legend, "autoexpand": False},
+        },
+        height=8 + 44 * len(bars) + axis + legend,
+    )  # fmt: skip
 
 
 def _done(convergence_study: ConvergenceStudy) -> list[Measurement]:

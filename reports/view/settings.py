@@ -10,7 +10,8 @@ from plumbob.engines.registry import engine_of, method
 from plumbob.engines.study.results import Study
 
 SHOWN = (  # methods, what for, and the step [s] to write the settings for
-    ("mujoco/euler+coulomb", "A robot with sliding contacts in MuJoCo", 1e-3),
+    ("mujoco/euler+coulomb", "A robot with contacts in MuJoCo", 1e-3),
+    ("mujoco/rk4", "A robot without contacts in MuJoCo", 1e-3),
     ("pymunk/feet", "A body that slides in pymunk, seen from above", 1e-3),
 )
 FRICTION = 0.3  # coefficient in the text, as `plumbob settings` has it by default
@@ -34,12 +35,21 @@ class Pasted:
 
 def pasted(study: Study) -> tuple[Pasted, ...]:
     """The settings to show for the engines that are in the study."""
-    found = []
     engines = {m.engine for m in study.methods}
-    for name, title, step in SHOWN:
-        chosen = method(name)
-        write = engine_of(chosen).settings_text
-        if chosen.engine in engines and write is not None:
-            command = f"plumbob settings {name} --step {step:g}"
-            found.append(Pasted(title, command, write(chosen, step, None, FRICTION)))
-    return tuple(found)
+    return tuple(
+        written_for(name, step, title) for name, title, step in SHOWN if _writes(name, engines)
+    )
+
+
+def written_for(name: str, step: float, title: str) -> Pasted:
+    """The settings of a method, of an engine that writes some, at a step [s]."""
+    chosen = method(name)
+    write = engine_of(chosen).settings_text
+    assert write is not None, name
+    command = f"plumbob settings {name} --step {step:g}"
+    return Pasted(title, command, write(chosen, step, None, FRICTION))
+
+
+def _writes(name: str, engines: set[str]) -> bool:
+    chosen = method(name)
+    return chosen.engine in engines and engine_of(chosen).settings_text is not None

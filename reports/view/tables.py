@@ -32,7 +32,8 @@ def verdict_cell(scene: str, method: str, judged: Judgement, link: str = "") -> 
         text += f" ({mark})"
         hint += f"; expected {wanted.verdict}"
         hint += f": {wanted.reason}" if wanted.reason else ""
-    return Cell(text, judged.verdict, hint, link)
+    kind = f"{judged.verdict} surprise" if mark == "unexpected" else judged.verdict
+    return Cell(text, kind, hint, link)
 
 
 def summary(
@@ -180,11 +181,9 @@ def budgets(
     finest that is judged."""
     rows = []
     for c in convergence:
-        runs = zip(c.measurements, judged[c.method].runs, strict=True)
-        held = [(m, j) for m, j in runs if j.tolerances]
-        if not held:
+        if (held := budgeted(c, judged[c.method])) is None:
             continue
-        m, j = next((pair for pair in held if pair[1].verdict == "fail"), held[-1])
+        m, j = held
         shown = [system.observables[0].name] if j.verdict != "fail" else list(j.tolerances)
         for name, bound in ((n, b) for n, b in j.tolerances.items() if n in shown):
             error = m.errors[name].largest
@@ -209,6 +208,15 @@ def budgets(
         "that is judged in no run says why."
     )
     return Table("Tolerance budget, term by term", heads, tuple(rows), note, folded=True)
+
+
+def budgeted(found: ConvergenceStudy, judged: Judged) -> tuple[Measurement, Judgement] | None:
+    """The run whose tolerance is shown: the first that fails, else the finest that is judged; None
+    where no run has a tolerance."""
+    held = [(m, j) for m, j in zip(found.measurements, judged.runs, strict=True) if j.tolerances]
+    if not held:
+        return None
+    return next((pair for pair in held if pair[1].verdict == "fail"), held[-1])
 
 
 def _within(error: ObservedError, bound: float) -> str:

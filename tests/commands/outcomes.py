@@ -67,7 +67,8 @@ def without_pages(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let studies make no runs but their own, and draw no page."""
     monkeypatch.setattr("plumbob.reports.findings.requests", lambda plan: ())
     monkeypatch.setattr(
-        "plumbob.reports.view.page.write_page", lambda study, out, section, judged: out / "none"
+        "plumbob.reports.view.site.writing.write_page",
+        lambda study, out, section, judged: out / "none",
     )
 
 

@@ -62,7 +62,7 @@ def test_a_study_is_kept_when_its_page_fails(
 ) -> None:
     out = tmp_path / "out"
     with monkeypatch.context() as patched:
-        patched.setattr("plumbob.reports.view.page.write_page", _broken)
+        patched.setattr("plumbob.reports.view.site.writing.write_page", _broken)
         assert main([*VALIDATE, "--jobs", "1", "--out", str(out)]) == 4
     err = capsys.readouterr().err
     assert err.count("\n") == 1

@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from plumbob.tests.contracts.tree import PACKAGE, files
+from plumbob.tests.support.page_document import site_files
 
 ROOT = Path(__file__).parents[2]
 HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
@@ -94,7 +95,8 @@ def test_commands_work(heading: str, tree: Path, tmp_path: Path) -> None:
     for line in EXAMPLES[heading].commands:
         run(tree, tmp_path, sys.executable, "-m", *shlex.split(line))
     if heading == "A finding":
-        page = (tmp_path / "plumbob-out" / "index.html").read_text("utf-8")
+        pages = site_files(tmp_path / "plumbob-out" / "index.html")
+        page = "".join(file.read_text("utf-8") for file in pages)
         assert "The terminal speed is reached after seven time constants" in page
         assert "within 0.1 % of the terminal speed after 13.8 s" in page
 

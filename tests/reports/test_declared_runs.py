@@ -12,7 +12,7 @@ from plumbob.engines.registry import engines
 from plumbob.engines.study.extra_runs import Request, Result, UndeclaredRun
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings import requests, section
-from plumbob.reports.view.page import render
+from plumbob.reports.view.site.writing import render
 from plumbob.reports.view.trimming import trimming
 from plumbob.tests.support.declared import invented_study, nothing, plan_of
 from plumbob.tests.support.page_document import resolve

@@ -1,4 +1,4 @@
-"""A headless Chromium on a local file: its document, its console messages and a picture."""
+"""Chromium on a local file: its document, console and picture, and axe-core on what it shows."""
 
 from __future__ import annotations
 
@@ -7,12 +7,27 @@ import re
 import shutil
 import subprocess
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import pytest
 
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+AXE = "axe-core@4.14.1"  # rules change with versions
+SERIOUS = ("critical", "serious", "moderate")
+RUN_AXE = """async ({levels, rules}) => {
+  const chosen = rules.length ? {runOnly: {type: "rule", values: rules}} : {};
+  const found = await axe.run(document, {resultTypes: ["violations"], preload: false, ...chosen});
+  const where = (one) => one.nodes.slice(0, 3).map((node) => node.target).join(" | ");
+  return found.violations.filter((one) => levels.includes(one.impact)).map((one) =>
+    `${one.id} (${one.impact}) ${one.nodes.length}: ${where(one)}`);
+}"""
 SECONDS = 120  # a loaded machine may take this long to start a browser
 
 
@@ -29,10 +44,7 @@ def chromium() -> str:
     for name in NAMES:
         if found := shutil.which(name):
             return found
-    missing = "Chromium is missing (Debian: apt-get install chromium): the page was not looked at"
-    if os.environ.get("CI"):
-        pytest.fail(missing)
-    pytest.skip(missing)
+    _missing("Chromium is missing (Debian: apt-get install chromium): the page was not looked at")
 
 
 def look(page: Path, fragment: str, profile: Path) -> Seen:
@@ -70,3 +82,106 @@ def _run(arguments: list[str], profile: Path) -> subprocess.CompletedProcess[str
     )
     command = [chromium(), *options, *arguments]
     return subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=True)
+
+
+@dataclass(frozen=True)
+class Visit:
+    """A page as it stands in the browser, what it wrote on the console and what it asked for."""
+
+    page: Page
+    console: list[str]
+    requests: list[str]
+
+    def ask(self, script: str, *given: Any) -> Any:
+        """The value of a script in the page."""
+        return self.page.evaluate(script, *given)
+
+    def violations(self, *rules: str) -> list[str]:
+        """What axe-core finds by these rules, or by all, minor things aside."""
+        self.ask(f"() => {{ {axe_core().read_text('utf-8')} }}")
+        found: list[str] = self.ask(RUN_AXE, {"levels": SERIOUS, "rules": rules})
+        return found
+
+    def until(self, script: str) -> None:
+        """Wait until a script in the page has a true value: the page's policy allows no function
+        made of text, with which playwright would do it."""
+        for _ in range(1200):
+            if self.ask(script):
+                return
+            self.page.wait_for_timeout(50)
+        raise TimeoutError(script)
+
+    def look(self, width: int, scheme: str) -> None:
+        """Show the page at a width [px] in a colour scheme."""
+        self.page.set_viewport_size({"width": width, "height": 900})
+        self.page.emulate_media(color_scheme="dark" if scheme == "dark" else "light")
+        self.page.wait_for_timeout(100)
+
+    def scroll_through(self) -> None:
+        """Open everything that can be opened, and scroll from the top to the end."""
+        self.ask("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
+        height = self.ask("document.documentElement.scrollHeight")
+        for place in range(0, int(height), 1500):
+            self.ask(f"window.scrollTo({{top: {place}, behavior: 'instant'}})")
+            self.page.wait_for_timeout(60)
+
+
+@contextmanager
+def driven() -> Iterator[Browser]:
+    """Chromium under playwright; where either is missing the test is skipped, and fails in CI."""
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        _missing("playwright is missing (pip install playwright): the pages were not looked at")
+    with sync_playwright() as playwright:
+        options = ["--no-sandbox", "--disable-dev-shm-usage", "--disable-background-networking"]
+        browser = playwright.chromium.launch(executable_path=chromium(), args=options)
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+@contextmanager
+def visited(
+    browser: Browser, page: Path, place: str = "", width: int = 1280, scheme: str = "light"
+) -> Iterator[Visit]:
+    """A page at a width [px] in a colour scheme, loaded."""
+    context = browser.new_context(
+        viewport={"width": width, "height": 900},
+        color_scheme="dark" if scheme == "dark" else "light",
+    )
+    opened = context.new_page()
+    opened.set_default_timeout(120_000)
+    visit = Visit(opened, [], [])
+    opened.on("console", lambda message: visit.console.append(message.text))
+    opened.on("pageerror", lambda error: visit.console.append(str(error)))
+    opened.on("request", lambda request: visit.requests.append(request.url))
+    opened.goto(page.resolve().as_uri() + place)
+    try:
+        yield visit
+    finally:
+        context.close()
+
+
+def axe_core() -> Path:
+    """The script of axe-core, from npm and kept in the user's cache; without npm the test is
+    skipped, and fails in CI."""
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "plumbob"
+    found = cache / AXE / "node_modules" / "axe-core" / "axe.min.js"
+    if found.is_file():
+        return found
+    npm = shutil.which("npm")
+    if npm is None:
+        _missing("npm is missing: the pages were not checked with axe-core")
+    command = [npm, "install", "--silent", "--no-save", "--prefix", str(cache / AXE), AXE]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if not found.is_file():
+        _missing(f"axe-core could not be installed: {done.stderr.strip()[-200:]}")
+    return found
+
+
+def _missing(why: str) -> NoReturn:
+    if os.environ.get("CI"):
+        pytest.fail(why)
+    pytest.skip(why)

@@ -107,7 +107,7 @@ def _convergence(plan: StudyPlan) -> tuple[ConvergenceStudy, ...]:
         names = [observable.name for observable in system_of(scene).observables]
         runs = tuple(
             Measurement(
-                scene.name, method.name, step, "done", steps=1,
+                scene.name, method.name, step, "done", steps=1, duration=scene.duration,
                 channels={"vertical_displacement": step},
                 errors={n: ObservedError(step, step, 1e-16, 1.0,
                                          predicted=Prediction(step, step, {1: step}, 0.0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 from html.parser import HTMLParser
 from pathlib import Path
@@ -37,13 +38,14 @@ class Document(HTMLParser):
         self.ids += [given["id"] or ""] if "id" in given else []
         self.links += [given["href"] or ""] if tag == "a" else []
         self.loaded += [given[name] or "" for name in ("src", "srcset", "data") if name in given]
-        self.loaded += [given["href"] or ""] if tag == "link" else []
+        self.loaded += [given["href"] or ""] if tag in ("link", "image") else []
         self._inside = "json" if given.get("type") == "application/json" else tag
-        if tag == "td":
+        if tag in ("td", "th"):
+            self._inside = "td"
             self.cells.append("")
 
     def handle_endtag(self, tag: str) -> None:
-        self._inside = "td" if tag in ("a", "span", "svg") and self._inside != "" else ""
+        self._inside = "td" if tag in ("a", "span", "svg", "button") and self._inside != "" else ""
 
     def handle_data(self, data: str) -> None:
         if self._inside == "json":
@@ -55,6 +57,13 @@ class Document(HTMLParser):
             self.scripts.append(data)
         elif self.cells:
             self.cells[-1] += data
+
+
+def site_files(index: Path) -> list[Path]:
+    """The pages of a site: its index, and those in the folder that it leads to."""
+    found = re.search(r'href="(site-[0-9a-f]+)/page.css"', index.read_text("utf-8"))
+    assert found is not None
+    return [index, *sorted((index.parent / found[1]).glob("*.html"))]
 
 
 def words(command: str) -> list[str]:

@@ -90,6 +90,8 @@ def chatter(study: Study) -> Finding | None:
         "capsule-contact-chatter",
         "MuJoCo's default contacts chatter under a sliding body, and no step size fixes it",
         "known limit",
+        "A robot that slides on MuJoCo's default contacts chatters between contact and "
+        "flight, and a smaller step does not help. "
         f"While the body slides, a contact is missing in {number(100 * missing, 2)} % of the "
         f"samples at {short(STEPS[-1])} s, the body moves vertically by {number(1e6 * jump, 2)} "
         "µm, and the force on the plane varies between zero and nearly twice the weight. The same "
@@ -153,14 +155,15 @@ def isotropy(study: Study) -> Finding | None:
         seen = (
             f" Over the headings the displacement varies by {number(100 * default, 2)} % with "
             f"MuJoCo's default contacts and by {number(100 * convergent, 2)} % with convergent "
-            "ones."
+            "ones, which every robot should take (settings: the index)."
         )
     heads = ("method", "step [s]", "headings", "lowest error", "highest error", "spread")
     return Finding(
         "capsule-isotropy",
         "Pyramidal friction depends on the heading; heading 0 hides it",
         "measured",
-        f"The whole scene is turned by a heading; the exact displacement stays the same.{seen}",
+        f"{_of_default(study)}The scene is turned as a whole, and the exact displacement stays the "
+        f"same.{seen}",
         (
             "A friction pyramid of four edges reaches the coefficient f only at its edges, which "
             "lie along the contact's own axes: between them it has 0.71 f. An elliptic cone is "
@@ -174,6 +177,22 @@ def isotropy(study: Study) -> Finding | None:
         ("plumbob validate --profile full --scenes 'capsule-line/heading-*' --methods "
          f"{','.join(TURNED)}",),
     )  # fmt: skip
+
+
+def _of_default(study: Study) -> str:
+    """How much default contacts get wrong at the best and the worst heading, in a sentence."""
+    headings, steps = _turned(study.profile)
+    errors = {a: displacement_error(study, _at_heading(a), DEFAULT, steps[0]) for a in headings}
+    known = {a: abs(error) for a, error in errors.items() if error is not None}
+    if len(known) < 2:
+        return ""
+    best, worst = min(known, key=lambda a: known[a]), max(known, key=lambda a: known[a])
+    return (
+        "On MuJoCo's default contacts a robot slides another distance in every direction: at a "
+        f"step of {short(steps[0])} s the error is {number(100 * known[best], 2)} % along heading "
+        f"{best}° and {number(100 * known[worst], 2)} % along {worst}°, which is "
+        f"{abs((worst + 45) % 90 - 45)}° from an axis of the friction pyramid. "
+    )
 
 
 def normal_forces(study: Study) -> Finding | None:
@@ -201,6 +220,7 @@ def normal_forces(study: Study) -> Finding | None:
         "capsule-loads",
         "Normal forces are those of statics",
         "confirmed",
+        "Normal forces at rest can be trusted. "
         "At rest the normal forces Nᵢ of MuJoCo, and of pymunk in its side view, agree with "
         f"statics to {number(max(resting), 2)}, relative.",
         (

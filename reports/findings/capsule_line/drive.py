@@ -65,6 +65,7 @@ def finding(study: Study) -> Finding | None:
         "capsule-driving-force",
         "What the actuator must give: newtons on a line, kilonewtons on a turn",
         "extended",
+        "An actuator needs newtons to push along a line and kilonewtons for a quick turn. "
         f"The check manoeuvre asks for {number(wanted.peak)} N at most and {number(wanted.rms)} N "
         f"r.m.s.; a turn with ε = 0.1 asks for {number(turns[0.1].peak)} N and "
         f"{number(1e-3 * turns[0.1].power)} kW.{seen}",

@@ -95,6 +95,8 @@ def heights(study: Study) -> Finding | None:
         "capsule-heights",
         "Heights shift the loads and leave the motion unchanged",
         "measured",
+        "A model of this kind may leave heights out: they shift loads between the feet and "
+        "hardly change the motion. "
         f"With C and the slider {number(100 * height)} cm above the plane N₂ changes by up to "
         f"{number(shift, 2)} N, and Δx by {number(100 * change[coarse], 2)} % at a step of "
         f"{short(coarse)} s, {number(100 * change[fine], 2)} % at {short(fine)} s.",
@@ -137,6 +139,7 @@ def momentum(study: Study) -> Finding | None:
         "capsule-momentum",
         "The slider's reaction on the body is complete: momentum is conserved",
         "confirmed",
+        "The engines lose no momentum between actuator and body. "
         f"Without friction the body goes back by {number(travelled)} m and the common centre of "
         f"mass by no more than {number(max(shifts.values()), 2)} m.",
         (
@@ -180,6 +183,8 @@ def saving(study: Study) -> Finding | None:
         "capsule-saving",
         "On a line the reduced model gives the same motion at a lower cost",
         "measured",
+        "For motions on one line a sliding joint with friction loss replaces all contacts, at "
+        "a lower cost. "
         f"A step of the reduced model costs {number(percentage, 2)} % of a step of the full one: "
         f"it saves {number(100 - percentage, 2)} %.",
         (

@@ -91,6 +91,7 @@ def misprints(study: Study) -> Finding:
         "capsule-misprints",
         "Eqs. 18 and 19 are misprinted",
         "corrected",
+        "Who implements this manoeuvre from the paper must correct two equations first. "
         "Eq. 18 has an angular velocity ω₂ in place of the slider's acceleration w₂; the second "
         "line of eq. 19 has t in place of t₁, and as printed the body still moves at "
         f"{number(printed)} m/s at t*, the time when eq. 20 has it at rest.",
@@ -151,6 +152,7 @@ def any_line(study: Study) -> Finding:
         "capsule-any-line",
         "Eq. 22 holds along every line through C, not only C–Aᵢ",
         "extended",
+        "One straight manoeuvre moves the capsule in any direction; the paper takes two. "
         "When the slider moves on a line through C, the body's centre of mass, the centre of the "
         "normal forces is on that line too, so friction has no moment about C while the body "
         "slides along it. One straight manoeuvre takes the body to any place on the plane. In the "

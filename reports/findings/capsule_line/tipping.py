@@ -87,6 +87,7 @@ def finding(study: Study) -> Finding | None:
         "capsule-tipping",
         "Nᵢ > 0 asks for the combined centre of mass inside the triangle, not for C and Q",
         "extended",
+        "The slider may go further out than the paper allows before a foot lifts. "
         "The source's condition, C and Q inside the triangle of supports, is sufficient and not "
         f"necessary: the slider of the check body may go {number(1 / capsule.mass_ratio)} times as "
         f"far from C as the triangle does.{_lifted(study)}",

@@ -69,7 +69,8 @@ def angle(study: Study) -> Finding | None:
         "capsule-turn-angle",
         "The body angle of a turn: errors of the engines and of the formulas",
         "measured",
-        _summary(errors),
+        "For turns take RK4 with contacts that converge, or pymunk's feet; Euler steps are "
+        "far less accurate. " + _summary(errors),
         (
             "The step is a fraction of the turn's half time τ, because speeds grow as 1/ε, with "
             "ε = τ/T and T the time in which friction would turn the body. For ε of 0.01 and less "
@@ -202,6 +203,7 @@ def leak(study: Study) -> Finding | None:
         "capsule-turn-leak",
         "Semi-implicit Euler loses angular momentum while the slider moves along its circle",
         "explained",
+        "Euler steps lose angular momentum whenever a mass runs round a circle: take RK4. "
         f"The body turns too little by ½μ₁²Z³τ⁵h, with h the step: {number(lead)} rad with steps "
         f"of τ/{JUDGED} for a turn of one radian, whatever ε. The error is proportional to the "
         "step.",
@@ -255,6 +257,8 @@ def deflection(study: Study) -> Finding | None:
         "capsule-turn-deflection",
         "Contact deflection does no harm at small ε where stiffness goes with the step",
         "measured",
+        "Soft contacts do no harm to a quick turn if their stiffness goes with the step; "
+        "default contacts do. "
         "The slider's horizontal force acts above the deflected contacts and tips the body. "
         "Contacts of frequency 0.4/dt deflect by at most "
         f"{number(max(vertical[EULER]), 2)} m, less at smaller ε, and add at most "

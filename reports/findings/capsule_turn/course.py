@@ -75,6 +75,7 @@ def finding(study: Study) -> Finding | None:
         "capsule-turn-course",
         "Eq. 31, ψ = –μ₁φ, over the whole of a turn and not at its end alone",
         "confirmed",
+        "The formula may be used during a turn, and not at its end alone. "
         f"At ε = {number(DRAWN)} the body is never further than {number(off)} rad from –μ₁φ while "
         "the slider moves, and the difference falls as ε²; it is largest when the slider stops.",
         (

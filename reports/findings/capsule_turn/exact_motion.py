@@ -16,8 +16,10 @@ from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.reports.findings.capsule_turn.modes import figures, slip_speeds
 from plumbob.reports.findings.capsule_turn.turns import facts, turn
 from plumbob.reports.findings.sources import CHERNOUSKO
-from plumbob.reports.view.content import Finding, Statement, Table, row, value
+from plumbob.reports.view.content import Figure, Finding, Statement, Table, row, value
 from plumbob.reports.view.notation import number
+from plumbob.reports.view.palette import BLUE, RED
+from plumbob.reports.view.traces import curve, figure, logarithmic, positive
 
 CHECKED = ((0.3, -0.9068671274), (0.1, -0.9888885424), (0.03, -0.9989925407),
            (0.01, -0.9998879884))  # fmt: skip
@@ -92,6 +94,8 @@ def second_order() -> Finding:
         "capsule-turn-second-order",
         "The turn formula's next term is known, and is not the same at 2τ and at rest",
         "extended",
+        "The paper's formula promises too large a turn; with its next term it is accurate "
+        "enough to plan with. "
         f"The body turns less than –μ₁Zτ² (eq. 32) by {number(at_stop, 8)} ε² when the slider "
         f"stops and by {number(at_rest, 8)} ε² when all is at rest; with that term added the "
         "formula's error is of fourth order.",
@@ -116,7 +120,7 @@ def second_order() -> Finding:
                   ("ε", "eq. 32 at 2τ", "corrected at 2τ", "eq. 32 at rest", "corrected at rest"),
                   tuple(rows)),
         ),
-        (),
+        (_against_epsilon(errors),),
         ("plumbob solve capsule-turn/0.1 --json", "plumbob solve capsule-turn/0.001 --json"),
         (
             Statement(
@@ -128,6 +132,23 @@ def second_order() -> Finding:
                 "extended",
             ),),
     )  # fmt: skip
+
+
+def _against_epsilon(errors: FormulaErrors) -> Figure:
+    """The formulas' errors at rest against epsilon."""
+    drawn = (("eq. 32", errors.rest, RED), ("with the next term", errors.corrected_rest, BLUE))
+    traces = [
+        curve(EPSILONS, positive(e), colour=colour, marks=True, name=name)
+        for name, e, colour in drawn
+    ]
+    return figure(
+        "Error of the turn formula against ε",
+        "At rest, for a turn of about 1 rad.",
+        traces,
+        logarithmic("ε [1]"),
+        logarithmic("|error of ψ| [rad]"),
+        legend=True,
+    )
 
 
 def motion() -> ThreePointMotion:
@@ -165,6 +186,7 @@ def touching() -> Finding:
         "capsule-turn-touch",
         "A support can stop and slide on at once: a transition that the source's modes lack",
         "extended",
+        "An event-driven simulation needs one more case than the paper lists. "
         f"At {number(time / tau, 4)} τ of a turn of a slender body A{support + 1} comes to "
         f"v = 0 ({number(float(at[0]), 1)} m/s), friction cannot hold it, and it slides on in "
         "another direction without resting.",

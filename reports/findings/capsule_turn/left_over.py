@@ -59,6 +59,7 @@ def finding(study: Study) -> Finding:
         "capsule-turn-left-over",
         "After 2τ the rotation does not stop: it is left with a velocity in proportion to ε",
         "corrected",
+        "Wait before the next manoeuvre: the body still turns when the slider has stopped. "
         f"At ε = {number(SHOWN)} the body still turns at {number(omega)} rad/s when the slider "
         f"stops, and its centre moves at {number(1e3 * speed)} mm/s; friction ends both later.",
         (

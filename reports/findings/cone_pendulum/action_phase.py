@@ -131,6 +131,7 @@ def finding(study: Study) -> Finding:
         "action-phase",
         "Action and phase (10)–(13) hold in every well and across the separatrices",
         "extended",
+        "Periods and actions can be taken from the formulas for swinging motions too. "
         f"Periods measured in MuJoCo differ from 2π dI/dH by at most "
         f"{number(max(gaps, default=0.0), 2)}, relative; the action of its runs is constant to "
         f"{number(max(drifts, default=0.0), 2)}.",

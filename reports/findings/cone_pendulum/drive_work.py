@@ -87,6 +87,8 @@ def finding(study: Study) -> Finding:
         "drive-work",
         "T + U changes by the work of the drive that keeps the platform's rate",
         "contradicted",
+        "The drive of the platform does work, so constant energy T + U is no test of a "
+        "simulation here. "
         f"Within {END} s T + U, which (9) takes for constant, changes by {number(swing)} J; all of "
         f"it is the work of the drive.{said}",
         (

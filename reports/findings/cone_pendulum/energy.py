@@ -38,6 +38,8 @@ def finding(study: Study) -> Finding:
         "energy",
         "Symplectic methods keep the energy within bounds; RK4 lets it drift at a predicted rate",
         "confirmed",
+        "For long runs take a symplectic method, or allow for RK4's energy drift, whose rate "
+        "is predicted. "
         f"Over {RUNS.steps:.0f} steps the energy error of {' and '.join(bounded)} stays "
         f"bounded; {drifting}.",
         (

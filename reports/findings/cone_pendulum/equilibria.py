@@ -81,6 +81,8 @@ def finding(study: Study) -> Finding:
         "equilibria",
         "Two equilibria become four: a pitchfork for a pivot on the axis, else a saddle–node",
         "extended",
+        "Above a critical platform rate hanging straight down is no longer stable: linearise "
+        "about another point. "
         f"With the pivot on the platform's axis hanging stops being stable at {fork} rad/s; with "
         f"Y = {number(PIVOTS[1])} m a second pair appears at {node} rad/s. Rates of small swings "
         f"in MuJoCo agree to {number(max(gaps, default=0.0), 2)}, relative.",

@@ -136,6 +136,8 @@ def finding(study: Study) -> Finding:
         "generating-solution",
         "The exact motion generates perturbation solutions: damping and a drive that is not ideal",
         "confirmed",
+        "With weak damping or an imperfect drive, averaging along the exact motion gives the "
+        "slow change without a simulation. "
         f"With a damped axle the action falls as e^(–ξt), within {number(worst, 2)}, relative; "
         f"after {number(turns, 4)} turns the averaged phase differs by "
         f"{number(max(late, default=0.0), 2)} rad.",

@@ -84,6 +84,7 @@ def finding(study: Study) -> Finding:
         "printed-hamiltonian",
         "The printed Hamiltonian (9) contradicts the source's own Lagrangian (7)",
         "contradicted",
+        "Do not use the paper's eq. 9 for a turning platform: it predicts another motion. "
         f"Eq. 9 is T + U, which is not conserved when the platform's rotation is prescribed. After "
         f"{END} s its motion is {number(gap)} rad away from that of eq. 7, which MuJoCo and an "
         f"integrated Lagrange equation follow to {number(worst)} rad.",

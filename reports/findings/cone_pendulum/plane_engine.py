@@ -77,6 +77,8 @@ def finding(study: Study) -> Finding:
         "pymunk-torque",
         "pymunk follows the pendulum under a torque of its angle, if that is set within the step",
         "extended",
+        "In pymunk set a torque that depends on an angle within the step; set before it, the "
+        "energy grows. "
         "An engine of the plane has no rotating platform; the platform's moments about the axle "
         f"are applied as a torque, and its errors are the predicted ones.{said}",
         (

@@ -56,6 +56,8 @@ def finding(study: Study) -> Finding:
         "special-functions",
         "The integrals (15), (16) have a closed form; Fourier series need ever more terms",
         "refuted",
+        "Compute the exact motion in closed form and not by Fourier series, which near the "
+        "barrier need ever more terms. "
         f"With u = tan(θ/2) the time (16) is an elliptic integral of the first kind, and θ(t) "
         f"follows from Jacobi functions. A Fourier series to 1e-12 takes {own} harmonics on the "
         f"motion of Fig. 3 and {last} just above the barrier.{_faster(study)}",

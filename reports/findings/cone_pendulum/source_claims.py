@@ -75,6 +75,7 @@ def inertia(study: Study) -> Finding:
         "inertia-y",
         "Where the source prints I_x, its Lagrangian needs I_y",
         "misprint",
+        "For a body that is not round use I_y where the paper prints I_x. "
         f"The source says that any symmetry may be absent; then the error with the printed "
         f"I_x is {notation.number(abs(with_x - with_y))} rad after {END} s, and {said}.",
         (
@@ -208,6 +209,8 @@ def claims() -> Finding:
         "claims",
         "The source's claims about the turning base, judged",
         "mostly wrong",
+        "On a turning platform the pendulum goes over the top more easily than the paper "
+        "says, and less uniformly. "
         f"The barrier is {barrier:.3f} J, not 514.197 J. In the source's own example the turning "
         f"base makes the rotation less uniform (a spread of {_percent(right.spread)} instead of "
         f"{_percent(level.spread)} from the same speed), not more.",
@@ -302,6 +305,8 @@ def euler_order(study: Study) -> Finding:
         "euler-order",
         "Euler is of second order when it starts at the bottom on a resting base",
         "confirmed",
+        "A test of Euler that starts hanging straight down on a resting base shows one order "
+        "too many: start elsewhere. "
         f"Semi-implicit Euler is leapfrog with the velocity shifted by half a step. The shift is "
         f"½h a(θ₀), and hanging straight down a(θ₀) = 0 on a resting base: the first-order term C₁ "
         f"{_size(first[RESTING], first[ROTATING])} there and is {notation.number(first[ROTATING])} "

@@ -76,6 +76,8 @@ def finding(study: Study) -> Finding:
         "no-symmetry",
         "A body without any symmetry has the same three-term potential, in tilted axes",
         "extended",
+        "The closed form also serves bodies without symmetry, if angles are measured from the "
+        "principal axes. "
         f"A product of inertia of {number(PRODUCT)} kg m² moves θ({END} s) by {number(moved)} rad. "
         f"Measured from the principal axes, {number(problem.tilt)} rad away, the potential has its "
         f"three terms again; engines that know no tilt agree to {number(worst)} rad.",

@@ -121,6 +121,8 @@ def finding(study: Study) -> Finding:
         "uniformity",
         "Whether a turning platform makes rotation more uniform depends on the measure",
         "split",
+        "Whether a turning platform makes a rotation smoother depends on how that is "
+        "measured. "
         "From θ = 0 with the same initial speed the range of speeds never shrinks; the standard "
         "deviation and the time near the initial speed do improve in a regime, just above the "
         "barrier and on slow platforms.",

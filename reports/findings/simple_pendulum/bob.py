@@ -54,6 +54,7 @@ def finding(study: Study) -> Finding:
         "notebook-bob",
         "The bob in the plane: the linear pendulum beside the non-linear one",
         "extended",
+        "Beyond small angles the bob of the linear pendulum is soon somewhere else. "
         f"In case 2 the two bobs are {number(100 * APART)} cm apart after "
         f"{number(when['2'], 2)} s, and on opposite sides within three periods; in cases 1 and 5 "
         "never.",

@@ -178,6 +178,8 @@ def finding(study: Study) -> Finding:
         "notebook-claims",
         "The notebook's statements: “similar” holds for the first seconds only",
         "corrected",
+        "The linear pendulum stands for a pendulum for a few seconds only, even at small "
+        "angles. "
         f"In case 1 the two pendulums drift {number(small.largest)} rad apart within "
         f"{DURATION:g} s, {number(100 * small.relative, 2)} % of the amplitude, because their "
         "periods differ by a fraction θ₀²/16.",

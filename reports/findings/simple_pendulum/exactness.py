@@ -59,6 +59,8 @@ def references(study: Study) -> Finding:
         "references",
         "Damped and forced pendulums: no formula, two methods that agree, and a limit set by chaos",
         "measured",
+        "Damped and forced pendulums have no formula, and their reference is still certain, "
+        "for as long as chaos allows. "
         f"Taylor series and Gauss collocation agree on θ to {AGREED:g} rad for 50 s in every "
         f"scene, and in the chaotic one for {separated:.0f} s. A start and parameters in double "
         f"precision determine its θ to {said}; no method in double precision does better.",
@@ -136,6 +138,8 @@ def near_top() -> Finding:
         "near-top",
         "Next to the top the angle is a poor input: its distance from the top is a good one",
         "measured",
+        "Give a start next to the top as a distance from the top: as an angle it loses its "
+        "digits. "
         f"From π – 1e-5 the error of θ by scipy's ellipj is {notation.number(lost)} rad within a "
         f"period; from π – 1e-12 as a double the motion differs by up to "
         f"{notation.number(gap)} rad from the one asked for. With theta_from_top as the input the "

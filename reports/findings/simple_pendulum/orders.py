@@ -74,6 +74,8 @@ def orders(study: Study) -> Finding | None:
         "orders",
         "The order depends on the motion: RK4 has order 4 or 5, and pymunk order 1 for a reason",
         "confirmed",
+        "The order that a method shows depends on the motion and on the quantity; a fitted 5 "
+        "of RK4 is no mistake. "
         f"Fitted over four steps or more, the orders are those that theory predicts of this error "
         f"on this motion{_worst(shown)}.",
         (
@@ -172,6 +174,8 @@ def held_control(study: Study) -> Finding:
         "held-control",
         "A control read at a step's start reduces the order of RK4 by three; at its middle, by two",
         "engine limit",
+        "A controller that sets its torque once a step, for the step's start, makes RK4 a "
+        "method of first order: set it for the middle. "
         f"A pendulum pushed by A sin(Ωt): RK4's observed order is {said}.",
         (
             "MuJoCo reads ctrl once a step and holds it, through all four stages of RK4. Held from "

@@ -63,6 +63,8 @@ def finding(study: Study) -> Finding:
         "rod-tension",
         "Rod tension: MuJoCo's sensor is exact for its own state; pymunk's is late and has no sign",
         "measured",
+        "Read a joint's force from MuJoCo's sensor: pymunk's joint impulse is late and has no "
+        "sign. "
         f"MuJoCo's force sensor gives the tension T of its own θ and dθ/dt to "
         f"{notation.number(sensor)} N; pymunk's joint impulse over the step differs from that by "
         f"up to {notation.number(late)} N at {fine}.",

@@ -1,26 +1,41 @@
 (() => {
   "use strict";
-  const hidden = new Set();
-  const drawn = new Set();
+  const page = document.getElementById("page");
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
+  // ---- plots: drawn when near, taken away when far, so that a page stays small ----
+  const NEAR = "400px", FAR = "1200px", MOST = 8, PRINTED = {half: 330, wide: 680}, ROWS = 12;
+  let hidden = new Set(), drawn = new Set(), areas = [];
+
+  let loading = null;
+  const plotly = () => {
+    if (window.Plotly) return Promise.resolve();
+    loading = loading || new Promise((done, failed) => {
+      const script = document.createElement("script");
+      script.src = document.documentElement.dataset.plotly;
+      script.onload = done;
+      script.onerror = () => failed(new Error("plotly.js is missing"));
+      document.head.append(script);
+    });
+    return loading;
+  };
+
   const axis = (given) => ({
     gridcolor: colour("--grid"), linecolor: colour("--rule"), zerolinecolor: colour("--rule"),
-    automargin: true, ticks: "outside", tickcolor: colour("--rule"), ticklen: 4, showline: true,
+    automargin: Boolean(given.ticktext), ticks: "outside", tickcolor: colour("--rule"), ticklen: 4, showline: true,
     ...given, title: {standoff: 8, ...given.title, font: {size: 12}},
   });
 
-  const themed = (layout) => {
+  const themed = (layout, size = {autosize: true}) => {
     const full = {
-      ...layout, autosize: true, hovermode: "closest",
+      ...layout, ...size, hovermode: "closest", dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom",
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
       font: {family: "system-ui, sans-serif", size: 12, color: colour("--ink")},
-      modebar: {bgcolor: "rgba(0,0,0,0)", color: colour("--rule"), activecolor: colour("--ink")},
-      margin: {l: 56, r: 16, t: 8, b: 44},
+      margin: {l: 68, r: layout.yaxis2 ? 68 : 16, t: 8, b: 46, ...layout.margin},
       hoverlabel: {bgcolor: colour("--paper"), bordercolor: colour("--rule"),
         font: {size: 12, color: colour("--ink")}, align: "left"},
-      legend: {orientation: "h", x: 0, y: 1.02, yanchor: "bottom", font: {size: 12}},
+      legend: {orientation: "h", x: 0, y: 1.02, yanchor: "bottom", font: {size: 12}, ...layout.legend},
     };
     for (const key of Object.keys(layout)) {
       if (/^[xy]axis\d*$/.test(key)) full[key] = axis(layout[key]);
@@ -28,62 +43,156 @@
     return full;
   };
 
-  const shown = (trace) => (hidden.has(trace.meta) ? false : true);
+  const shown = (trace) => !hidden.has(trace.meta);
 
-  const draw = (area) => {
+  const read = (area) => {
+    const figure = JSON.parse(area.parentElement.querySelector("script").textContent);
+    const place = (found) => (typeof found === "number" ? figure.arrays[found] : found);
+    return {...figure, data: figure.data.map((trace) => ({...trace, visible: shown(trace),
+      x: place(trace.x), y: place(trace.y)}))};
+  };
+
+  // The middle of the window to the nearest part of a plot.
+  const distance = (area) => {
+    const at = area.getBoundingClientRect(), middle = innerHeight / 2;
+    return Math.max(at.top - middle, middle - at.bottom, 0);
+  };
+
+  // Plotly goes on after it returns: the next change of a plot waits for the last one.
+  const queue = (area, wanted, change) => {
+    const next = () => (drawn.has(area) === wanted ? change() : null);
+    area.last = (area.last || Promise.resolve()).then(next, next);
+  };
+
+  const draw = (area, size) => {
     if (drawn.has(area)) return;
     drawn.add(area);
-    const figure = JSON.parse(area.parentElement.querySelector("script").textContent);
+    if (!size) {
+      [...drawn].sort((a, b) => distance(a) - distance(b)).slice(MOST).forEach(remove);
+      if (!drawn.has(area)) return;
+    }
+    const figure = read(area);
     area.given = figure.layout;
-    const data = figure.data.map((trace) => ({...trace, visible: shown(trace),
-      x: figure.arrays[trace.x], y: figure.arrays[trace.y]}));
-    const config = {responsive: true, displaylogo: false,
-      modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"]};
-    Plotly.newPlot(area, data, themed(figure.layout), config);
+    const make = () => Plotly.newPlot(area, figure.data, themed(figure.layout, size),
+      {responsive: true, displayModeBar: false});
+    if (size) make();  // on paper at once
+    else queue(area, true, make);
   };
 
-  const areas = [...document.querySelectorAll(".area")];
-  const seen = new IntersectionObserver((entries) => {
-    for (const entry of entries) if (entry.isIntersecting) draw(entry.target);
-  }, {rootMargin: "400px"});
-  areas.forEach((area) => seen.observe(area));
-
-  // What is in sight comes first; the rest of what is open follows, one plot at a time.
-  let waiting = 0;
-  const drawNext = () => {
-    const next = areas.find((area) => !drawn.has(area) && !area.closest("details:not([open])"));
-    waiting = 0;
-    if (!next) return;
-    draw(next);
-    drawSoon();
+  const remove = (area) => {
+    if (drawn.delete(area)) queue(area, false, () => Plotly.purge(area));
   };
-  const drawSoon = () => { waiting = waiting || setTimeout(drawNext, 60); };
-  for (const details of document.querySelectorAll("details")) {
-    details.addEventListener("toggle", drawSoon);
-  }
-  drawSoon();
 
-  const openAll = (open) => {
-    for (const details of document.querySelectorAll("details.scene, details.gallery")) {
-      details.open = open;
+  const open = (area) => area.isConnected && !area.closest("details:not([open])");
+
+  let near = null, far = null;
+  const watch = (root) => {
+    near?.disconnect();
+    far?.disconnect();
+    areas = [...root.querySelectorAll(".area")];
+    if (!areas.length) return;
+    near = new IntersectionObserver((entries) => {
+      for (const {target, isIntersecting} of entries) {
+        if (isIntersecting) plotly().then(() => open(target) && draw(target));
+      }
+    }, {rootMargin: NEAR});
+    far = new IntersectionObserver((entries) => {
+      for (const {target, isIntersecting} of entries) if (!isIntersecting) remove(target);
+    }, {rootMargin: FAR});
+    for (const area of areas) { near.observe(area); far.observe(area); }
+    (window.requestIdleCallback || setTimeout)(() => plotly());  // ready if the page is printed
+  };
+
+  const restyle = () => {
+    for (const area of drawn) {
+      queue(area, true, () => Plotly.restyle(area, {visible: area.data.map(shown)}));
     }
   };
-  for (const button of document.querySelectorAll("[data-all]")) {
-    button.addEventListener("click", () => openAll(button.dataset.all === "open"));
-  }
 
-  for (const button of document.querySelectorAll("[data-method]")) {
-    button.addEventListener("click", () => {
-      const name = button.dataset.method;
-      if (!hidden.delete(name)) hidden.add(name);
-      for (const other of document.querySelectorAll("[data-method]")) {
-        other.classList.toggle("off", hidden.has(other.dataset.method));
-      }
-      for (const area of drawn) {
-        Plotly.restyle(area, {visible: area.data.map(shown)});
-      }
+  // ---- a plot's figures as a table, while it is open ----
+  const text = (value) => (typeof value === "number" ? String(Number(value.toPrecision(4))) : String(value ?? "–"));
+  const made = (tag, content, more = {}) => Object.assign(document.createElement(tag), {textContent: content}, more);
+  const tabled = (area) => {
+    const figure = read(area), titles = ["xaxis", "yaxis"].map((name) => figure.layout[name]?.title?.text || name[0]);
+    const table = document.createElement("table"), head = table.createTHead().insertRow();
+    table.createCaption().textContent = area.parentElement.querySelector("b").textContent;
+    for (const title of ["curve", ...titles]) head.append(made("th", title, {scope: "col"}));
+    const body = table.createTBody();
+    for (const trace of figure.data.filter((one) => one.visible)) {
+      const rows = trace.z ? trace.y.map((y, i) => [y, trace.z[i].map(text).join(" ")]) : trace.x.map((x, i) => [x, trace.y[i]]);
+      const every = Math.max(1, Math.ceil(rows.length / ROWS));
+      rows.filter((_, i) => i % every === 0).forEach(([x, y], i) => {
+        const line = body.insertRow();
+        line.append(made("th", i ? "" : trace.name || "curve", {scope: "row"}));
+        if (i) line.firstChild.replaceWith(document.createElement("td"));
+        line.append(made("td", text(x), {className: "number"}), made("td", text(y), {className: "number"}));
+      });
+    }
+    const around = made("div", "", {className: "scroll"});
+    around.append(table);
+    return around;
+  };
+
+  // ---- what stands behind a cell: shown on hover, focus and tap, beside the cell ----
+  const tip = Object.assign(made("div", ""), {id: "tip", hidden: true});
+  tip.setAttribute("role", "tooltip");
+  document.body.append(tip);
+  const show = (button) => {
+    tip.textContent = button.dataset.hint;
+    tip.hidden = false;
+    button.setAttribute("aria-describedby", "tip");
+    const at = button.getBoundingClientRect(), size = tip.getBoundingClientRect();
+    const above = at.bottom + size.height + 8 > innerHeight && at.top > size.height + 8;
+    tip.style.left = `${Math.max(8, Math.min(at.left, document.documentElement.clientWidth - size.width - 8)) + scrollX}px`;
+    tip.style.top = `${(above ? at.top - size.height - 4 : at.bottom + 4) + scrollY}px`;
+  };
+  const hide = () => { tip.hidden = true; };
+  for (const kind of ["click", "focusin", "mouseover"]) {
+    document.addEventListener(kind, (event) => {
+      const button = event.target.closest?.(".hint");
+      if (button) show(button);
+      else if (kind !== "focusin" && !event.target.closest?.("#tip")) hide();
     });
   }
+  document.addEventListener("focusout", hide);
+  document.addEventListener("keydown", (event) => {
+    if (event.key === "Escape") hide();
+    const button = event.target.closest?.(".hint");
+    if (!button || !/^Arrow/.test(event.key)) return;
+    // One stop of the tab key a table; arrows move within it.
+    const cell = button.closest("td, th"), line = cell.parentElement;
+    const lines = [...line.parentElement.rows], column = cell.cellIndex;
+    const sideways = [...line.querySelectorAll(".hint")], row = lines.indexOf(line);
+    const upright = lines.map((one) => one.cells[column]?.querySelector(".hint"));
+    const next = {
+      ArrowRight: () => sideways[sideways.indexOf(button) + 1],
+      ArrowLeft: () => sideways[sideways.indexOf(button) - 1],
+      ArrowDown: () => upright.slice(row + 1).find(Boolean),
+      ArrowUp: () => upright.slice(0, row).reverse().find(Boolean),
+    }[event.key]();
+    event.preventDefault();
+    if (!next) return;
+    button.tabIndex = -1;
+    next.tabIndex = 0;
+    next.focus();
+  });
+
+  // ---- a wide table scrolls inside itself, and says so ----
+  const sized = new ResizeObserver((entries) => entries.forEach(({target}) => overflow(target)));
+  const overflow = (box) => {
+    const wide = box.scrollWidth > box.clientWidth + 1;
+    box.classList.toggle("more", wide && box.scrollLeft + box.clientWidth < box.scrollWidth - 1);
+    if (!wide && box.scrollHeight <= box.clientHeight + 1) { box.removeAttribute("tabindex"); box.removeAttribute("role"); box.removeAttribute("aria-label"); return; }
+    box.tabIndex = 0;
+    box.setAttribute("role", "group");
+    box.setAttribute("aria-label", `${box.querySelector("caption")?.textContent || "table"}, scrolls`);
+  };
+  const scrolls = (root) => {
+    for (const box of root.querySelectorAll(".scroll")) {
+      sized.observe(box);
+      box.addEventListener("scroll", () => overflow(box), {passive: true});
+    }
+  };
 
   // Where the clipboard is refused, the text is selected: then one key copies it.
   const select = (text, status) => {
@@ -91,34 +200,132 @@
     text.focus();
     status.textContent = "selected: press Ctrl+C (or Cmd+C) to copy";
   };
-  for (const button of document.querySelectorAll("[data-copy]")) {
-    const text = button.parentElement.querySelector("pre");
-    const status = button.parentElement.querySelector("[role=status]");
-    button.addEventListener("click", async () => {
-      try {
-        await navigator.clipboard.writeText(text.textContent);
-        status.textContent = "copied";
-      } catch {
-        select(text, status);
-      }
-    });
-  }
+  const copies = (root) => {
+    for (const button of root.querySelectorAll("[data-copy]")) {
+      const text = button.parentElement.querySelector("pre");
+      const status = button.parentElement.querySelector("[role=status]");
+      button.addEventListener("click", async () => {
+        try {
+          await navigator.clipboard.writeText(text.textContent);
+          status.textContent = "copied";
+        } catch {
+          select(text, status);
+        }
+      });
+    }
+  };
+
+  const legends = (root) => {
+    const buttons = [...root.querySelectorAll("[data-method]")];
+    const pressed = (button) => button.getAttribute("aria-pressed") === "true";
+    const follow = () => {
+      hidden = new Set(buttons.filter((one) => !pressed(one)).map((one) => one.dataset.method));
+      restyle();
+    };
+    for (const button of buttons) {
+      button.addEventListener("click", () => {
+        button.setAttribute("aria-pressed", String(!pressed(button)));
+        follow();
+      });
+    }
+    for (const every of root.querySelectorAll("[data-every]")) {
+      every.addEventListener("click", () => {
+        const on = !buttons.every(pressed);
+        for (const button of buttons) button.setAttribute("aria-pressed", String(on));
+        every.textContent = on ? "none" : "all";
+        follow();
+      });
+    }
+    hidden = new Set(buttons.filter((one) => !pressed(one)).map((one) => one.dataset.method));
+  };
+
+  const foldings = (root) => {
+    for (const details of root.querySelectorAll("details")) {
+      details.addEventListener("toggle", () => {
+        if (details.classList.contains("data")) {
+          details.querySelector(".scroll")?.remove();
+          if (!details.open) return;
+          details.append(tabled(details.parentElement.querySelector(".area")));
+          scrolls(details);
+          overflow(details.querySelector(".scroll"));
+        } else if (details.open) {
+          plotly().then(() => areas.filter((a) => details.contains(a) && inSight(a)).forEach((a) => draw(a)));
+        }
+      });
+    }
+  };
+  const inSight = (area) => {
+    const at = area.getBoundingClientRect();
+    return open(area) && at.bottom > -500 && at.top < innerHeight + 500;
+  };
+
+  const begin = (root) => {
+    drawn.forEach(remove);
+    legends(root);
+    foldings(root);
+    copies(root);
+    scrolls(root);
+    for (const table of root.querySelectorAll("table")) {
+      const first = table.querySelector(".hint");
+      if (first) first.tabIndex = 0;
+    }
+    watch(root);
+  };
+
+  // ---- one file that holds a whole site: its pages are templates, found by the ids in them ----
+  const others = [...document.querySelectorAll("template[data-page]")];
+  const home = others.length ? page.cloneNode(true) : null;
+  const title = document.title;
+  let current = "";
+  const turn = (name, content) => {
+    if (name === current) return;
+    current = name;
+    page.replaceChildren(content);
+    document.title = name ? `${page.querySelector("h1").textContent} – plumbob` : title;
+    begin(page);
+    document.dispatchEvent(new CustomEvent("plumbob:page", {detail: page}));
+    scrollTo(0, 0);
+  };
+  const turned = (id) => {
+    if (!others.length || !id || id === "main" || document.getElementById(id)) return;
+    const from = others.find((one) => one.content.getElementById(id));
+    if (from) turn(from.dataset.page, from.content.cloneNode(true));
+    else if (home.querySelector(`#${CSS.escape(id)}`)) {
+      const copy = document.createDocumentFragment();
+      copy.append(...home.cloneNode(true).childNodes);
+      turn("", copy);
+    }
+  };
 
   const follow = () => {
-    if (location.hash === "#all") {
-      openAll(true);
-      areas.forEach(draw);
-      return;
-    }
-    let place = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    const id = decodeURIComponent(location.hash.slice(1));
+    turned(id || (current ? "top" : ""));
+    let place = document.getElementById(id);
     const wanted = place;
+    if (wanted?.matches("article.finding")) wanted.querySelector("details").open = true;
     for (; place; place = place.parentElement) if (place.tagName === "DETAILS") place.open = true;
     if (wanted) wanted.scrollIntoView();
   };
   addEventListener("hashchange", follow);
-  addEventListener("beforeprint", () => { openAll(true); areas.forEach(draw); });
-  dark.addEventListener("change", () => {
-    for (const area of drawn) Plotly.relayout(area, themed(area.given));
+
+  addEventListener("beforeprint", () => {
+    if (!window.Plotly) return;
+    for (const area of areas.filter(open)) {
+      const width = area.parentElement.classList.contains("wide") ? PRINTED.wide : PRINTED.half;
+      if (drawn.delete(area)) Plotly.purge(area);
+      draw(area, {autosize: false, width, height: Math.min(300, area.clientHeight)});
+    }
   });
+  addEventListener("afterprint", () => {
+    for (const area of [...drawn]) {
+      drawn.delete(area);
+      Plotly.purge(area);
+      if (inSight(area)) draw(area);
+    }
+  });
+  dark.addEventListener("change", () => {
+    for (const area of drawn) queue(area, true, () => Plotly.relayout(area, themed(area.given)));
+  });
+  begin(page);
   if (location.hash) follow();
 })();

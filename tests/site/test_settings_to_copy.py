@@ -11,7 +11,8 @@ import pytest
 
 from plumbob.engines.registry import method as find_method
 from plumbob.reports.cli import main
-from plumbob.reports.view.page import write_page
+from plumbob.reports.view.page import written
+from plumbob.reports.view.site.writing import render
 from plumbob.tests.support import browser
 from plumbob.tests.support.studies import made_up
 
@@ -47,7 +48,8 @@ CLIPBOARDS = {
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     study = made_up([(find_method(name), (1e-3, 1e-4), lambda h: h) for name in METHODS])
-    return write_page(study, tmp_path_factory.mktemp("settings"), section=lambda name: None)
+    text = render(study, section=lambda name: None)
+    return written(text, tmp_path_factory.mktemp("settings"), "index.html")
 
 
 def _codes(page: Path) -> list[str]:
@@ -68,15 +70,15 @@ def test_it_is_what_the_command_prints(
         assert "".join(said.split()) in printed
 
 
-def test_an_engine_that_is_not_in_the_study_is_not_spoken_of(tmp_path: Path) -> None:
+def test_an_engine_that_is_not_in_the_study_is_not_spoken_of() -> None:
     study = made_up([(find_method("ode/rk4"), (1e-3,), lambda h: h)])
-    assert _codes(write_page(study, tmp_path, section=lambda name: None)) == []
+    assert CODE.findall(render(study, section=lambda name: None)) == []
 
 
 @pytest.mark.parametrize("clipboard", CLIPBOARDS)
 def test_a_click_copies_or_selects(clipboard: str, page: Path, tmp_path: Path) -> None:
     seen = _clicked(page.read_text("utf-8"), clipboard, tmp_path)
-    assert len(seen) == len(_codes(page)) == 4
+    assert len(seen) == len(_codes(page)) == 5
     for one, code in zip(seen, _codes(page), strict=True):
         assert one["focused"]
         if clipboard == "allowed":

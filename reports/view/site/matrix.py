@@ -1,0 +1,196 @@
+"""Scenes against methods: the relative error at the reference step, and what it means."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal
+
+from plumbob.engines.method import Method
+from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.measurement import reference_run, worst
+from plumbob.engines.study.results import Study
+from plumbob.models.registry import systems
+from plumbob.models.scene import Scene
+from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT, UNTRUSTED
+from plumbob.reports.judge.expectations import marked
+from plumbob.reports.judge.verdict import Judgement, Judgements
+from plumbob.reports.view import notation
+from plumbob.reports.view.content import Cell, Table, row
+
+Meaning = Literal["predicted", "converges", "limit", "unexpected", "unclaimed", "not-run"]
+SIGNS: Mapping[Meaning, tuple[str, str, str]] = MappingProxyType(
+    {
+        "predicted": ("=", "as predicted", "the error is the predicted one, or within its bound"),
+        "converges": ("↓", "converges", "not predicted, but smaller steps remove it"),
+        "limit": ("◆", "known limit", "declared, with its reason and its size"),
+        "unclaimed": ("?", "step too large", "the theory does not reach it"),
+        "unexpected": ("✗", "unexpected", "not what theory or a declared limit says"),
+    }
+)  # fmt: skip
+ORDER = (
+    "cone-pendulum", "capsule-line", "capsule-turn", "capsule-plan", "capsule-hold",
+    "capsule-coast", "capsule-train", "simple-pendulum", "linear-pendulum",
+)  # fmt: skip
+"""Systems in the order in which the sources treat them; others follow by name."""
+ENGINES = MappingProxyType(
+    {"mujoco": "MuJoCo", "pymunk": "pymunk", "ode": "ODE solvers", "heyoka": "heyoka",
+     "exact": "closed form"}
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a place in a matrix says of a method on a scene."""
+
+    meaning: Meaning
+    error: float  # relative, at the reference step
+    step: str
+    reason: str
+
+    def cell(self, method: str = "") -> Cell:
+        """The error with its sign, and below it the method where the column does not say it."""
+        if self.meaning == "not-run":
+            return Cell("–", "none", self.reason)
+        error = notation.relative(self.error) if math.isfinite(self.error) else "diverged"
+        text = f"{SIGNS[self.meaning][0]} {error}" + (f"\n{method}" if method else "")
+        return Cell(text, f"sign {self.meaning}")
+
+
+def in_order(names: Sequence[str]) -> list[str]:
+    """Systems in the order of the sources, those that no source has after them."""
+    return sorted(names, key=lambda n: (ORDER.index(n) if n in ORDER else len(ORDER), n))
+
+
+def ordered(scenes: Sequence[Scene]) -> tuple[Scene, ...]:
+    """Scenes in the order of their systems."""
+    places = {name: i for i, name in enumerate(in_order(list(systems())))}
+    return tuple(sorted(scenes, key=lambda scene: places.get(scene.system, len(places))))
+
+
+def meaning(scene: str, method: str, found: Judgement) -> Meaning:
+    """What a verdict means to a reader."""
+    mark = marked(scene, method, found)
+    if mark == "unexpected":
+        return "unexpected"
+    if found.verdict in ("unsupported", "missing"):
+        return "not-run"
+    if mark == "known" or found.verdict in UNTRUSTED:
+        return "limit"
+    if found.verdict == "pre-asymptotic":
+        return "unclaimed"
+    return "converges" if found.verdict == "converges" else "predicted"
+
+
+def shown(study: Study, found: ConvergenceStudy, method: Method, judged: Judgements) -> Shown:
+    """The error of a method on a scene at its reference step, and what it means."""
+    whole = judged[found.scene, found.method].whole
+    means = meaning(found.scene, found.method, whole)
+    run = reference_run(found.measurements, method)
+    if run is None:
+        means = "not-run" if whole.verdict != "diverged" else means
+        return Shown(means, math.inf, "", whole.reason)
+    error = worst(run, study.quantities(found.scene))[1]
+    return Shown(means, error, notation.step(run.step, method.control), whole.reason)
+
+
+def by_engine(study: Study, judged: Judgements, scenes: Sequence[Scene]) -> Table:
+    """Scenes against engines: MuJoCo's default settings, and of each engine the method with the
+    smallest error at the reference step among those that nothing is known against."""
+    every = _every(study, judged)
+    named = {scene.name for scene in scenes}
+    ran = {
+        name for (scene, name), of in every.items() if scene in named and of.meaning != "not-run"
+    }
+    engines = _in_order({m.engine for m in study.methods if m.name in ran} - {"exact"})
+    default = any((scene.name, DEFAULT_METHOD) in every for scene in scenes)
+    rows = []
+    for scene in scenes:
+        usual = every.get((scene.name, DEFAULT_METHOD))
+        cells = [usual.cell() if usual else Cell("–", "none")] if default else []
+        for engine in engines:
+            own = {
+                m.name: of
+                for m in study.methods
+                if m.engine == engine and (of := every.get((scene.name, m.name))) is not None
+            }
+            cells.append(_best(own, study.methods))
+        rows.append(row(_named(scene), *cells))
+    heads = ("scene", *(("MuJoCo, default settings",) if default else ()),
+             *(f"{_engine(engine)}, smallest error" for engine in engines))  # fmt: skip
+    note = (
+        "Relative errors at a step of 1 ms or the step nearest to it, of an adaptive solver at "
+        "its tightest tolerance. In full and with every method on the page of each scene."
+    )
+    return Table("Relative error at 1 ms: scenes against engines", heads, tuple(rows), note)
+
+
+def of_engines(study: Study, judged: Judgements, scenes: Sequence[Scene]) -> tuple[Table, ...]:
+    """A folded table for each engine: scenes against all of its methods that run any of them."""
+    every = _every(study, judged)
+    tables = []
+    for engine in _in_order({m.engine for m in study.methods}):
+        methods = [
+            m.name
+            for m in study.methods
+            if m.engine == engine
+            and any(
+                every[key].meaning != "not-run"
+                for scene in scenes
+                if (key := (scene.name, m.name)) in every
+            )
+        ]
+        rows = tuple(
+            row(_named(scene), *(_short(every.get((scene.name, name))) for name in methods))
+            for scene in scenes
+            if any((scene.name, name) in every for name in methods)
+        )
+        if methods and rows:
+            plural = notation.plural(len(methods), "method")
+            caption = f"{_engine(engine)}: {plural}, scene by scene"
+            tables.append(Table(caption, ("scene", *methods), rows, folded=True))
+    return tuple(tables)
+
+
+def _every(study: Study, judged: Judgements) -> Mapping[tuple[str, str], Shown]:
+    methods = {m.name: m for m in study.methods}
+    return {
+        (c.scene, c.method): shown(study, c, methods[c.method], judged) for c in study.convergence
+    }
+
+
+def _best(own: Mapping[str, Shown], methods: Sequence[Method]) -> Cell:
+    """The smallest error of an engine's methods: of those that are as predicted or converge, full
+    models first, where there are any."""
+    surrogates = {m.name for m in methods if m.surrogate or m.scheme.integrator == EXACT}
+    ran = {name: of for name, of in own.items() if of.meaning != "not-run"}
+    good = {
+        name: of
+        for name, of in ran.items()
+        if of.meaning in ("predicted", "converges") and name not in surrogates
+    }
+    other = {name: of for name, of in ran.items() if of.meaning in ("predicted", "converges")}
+    if not (chosen := good or other or ran):
+        return Cell("–", "none")
+    name = min(chosen, key=lambda name: chosen[name].error)
+    return chosen[name].cell(name.partition("/")[2])
+
+
+def _short(found: Shown | None) -> Cell:
+    return Cell("", "none") if found is None else found.cell()
+
+
+def _named(scene: Scene) -> Cell:
+    return Cell(scene.name, "scene", link=scene.name.replace("/", "-"))
+
+
+def _in_order(engines: set[str]) -> list[str]:
+    """Engines in the order of ENGINES, others after them by name."""
+    first = list(ENGINES)
+    return sorted(engines, key=lambda e: (first.index(e) if e in first else len(first), e))
+
+
+def _engine(name: str) -> str:
+    return ENGINES.get(name, name)

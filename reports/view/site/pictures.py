@@ -1,0 +1,146 @@
+"""Small pictures of figures as SVG: curves on two axes, which need no script and can be printed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from types import MappingProxyType
+from typing import Any
+
+from plumbob.reports.view.content import Figure
+from plumbob.reports.view.palette import GREY
+
+WIDTH, HEIGHT = 320, 190  # of the picture, in its own units
+LEFT, RIGHT, TOP, BOTTOM = 46, 8, 8, 34  # margins
+MOST_CURVES, MOST_POINTS, MOST_TICKS = 6, 120, 4
+DASHES = MappingProxyType({"dash": "6 4", "dot": "2 3", "dashdot": "6 3 2 3"})
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Where values lie between two ends of a picture."""
+
+    low: float
+    high: float
+    start: float
+    end: float
+    logarithmic: bool
+
+    def at(self, value: float) -> float:
+        """The place of a value."""
+        if self.logarithmic:
+            value = math.log10(value)
+        return self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
+
+    def ticks(self) -> list[tuple[float, str]]:
+        """Places of a few round values, and the values as text."""
+        if self.logarithmic:
+            first, last = math.ceil(self.low - 1e-9), math.floor(self.high + 1e-9)
+            every = max(1, math.ceil((last - first + 1) / MOST_TICKS))
+            return [
+                (self.at(10.0**p), f"10{str(p).translate(SUPERSCRIPTS)}")
+                for p in range(first, last + 1, every)
+            ]
+        size = self.high - self.low
+        unit = 10.0 ** math.floor(math.log10(size / MOST_TICKS))
+        step = next(unit * k for k in (1, 2, 5, 10) if size / (unit * k) <= MOST_TICKS)
+        first = math.ceil(self.low / step)
+        count = math.floor(self.high / step) - first + 1
+        return [(self.at(step * (first + k)), f"{step * (first + k):g}") for k in range(count)]
+
+
+def picture(figure: Figure) -> str:
+    """A figure's first curves as an SVG element with a text for those who do not see it; empty
+    where it has none that can be drawn."""
+    traces = [_points(trace, figure.layout) for trace in figure.traces]
+    drawn = [(trace, points) for trace, points in zip(figure.traces, traces, strict=True) if points]
+    drawn = drawn[:MOST_CURVES]
+    if not drawn:
+        return ""
+    every = [point for _, points in drawn for point in points]
+    across = _axis(figure.layout["xaxis"], [x for x, _ in every], LEFT, WIDTH - RIGHT)
+    up = _axis(figure.layout["yaxis"], [y for _, y in every], HEIGHT - BOTTOM, TOP)
+    marks = "".join(_curve(trace, points, across, up) for trace, points in drawn)
+    label = escape(f"{figure.title}. {figure.caption}")
+    return (
+        f'<svg class="picture" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{label}">'
+        f"{_frame(figure.layout, across, up)}{marks}</svg>"
+    )
+
+
+def names(figure: Figure) -> list[tuple[str, str]]:
+    """Names and colours of the curves of a picture."""
+    traces = [t for t in figure.traces if _points(t, figure.layout)][:MOST_CURVES]
+    return [(t["name"], _colour(t)) for t in traces if t.get("name")]
+
+
+def _points(trace: Mapping[str, Any], layout: Mapping[str, Any]) -> list[tuple[float, float]]:
+    """The points of a trace that can be drawn on these axes, thinned."""
+    if trace.get("type", "scatter") != "scatter" or trace.get("yaxis", "y") != "y":
+        return []
+    positive = tuple(layout[name].get("type") == "log" for name in ("xaxis", "yaxis"))
+    points = [
+        pair
+        for pair in zip(trace["x"], trace["y"], strict=False)
+        if all(isinstance(v, (int, float)) and math.isfinite(v) for v in pair)
+        and all(v > 0.0 for v, log in zip(pair, positive, strict=True) if log)
+    ]
+    every = max(1, math.ceil(len(points) / MOST_POINTS))
+    return points[::every]
+
+
+def _axis(given: Mapping[str, Any], values: Sequence[float], start: float, end: float) -> Axis:
+    logarithmic = given.get("type") == "log"
+    shown = [math.log10(v) for v in values] if logarithmic else list(values)
+    low, high = min(shown), max(shown)
+    margin = 0.04 * (high - low) or 0.5 * abs(high) or 0.5
+    return Axis(low - margin, high + margin, start, end, logarithmic)
+
+
+def _frame(layout: Mapping[str, Any], across: Axis, up: Axis) -> str:
+    bottom, middle = HEIGHT - BOTTOM, (TOP + HEIGHT - BOTTOM) / 2
+    parts = [f'<path class="axes" d="M{LEFT} {TOP}V{bottom}H{WIDTH - RIGHT}"/>']
+    for place, text in across.ticks():
+        parts.append(f'<text x="{place:.1f}" y="{bottom + 13}" class="middle">{text}</text>')
+    for place, text in up.ticks():
+        parts.append(f'<path class="grid" d="M{LEFT} {place:.1f}H{WIDTH - RIGHT}"/>')
+        parts.append(f'<text x="{LEFT - 4}" y="{place + 4:.1f}" class="end">{text}</text>')
+    titles = [escape(layout[name]["title"]["text"]) for name in ("xaxis", "yaxis")]
+    parts.append(
+        f'<text x="{(LEFT + WIDTH) / 2}" y="{HEIGHT - 5}" class="middle">{titles[0]}</text>'
+    )
+    parts.append(
+        f'<text x="9" y="{middle}" class="middle" transform="rotate(-90 9 {middle})">'
+        f"{titles[1]}</text>"
+    )
+    return "".join(parts)
+
+
+def _curve(
+    trace: Mapping[str, Any], points: Sequence[tuple[float, float]], across: Axis, up: Axis
+) -> str:
+    places = [f"{across.at(x):.1f} {up.at(y):.1f}" for x, y in points]
+    colour, line = _colour(trace), trace.get("line", {})
+    dash = DASHES.get(line.get("dash", ""), "")
+    dashes = f' stroke-dasharray="{dash}"' if dash else ""
+    mode, found = trace.get("mode", "lines"), ""
+    if "lines" in mode:
+        width = min(float(line.get("width", 1.6)), 6.0)
+        faint = f' opacity="{trace["opacity"]}"' if "opacity" in trace else ""
+        found += (
+            f'<path fill="none" stroke="{colour}" stroke-width="{width:g}"{dashes}{faint} '
+            f'd="M{"L".join(places)}"/>'
+        )
+    if "markers" in mode:  # round ends of lines without length: one element for all marks
+        found += (
+            f'<path stroke="{colour}" stroke-width="5" stroke-linecap="round" '
+            f'd="{"".join(f"M{place}h0" for place in places)}"/>'
+        )
+    return found
+
+
+def _colour(trace: Mapping[str, Any]) -> str:
+    return str(trace.get("line", {}).get("color") or trace.get("marker", {}).get("color") or GREY)

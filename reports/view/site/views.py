@@ -1,0 +1,209 @@
+"""What the pages of a site show: a view a scene, and a view a system."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from plumbob.engines.method import Method
+from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.measurement import Measurement, reference_run, worst
+from plumbob.engines.study.results import Study
+from plumbob.models.scene import Scene, System
+from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT, cheapest
+from plumbob.reports.advice.work_precision import points
+from plumbob.reports.judge.verdict import LEAVES_OUT, Judged, Judgements, Verdict
+from plumbob.reports.view import notation, overview, sensitivity, tables
+from plumbob.reports.view.about import Description, described
+from plumbob.reports.view.content import Cell, Figure, Finding, Section, Table, row
+from plumbob.reports.view.overview import anchor
+from plumbob.reports.view.palette import styles
+from plumbob.reports.view.plots import budget_bars, scene_figures
+from plumbob.reports.view.site import matrix
+from plumbob.reports.view.trimming import trimming
+
+Sections = Callable[[str], Section | None]  # what there is to say of one system alone, by its name
+ORDER: tuple[Verdict, ...] = (
+    "pass", "converges", "fail", "not-converging", "diverged", "pre-asymptotic", "unsupported",
+    "missing",
+)  # fmt: skip
+AT_FIRST = 1e-3  # relative: the cheapest method of each engine for this error is drawn at first
+
+
+@dataclass(frozen=True)
+class SceneView:
+    """One scene as its page shows it: the first tables, then figures, then the rest."""
+
+    scene: Scene
+    anchor: str
+    counts: tuple[tuple[str, int], ...]  # verdicts, and how many methods have each
+    methods: tuple[str, ...]  # those that ran
+    at_first: tuple[str, ...]  # those whose curves are drawn before a reader chooses others
+    first: tuple[Table, ...]
+    figures: tuple[Figure, ...]
+    order: Table | None
+    hard: tuple[Figure | Table, ...]
+    trimmed: Table | None
+    rest: tuple[Table, ...]
+    commands: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class SystemView:
+    """One system as its page shows it."""
+
+    system: System
+    about: Description | None
+    picture: Path | None  # of the model
+    galleries: tuple[tuple[str, Sequence[Figure]], ...]
+    findings: tuple[Finding, ...]
+    scenes: tuple[SceneView, ...]  # the one that stands for the system first
+    matrix: Table
+    hard: Table | None
+
+    @property
+    def leading(self) -> SceneView:
+        """The scene whose measurements the system's page shows."""
+        return self.scenes[0]
+
+
+def system_view(study: Study, system: System, found: Judgements, section: Sections) -> SystemView:
+    """One system with the scenes of `study`; `section` finds what there is to say of it alone."""
+    scenes = [scene for scene in study.scenes if scene.system == system.name]
+    # Findings read any observable: there are none where a run leaves one out.
+    whole = all(not found[pair].whole.reason.startswith(LEAVES_OUT) for pair in found
+                if pair[0] in {scene.name for scene in scenes})  # fmt: skip
+    own = section(system.name) if scenes and whole else None
+    default = f"{system.name}/{system.default}"
+    scenes.sort(key=lambda scene: (scene.name != default, bool(scene.hard)))
+    picture = system.mjcf.parent / f"{system.mjcf.parent.name}.png"
+    return SystemView(
+        system,
+        described(system.name),
+        picture if picture.is_file() else None,
+        tuple(own.figures(study)) if own else (),
+        tuple(own.findings(study)) if own else (),
+        tuple(scene_view(study, system, scene, found, own) for scene in scenes),
+        matrix.by_engine(study, found, scenes),
+        _hard(study, scenes, found),
+    )
+
+
+def scene_view(
+    study: Study, system: System, scene: Scene, found: Judgements, own: Section | None
+) -> SceneView:
+    """One scene of `study`, with what the section of its system shows of a hard one."""
+    methods = {method.name: method for method in study.methods}
+    convergence = [c for c in study.convergence if c.scene == scene.name]
+    judged = {c.method: found[scene.name, c.method] for c in convergence}
+    costs = {name: cost for (of, name), cost in study.costs.items() if of == scene.name}
+    ran = [c.method for c in convergence if any(m.status == "done" for m in c.measurements)]
+    at_first = _at_first(study, scene, found, [methods[name] for name in ran])
+    first = (
+        tables.summary(system, convergence, judged, methods),
+        overview.scene_recommendations(study, scene.name, found),
+    )
+    rest = (
+        tables.cost(convergence, costs, methods),
+        tables.budgets(system, convergence, judged, methods),
+        tables.every_run(system, convergence, judged, methods),
+        sensitivity.table(study, scene, found),
+        tables.parameters(system, scene),
+    )
+    bars = budget_bars(system, convergence, judged, methods, at_first)
+    figures = scene_figures(
+        scene, convergence, methods, styles(study.methods), points(study, scene.name),
+        _absolute(study, convergence),
+    )  # fmt: skip
+    best = next((c for c in convergence if at_first and c.method == at_first[-1]), None)
+    typical = None if best is None else reference_run(best.measurements, methods[best.method])
+    return SceneView(
+        scene,
+        anchor(scene.name),
+        _counts(judged.values()),
+        tuple(ran),
+        at_first,
+        tuple(t for t in first if t),
+        (*figures, *((bars,) if bars else ())),
+        tables.orders(convergence, methods),
+        tuple(own.hard(study, scene)) if own and scene.hard else (),
+        trimming(study, scene),
+        tuple(t for t in rest if t),
+        (
+            f"plumbob solve {scene.name}",
+            *(_repeated(typical) if typical else ()),
+            f"plumbob recommend {scene.name} --error 1e-3",
+            f"plumbob validate --scenes {scene.name}",
+        ),
+    )
+
+
+def _repeated(run: Measurement) -> tuple[str]:
+    """The command that repeats a run."""
+    return (f"plumbob run {run.scene} {run.method} --step {run.step:g}",)
+
+
+def _at_first(
+    study: Study, scene: Scene, found: Judgements, ran: Sequence[Method]
+) -> tuple[str, ...]:
+    """One method of each engine, and MuJoCo's default: the cheapest for a small error, or else the
+    one with the smallest error; no closed form, which is no curve."""
+    engines = dict.fromkeys(m.engine for m in ran if m.scheme.integrator != EXACT)
+    names = {m.name for m in ran}
+    chosen = [DEFAULT_METHOD] if DEFAULT_METHOD in names else []
+    cheap = {}
+    if study.costs:
+        by_engine = cheapest(study, scene.name, AT_FIRST, found).by_engine
+        cheap = {choice.method.partition("/")[0]: choice.method for choice in by_engine}
+    for engine in engines:
+        own = [m.name for m in ran if m.engine == engine and not m.surrogate]
+        own = own or [m.name for m in ran if m.engine == engine]
+        errors = {n: min(found[scene.name, n].whole.errors.values(), default=1e9) for n in own}
+        chosen.append(cheap.get(engine, min(own, key=lambda n: errors[n])))
+    return tuple(dict.fromkeys(name for name in chosen if name in names))
+
+
+def _absolute(
+    study: Study, convergence: Sequence[ConvergenceStudy]
+) -> Mapping[tuple[str, float], str]:
+    """The error of the worst quantity of interest of each run in SI units, as text."""
+    said = {}
+    for c in convergence:
+        units = {o.name: o.unit for o in study.observables(c.scene)}
+        for m in c.measurements:
+            if m.status == "done":
+                quantity, error = worst(m, study.quantities(c.scene))
+                size = f"{notation.number(error * quantity.scale)} {units[quantity.observable]}"
+                said[c.method, m.step] = f"{size} of {quantity.observable}"
+    return said
+
+
+def _hard(study: Study, scenes: Sequence[Scene], found: Judgements) -> Table | None:
+    """The hard scenes of a system: what is hard, and the smallest error of a full model there."""
+    rows = []
+    for scene in scenes:
+        if not scene.hard:
+            continue
+        errors = [
+            (min(one.whole.errors.values()), method.name)
+            for method in study.methods
+            if not method.surrogate and method.scheme.integrator != EXACT
+            and (one := found.get((scene.name, method.name))) is not None and one.whole.errors
+        ]  # fmt: skip
+        error, name = min(errors, default=(float("nan"), "none"))
+        rows.append(
+            row(Cell(scene.name, "scene", link=anchor(scene.name)), Cell(scene.hard, "text"),
+                Cell(notation.relative(error), "number"), Cell(name, "method"))
+        )  # fmt: skip
+    if not rows:
+        return None
+    heads = ("scene", "what makes it hard", "smallest relative error", "by")
+    return Table("Hard cases", heads, tuple(rows))
+
+
+def _counts(judged: Iterable[Judged]) -> tuple[tuple[str, int], ...]:
+    """Verdicts, and how many methods have each, in the page's order."""
+    counted = Counter(found.whole.verdict for found in judged)
+    return tuple((verdict, counted[verdict]) for verdict in ORDER if counted[verdict])

@@ -1,0 +1,205 @@
+"""The site of a study: pages in a folder of their own, then the index that leads to them."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from plumbob.engines.study.results import Study
+from plumbob.models.registry import systems
+from plumbob.reports.advice.user_settings import user_results
+from plumbob.reports.judge.verdict import Judgements, judge_study
+from plumbob.reports.view import notation, overview, tightness
+from plumbob.reports.view.page import NAME, STYLE, filled, shared_files, written
+from plumbob.reports.view.palette import styles
+from plumbob.reports.view.settings import pasted
+from plumbob.reports.view.site import first_screen, matrix
+from plumbob.reports.view.site.links import Links, page_file
+from plumbob.reports.view.site.views import Sections, SystemView, system_view
+from plumbob.reports.view.user_settings import table as own_table
+
+FOLDER = re.compile(r"site-[0-9a-f]{12}")
+SOURCES, TOLERANCES = "sources", "tolerances"  # names of pages
+BARE, FRAME = "bare.html.jinja", "frame.html.jinja"
+Page = tuple[str, str, dict[str, Any]]  # its name, its template and what fills that
+
+
+@dataclass(frozen=True)
+class Content:
+    """What the pages of a study show."""
+
+    views: Sequence[SystemView]
+    common: Mapping[str, Any]  # what every page may show
+    pages: Sequence[Page]  # beside the index
+
+
+def write_page(
+    study: Study,
+    folder: Path,
+    section: Sections,
+    judged: Judgements | None = None,
+) -> Path:
+    """Write the site of `study` into `folder` and return the path of its index; `section` finds
+    what there is to say of one system alone, `judged` are the study's verdicts where they are known
+    already. The index is replaced last, in one step: until then an older site stays whole. Raises
+    OSError where the folder cannot be written."""
+    return site(content(study, section, judged), folder)
+
+
+def site(content: Content, folder: Path) -> Path:
+    """The same of a content that is there already."""
+    files, index = _files(content)
+    folder.mkdir(parents=True, exist_ok=True)
+    name = _folder_name(files)
+    old = _folder_of(folder / NAME)
+    _placed(files, folder, name)
+    text = index(f"{name}/")
+    page = written(text, folder, NAME)
+    if old is not None and old != name and not (folder / old).is_symlink():
+        shutil.rmtree(folder / old, ignore_errors=True)
+    return page
+
+
+def render(study: Study, section: Sections, judged: Judgements | None = None) -> str:
+    """The whole site of `study` as one HTML file: a function of the study alone, which runs no
+    engine. The pages beside the index stand in templates, which our script shows."""
+    return one_file(content(study, section, judged))
+
+
+def one_file(content: Content) -> str:
+    """The same of a content that is there already."""
+    links = Links(_places(content), "", "", single=True)
+    inside = [
+        (name, filled(template, shared="", frame=BARE, href=links, **content.common, **own))
+        for name, template, own in content.pages
+    ]
+    return filled("index.html.jinja", href=links, inside_pages=inside, **content.common)
+
+
+def _files(content: Content) -> tuple[Mapping[str, bytes], Callable[[str], str]]:
+    """The files of a site's folder by name, and its index as a function of the folder's name."""
+    places, common = _places(content), content.common
+    files = {name: text.encode("utf-8") for name, text in shared_files().items()}
+    for view in content.views:
+        if view.picture is not None:
+            files[view.picture.name] = view.picture.read_bytes()
+    for name, template, own in content.pages:
+        links = Links(places, page_file(name), "", single=False)
+        text = filled(template, shared="", href=links, **common, **own)
+        files[page_file(name)] = text.encode("utf-8")
+
+    def index(folder: str) -> str:
+        links = Links(places, "", folder, single=False)
+        return filled("index.html.jinja", shared=folder, href=links, inside_pages=(), **common)
+
+    return files, index
+
+
+def content(study: Study, section: Sections, judged: Judgements | None = None) -> Content:
+    """What the pages of `study` show; the arguments are those of `write_page`."""
+    found = judge_study(study) if judged is None else judged
+    known = systems()
+    ran = {scene.system for scene in study.scenes}
+    names = [name for name in matrix.in_order(list(known)) if name in ran]
+    views = [system_view(study, known[name], found, section) for name in names]
+    findings = [finding for view in views for finding in view.findings]
+    answers = first_screen.answers(study)
+    said = {answer.pasted.settings.method for answer in answers}
+    scenes = matrix.ordered(study.scenes)
+    common: dict[str, Any] = {
+        "study": study,
+        "views": views,
+        "findings": findings,
+        "cards": first_screen.cards(findings),
+        "counts": first_screen.counts(study, found),
+        "runs": first_screen.runs(study),
+        "answers": answers,
+        "settings": [one for one in pasted(study) if one.settings.method not in said],
+        "user_settings": own_table(user_results(study, found)),
+        "matrix": matrix.by_engine(study, found, scenes),
+        "of_engines": matrix.of_engines(study, found, scenes),
+        "recommendations": overview.recommendations(study, found),
+        "sources": overview.sources(findings),
+        "tightness": tightness.tables(study, found),
+        "styles": styles(study.methods),
+        "provenance": study.provenance,
+        "number": notation.number,
+        "plural": notation.plural,
+        "picture_of": _as_data,
+    }
+    rest: list[Page] = [
+        *((view.system.name, "system.html.jinja", {"view": view}) for view in views),
+        *(
+            (scene.anchor, "scene.html.jinja", {"view": scene, "of": view})
+            for view in views
+            for scene in view.scenes
+        ),
+    ]
+    if common["sources"]:
+        rest.append((SOURCES, "sources.html.jinja", {}))
+    if common["tightness"]:
+        rest.append((TOLERANCES, "tolerances.html.jinja", {}))
+    return Content(views, common, rest)
+
+
+def _places(content: Content) -> dict[str, str]:
+    """The page of every place that a link may lead to, by its id."""
+    common = content.common
+    places = {"top": "", "findings": "", "cheapest": "", "matrix": "", "systems": ""}
+    places |= {SOURCES: page_file(SOURCES)} if common["sources"] else {}
+    places |= {TOLERANCES: page_file(TOLERANCES)} if common["tightness"] else {}
+    for view in content.views:
+        file = page_file(view.system.name)
+        places |= {view.system.name: file}
+        places |= {finding.name: file for finding in view.findings}
+        places |= {scene.anchor: page_file(scene.anchor) for scene in view.scenes}
+    return places
+
+
+def _as_data(picture: Path) -> str:
+    """A picture as an address that holds it."""
+    return f"data:image/png;base64,{base64.b64encode(picture.read_bytes()).decode('ascii')}"
+
+
+def _folder_name(files: Mapping[str, bytes]) -> str:
+    """The name of a folder with these files: the same files have the same name."""
+    digest = hashlib.sha256()
+    for name in sorted(files):
+        digest.update(f"{name}\0{len(files[name])}\0".encode())
+        digest.update(files[name])
+    return f"site-{digest.hexdigest()[:12]}"
+
+
+def _folder_of(index: Path) -> str | None:
+    """The folder that an index leads to; None where there is no index of ours."""
+    try:
+        text = index.read_text("utf-8")
+    except (OSError, UnicodeDecodeError):
+        return None
+    found = re.search(rf'href="({FOLDER.pattern})/{re.escape(STYLE)}"', text)
+    return found[1] if found else None
+
+
+def _placed(files: Mapping[str, bytes], folder: Path, name: str) -> None:
+    """Put files into the folder `name`, which appears with all of them or, where there is one of
+    this name, has each of them replaced whole."""
+    made = Path(tempfile.mkdtemp(prefix=".site-", dir=folder))
+    try:
+        for file, content in files.items():
+            (made / file).write_bytes(content)
+        made.chmod(0o755)
+        if (folder / name).is_dir():
+            for file in files:
+                os.replace(made / file, folder / name / file)
+        else:
+            os.replace(made, folder / name)
+    finally:
+        shutil.rmtree(made, ignore_errors=True)

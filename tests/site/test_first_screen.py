@@ -1,0 +1,142 @@
+"""The first screen says which settings to use, what they cost and what they give, all of it from
+the stored study."""
+
+from __future__ import annotations
+
+import html
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from plumbob.engines.study.results import Study
+from plumbob.models.scene import Quantity
+from plumbob.reports.findings.capsule_line.displacement import errors
+from plumbob.reports.judge.verdict import judge_study
+from plumbob.reports.view.content import Figure
+from plumbob.reports.view.site import first_screen, matrix
+from plumbob.reports.view.site.pictures import picture
+from plumbob.reports.view.traces import curve, figure, linear, logarithmic
+
+LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.WITH_CONTACTS
+
+
+def _with_error(study: Study, scene: str, method: str, error: float) -> Study:
+    """The study with another relative error of the displacement in every run of a pair."""
+    (quantity,) = _about(study, scene)
+    changed = []
+    for c in study.convergence:
+        if (c.scene, c.method) == (scene, method):
+            own = {
+                m.step: replace(
+                    m.errors[quantity.observable],
+                    largest=error * quantity.scale,
+                    end=error * quantity.scale,
+                )
+                for m in c.measurements
+            }
+            runs = tuple(
+                replace(m, errors={**m.errors, quantity.observable: own[m.step]})
+                for m in c.measurements
+            )
+            c = replace(c, measurements=runs)
+        changed.append(c)
+    return replace(study, convergence=tuple(changed))
+
+
+def _about(study: Study, scene: str) -> tuple[Quantity, ...]:
+    return study.quantities(scene)
+
+
+def _said(study: Study) -> str:
+    contacts, joints = first_screen.answers(study)
+    assert (contacts.name, joints.name) == ("with-contacts", "without-contacts")
+    return " ".join(contacts.sentences)
+
+
+def test_settings_costs_and_results_stand_on_the_index(study: Study, index: Path) -> None:
+    text = index.read_text("utf-8")
+    first = html.unescape(re.sub(r"<[^>]+>", " ", text.partition('id="findings"')[0]))
+    words = " ".join(first.split())
+    contacts = first_screen.answers(study)[0]
+    assert all(sentence in words for sentence in contacts.sentences)
+    for settings in ('cone="elliptic"', 'solreffriction="-1 -0.1"', 'integrator="RK4"'):
+        assert settings in words
+    for said in ("what a step costs", "real-time factor at 1 ms", "plumbob settings", "runs."):
+        assert said in words
+    for count in first_screen.counts(study, judge_study(study)):
+        assert f"{count.sign} {count.count} {count.name}" in words
+
+
+def test_the_answer_is_computed_from_the_study(study: Study) -> None:
+    for error, said in ((0.0123, "1.2 %"), (4.5e-5, "0.0045 %")):
+        changed = study
+        for scene in (s.name for s in study.scenes if s.system == "capsule-line"):
+            changed = _with_error(changed, scene, CONVERGENT, error)
+        assert f"stops with an error of {said}" in _said(changed)
+    assert "39 %" in _said(_with_error(study, LINE, DEFAULT, 0.39))
+
+
+def test_costs_are_computed_from_the_study(study: Study) -> None:
+    cost = study.costs[LINE, CONVERGENT]
+    costs = {
+        pair: replace(cost, ns_per_step=1.7) if pair[1] == CONVERGENT else cost
+        for pair in study.costs
+    }
+    assert "a step costs 1.7 times" in _said(replace(study, costs=costs))
+
+
+def test_a_finding_is_computed_from_the_study(study: Study) -> None:
+    before = errors(study)
+    after = errors(_with_error(study, LINE, "mujoco/euler", 0.123))
+    assert before is not None
+    assert after is not None
+    assert "12 %" not in before.summary
+    assert "12 %" in after.summary
+    assert picture(before.figures[0]) != picture(after.figures[0])
+
+
+def test_the_matrix_is_computed_from_the_study(study: Study) -> None:
+    scene = next(s for s in study.scenes if s.name == LINE)
+    changed = _with_error(study, LINE, DEFAULT, 0.123)
+    table = matrix.by_engine(changed, judge_study(changed), (scene,))
+    cells = dict(zip(table.heads, table.rows[0], strict=True))
+    assert "12 %" in cells["MuJoCo, default settings"].text
+
+
+def test_a_known_limit_is_never_marked_as_unexpected(study: Study) -> None:
+    for pair, found in judge_study(study).items():
+        means = matrix.meaning(*pair, found.whole)
+        shown = matrix.Shown(means, 0.1, "1e-3 s", "").cell()
+        assert ("✗" in shown.text) == (means == "unexpected")
+        assert ("unexpected" in shown.kind) == (means == "unexpected")
+
+
+def test_systems_come_in_the_order_of_the_sources() -> None:
+    names = ["simple-pendulum", "a-new-one", "capsule-turn", "cone-pendulum", "capsule-line"]
+    assert matrix.in_order(names) == [
+        "cone-pendulum", "capsule-line", "capsule-turn", "simple-pendulum", "a-new-one",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("logarithms", [False, True])
+def test_a_picture_has_every_point_where_it_belongs(logarithms: bool) -> None:
+    drawn = picture(_drawn([1.0, 10.0, 100.0], logarithms))
+    (path,) = re.findall(r'fill="none" stroke="#0072b2"[^>]* d="M([^"]+)"', drawn)
+    across, up = zip(*(map(float, p.split()) for p in path.split("L")), strict=True)
+    assert list(across) == sorted(across)
+    assert list(up) == sorted(up, reverse=True)  # upwards, as a picture counts from its top
+    middle = (up[0] - up[1]) / (up[0] - up[2])
+    assert middle == pytest.approx(0.5 if logarithms else 9.0 / 99.0, abs=0.01)
+
+
+def test_a_picture_leaves_out_what_has_no_place() -> None:
+    assert picture(_drawn([0.0, -1.0], True)) == ""
+    assert "nan" not in picture(_drawn([1.0, float("nan"), 3.0], False))
+
+
+def _drawn(values: list[float], logarithms: bool) -> Figure:
+    axis = logarithmic if logarithms else linear
+    line = curve([1.0, 2.0, 3.0][: len(values)], values, colour="#0072b2", name="one")
+    return figure("t", "c", [line], linear("x [1]"), axis("y [1]"))

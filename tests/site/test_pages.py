@@ -1,0 +1,268 @@
+"""The pages load nothing from elsewhere, are written whole, and show what was measured."""
+
+from __future__ import annotations
+
+import html
+import json
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.errors.schemes import RK4, Scheme
+from plumbob.engines.method import Method
+from plumbob.engines.study.provenance import Provenance
+from plumbob.engines.study.results import Study
+from plumbob.reports.advice.work_precision import Point, front
+from plumbob.reports.cli import main
+from plumbob.reports.findings import section
+from plumbob.reports.view.content import Finding, Section
+from plumbob.reports.view.page import figure_json
+from plumbob.reports.view.palette import styles
+from plumbob.reports.view.site import writing
+from plumbob.reports.view.site.writing import render, write_page
+from plumbob.reports.view.traces import MOST, curve, figure, linear, logarithmic
+from plumbob.tests.support.page_document import Document, resolve, site_files, words
+from plumbob.tests.support.studies import made_up, quick
+
+KILOBYTES = 400.0  # of an index, without the files that it shares
+HOSTILE = "<script>alert('x')</script><img src=x onerror=alert(1)>"
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_page(quick(), tmp_path_factory.mktemp("page") / "new", section)
+
+
+@pytest.fixture(scope="module")
+def documents(page: Path) -> dict[Path, Document]:
+    return {file: Document(file.read_text("utf-8")) for file in site_files(page)}
+
+
+@pytest.fixture(scope="module")
+def figures(documents: dict[Path, Document]) -> list[dict[str, Any]]:
+    return [figure for document in documents.values() for figure in document.figures]
+
+
+def test_an_index_and_a_folder(page: Path) -> None:
+    (folder,) = (path for path in page.parent.iterdir() if path.is_dir())
+    assert {path.name for path in page.parent.iterdir()} == {"index.html", folder.name}
+    assert page.stat().st_size < KILOBYTES * 1e3
+    assert {path.name for path in folder.iterdir() if path.suffix in (".js", ".css")} == {
+        "page.css", "page.js", "plotly.js",
+    }  # fmt: skip
+    assert {f"{scene.name.replace('/', '-')}.html" for scene in quick().scenes} <= {
+        path.name for path in folder.iterdir()
+    }
+
+
+def test_they_load_nothing_from_elsewhere(documents: dict[Path, Document]) -> None:
+    for file, document in documents.items():
+        files = {Path(name).name for name in document.loaded}
+        assert files - {"cone_pendulum.png"} == {"page.css", "page.js"}
+        assert all((file.parent / name).is_file() for name in document.loaded)
+
+
+def test_every_link_leads_somewhere(documents: dict[Path, Document]) -> None:
+    ids = {file.resolve(): set(document.ids) for file, document in documents.items()}
+    for file, document in documents.items():
+        assert len(document.ids) == len(set(document.ids))
+        for link in document.links:
+            path, _, place = link.partition("#")
+            found = (file.parent / path).resolve() if path else file.resolve()
+            assert found in ids, link
+            assert not place or place in ids[found], link
+
+
+def test_every_scene_method_and_number_is_in_a_table(documents: dict[Path, Document]) -> None:
+    study, said = quick(), " ".join(" ".join(one.cells) for one in documents.values())
+    for scene in study.scenes:
+        assert scene.name in said
+    for method in study.methods:
+        assert method.name in said
+    for name in ("pass", "19.655093168750", "13.389704809267", "19.729447983"):
+        assert name in said
+
+
+def test_foot_says_where_it_comes_from(page: Path) -> None:
+    for file in site_files(page):
+        foot = file.read_text("utf-8").partition('id="provenance"')[2].partition("</footer>")[0]
+        for word in ("plumbob validate", "cone-*", "mujoco", "numpy", "UTC", "cores"):
+            assert word in foot
+
+
+def test_commands_on_the_pages_run(page: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each can be read, and what it names is there; the shortest of each cheap kind runs."""
+    text = "".join(file.read_text("utf-8") for file in site_files(page))
+    shown = sorted(set(re.findall(r"<code>(plumbob .*?)</code>", text)))
+    kinds: dict[str, list[str]] = {}
+    for command in map(html.unescape, shown):
+        resolve(command, page.parent)
+        kinds.setdefault(words(command)[0], []).append(command)
+    assert set(kinds) == {"validate", "solve", "run", "settings", "recommend"}
+    for kind in ("solve", "run", "settings"):
+        assert main(words(min(kinds[kind], key=len))) == 0
+        assert capsys.readouterr().err == ""
+
+
+def test_plots_are_light(figures: list[dict[str, Any]]) -> None:
+    assert len(figures) >= 5 * len(quick().scenes)
+    for found in figures:
+        for trace in found["data"]:
+            assert 0 < len(trace["x"]) <= MOST
+            if trace["type"] == "heatmap":
+                assert {len(line) for line in trace["z"]} == {len(trace["x"])}
+                assert len(trace["z"]) == len(trace["y"]) <= MOST // 5
+            else:
+                assert len(trace["x"]) == len(trace["y"])
+
+
+def test_work_precision_hints_state_method_step_error_cost(figures: list[dict[str, Any]]) -> None:
+    plots = [f for f in figures if "real-time factor" in f["layout"]["xaxis"]["title"]["text"]]
+    assert len(plots) == len(quick().scenes) + 1  # the leading one is on the system's page too
+    for trace in plots[0]["data"]:
+        for text in trace.get("text", ()):
+            said = r"(rtol )?[\d.e-]+( s)?, [\d.e]+ ns per simulated second, [\d.e-]+ rad of theta"
+            assert re.fullmatch(said + "(, on the Pareto front)?", text)
+        if "text" in trace:
+            for word in (trace["name"], "%{text}", "relative error %{y", "real-time factor %{x"):
+                assert word in trace["hovertemplate"]
+
+
+def test_axes_have_units(figures: list[dict[str, Any]]) -> None:
+    for found in figures:
+        for name, axis in found["layout"].items():
+            if re.fullmatch(r"[xy]axis\d*", name) and "ticktext" not in axis:
+                title = axis["title"]["text"]
+                assert "[" in title or " / " in title, title
+
+
+def test_markup_from_outside_is_escaped(tmp_path: Path) -> None:
+    study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3, 1e-4), lambda h: h)])
+    scene = replace(study.scenes[0], summary=HOSTILE)
+    convergence_study = study.convergence[0]
+    runs = tuple(
+        replace(m, status="diverged", reason=HOSTILE) for m in convergence_study.measurements
+    )
+    hostile = replace(
+        study,
+        scenes=(scene,),
+        convergence=(replace(convergence_study, measurements=runs),),
+        costs={},
+        provenance=Provenance(command=HOSTILE),
+    )
+    index = write_page(hostile, tmp_path, section=lambda name: None)
+    for text in (*(file.read_text("utf-8") for file in site_files(index)),
+                 render(hostile, section=lambda name: None)):  # fmt: skip
+        assert "img" not in Document(text.partition("<template")[0]).tags
+        assert HOSTILE not in text
+    assert any("onerror" in file.read_text("utf-8") for file in site_files(index))
+
+
+def test_figure_json_is_no_markup() -> None:
+    plot = figure("t", "c", [curve([1.0], [2.0], name="</script>")], linear("x"), linear("y"))
+    assert "<" not in figure_json(plot)
+    assert json.loads(figure_json(plot))["data"][0]["name"] == "</script>"
+
+
+def test_nothing_is_half_written(tmp_path: Path) -> None:
+    def breaks(study: Study) -> Sequence[Finding]:
+        raise RuntimeError("broken finding")
+
+    old = tmp_path / "index.html"
+    old.write_text("old", "utf-8")
+    broken = Section(breaks, lambda study: (), lambda study, scene: ())
+    with pytest.raises(RuntimeError, match="broken finding"):
+        write_page(quick(), tmp_path, section=lambda name: broken)
+    assert [path.read_text("utf-8") for path in tmp_path.iterdir()] == ["old"]
+
+
+def _small(study_step: float = 1e-3) -> Study:
+    return made_up([(Method("made/up", Scheme(RK4), 4), (study_step, 1e-4), lambda h: h)])
+
+
+def _folders(out: Path) -> set[str]:
+    return {path.name for path in out.iterdir() if path.is_dir()}
+
+
+def test_the_old_site_is_whole_until_the_new_index_stands(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    index = write_page(_small(), tmp_path, section=lambda name: None)
+    old, (folder,) = index.read_text("utf-8"), _folders(tmp_path)
+    files = {path.name: path.read_bytes() for path in (tmp_path / folder).iterdir()}
+    with monkeypatch.context() as patched:
+        patched.setattr(writing, "written", _full)
+        with pytest.raises(OSError, match="no space"):
+            write_page(_small(2e-3), tmp_path, section=lambda name: None)
+    assert index.read_text("utf-8") == old
+    assert {path.name: path.read_bytes() for path in (tmp_path / folder).iterdir()} == files
+    write_page(_small(2e-3), tmp_path, section=lambda name: None)
+    assert index.read_text("utf-8") != old
+    assert folder not in _folders(tmp_path)
+    assert len(_folders(tmp_path)) == 1
+
+
+def _full(text: str, folder: Path, name: str) -> Path:
+    raise OSError("no space left")
+
+
+def test_the_same_study_has_the_same_site_and_repairs_it(tmp_path: Path) -> None:
+    index = write_page(_small(), tmp_path, section=lambda name: None)
+    before = {file: file.read_bytes() for file in site_files(index)}
+    style = next(tmp_path.glob("site-*/page.css"))
+    style.write_text("broken", "utf-8")
+    write_page(_small(), tmp_path, section=lambda name: None)
+    assert {file: file.read_bytes() for file in site_files(index)} == before
+    assert style.read_text("utf-8") != "broken"
+
+
+def test_other_folders_are_left_alone(tmp_path: Path) -> None:
+    for name in ("site-0123456789ab", "other"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "page.css").write_text("other", "utf-8")
+    write_page(_small(), tmp_path, section=lambda name: None)
+    write_page(_small(2e-3), tmp_path, section=lambda name: None)
+    assert {"site-0123456789ab", "other"} < _folders(tmp_path)
+
+
+def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
+    study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3,), lambda h: h)])
+    (tmp_path / "out").write_text("other", "utf-8")
+    with pytest.raises(OSError, match="out"):
+        write_page(study, tmp_path / "out", section=lambda name: None)
+    assert (tmp_path / "out").read_text("utf-8") == "other"
+
+
+def test_a_system_without_a_section_has_none() -> None:
+    assert section("no-such-system") is None
+    assert section("cone-pendulum") is not None
+
+
+def test_methods_keep_their_colours() -> None:
+    methods = quick().methods
+    whole, part = styles(methods), styles(methods[1:])
+    assert all(whole[m.name].colour == part[m.name].colour for m in methods[1:])
+    assert len({(s.colour, s.marker) for s in whole.values()}) == len(methods)
+
+
+def test_front_has_no_dominated_point() -> None:
+    costs, errors = (1.0, 2.0, 2.0, 3.0, 4.0), (1.0, 0.5, 0.7, 0.6, 0.1)
+    points = [Point("m", 1.0, e, c) for c, e in zip(costs, errors, strict=True)]
+    kept = front(points, lambda p: (p.ns_per_second, p.error))
+    assert [(p.ns_per_second, p.error) for p in kept] == [(1, 1), (2, 0.5), (4, 0.1)]
+
+
+def test_a_curve_is_thinned_and_its_gaps_remain() -> None:
+    y = np.ones(10_000)
+    y[0] = math.nan
+    drawn = curve(np.arange(10_000.0), y)
+    assert len(drawn["x"]) == MOST
+    assert drawn["y"][0] is None
+    axis = figure("t", "c", [curve([1, 1e9], [1, 1e9])], logarithmic("x"), linear("y")).layout
+    assert axis["xaxis"]["dtick"] == 2

@@ -1,0 +1,179 @@
+"""The pages of a whole study in Chromium: on a phone, by keyboard and screen reader, on paper."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from plumbob.models.registry import systems
+from plumbob.reports.cli import main
+from plumbob.tests.support.browser import Visit, visited
+from plumbob.tests.support.page_document import site_files
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+NODES, KILOBYTES, SHEETS, STOPS = 8000, 400.0, 12, 60
+PHONE, DESK = 390, 1280  # [px]
+LOOKS = [(PHONE, "light"), (PHONE, "dark"), (DESK, "light"), (DESK, "dark")]
+NAMES = ["index", *sorted(systems())]
+SCENE = "capsule-line-ca1"  # of the scenes' pages the one with the most methods
+# What can be reached with the tab key before the first heading.
+STOPS_BEFORE = """() => {
+  const main = document.querySelector("main h1");
+  const stops = [...document.querySelectorAll("a[href], button, summary, [tabindex]")];
+  return stops.filter((one) => one.tabIndex >= 0 && one.checkVisibility() &&
+    one.compareDocumentPosition(main) & Node.DOCUMENT_POSITION_FOLLOWING).length;
+}"""
+# Text that is cut: boxes with more in them than they show, which do not scroll.
+CUT = """() => [...document.querySelectorAll("body *")].filter((one) => {
+  const style = getComputedStyle(one);
+  return style.overflowX === "hidden" && one.scrollWidth > one.clientWidth + 1 &&
+    one.checkVisibility() && !one.closest(".away, svg, .area, .scroll");
+}).map((one) => one.className || one.tagName)"""
+
+
+def _page(index: Path, name: str) -> Path:
+    return index if name == "index" else site_files(index)[1].parent / f"{name}.html"
+
+
+@pytest.mark.parametrize("name", [*NAMES, SCENE])
+def test_nothing_is_out_of_reach(name: str, index: Path, browser: Browser) -> None:
+    """No violation of axe-core, nothing wider than the window, and few elements, at two widths, in
+    light and dark (where colours alone differ), with everything opened."""
+    page = _page(index, name)
+    assert page.is_file()
+    with visited(browser, page) as visit:
+        assert visit.ask(STOPS_BEFORE) <= STOPS
+        for width, scheme in LOOKS:
+            visit.look(width, scheme)
+            if scheme == "light":
+                visit.scroll_through()
+            where = (name, width, scheme)
+            assert visit.violations(*(["color-contrast"] if scheme == "dark" else [])) == [], where
+            assert visit.ask("document.documentElement.scrollWidth") <= width, where
+            assert visit.ask(CUT) == [], where
+            assert visit.ask("document.querySelectorAll('*').length") <= NODES, where
+        assert visit.console == []
+        assert all(url.startswith("file:") for url in visit.requests)
+
+
+def test_sensitivity_of_the_checks(index: Path, browser: Browser) -> None:
+    """A faint colour, a wide box, a cut text and an error in a script are seen."""
+    with visited(browser, index) as visit:
+        visit.ask("document.querySelector('h2').style.color = '#bbb'")
+        assert any("color-contrast" in found for found in visit.violations())
+        visit.ask("document.querySelector('h1').style.width = '3000px'")
+        assert visit.ask("document.documentElement.scrollWidth") > DESK
+        visit.ask("document.querySelector('.lead').style.cssText = "
+                  "'width: 90px; white-space: nowrap; overflow: hidden'")  # fmt: skip
+        assert visit.ask(CUT) == ["lead"]
+        visit.ask("setTimeout(() => { throw new Error('broken'); })")
+        visit.page.wait_for_timeout(100)
+        assert any("broken" in line for line in visit.console)
+
+
+def test_a_page_that_stands_alone(browser: Browser, tmp_path: Path) -> None:
+    """What `plumbob solve --figures` writes is made of the same parts."""
+    page = tmp_path / "figures.html"
+    assert main(["solve", "cone-pendulum", "--figures", str(page)]) == 0
+    with visited(browser, page, width=PHONE) as visit:
+        visit.scroll_through()
+        assert visit.violations() == []
+        assert visit.ask("document.documentElement.scrollWidth") <= PHONE
+        assert visit.ask("document.querySelectorAll('.area .main-svg').length") > 0
+        assert visit.console == []
+        assert visit.requests == [page.resolve().as_uri()]
+
+
+def test_an_index_is_light(index: Path) -> None:
+    assert index.stat().st_size < KILOBYTES * 1e3
+
+
+def test_index_and_a_system_fit_on_twelve_sheets(index: Path, browser: Browser) -> None:
+    sheets = 0
+    for name in ("index", "capsule-line"):
+        with visited(browser, _page(index, name)) as visit:
+            visit.until("window.Plotly || !document.querySelector('.area')")
+            paper = visit.page.pdf(format="A4", print_background=True)
+            sheets += len(re.findall(rb"/Type\s*/Page[^s]", paper))
+    assert 2 < sheets <= SHEETS
+
+
+@pytest.mark.parametrize("name", ["index", "cone-pendulum", SCENE])
+def test_every_button_works(name: str, index: Path, browser: Browser) -> None:
+    """Hints appear on focus, tap and hover; methods come and go; tables of plots open."""
+    with visited(browser, _page(index, name)) as visit:
+        visit.ask("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
+        _copies(visit)
+        if name == SCENE:
+            _hints(visit)
+            _methods(visit)
+            _table_of_a_plot(visit)
+        assert visit.console == []
+
+
+def _copies(visit: Visit) -> None:
+    for button in visit.page.locator("[data-copy]").all():
+        button.click()
+        said = button.locator("xpath=..").locator("[role=status]")
+        said.filter(has_text=re.compile("copied|selected")).wait_for()
+
+
+def _hints(visit: Visit) -> None:
+    tip = visit.page.locator("#tip")
+    first = visit.page.locator(".hint").first
+    first.focus()
+    assert tip.is_visible()
+    assert tip.inner_text() == first.get_attribute("data-hint")
+    visit.page.keyboard.press("ArrowDown")
+    assert visit.ask("document.activeElement.dataset.hint") == tip.inner_text()
+    assert not first.evaluate("(one) => one === document.activeElement")
+    visit.page.keyboard.press("Escape")
+    assert tip.is_hidden()
+    last = visit.page.locator(".hint").last
+    last.click()
+    assert tip.inner_text() == last.get_attribute("data-hint")
+
+
+def _methods(visit: Visit) -> None:
+    plot = visit.page.locator(".area").first
+    plot.scroll_into_view_if_needed()
+    plot.locator(".main-svg").first.wait_for()
+    curves = "document.querySelector('.area').querySelectorAll('.scatterlayer .trace').length"
+    before = visit.ask(curves)
+    off = visit.page.locator("[data-method][aria-pressed=false]").nth(1)
+    off.click()
+    visit.until(f"{curves} > {before}")
+    visit.page.locator("[data-every]").click()
+    assert visit.page.locator("[data-method][aria-pressed=false]").count() == 0
+
+
+def _table_of_a_plot(visit: Visit) -> None:
+    visit.ask("document.querySelectorAll('details.data').forEach((one) => { one.open = false; })")
+    summary = visit.page.locator("details.data > summary").first
+    summary.click()
+    rows = visit.page.locator("details.data[open] tbody tr")
+    rows.first.wait_for()
+    assert rows.count() > 5
+    summary.click()
+    rows.first.wait_for(state="detached")
+
+
+def test_plots_are_drawn_when_near_and_taken_away_when_far(index: Path, browser: Browser) -> None:
+    with visited(browser, _page(index, SCENE)) as visit:
+        first = visit.page.locator(".area").first
+        first.scroll_into_view_if_needed()
+        first.locator(".main-svg").first.wait_for()
+        assert visit.ask(
+            "document.querySelector('.area path.js-line').getAttribute('d').length > 9"
+        )
+        visit.ask("document.body.append(Object.assign(document.createElement('div'), "
+                  "{style: 'height: 9000px'}))")  # fmt: skip
+        visit.ask("window.scrollTo({top: 1e6, behavior: 'instant'})")
+        first.locator(".main-svg").first.wait_for(state="detached")
+        first.scroll_into_view_if_needed()
+        first.locator(".main-svg").first.wait_for()

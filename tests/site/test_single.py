@@ -1,0 +1,70 @@
+"""`plumbob report --single`: one file with the content of the whole site."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from plumbob.reports.view.page import written
+from plumbob.reports.view.site.writing import Content, one_file
+from plumbob.tests.support.browser import visited
+from plumbob.tests.support.page_document import site_files
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+MEGABYTES = 14.0
+
+
+@pytest.fixture(scope="module")
+def single(shown: Content, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return written(one_file(shown), tmp_path_factory.mktemp("single"), "all.html")
+
+
+def test_it_is_small(single: Path) -> None:
+    assert single.stat().st_size < MEGABYTES * 1e6
+
+
+def _text(html: str) -> list[str]:
+    """What stands between the tags of a page's main part."""
+    main = html.partition("<main")[2].rpartition("</main>")[0]
+    return re.sub(r"<[^>]+>", " ", re.sub(r"<script.*?</script>", " ", main, flags=re.S)).split()
+
+
+def test_it_has_the_content_of_every_page(single: Path, index: Path) -> None:
+    text = single.read_text("utf-8")
+    parts = dict(re.findall(r'<template data-page="([^"]+)">(.*?)</template>', text, re.S))
+    first, *others = site_files(index)
+    assert set(parts) == {file.stem for file in others}
+    for file in others:
+        assert _text(parts[file.stem]) == _text(file.read_text("utf-8")), file.name
+    assert _text(text.partition("<template")[0]) == _text(first.read_text("utf-8"))
+
+
+def test_its_links_turn_pages(single: Path, browser: Browser) -> None:
+    with visited(browser, single) as visit:
+        heading = visit.page.locator("h1")
+        first = heading.inner_text()
+        visit.page.locator("ul.systems a").first.click()
+        heading.filter(has_text="Cone pendulum").wait_for()
+        visit.page.locator(".matrix tbody a").first.click()
+        heading.filter(has_text="cone-pendulum/").wait_for()
+        plot = visit.page.locator(".area").first
+        plot.scroll_into_view_if_needed()
+        plot.locator(".main-svg").first.wait_for()
+        visit.page.go_back()
+        heading.filter(has_text="Cone pendulum").wait_for()
+        visit.page.locator(".crumbs a").first.click()
+        heading.filter(has_text=first).wait_for()
+        assert visit.console == []
+        assert visit.requests == [single.resolve().as_uri()]
+
+
+def test_a_link_from_outside_leads_to_a_place_on_a_page(single: Path, browser: Browser) -> None:
+    with visited(browser, single, "#printed-hamiltonian") as visit:
+        found = visit.page.locator("#printed-hamiltonian > details")
+        found.wait_for()
+        assert found.get_attribute("open") is not None
