@@ -26,6 +26,7 @@ def command(chosen: argparse.Namespace) -> int:
         raise ParameterError("study", number, f"the number of a study in {chosen.out}")
     from plumbob.reports.findings import section
     from plumbob.reports.view.page import write_page
+    from plumbob.reports.view.replay import replay
 
-    print(write_page(study, Path(chosen.out), section))
+    print(write_page(study, Path(chosen.out), section, replays=replay))
     return 0

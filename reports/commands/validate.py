@@ -99,6 +99,7 @@ def _report(
     for; returns the exit code."""
     from plumbob.reports.findings import section
     from plumbob.reports.view.page import write_page
+    from plumbob.reports.view.replay import replay
     from plumbob.reports.view.terminal import summary_lines
 
     study = store.load(out / store.FILE, number)
@@ -110,7 +111,7 @@ def _report(
             for pair, found in judged.items()
         }
     own = user_results(study, judged)
-    page = write_page(study, out, section, judged)
+    page = write_page(study, out, section, judged, replay)
     if junit:
         write_junit(junit, study, judged)
     if chosen.json:

@@ -28,6 +28,7 @@ from plumbob.reports.view.trimming import trimming
 from plumbob.reports.view.user_settings import table as own_table
 
 NAME = "index.html"
+Replays = Callable[[Study, Scene], Any]  # the replay of one scene, as its template takes it
 Sections = Callable[[str], Section | None]  # what there is to say of one system alone, by its name
 TEMPLATES = Path(__file__).parent / "templates"
 ORDER: tuple[Verdict, ...] = (
@@ -48,6 +49,7 @@ class SceneView:
     figures: tuple[Figure, ...]
     hard: tuple[Figure | Table, ...]
     rest: tuple[Table, ...]
+    replay: Any  # None: the page has none
 
 
 @dataclass(frozen=True)
@@ -65,11 +67,13 @@ def write_page(
     folder: Path,
     section: Sections,
     judged: Judgements | None = None,
+    replays: Replays | None = None,
 ) -> Path:
     """Write the page of `study` into `folder`, whole or not at all, and return its path; `section`
     finds what there is to say of one system alone, `judged` are the study's verdicts where they
-    are known already. Raises OSError where the folder cannot be written."""
-    return written(render(study, section, judged), folder, NAME)
+    are known already, `replays` makes the scenes move. Raises OSError where the folder cannot be
+    written."""
+    return written(render(study, section, judged, replays), folder, NAME)
 
 
 def written(text: str, folder: Path, name: str) -> Path:
@@ -92,10 +96,11 @@ def render(
     study: Study,
     section: Sections,
     judged: Judgements | None = None,
+    replays: Replays | None = None,
 ) -> str:
     """The page of `study` as HTML: a function of the study alone, which runs no engine."""
     found = judge_study(study) if judged is None else judged
-    views = [_system(study, system, found, section) for system in systems().values()]
+    views = [_system(study, system, found, section, replays) for system in systems().values()]
     views = [view for view in views if view.scenes]
     findings = [finding for view in views for finding in view.findings]
     return filled(
@@ -132,10 +137,15 @@ def filled(template: str, **content: Any) -> str:
     environment.filters["figure_json"] = lambda figure: Markup(figure_json(figure))
     return environment.get_template(template).render(
         **content,
-        style_sheet=Markup((TEMPLATES / "page.css").read_text("utf-8")),
-        script=Markup((TEMPLATES / "page.js").read_text("utf-8")),
+        seconds=notation.seconds,
+        style_sheet=Markup(_texts("page.css", "replay.css")),
+        script=Markup(_texts("page.js", "replay.js")),
         plotly=Markup(get_plotlyjs()),
     )
+
+
+def _texts(*names: str) -> str:
+    return "\n".join((TEMPLATES / name).read_text("utf-8") for name in names)
 
 
 def figure_json(figure: Figure) -> str:
@@ -163,6 +173,7 @@ def _system(
     system: System,
     found: Judgements,
     section: Sections,
+    replays: Replays | None,
 ) -> SystemView:
     scenes = [scene for scene in study.scenes if scene.system == system.name]
     # Findings read any observable: there are none where a run leaves one out.
@@ -174,7 +185,7 @@ def _system(
         system,
         tuple(own.figures(study)) if own else (),
         tuple(own.findings(study)) if own else (),
-        tuple(_scene(study, system, scene, methods, found, own) for scene in scenes),
+        tuple(_scene(study, system, scene, methods, found, own, replays) for scene in scenes),
     )
 
 
@@ -185,6 +196,7 @@ def _scene(
     methods: dict[str, Method],
     found: Judgements,
     own: Section | None,
+    replays: Replays | None,
 ) -> SceneView:
     convergence = [c for c in study.convergence if c.scene == scene.name]
     judged = {c.method: found[scene.name, c.method] for c in convergence}
@@ -216,6 +228,7 @@ def _scene(
         figures,
         tuple(own.hard(study, scene)) if own and scene.hard else (),
         tuple(t for t in rest if t),
+        replays(study, scene) if replays else None,
     )
 
 

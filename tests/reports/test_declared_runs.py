@@ -12,6 +12,7 @@ from plumbob.engines.registry import engines
 from plumbob.engines.study.extra_runs import Request, Result, UndeclaredRun
 from plumbob.reports.findings import requests, section
 from plumbob.reports.view.page import render
+from plumbob.reports.view.replay import replay
 from plumbob.reports.view.trimming import trimming
 from plumbob.tests.support.declared import invented_study, nothing, plan_of
 from plumbob.tests.support.page_document import resolve
@@ -52,7 +53,7 @@ def no_engine(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("no_engine")
 def test_the_page_of_a_small_study_runs_no_engine_and_asks_for_what_was_declared() -> None:
     asked = Asked(SMALL.extras)
-    page = render(replace(SMALL, extras=asked), section)
+    page = render(replace(SMALL, extras=asked), section, replays=replay)
     assert "printed-hamiltonian" in page
     assert asked.looked_up == set(requests(plan_of(SMALL)))
 
@@ -73,6 +74,7 @@ def test_the_quick_profile_asks_for_what_was_declared_and_nothing_else() -> None
             own.figures(study)
     for scene in study.scenes:
         trimming(study, scene)
+        replay(study, scene)
         if scene.hard and (own := section(scene.system)) is not None:
             own.hard(study, scene)
     assert asked.looked_up == set(asked)
