@@ -266,6 +266,47 @@ def test_friction_points_against_the_sliding_of_each_foot(page: Page) -> None:
                 assert (coverage > 0.5) == coloured, (i, turn, part)
 
 
+@pytest.mark.parametrize(
+    ("name", "part", "wanted", "unwanted"),
+    [
+        ("capsule-line/ca1", 0.1, {"A₁", "A₂", "A₃", "C", "Q", "w₁"}, {"w₂", "θ"}),
+        ("capsule-line/ca1", 0.3, {"A₁", "A₂", "A₃", "C", "Q", "w₂"}, {"w₁"}),
+        ("capsule-turn/0.3", 0.1, {"A₁", "A₂", "A₃", "C", "Q", "w"}, {"w₁", "w₂"}),
+        ("cone-pendulum/rotating-base", 0.3, {"θ", "S", "ω"}, {"C"}),
+        ("cone-pendulum/resting-base", 0.3, {"θ", "S"}, {"ω"}),
+        ("simple-pendulum/free-large", 0.3, {"θ"}, {"S"}),
+        ("capsule-hold/0.999", 0.3, {"A₁", "C", "Q", "gravity"}, {"w"}),
+    ],
+)
+def test_what_is_drawn_is_labelled(
+    name: str, part: float, wanted: set[str], unwanted: set[str], labelled: Page
+) -> None:
+    figure = found(labelled, name)
+    labelled.evaluate("written.clear()")
+    set_time(figure, part)
+    written = set(labelled.evaluate("[...written]"))
+    assert wanted <= written
+    assert not unwanted & written
+
+
+WRITTEN = """globalThis.written = new Set();
+const own = CanvasRenderingContext2D.prototype.fillText;
+CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
+  written.add(text);
+  return own.call(this, text, ...rest);
+};"""
+
+
+@pytest.fixture(scope="module")
+def labelled(chromium: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    """A page that keeps what is written on its canvases."""
+    file = write(list(replays().values()), tmp_path_factory.mktemp("labelled"))
+    for page in opened(chromium, file):
+        page.add_init_script(WRITTEN)
+        page.reload()
+        yield page
+
+
 def test_the_printed_page_has_six_moments(page: Page) -> None:
     figure = found(page, NAME)
     assert not figure.locator(".replay-strip").is_visible()

@@ -21,7 +21,7 @@ from plumbob.reports.view.replay.capsule import capsule
 from plumbob.reports.view.replay.cone import cone
 from plumbob.reports.view.replay.pendulums import companion, pendulum
 from plumbob.reports.view.replay.picture import Picture
-from plumbob.reports.view.replay.runs import Role, shown_runs, shown_seconds
+from plumbob.reports.view.replay.runs import DEFAULT_STEP, Role, shown_runs, shown_seconds
 from plumbob.reports.view.replay.samples import Samples, coded, floats, sampled
 from plumbob.reports.view.replay.strip import Strip, strip
 
@@ -32,6 +32,7 @@ WORDS: Mapping[Role, str] = MappingProxyType({
     "default": "default settings", "user": "your settings", "recommended": "recommended settings",
     "other": "",
 })  # fmt: skip
+SMALLER = " but for the step"  # 2 ms are too long for the scene
 SPEEDS = tuple(
     float(f"{digit}e{exponent}") for exponent in range(-5, 2) for digit in (1, 2, 5)
 )  # of replayed time to real time
@@ -79,7 +80,7 @@ class Replay:
 def replay(study: Study, scene: Scene) -> Replay:
     """The replay of a scene: a function of the stored study, which runs no engine."""
     case = case_of(scene)
-    seconds = shown_seconds(case)
+    seconds = shown_seconds(scene)
     picture = _picture(case, seconds)
     exact = sampled(picture.motion, seconds, picture.angles, picture.smooth)
     layers = [Layer("exact", "exact answer", "")]
@@ -95,8 +96,12 @@ def replay(study: Study, scene: Scene) -> Replay:
         samples = Samples(run.times, picture.deviations(run))
         slot = "second" if shown.role == "recommended" or runs else "first"
         runs.append((slot, samples))
-        layers.append(Layer(slot, name, WORDS[shown.role], picture.largest(samples.channels)))
+        words = WORDS[shown.role]
+        if shown.role == "default" and shown.run.step != DEFAULT_STEP:
+            words += SMALLER
+        layers.append(Layer(slot, name, words, picture.largest(samples.channels)))
         coded_layers.append(_deviating(slot, samples))
+    found = None
     if (beside := companion(scene)) is not None:
         other = _picture(beside, seconds)
         found = sampled(other.motion, seconds, other.angles, other.smooth)
@@ -111,7 +116,7 @@ def replay(study: Study, scene: Scene) -> Replay:
         scene.name, scene.name.replace("/", "-"), picture.text, seconds, scene.duration,
         tuple(layers), tuple(lacking),
         _speeds(seconds), _factors(picture, [samples for _, samples in runs]),
-        strip(picture, seconds, exact, runs), _json(data),
+        strip(picture, seconds, exact, runs, found), _json(data),
     )  # fmt: skip
 
 

@@ -28,6 +28,7 @@ from plumbob.reports.view.replay.picture import (
 from plumbob.reports.view.replay.samples import Channels
 
 Complex = npt.NDArray[np.complex128]
+SQUARE = (1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j)
 ANGLES = frozenset({"x", "y", "heading", "qx", "qy"})  # held to a fraction of a pixel
 LOADS = ("n1", "n2", "n3")
 ARROW = 0.7  # of the body's size: the friction of a foot that bears all of the weight
@@ -35,8 +36,8 @@ FINE = 1601  # samples of the exact motion, for what the charts have to show
 STILL = 1e-9  # [rad]: a heading that departs by less is not mentioned
 SEEN = "Seen from above; C is the body's centre of mass, A₁ to A₃ are its feet. "
 FRICTION = (
-    "An arrow at a foot is the friction on it: opposite to its sliding, its length that of the "
-    "normal force. "
+    "An arrow at a foot is the friction on it: against its sliding, and longer where the normal "
+    "force is larger. "
 )  # fmt: skip
 BESIDE = "Beside it the path of C, enlarged, and the motion over time."
 MOVES = "The slider Q moves in the body, and its reaction moves and turns the body. "
@@ -71,7 +72,10 @@ def capsule(case: Case, seconds: float) -> Picture:
     text = SEEN + TEXTS.get(case.problem.motion.kind, driven) + FRICTION * (body.friction > 0.0)
 
     def outline(state: State, time: float) -> tuple[Line, ...]:
-        return (Line(_columns(_in_world(state, feet)), closed=True),)
+        q = complex(state["qx"], state["qy"])
+        around_q = np.array([q + 0.04 * size * corner for corner in SQUARE])
+        body = (_in_world(state, feet), _in_world(state, around_q))
+        return tuple(Line(_columns(places), closed=True) for places in body)
 
     return Picture(
         "capsule", text + BESIDE, _box(corners, size), geometry, _charts(case, seen, seconds),

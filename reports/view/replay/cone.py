@@ -115,8 +115,8 @@ def _box(shape: Shape) -> Box:
     rise, tilt = math.cos(ELEVATION), math.sin(ELEVATION)
     top = (shape.pivot[2] + shape.slant) * rise + shape.arm * tilt
     bottom = shape.floor * rise - shape.radius * tilt
-    pad = 0.04 * reach
-    return -reach - pad, reach + pad, bottom - pad, top + pad
+    pad = 0.04 * reach  # and below the platform the ruler
+    return -reach - pad, reach + pad, bottom - 4.0 * pad, top + pad
 
 
 def _along(shape: Shape, theta: float, distance: float) -> Array:

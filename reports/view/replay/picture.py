@@ -10,7 +10,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.view.notation import number
+from plumbob.reports.view.notation import number, seconds
 from plumbob.reports.view.replay.samples import Channels
 
 Kind = Literal["pendulum", "cone", "capsule", "chart"]
@@ -77,6 +77,11 @@ def metres(value: float) -> str:
         if abs(value) >= size:
             return f"{number(value / size)} {unit}"
     return f"{number(value)} m"
+
+
+def clock(value: float) -> str:
+    """A time with a unit that suits it."""
+    return seconds(value) if value else "0 s"
 
 
 def radians(value: float) -> str:

@@ -10,14 +10,15 @@ from typing import Literal
 from plumbob.engines.method import USER_METHOD, Method, meant
 from plumbob.engines.study.convergence import DEFAULT
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
-from plumbob.models.registry import case_of
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Case, Scene
+from plumbob.models.scene import Scene
 
 Role = Literal["default", "user", "recommended", "other"]
 DEFAULT_METHOD, DEFAULT_STEP = DEFAULT  # its step [s]
 RECOMMENDED = ("mujoco/euler+coulomb", "mujoco/rk4+midpoint", "mujoco/rk4")
 """The first that is meant for a scene: contacts that converge, or a control read at mid-step."""
+PLANE = ("capsule-coast", "capsule-plan", "capsule-turn")
 IN_PLANE = "mujoco/rk4+coulomb"  # where a body turns as it slides: a hundred times as accurate
 LEAST_STEPS = 50  # of a run that a replay shows: with fewer, MuJoCo's default step is no choice
 MOST_SWINGS = 40  # of a pendulum or cone, and at most ten repeated manoeuvres
@@ -34,21 +35,26 @@ class ShownRun:
     control: Literal["step", "tolerance"]  # what its step means
 
 
-def shown_seconds(case: Case) -> float:
+def shown_seconds(scene: Scene) -> float:
     """How much of a scene's motion is replayed [s]: all, but of thousands of swings the first
-    forty, and of a thousand manoeuvres the first ten."""
-    duration, problem = case.scene.duration, case.problem
-    if case.system.family == "capsule":
-        if problem.motion.count <= MOST_MANOEUVRES:
+    forty, and of a thousand manoeuvres the first ten. Works out no motion in the plane but one that
+    is repeated: a plan of it takes seconds."""
+    duration, family = scene.duration, system_of(scene).family
+    if family == "capsule":
+        if scene.parameters.get("count", 1) <= MOST_MANOEUVRES:
             return duration
-        return float(min(duration, MOST_MANOEUVRES * problem.motion.period))
-    if case.system.family == "cone_pendulum" and problem.motion.regime in ("libration", "rotation"):
+        return float(min(duration, MOST_MANOEUVRES * case_of(scene).problem.motion.period))
+    if family not in ("cone_pendulum", "simple_pendulum"):
+        return duration
+    problem = case_of(scene).problem
+    if family == "cone_pendulum":
+        if problem.motion.regime not in ("libration", "rotation"):
+            return duration
         return float(min(duration, MOST_SWINGS * problem.motion.period))
-    if case.system.family == "simple_pendulum" and problem.gravity > 0.0:
-        return min(
-            duration, MOST_SWINGS * 2.0 * math.pi * math.sqrt(problem.length / problem.gravity)
-        )
-    return duration
+    if problem.gravity == 0.0:
+        return duration
+    swing = 2.0 * math.pi * math.sqrt(problem.length / problem.gravity)
+    return float(min(duration, MOST_SWINGS * swing))
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -63,34 +69,33 @@ def shown_runs(plan: StudyPlan, scene: Scene) -> Sequence[ShownRun]:
     usual = find_scene(scene.name)
     if (usual.parameters, usual.duration) != (scene.parameters, scene.duration):
         return ()
-    case, known = case_of(scene), {m.name: m for m in plan.methods if meant(m, scene)}
+    known = {m.name: m for m in plan.methods if meant(m, scene)}
     chosen: dict[str, Role] = {}
     if USER_METHOD in known:
         chosen[USER_METHOD] = "user"
     elif DEFAULT_METHOD in known:
         chosen[DEFAULT_METHOD] = "default"
-    turning = case.system.family == "capsule" and case.problem.setup.in_plane
-    preferred = (IN_PLANE, *RECOMMENDED) if turning else RECOMMENDED
+    preferred = (IN_PLANE, *RECOMMENDED) if scene.system in PLANE else RECOMMENDED
     best = next((name for name in preferred if name in known), None)
     if best is not None:
         chosen[best] = "recommended"
     for name, method in known.items():
         if len(chosen) < 2 and method.engine != EXACT:
             chosen.setdefault(name, "other")
-    return [_shown(case, known[name], role) for name, role in chosen.items()]
+    return [_shown(scene, known[name], role) for name, role in chosen.items()]
 
 
-def _shown(case: Case, method: Method, role: Role) -> ShownRun:
-    seconds = shown_seconds(case)
-    lasting = None if seconds == case.scene.duration else seconds
+def _shown(scene: Scene, method: Method, role: Role) -> ShownRun:
+    seconds = shown_seconds(scene)
+    lasting = None if seconds == scene.duration else seconds
     if method.control == "tolerance":
         step = method.step_sizes[len(method.step_sizes) // 2]
     else:
-        step = _step(case, method, role, seconds)
-    return ShownRun(role, ExtraRun(case.scene.name, method.name, step, lasting), method.control)
+        step = _step(scene, method, role, seconds)
+    return ShownRun(role, ExtraRun(scene.name, method.name, step, lasting), method.control)
 
 
-def _step(case: Case, method: Method, role: Role, seconds: float) -> float:
+def _step(scene: Scene, method: Method, role: Role, seconds: float) -> float:
     """The step of a run [s]: a user's own, MuJoCo's default one where that suits the scene, or the
     scene's largest that is no larger."""
     if role == "user":
@@ -99,4 +104,4 @@ def _step(case: Case, method: Method, role: Role, seconds: float) -> float:
     if role == "default" and suits:
         return DEFAULT_STEP
     most = DEFAULT_STEP if suits else seconds / LEAST_STEPS
-    return max((h for h in case.scene.steps if h <= most), default=min(case.scene.steps))
+    return max((h for h in scene.steps if h <= most), default=min(scene.steps))

@@ -8,10 +8,10 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.reports.view.replay.picture import Line, Picture, State
+from plumbob.reports.view.replay.picture import Line, Picture, State, clock
 from plumbob.reports.view.replay.samples import Samples
 
-MOMENTS = 6
+MOMENTS = (0.0, 0.19, 0.38, 0.61, 0.81, 1.0)  # of the replay; unequal, or a swing looks at rest
 WIDTH = 160.0  # of a picture, in its own units
 LARGE = 0.15  # of the picture: how large the first run's largest error is drawn at most
 RADII: Mapping[str, float] = MappingProxyType(
@@ -32,9 +32,10 @@ class Shape:
 
 @dataclass(frozen=True)
 class Moment:
-    """A still picture at `time` [s]."""
+    """A still picture at `time` [s], which `text` says with its unit."""
 
     time: float
+    text: str
     shapes: tuple[Shape, ...]
 
 
@@ -49,10 +50,14 @@ class Strip:
 
 
 def strip(
-    picture: Picture, seconds: float, exact: Samples, runs: Sequence[tuple[str, Samples]]
+    picture: Picture,
+    seconds: float,
+    exact: Samples,
+    runs: Sequence[tuple[str, Samples]],
+    beside: Samples | None = None,
 ) -> Strip:
-    """Moments at equal intervals over `seconds` [s] of the exact motion and of `runs`, which are
-    given as deviations from it, each with how it is drawn."""
+    """Moments over `seconds` [s] of the exact motion and of `runs`, which are given as deviations
+    from it, each with how it is drawn; and of a motion drawn `beside` it."""
     left, right, bottom, top = picture.box
     scale = WIDTH / (right - left)
     factor = magnified(picture, [samples for _, samples in runs])
@@ -65,13 +70,15 @@ def strip(
         )
 
     moments = []
-    for time in np.linspace(0.0, seconds, MOMENTS):
-        state = at(exact, float(time))
-        shapes = [shape("exact", state, float(time))]
+    for time in (seconds * part for part in MOMENTS):
+        state = at(exact, time)
+        shapes = [shape("exact", state, time)]
         for role, samples in runs:
-            if factor * _apart(picture, samples, float(time)) < picture.size:
-                shapes.append(shape(role, _moved(state, at(samples, float(time)), factor), time))
-        moments.append(Moment(float(time), tuple(shapes)))
+            if factor * _apart(picture, samples, time) < picture.size:
+                shapes.append(shape(role, _moved(state, at(samples, time), factor), time))
+        if beside is not None:
+            shapes.append(shape("companion", at(beside, time), time))
+        moments.append(Moment(time, clock(time), tuple(shapes)))
     return Strip(WIDTH, round(scale * (top - bottom), 1), factor, tuple(moments))
 
 

@@ -105,7 +105,7 @@
     const layers = data.layers.map((given) => layerOf(given, data));
     const smooth = new Set(data.smooth), exact = layers[0], shape = data.geometry;
     const last = Number(range.max);
-    let t = 0, plan = null, backdrop = null, ink = {}, pen = front;
+    let t = 0, plan = null, backdrop = null, ink = {}, pen = front, tables = new Map();
 
     // ---- states -----------------------------------------------------------------------------
     const derived = (state) => {
@@ -207,11 +207,14 @@
 
     // ---- drawing ----------------------------------------------------------------------------
     const WIDTHS = {exact: 5, first: 2, second: 1.3, companion: 1.5};
-    const DASHES = {exact: [], first: [6, 4], second: [], companion: [2, 3]};
+    const DASHES = {exact: [], first: [9, 5], second: [], companion: [10, 4, 2, 4]};
     const RINGS = {first: [8.5, 2], second: [11.5, 1.5], companion: [5, 2]};
     const stroke = (role, path, closed = false) => {
       pen.beginPath();
-      path.forEach(([x, y], i) => (i && path[i - 1] ? pen.lineTo(x, y) : pen.moveTo(x, y)));
+      path.forEach((p, i) => {
+        if (p && i && path[i - 1]) pen.lineTo(...p);
+        else if (p) pen.moveTo(...p);
+      });
       if (closed) pen.closePath();
       pen.strokeStyle = ink[role];
       pen.globalAlpha = role === "exact" ? 0.4 : 1;
@@ -391,6 +394,15 @@
       return most;
     };
     const most = data.kind === "capsule" ? fastest() : 0;
+    const slid = () => {
+      const {qx, qy} = exact.channels, path = [[qx[0], qy[0]]];
+      for (let i = 1; i < exact.count; i += 1) {
+        const [x, y] = path[path.length - 1];
+        if (Math.hypot(qx[i] - x, qy[i] - y) > 0.01 * shape.size) path.push([qx[i], qy[i]]);
+      }
+      return path;
+    };
+    const track = data.kind === "capsule" ? slid() : [];
     const drawCapsule = (state, shown) => {
       const body = (state, [px, py]) => {
         const c = Math.cos(state.heading), s = Math.sin(state.heading);
@@ -404,12 +416,7 @@
         pen.closePath();
         pen.fillStyle = ink.disc;
         pen.fill();
-        const {qx, qy} = exact.channels, path = [];
-        for (let k = 0; k <= 240; k += 1) {
-          const i = Math.round(k / 240 * (exact.count - 1));
-          path.push(at([qx[i], qy[i]]));
-        }
-        thin(path, ink.quiet, 1, [2, 3]);
+        thin(track.map(at), ink.quiet, 1, [2, 3]);
       }
       trailOf(shape.trail, (s) => place(s.x, s.y));
       for (const {layer, state: own} of shown) {
@@ -447,7 +454,7 @@
           arrow([qx, qy], to, ink.drive, 2.5);
           const far = Math.hypot(to[0] - qx, to[1] - qy) || 1;
           const ux = (to[0] - qx) / far, uy = (to[1] - qy) / far;
-          label(phase ? phase[2] : "w", [to[0] - 6 * ux + 13 * uy, to[1] - 6 * uy - 13 * ux], ink.drive);
+          if (far > 8) label(phase ? phase[2] : "w", [to[0] - 6 * ux + 13 * uy, to[1] - 6 * uy - 13 * ux], ink.drive);
         }
         pen.fillStyle = ink.drive;
         pen.fillRect(qx - 6.5, qy - 6.5, 13, 13);
@@ -464,33 +471,44 @@
       label("C", [c[0] - 18, c[1] + 14], ink.label);
     };
 
-    const curveOf = (layer, chart, k, box) => {
-      const from = chart.seconds ? Math.max(box[0], 0) : 0, to = chart.seconds ? box[1] : data.seconds;
-      const many = data.kind === "capsule" ? 900 : chart.seconds ? 500 : 2400, lines = chart.y.map(() => []);
-      let turn = null;
+    // What the charts show of a layer at a fine grid of times, worked out once for a factor.
+    const names = [...new Set(data.charts.flatMap((chart) => [chart.x, ...chart.y]))].filter((n) => n !== "t");
+    const part = Math.min(...data.charts.map((chart) => (chart.seconds || data.seconds) / data.seconds));
+    const many = data.kind === "capsule" ? 900 : part < 1 ? Math.ceil(500 / part) : 2400;
+    const tableOf = (layer) => {
+      if (tables.has(layer)) return tables.get(layer);
+      const found = {hidden: new Uint8Array(many + 1)};
+      for (const name of names) found[name] = new Float64Array(many + 1);
       for (let i = 0; i <= many; i += 1) {
-        const at = from + (to - from) * i / many, state = stateAt(layer, at);
-        let x = chart.x === "t" ? at : state[chart.x];
+        const at = data.seconds * i / many, state = stateAt(layer, at);
+        for (const name of names) found[name][i] = state[name];
+        found.hidden[i] = outside(layer, at);
+      }
+      tables.set(layer, found);
+      return found;
+    };
+    const curveOf = (layer, chart, k, box) => {
+      const found = tableOf(layer), lines = chart.y.map(() => []), x = found[chart.x];
+      const first = chart.seconds ? Math.floor(many * box[0] / data.seconds) : 0;
+      const end = chart.seconds ? Math.min(Math.ceil(many * box[1] / data.seconds), many) : many;
+      let turn = null;
+      for (let i = first; i <= end; i += 1) {
+        let across = x ? x[i] : data.seconds * i / many;
         if (chart.turns) {
-          const rounds = Math.round(x / TURN);
-          x -= TURN * rounds;
+          const rounds = Math.round(across / TURN);
+          across -= TURN * rounds;
           if (turn !== null && turn !== rounds) lines.forEach((line) => line.push(null));
           turn = rounds;
         }
-        chart.y.forEach((name, j) => lines[j].push(outside(layer, at) ? null : spot(k, box, x, state[name])));
+        chart.y.forEach((name, j) => lines[j].push(found.hidden[i] ? null : spot(k, box, across, found[name][i])));
       }
       return lines;
-    };
-    const strokeBroken = (role, line) => {
-      const parts = [[]];
-      for (const p of line) if (p) parts[parts.length - 1].push(p); else parts.push([]);
-      for (const part of parts) if (part.length > 1) stroke(role, part);
     };
     const drawFrame = (k, box) => {
       const rect = plan.charts[k], chart = data.charts[k];
       label(chart.label, [rect.x, rect.y - 11], ink.quiet, "left");
       thin([[rect.x, rect.y], [rect.x, rect.y + rect.h], [rect.x + rect.w, rect.y + rect.h]], ink.rule);
-      const level = ticks(box[2], box[3], Math.max(2, rect.h / 34));
+      const level = ticks(box[2], box[3], Math.max(3, rect.h / 28));
       for (const value of level.values) {
         const [, y] = spot(k, box, box[0], value);
         thin([[rect.x, y], [rect.x + rect.w, y]], ink.grid);
@@ -518,7 +536,7 @@
       clipped(k, () => {
         for (const layer of layers) {
           if (!layer.on || (data.charts[k].exact_alone && layer !== exact)) continue;
-          for (const line of curveOf(layer, data.charts[k], k, box)) strokeBroken(layer.role, line);
+          for (const line of curveOf(layer, data.charts[k], k, box)) stroke(layer.role, line);
         }
       });
     };
@@ -551,7 +569,7 @@
       backdrop.height = canvas.height;
       pen = backdrop.getContext("2d");
       pen.scale(ratio, ratio);
-      pen.font = FONT;
+      [pen.font, pen.lineJoin] = [FONT, "round"];
       data.charts.forEach((chart, k) => { if (!chart.seconds) drawCurves(k, boxAt(k, 0)); });
       pen = front;
     };
@@ -660,7 +678,7 @@
       else return;
       event.preventDefault();
     });
-    factor.addEventListener("change", () => { backdrop = null; draw(); report(); });
+    factor.addEventListener("change", () => { tables = new Map(); backdrop = null; draw(); report(); });
     layers.forEach((layer, k) => {
       const box = errors[k].querySelector("input");
       box.hidden = false;
@@ -679,7 +697,7 @@
       canvas.width = Math.round(plan.width * ratio);
       canvas.height = Math.round(plan.height * ratio);
       front.setTransform(ratio, 0, 0, ratio, 0, 0);
-      front.font = FONT;
+      [front.font, front.lineJoin] = [FONT, "round"];
       backdrop = null;
       canvas.dataset.plan = JSON.stringify(plan);
       draw();
@@ -695,7 +713,8 @@
     let begun = reduced.matches;
     const touched = () => { begun = true; };
     for (const kind of ["pointerdown", "keydown", "focusin"]) figure.addEventListener(kind, touched);
-    new IntersectionObserver(([entry]) => {
+    new IntersectionObserver((entries) => {
+      const entry = entries[entries.length - 1];
       if (!entry.isIntersecting) halted();
       else if (entry.intersectionRatio > 0.9 && !begun && !playing) { begun = true; play(""); }
     }, {threshold: [0, 0.95]}).observe(canvas);
