@@ -151,6 +151,16 @@ def test_a_plan_without_these_shows_its_first_methods() -> None:
     assert shown[0].control == "tolerance"
 
 
+def test_contacts_that_do_not_converge_are_not_recommended() -> None:
+    scene = find_scene("capsule-line/ca1")
+    methods = find_methods_of("mujoco/euler", "mujoco/rk4", "mujoco/euler+elliptic")
+    shown = shown_runs(StudyPlan("quick", (scene,), methods), scene)
+    assert [(one.role, one.run.method) for one in shown] == [
+        ("default", "mujoco/euler"),
+        ("other", "mujoco/rk4"),
+    ]
+
+
 def test_another_scene_of_the_same_name_has_no_runs() -> None:
     scene = replace(find_scene("cone-pendulum/rotating-base"), duration=0.1)
     assert shown_runs(plan(), scene) == ()

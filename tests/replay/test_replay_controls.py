@@ -53,8 +53,17 @@ def page(chromium: Browser, file: Path) -> Iterator[Page]:
 
 @pytest.fixture
 def moving(chromium: Browser, file: Path) -> Iterator[Page]:
-    """Opened by a reader who has nothing against motion."""
-    yield from opened(chromium, file, reduced_motion="no-preference")
+    """Opened by a reader who has nothing against motion; its clock runs when it is set to."""
+    for page in opened(chromium, file, reduced_motion="no-preference"):
+        clocked(page)
+        yield page
+
+
+def clocked(page: Page) -> None:
+    """Give a page a clock of its own, which stands still unless it is run."""
+    page.clock.install(time=0)
+    page.clock.pause_at(1000)
+    page.reload()
 
 
 def paused(page: Page, name: str) -> Locator:
@@ -75,44 +84,39 @@ def time_of(figure: Locator) -> float:
 def test_the_button_plays_and_pauses(moving: Page) -> None:
     figure = paused(moving, NAME)
     figure.get_by_role("button", name="Play").click()
-    expect(figure.get_by_role("button", name="Pause")).to_be_visible()
-    moving.wait_for_function(f"() => {SLIDER} > 200")
+    moving.clock.run_for(400)
     figure.get_by_role("button", name="Pause").click()
     then = time_of(figure)
-    moving.wait_for_timeout(300)
+    assert then == pytest.approx(0.4 / 20 / 0.5, abs=0.004)  # 1/20 of real time, of half a second
+    moving.clock.run_for(400)
     assert time_of(figure) == then
     assert "Paused at" in figure.locator("[role=status]").inner_text()
-
-
-SLIDER = f"document.querySelector('[id=\"replay-{NAME.replace('/', '-')}\"] input').value"
 
 
 def test_it_ends_at_the_end_and_begins_again(moving: Page) -> None:
     figure = paused(moving, NAME)
     set_time(figure, 0.99)
     figure.get_by_role("button", name="Play").click()
-    moving.wait_for_function(f"() => {SLIDER} === '{LAST}'")
-    expect(figure.get_by_role("button", name="Play")).to_be_visible()
+    moving.clock.run_for(1000)
+    assert time_of(figure) == 1.0
     figure.get_by_role("button", name="Play").click()
-    moving.wait_for_function(f"() => {SLIDER} < {LAST // 2}")
+    moving.clock.run_for(400)
+    assert 0.0 < time_of(figure) < 0.1
 
 
-def test_a_faster_speed_is_faster(moving: Page) -> None:
-    """Over half a second of the clock, at the slowest and at the fastest."""
+def test_each_speed_is_what_it_says(moving: Page) -> None:
     figure = paused(moving, NAME)
     options = figure.locator("select.speed option")
     values = [float(option.get_attribute("value") or "") for option in options.all()]
     assert values == sorted(values)
-    passed = []
-    for value in (values[0], values[-1]):
+    for value in values:
         figure.locator("select.speed").select_option(f"{value:g}")
         set_time(figure, 0.0)
         figure.locator(".play").click()
-        moving.wait_for_timeout(500)
-        passed.append(time_of(figure))
+        moving.clock.run_for(400)
+        assert time_of(figure) == pytest.approx(min(0.4 * value / 0.5, 1.0), rel=0.1)
         if figure.locator(".play").inner_text() == "Pause":
             figure.locator(".play").click()
-    assert 0.0 < passed[0] < 0.2 * passed[1]
 
 
 @pytest.mark.parametrize("place", ["input[type=range]", ".play"])
@@ -153,26 +157,44 @@ def test_one_plays_at_a_time(page: Page) -> None:
 def test_it_starts_by_itself_once(moving: Page) -> None:
     figure = found(moving, NAME)
     figure.locator("canvas").scroll_into_view_if_needed()
-    moving.wait_for_function(f"() => {SLIDER} > 0")
+    expect(figure.locator(".play")).to_have_text("Pause")
+    moving.clock.run_for(400)
+    assert time_of(figure) > 0.0
     figure.locator(".play").click()
     then = time_of(figure)
-    moving.evaluate("scrollTo(0, document.body.scrollHeight)")
-    moving.wait_for_timeout(300)
-    moving.evaluate("scrollTo(0, 0)")
-    moving.wait_for_timeout(500)
+    for place in ("document.body.scrollHeight", "0"):
+        moving.evaluate(f"scrollTo(0, {place})")
+        moving.evaluate(FRAMES)  # what is in sight is looked at once a frame
+        moving.clock.run_for(400)
     assert time_of(figure) == then
 
 
+# Resolved after the observers of what is in sight have been called.
+FRAMES = """() => new Promise((done) => {
+  const seen = new IntersectionObserver(() => { seen.disconnect(); done(); });
+  seen.observe(document.querySelector("h1"));
+})"""
+
+
+def test_it_stops_out_of_sight(moving: Page) -> None:
+    figure = found(moving, NAME)
+    figure.locator("canvas").scroll_into_view_if_needed()
+    expect(figure.locator(".play")).to_have_text("Pause")
+    moving.evaluate("scrollTo(0, document.body.scrollHeight)")
+    expect(figure.locator(".play")).to_have_text("Play")
+
+
 def test_less_motion_is_no_motion_by_itself_and_twelve_steps(page: Page) -> None:
+    clocked(page)
     figure = found(page, NAME)
     figure.locator("canvas").scroll_into_view_if_needed()
-    page.wait_for_timeout(700)
+    page.evaluate(FRAMES)
+    page.clock.run_for(2000)
     assert time_of(figure) == 0.0
     figure.locator(".play").click()
-    page.wait_for_function(f"() => {SLIDER} > 0", polling=20)
-    assert time_of(figure) == pytest.approx(1 / 12, abs=1e-3)
-    page.wait_for_timeout(500)
-    assert time_of(figure) == pytest.approx(1 / 12, abs=1e-3)
+    for seconds, steps in ((0.5, 0), (0.7, 1), (0.5, 1), (0.5, 2)):
+        page.clock.run_for(round(1000 * seconds))
+        assert time_of(figure) == pytest.approx(steps / 12, abs=1e-3)
 
 
 def test_a_screen_reader_hears_little_while_it_plays(moving: Page) -> None:
@@ -181,9 +203,12 @@ def test_a_screen_reader_hears_little_while_it_plays(moving: Page) -> None:
     figure.locator(".play").click()
     said = figure.locator("[role=status]").inner_text()
     assert said.startswith("Playing at")
-    moving.wait_for_timeout(900)
+    moving.clock.run_for(2000)
     assert figure.locator("[role=status]").inner_text() == said
     assert time_of(figure) > 0.0
+    figure.locator("input[type=range]").press("ArrowRight")
+    moving.clock.run_for(2000)
+    assert figure.locator("[role=status]").inner_text().startswith("Shown at")
 
 
 def test_what_is_drawn_has_names(page: Page) -> None:

@@ -16,10 +16,10 @@ from plumbob.models.scene import Scene
 
 Role = Literal["default", "user", "recommended", "other"]
 DEFAULT_METHOD, DEFAULT_STEP = DEFAULT  # its step [s]
-RECOMMENDED = ("mujoco/euler+coulomb", "mujoco/rk4+midpoint", "mujoco/rk4")
-"""The first that is meant for a scene: contacts that converge, or a control read at mid-step."""
+SMOOTH = ("mujoco/rk4+midpoint", "mujoco/rk4")  # a control read at mid-step, where there is one
+ON_LINE = ("mujoco/euler+coulomb",)  # contacts that converge
+IN_PLANE = ("mujoco/rk4+coulomb", *ON_LINE)  # turning: RK4 is up to 100 times as accurate
 PLANE = ("capsule-coast", "capsule-plan", "capsule-turn")
-IN_PLANE = "mujoco/rk4+coulomb"  # where a body turns as it slides: a hundred times as accurate
 LEAST_STEPS = 50  # of a run that a replay shows: with fewer, MuJoCo's default step is no choice
 MOST_SWINGS = 40  # of a pendulum or cone, and at most ten repeated manoeuvres
 MOST_MANOEUVRES = 10
@@ -75,14 +75,20 @@ def shown_runs(plan: StudyPlan, scene: Scene) -> Sequence[ShownRun]:
         chosen[USER_METHOD] = "user"
     elif DEFAULT_METHOD in known:
         chosen[DEFAULT_METHOD] = "default"
-    preferred = (IN_PLANE, *RECOMMENDED) if scene.system in PLANE else RECOMMENDED
-    best = next((name for name in preferred if name in known), None)
+    best = next((name for name in _recommended(scene) if name in known), None)
     if best is not None:
         chosen[best] = "recommended"
     for name, method in known.items():
         if len(chosen) < 2 and method.engine != EXACT:
             chosen.setdefault(name, "other")
     return [_shown(scene, known[name], role) for name, role in chosen.items()]
+
+
+def _recommended(scene: Scene) -> tuple[str, ...]:
+    """The methods that are recommended for a scene, the first one first."""
+    if system_of(scene).family != "capsule":
+        return SMOOTH
+    return IN_PLANE if scene.system in PLANE else ON_LINE
 
 
 def _shown(scene: Scene, method: Method, role: Role) -> ShownRun:
