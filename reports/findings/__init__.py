@@ -7,6 +7,7 @@ import importlib
 
 from plumbob.engines.study.extra_runs import Request, StudyPlan
 from plumbob.reports.view.content import Section
+from plumbob.reports.view.replay.runs import requests as replay_requests
 from plumbob.reports.view.trimming import requests as trimming_requests
 
 
@@ -25,7 +26,7 @@ def section(system: str) -> Section | None:
 
 def requests(plan: StudyPlan) -> tuple[Request, ...]:
     """All runs that a page of this plan needs beside the study's own, each once: those of the
-    systems' findings, then those of the table of trimmed models."""
+    systems' findings, then those of the replays and of the table of trimmed models."""
     named = dict.fromkeys(scene.system for scene in plan.scenes)
     own = [request for name in named if (of := section(name)) for request in of.requests(plan)]
-    return tuple(dict.fromkeys((*own, *trimming_requests(plan))))
+    return tuple(dict.fromkeys((*own, *replay_requests(plan), *trimming_requests(plan))))

@@ -12,6 +12,7 @@ from plumbob.engines.registry import engines
 from plumbob.engines.study.extra_runs import Request, Result, UndeclaredRun
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings import requests, section
+from plumbob.reports.view.replay import replay
 from plumbob.reports.view.site.writing import render
 from plumbob.reports.view.trimming import trimming
 from plumbob.tests.support.declared import invented_study, nothing, plan_of
@@ -79,6 +80,7 @@ def test_the_quick_profile_asks_for_what_was_declared_and_nothing_else() -> None
             own.figures(study)
     for scene in study.scenes:
         trimming(study, scene)
+        replay(study, scene)
         if scene.hard and (own := section(scene.system)) is not None:
             own.hard(study, scene)
     assert asked.looked_up == set(asked)

@@ -21,6 +21,7 @@ from plumbob.reports.view.content import Cell, Figure, Finding, Section, Table, 
 from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plots import budget_bars, scene_figures
+from plumbob.reports.view.replay import Replay, replay
 from plumbob.reports.view.site import matrix
 from plumbob.reports.view.trimming import trimming
 
@@ -43,6 +44,7 @@ class SceneView:
     at_first: tuple[str, ...]  # those whose curves are drawn before a reader chooses others
     first: tuple[Table, ...]
     figures: tuple[Figure, ...]
+    replay: Replay
     order: Table | None
     hard: tuple[Figure | Table, ...]
     trimmed: Table | None
@@ -127,6 +129,7 @@ def scene_view(
         at_first,
         tuple(t for t in first if t),
         (*figures, *((bars,) if bars else ())),
+        replay(study, scene),
         tables.orders(convergence, methods),
         tuple(own.hard(study, scene)) if own and scene.hard else (),
         trimming(study, scene),

@@ -132,6 +132,7 @@ def content(study: Study, section: Sections, judged: Judgements | None = None) -
         "styles": styles(study.methods),
         "provenance": study.provenance,
         "number": notation.number,
+        "seconds": notation.seconds,
         "plural": notation.plural,
         "picture_of": _as_data,
     }

@@ -1,0 +1,166 @@
+"""Replays: each scene moves on the page, the exact answer with two runs over it, from the store."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from plumbob.engines.study.extra_runs import StudyPlan
+from plumbob.engines.study.results import Study
+from plumbob.models.registry import case_of
+from plumbob.models.scene import Case, Scene
+from plumbob.reports.view import notation
+from plumbob.reports.view.replay import observables
+from plumbob.reports.view.replay.capsule import capsule
+from plumbob.reports.view.replay.cone import cone
+from plumbob.reports.view.replay.pendulums import companion, pendulum
+from plumbob.reports.view.replay.picture import Picture
+from plumbob.reports.view.replay.runs import DEFAULT_STEP, Role, shown_runs, shown_seconds
+from plumbob.reports.view.replay.samples import Samples, coded, floats, sampled
+from plumbob.reports.view.replay.strip import Strip, strip
+
+PICTURES = MappingProxyType(
+    {"capsule": capsule, "cone_pendulum": cone, "simple_pendulum": pendulum}
+)  # by the family of the system
+WORDS: Mapping[Role, str] = MappingProxyType({
+    "default": "default settings", "user": "your settings", "recommended": "recommended settings",
+    "other": "",
+})  # fmt: skip
+SMALLER = " but for the step"  # 2 ms are too long for the scene
+SPEEDS = tuple(
+    float(f"{digit}e{exponent}") for exponent in range(-5, 2) for digit in (1, 2, 5)
+)  # of replayed time to real time
+LASTING = 8.0  # [s] of a replay at the speed that is chosen first
+VISIBLE = 0.1  # of the picture: how large the smallest errors are drawn at the largest factor
+MOST = 12  # powers of ten of the largest factor
+
+
+@dataclass(frozen=True)
+class Layer:
+    """One body of a replay: how it is drawn, its name, what the legend adds, its largest error."""
+
+    slot: str  # how it is drawn: exact, first, second or companion
+    name: str
+    words: str
+    largest: str = ""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """An entry of a list: its value, its text, whether it is chosen first."""
+
+    value: float
+    text: str
+    chosen: bool
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A scene's replay as the page's template takes it."""
+
+    scene: str
+    anchor: str
+    text: str
+    seconds: float
+    whole: float  # duration of the scene [s]
+    layers: tuple[Layer, ...]
+    lacking: tuple[str, ...]  # runs that did not reach their end
+    speeds: tuple[Choice, ...]
+    factors: tuple[int, ...]
+    strip: Strip
+    data: str  # JSON for the script, which no HTML parser takes for a tag
+
+
+def replay(study: Study, scene: Scene) -> Replay:
+    """The replay of a scene: a function of the stored study, which runs no engine."""
+    case = case_of(scene)
+    seconds = shown_seconds(scene)
+    picture = _picture(case, seconds)
+    exact = sampled(picture.motion, seconds, picture.angles, picture.smooth)
+    layers = [Layer("exact", "exact answer", "")]
+    coded_layers = [_exact("exact", exact, picture)]
+    runs: list[tuple[str, Samples]] = []
+    lacking = []
+    for shown in shown_runs(StudyPlan(study.profile, study.scenes, study.methods), scene):
+        run = study.recording(shown.run) if shown.run in study.extras else None
+        name = f"{shown.run.method}, {_step(shown.run.step, shown.control)}"
+        if run is None:
+            lacking.append(name)
+            continue
+        samples = Samples(run.times, picture.deviations(run))
+        slot = "second" if shown.role == "recommended" or runs else "first"
+        runs.append((slot, samples))
+        words = WORDS[shown.role]
+        if shown.role == "default" and shown.run.step != DEFAULT_STEP:
+            words += SMALLER
+        layers.append(Layer(slot, name, words, picture.largest(samples.channels)))
+        coded_layers.append(_deviating(slot, samples))
+    found = None
+    if (beside := companion(scene)) is not None:
+        other = _picture(beside, seconds)
+        found = sampled(other.motion, seconds, other.angles, other.smooth)
+        layers.append(Layer("companion", "linear pendulum", "exact, the same start"))
+        coded_layers.append(_exact("companion", found, other))
+    data = {
+        "kind": picture.kind, "seconds": seconds, "box": picture.box, "size": picture.size,
+        "geometry": dict(picture.geometry), "charts": [asdict(chart) for chart in picture.charts],
+        "smooth": sorted(picture.smooth), "layers": coded_layers,
+    }  # fmt: skip
+    return Replay(
+        scene.name, scene.name.replace("/", "-"), picture.text, seconds, scene.duration,
+        tuple(layers), tuple(lacking),
+        _speeds(seconds), _factors(picture, [samples for _, samples in runs]),
+        strip(picture, seconds, exact, runs, found), _json(data),
+    )  # fmt: skip
+
+
+def _picture(case: Case, seconds: float) -> Picture:
+    made = PICTURES.get(case.system.family, observables.chart)
+    return made(case, seconds)
+
+
+def _exact(role: str, samples: Samples, picture: Picture) -> dict[str, Any]:
+    channels = {n: coded(v, n in picture.angles) for n, v in samples.channels.items()}
+    return {"role": role, "count": len(samples.times), "channels": channels}
+
+
+def _deviating(role: str, samples: Samples) -> dict[str, Any]:
+    channels = {name: floats(values) for name, values in samples.channels.items()}
+    times = floats(samples.times)
+    return {"role": role, "count": len(samples.times), "times": times, "channels": channels}
+
+
+def _step(step: float, control: str) -> str:
+    return notation.seconds(step) if control == "step" else notation.step(step, control)
+
+
+def _speeds(seconds: float) -> tuple[Choice, ...]:
+    """Speeds from a fifth of that at which a replay lasts some seconds to ten times that."""
+    best = min(SPEEDS, key=lambda speed: abs(math.log(speed * LASTING / seconds)))
+    around = [speed for speed in SPEEDS if 0.15 * best < speed < 12.0 * best]
+    return tuple(Choice(speed, _speed(speed), speed == best) for speed in around)
+
+
+def _speed(speed: float) -> str:
+    if speed == 1.0:
+        return "real time"
+    return f"{speed:g} × real time" if speed > 1.0 else f"1/{1.0 / speed:,.0f} of real time"
+
+
+def _factors(picture: Picture, runs: Sequence[Samples]) -> tuple[int, ...]:
+    """Powers of ten by which errors are drawn, up to where the smallest of them are seen."""
+    sizes = [float(np.max(picture.deviation(samples.channels))) for samples in runs]
+    least = min((size for size in sizes if size > 0.0), default=0.0)
+    wanted = math.log10(VISIBLE * picture.size / least) if least else 0.0
+    return tuple(10**k for k in range(min(max(math.ceil(wanted), 1), MOST) + 1))
+
+
+def _json(data: Mapping[str, Any]) -> str:
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c")

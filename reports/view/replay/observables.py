@@ -1,0 +1,52 @@
+"""Replays of systems that have no picture of their own: the observables over time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.scene import Case
+from plumbob.reports.view.notation import number
+from plumbob.reports.view.replay.picture import Chart, Line, Picture, State, around
+from plumbob.reports.view.replay.samples import Channels
+
+MOST = 3  # observables that are drawn
+
+
+def chart(case: Case, seconds: float) -> Picture:
+    """The replay of any system over `seconds` [s]: its first observables as charts."""
+    shown = {seen.name: seen.unit for seen in case.system.observables[:MOST]}
+    first = next(iter(shown))
+    seen = _only(case.reference.observe(np.linspace(0.0, seconds, 801)), shown)
+    span = around(seen[first])
+
+    def place(state: State, time: float) -> tuple[float, float]:
+        return 1.6 * time / seconds, (state[first] - span[0]) / (span[1] - span[0])
+
+    def deviations(run: Trajectory) -> Channels:
+        exact = case.reference.observe(run.times)
+        there = {name: run.observables.get(name, exact[name]) for name in shown}
+        return {name: values - exact[name] for name, values in there.items()}
+
+    def apart(found: Channels) -> Array:
+        return np.asarray(np.abs(found[first]))
+
+    def outline(state: State, time: float) -> tuple[Line, ...]:
+        x, y = place(state, time)
+        return (Line(np.array([[x, 0.0], [x, y]])),)
+
+    return Picture(
+        "chart", f"{', '.join(shown)} over time.", (-0.1, 1.7, -0.1, 1.1), {"trail": 0.0},
+        tuple(
+            Chart(f"{name} [{unit}]", "t", (name,), (0.0, seconds, *around(seen[name])))
+            for name, unit in shown.items()
+        ),
+        frozenset({first}), frozenset({first}), float(np.ptp(seen[first])) or 1.0,
+        lambda times: _only(case.reference.observe(times), shown), deviations, apart,
+        lambda found: f"{number(float(apart(found).max()))} {shown[first]}", outline, place,
+    )  # fmt: skip
+
+
+def _only(seen: Channels, names: dict[str, str]) -> Channels:
+    return {name: seen[name] for name in names}

@@ -1,0 +1,733 @@
+(() => {
+  "use strict";
+  // Replays: a canvas that draws the exact answer and runs over it. What is drawn is a function of
+  // the time, the factor of the errors, and which layers are on.
+  const reduced = matchMedia("(prefers-reduced-motion: reduce)");
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const STILLS = 12;  // moments that are played where motion is to be reduced, one a second
+  const FONT = "12px system-ui, sans-serif";
+  const TURN = 2 * Math.PI;
+  const SUBSCRIPTS = ["₁", "₂", "₃"];
+  let playing = null;  // one replay at a time
+
+  const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
+  const decoded = (given, count) => {
+    if (typeof given === "number") return new Float64Array(count).fill(given);
+    if (given.f4) return Float64Array.from(new Float32Array(bytes(given.f4)));
+    const step = (given.high - given.low) / 65535;
+    return Float64Array.from(new Uint16Array(bytes(given.u2)), (v) => given.low + v * step);
+  };
+
+  const number = (value, digits = 3) => {
+    if (!value) return "0";
+    const size = Math.abs(value);
+    if (size >= 1e-3 && size < 1e5) return String(Number(value.toPrecision(digits)));
+    return value.toExponential(digits - 1).replace("e+", "e");
+  };
+  const metres = (value) => {
+    for (const [unit, size] of [["m", 1], ["mm", 1e-3], ["µm", 1e-6], ["nm", 1e-9]]) {
+      if (Math.abs(value) >= size) return `${number(value / size)} ${unit}`;
+    }
+    return `${number(value)} m`;
+  };
+  const clock = (value) => {
+    for (const [unit, size] of [["s", 1], ["ms", 1e-3], ["µs", 1e-6]]) {
+      if (value >= size) return `${number(value / size)} ${unit}`;
+    }
+    return "0 s";
+  };
+  const ticks = (low, high, most) => {
+    const raw = (high - low) / most, power = 10 ** Math.floor(Math.log10(raw));
+    const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw);
+    const found = [];
+    for (let k = Math.ceil(low / step); k * step <= high; k += 1) found.push(k * step);
+    return {step, values: found};
+  };
+  const turned = (angle) => angle - TURN * Math.round(angle / TURN);
+
+  const layerOf = (given, data) => {
+    const count = given.count, channels = {};
+    for (const name of Object.keys(given.channels)) channels[name] = decoded(given.channels[name], count);
+    const absolute = given.times === undefined;
+    const times = absolute ? Float64Array.from({length: count}, (_, i) => i * data.seconds / (count - 1))
+      : decoded(given.times, count);
+    return {role: given.role, count, channels, absolute, times, on: true};
+  };
+  const before = (times, t) => {
+    let low = 0, high = times.length - 1;
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (times[middle] <= t) low = middle; else high = middle;
+    }
+    return low;
+  };
+  const valueAt = (layer, name, t, smooth) => {
+    const v = layer.channels[name], x = layer.times, n = layer.count;
+    if (!v) return 0;
+    if (t <= x[0]) return v[0];
+    if (t >= x[n - 1]) return v[n - 1];
+    const i = before(x, t);
+    if (!smooth.has(name) || n < 4) return v[i] + (v[i + 1] - v[i]) * (t - x[i]) / (x[i + 1] - x[i]);
+    const first = Math.min(Math.max(i - 1, 0), n - 4);
+    let sum = 0;
+    for (let j = first; j < first + 4; j += 1) {
+      let weight = v[j];
+      for (let k = first; k < first + 4; k += 1) if (k !== j) weight *= (t - x[k]) / (x[j] - x[k]);
+      sum += weight;
+    }
+    return sum;
+  };
+
+  const hull = (places) => {
+    const sorted = [...places].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+    const half = (list) => {
+      const kept = [];
+      for (const p of list) {
+        while (kept.length > 1) {
+          const [a, b] = kept.slice(-2);
+          if ((b[0] - a[0]) * (p[1] - a[1]) > (b[1] - a[1]) * (p[0] - a[0])) break;
+          kept.pop();
+        }
+        kept.push(p);
+      }
+      return kept.slice(0, -1);
+    };
+    return [...half(sorted), ...half(sorted.reverse())];
+  };
+
+  const replay = (figure) => {
+    const data = JSON.parse(figure.querySelector("script").textContent);
+    const canvas = figure.querySelector("canvas"), front = canvas.getContext("2d");
+    const range = figure.querySelector("input[type=range]"), now = figure.querySelector(".now");
+    const button = figure.querySelector(".play"), said = figure.querySelector(".said");
+    const speed = figure.querySelector(".speed"), factor = figure.querySelector(".factor");
+    const errors = [...figure.querySelectorAll(".layers li")];
+    const layers = data.layers.map((given) => layerOf(given, data));
+    const smooth = new Set(data.smooth), exact = layers[0], shape = data.geometry;
+    const last = Number(range.max);
+    let t = 0, plan = null, backdrop = null, ink = {}, pen = front, tables = new Map();
+
+    // ---- states -----------------------------------------------------------------------------
+    const derived = (state) => {
+      if (data.kind === "pendulum") {
+        state.x = shape.length * Math.sin(state.theta);
+        state.y = -shape.length * Math.cos(state.theta);
+      } else if (data.kind === "capsule") {
+        state.displacement = state.x * Math.cos(shape.along) + state.y * Math.sin(shape.along);
+      }
+      return state;
+    };
+    const stateAt = (layer, at) => {
+      const from = layer.absolute ? layer : exact, state = {t: at};
+      for (const name of Object.keys(from.channels)) state[name] = valueAt(from, name, at, smooth);
+      if (!layer.absolute) {
+        const times = Number(factor.value);
+        for (const name of Object.keys(layer.channels)) {
+          state[name] += times * valueAt(layer, name, at, smooth);
+        }
+      }
+      return derived(state);
+    };
+    const apart = (layer, at) => {
+      const of = (name) => valueAt(layer, name, at, smooth);
+      if (data.kind === "capsule") return {size: Math.hypot(of("x"), of("y")), turn: of("heading")};
+      if (data.kind === "chart") return {size: Math.abs(of(Object.keys(layer.channels)[0])), turn: 0};
+      return {size: 0, turn: of("theta")};
+    };
+    const outside = (layer, at) => {
+      if (layer.absolute) return false;
+      const times = Number(factor.value), {size, turn} = apart(layer, at);
+      if (data.kind === "capsule") {
+        return times * size > 4 * data.size || (times > 1 && times * Math.abs(turn) > Math.PI);
+      }
+      return times > 1 && times * Math.max(Math.abs(turn), size / data.size) > Math.PI;
+    };
+
+    // A chart shows the runs too, as they are, where that does not make the exact answer small.
+    const widened = (low, high, values) => {
+      const most = 0.8 * (high - low), from = Math.min(...values), to = Math.max(...values);
+      const edge = 0.04 * (high - low);
+      return [from < low && from > low - most ? from - edge : low, to > high && to < high + most ? to + edge : high];
+    };
+    const boxes = data.charts.map((chart) => {
+      let [l, r, b, u] = chart.box;
+      if (chart.seconds || chart.exact_alone) return [l, r, b, u];
+      for (const layer of layers.filter((one) => !one.absolute)) {
+        const states = Array.from({length: 401}, (_, i) => stateAt(layer, data.seconds * i / 400));
+        [b, u] = widened(b, u, states.map((state) => state[chart.y[0]]));
+        if (chart.equal) [l, r] = widened(l, r, states.map((state) => state[chart.x]));
+      }
+      return [l, r, b, u];
+    });
+
+    // ---- where things are -------------------------------------------------------------------
+    const laidOut = () => {
+      const width = canvas.clientWidth, count = data.charts.length, wide = width >= 620;
+      const [left, right, bottom, top] = data.box;
+      const aspect = (top - bottom) / (right - left), bare = data.kind === "chart";
+      const column = bare ? width : wide ? Math.max(0.38 * width, 240) : width;
+      const pictured = wide ? width - column : width;
+      const tall = bare ? 0 : Math.min(pictured * aspect, wide ? 440 : 380);
+      const each = wide ? Math.max(tall, 130 * count, 280) / count : 132;
+      const height = wide ? each * count : tall + each * count;
+      const scale = bare ? 0 : Math.min(pictured / (right - left), (wide ? height : tall) / (top - bottom));
+      const found = {
+        width, height,
+        picture: {
+          width: bare ? 0 : pictured, height: wide ? height : tall, scale,
+          x: pictured / 2 - scale * (left + right) / 2,
+          y: (wide ? height : tall) / 2 + scale * (top + bottom) / 2,
+        },
+        charts: data.charts.map((chart, k) => {
+          const rect = {
+            x: (wide && !bare ? pictured : 0) + 50, y: (wide ? 0 : tall) + k * each + 22,
+            w: column - 70, h: each - 46, box: [...boxes[k]],
+          };
+          if (chart.equal) {
+            const [l, r, b, u] = rect.box, more = rect.w / rect.h * (u - b) / (r - l);
+            if (more > 1) rect.box = [(l + r) / 2 - more * (r - l) / 2, (l + r) / 2 + more * (r - l) / 2, b, u];
+            else rect.box = [l, r, (b + u) / 2 - (u - b) / 2 / more, (b + u) / 2 + (u - b) / 2 / more];
+          }
+          return rect;
+        }),
+      };
+      return found;
+    };
+    const place = (x, y) => [plan.picture.x + plan.picture.scale * x, plan.picture.y - plan.picture.scale * y];
+    const boxAt = (k, at) => {
+      const chart = data.charts[k], [l, r, b, u] = plan.charts[k].box;
+      if (!chart.seconds) return [l, r, b, u];
+      const begin = Math.min(Math.max(at - chart.seconds / 2, 0), data.seconds - chart.seconds);
+      return [begin, begin + chart.seconds, b, u];
+    };
+    const spot = (k, box, x, y) => {
+      const rect = plan.charts[k];
+      return [rect.x + rect.w * (x - box[0]) / (box[1] - box[0]), rect.y + rect.h * (box[3] - y) / (box[3] - box[2])];
+    };
+
+    // ---- drawing ----------------------------------------------------------------------------
+    const WIDTHS = {exact: 5, first: 2, second: 1.3, companion: 1.5};
+    const DASHES = {exact: [], first: [9, 5], second: [], companion: [10, 4, 2, 4]};
+    const RINGS = {first: [8.5, 2], second: [11.5, 1.5], companion: [5, 2]};
+    const stroke = (role, path, closed = false) => {
+      pen.beginPath();
+      path.forEach((p, i) => {
+        if (p && i && path[i - 1]) pen.lineTo(...p);
+        else if (p) pen.moveTo(...p);
+      });
+      if (closed) pen.closePath();
+      pen.strokeStyle = ink[role];
+      pen.globalAlpha = role === "exact" ? 0.4 : 1;
+      pen.lineWidth = WIDTHS[role];
+      pen.setLineDash(DASHES[role]);
+      pen.stroke();
+      pen.globalAlpha = 1;
+      pen.setLineDash([]);
+    };
+    const thin = (path, colour, width = 1, dash = [], alpha = 1) => {
+      pen.beginPath();
+      path.forEach(([x, y], i) => (i ? pen.lineTo(x, y) : pen.moveTo(x, y)));
+      pen.strokeStyle = colour;
+      pen.lineWidth = width;
+      pen.setLineDash(dash);
+      pen.globalAlpha = alpha;
+      pen.stroke();
+      pen.globalAlpha = 1;
+      pen.setLineDash([]);
+    };
+    const mark = (role, [x, y]) => {
+      pen.beginPath();
+      if (role === "exact") {
+        pen.arc(x, y, 5.5, 0, TURN);
+        pen.fillStyle = ink.exact;
+        pen.fill();
+        return;
+      }
+      pen.arc(x, y, RINGS[role][0], 0, TURN);
+      pen.strokeStyle = ink[role];
+      pen.lineWidth = RINGS[role][1];
+      pen.stroke();
+    };
+    const label = (text, [x, y], colour = ink.quiet, align = "center") => {
+      pen.fillStyle = colour;
+      pen.textAlign = align;
+      pen.textBaseline = "middle";
+      pen.fillText(text, x, y);
+    };
+    const arrow = (from, to, colour, width = 2) => {
+      const angle = Math.atan2(to[1] - from[1], to[0] - from[0]), size = Math.hypot(to[0] - from[0], to[1] - from[1]);
+      if (size < 2) return;
+      const head = Math.min(9, size);
+      const side = (turn) => [to[0] - head * Math.cos(angle + turn), to[1] - head * Math.sin(angle + turn)];
+      thin([from, [to[0] - 0.7 * head * Math.cos(angle), to[1] - 0.7 * head * Math.sin(angle)]], colour, width);
+      pen.beginPath();
+      for (const [x, y] of [to, side(0.4), side(-0.4)]) pen.lineTo(x, y);
+      pen.fillStyle = colour;
+      pen.fill();
+    };
+    const ruler = () => {
+      const most = 0.3 * plan.picture.width / plan.picture.scale, size = ticks(0, most, 1).step;
+      const length = (size > most ? size / 2 : size), y = plan.picture.height - 14;
+      const end = 14 + length * plan.picture.scale;
+      thin([[14, y - 4], [14, y], [end, y], [end, y - 4]], ink.quiet);
+      label(metres(length), [end + 6, y - 2], ink.quiet, "left");
+    };
+    const trailOf = (seconds, where) => {
+      const path = [];
+      for (let k = 0; k <= 60; k += 1) {
+        path.push(where(stateAt(exact, Math.max(t - seconds, 0) + k / 60 * Math.min(t, seconds))));
+      }
+      thin(path, ink.exact, 1.5, [], 0.5);
+    };
+    const angleArc = (middle, radius, from, to, at) => {
+      const path = Array.from({length: 25}, (_, k) => at(from + (to - from) * k / 24, radius));
+      thin(path, ink.quiet);
+      const half = Math.abs(to - from) < 0.35 ? from - 0.3 * Math.sign(to - from || 1) : (from + to) / 2;
+      label("θ", at(half, 1.25 * radius), ink.label);
+    };
+
+    const drawPendulum = (truth, shown) => {
+      const pivot = place(0, 0), length = shape.length, theta = turned(truth.theta);
+      trailOf(shape.trail, (s) => place(s.x, s.y));
+      thin([pivot, place(0, -0.45 * length)], ink.quiet, 1, [3, 3]);
+      angleArc(pivot, 0.32 * length, 0, theta, (a, r) => place(r * Math.sin(a), -r * Math.cos(a)));
+      for (const {layer, state} of shown) stroke(layer.role, [pivot, place(state.x, state.y)]);
+      pen.beginPath();
+      pen.arc(...pivot, 4, 0, TURN);
+      pen.fillStyle = ink.quiet;
+      pen.fill();
+      for (const {layer, state} of shown) mark(layer.role, place(state.x, state.y));
+    };
+
+    // The cone: places in the platform's axes, turned with it, seen by a camera at infinity.
+    const [across, upwards, towards] = shape.camera || [];
+    const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    const inWorld = ([x, y, z], at) => {
+      const c = Math.cos(shape.rate * at), s = Math.sin(shape.rate * at);
+      return [c * x - s * y, s * x + c * y, z];
+    };
+    const seen = (p, at) => {
+      const world = inWorld(p, at);
+      return place(dot(across, world), dot(upwards, world));
+    };
+    const depth = (p, at) => dot(towards, inWorld(p, at));
+    const onCone = (theta, along, wide = 0, around = 0) => {
+      const s = Math.sin(theta), c = Math.cos(theta), [x, y, z] = shape.pivot;
+      const u = wide * Math.cos(around), v = wide * Math.sin(around);
+      return [x + u, y + along * s + v * c, z - along * c + v * s];
+    };
+    const rim = (theta, corners) => Array.from({length: corners}, (_, k) =>
+      onCone(theta, shape.height, shape.height * Math.tan(shape.half), TURN * k / corners));
+    const drawSolid = (theta) => {
+      const edge = rim(theta, 36), apex = onCone(theta, 0), middle = onCone(theta, shape.height);
+      const lit = (a, b, c) => {
+        const [p, q, r] = [a, b, c].map((one) => inWorld(one, t));
+        const u = q.map((v, i) => v - p[i]), w = r.map((v, i) => v - p[i]);
+        const n = [u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]];
+        const size = Math.hypot(...n) || 1, facing = dot(n, towards) / size;
+        return {facing, light: (facing < 0 ? -1 : 1) * (0.5 * n[2] + 0.45 * dot(n, towards) + 0.3 * dot(n, across)) / size};
+      };
+      const faces = edge.map((p, k) => ({places: [apex, p, edge[(k + 1) % edge.length]]}));
+      faces.push({places: [middle, edge[0], edge[12]], drawn: edge});
+      for (const face of faces) {
+        Object.assign(face, lit(...face.places));
+        face.depth = face.drawn ? depth(middle, t) : (depth(face.places[1], t) + depth(face.places[2], t) + depth(apex, t)) / 3;
+      }
+      faces.sort((a, b) => a.depth - b.depth);
+      for (const face of faces) {
+        pen.beginPath();
+        for (const p of face.drawn || face.places) pen.lineTo(...seen(p, t));
+        pen.closePath();
+        pen.fillStyle = `hsl(${ink.solid} ${Math.round(46 + 26 * face.light)}%)`;
+        pen.fill();
+        pen.strokeStyle = pen.fillStyle;
+        pen.lineWidth = 0.7;
+        pen.stroke();
+      }
+    };
+    const drawCone = (truth, shown) => {
+      const ring = (radius, from = 0, to = TURN, turning = t) => Array.from({length: 61}, (_, k) => {
+        const a = from + (to - from) * k / 60;
+        return seen([radius * Math.cos(a), radius * Math.sin(a), shape.floor], turning);
+      });
+      pen.beginPath();
+      for (const p of ring(shape.radius)) pen.lineTo(...p);
+      pen.fillStyle = ink.disc;
+      pen.fill();
+      for (let k = 0; k < 6; k += 1) {
+        const a = TURN * k / 6, r = shape.radius;
+        thin([seen([0, 0, shape.floor], t), seen([r * Math.cos(a), r * Math.sin(a), shape.floor], t)], ink.rule);
+      }
+      if (shape.rate) {
+        const sign = Math.sign(shape.rate), path = ring(1.1 * shape.radius, -1.2, -1.2 + sign * 0.9, 0);
+        thin(path, ink.quiet, 1.5);
+        arrow(path[56], path[60], ink.quiet, 1.5);
+        label("ω", seen([1.24 * shape.radius * Math.cos(-0.75), 1.24 * shape.radius * Math.sin(-0.75), shape.floor], 0));
+      }
+      const [x, y, z] = shape.pivot, wide = 1.5 * shape.height * Math.tan(shape.half) + 0.05 * shape.height;
+      const posts = [-wide, wide].map((dx) => [[x + dx, y, shape.floor], [x + dx, y, z]]);
+      posts.sort((a, b) => depth(a[1], t) - depth(b[1], t));
+      const post = ([foot, head]) => thin([seen(foot, t), seen(head, t)], ink.post, 4);
+      post(posts[0]);
+      thin([seen([x - wide, y, z], t), seen([x + wide, y, z], t)], ink.post, 3);
+      if (exact.on) drawSolid(truth.theta);
+      trailOf(shape.trail, (s) => seen(onCone(s.theta, shape.com), s.t));
+      const theta = turned(truth.theta), at = (a, r) => seen(onCone(a, r), t);
+      thin([at(0, 0), at(0, 0.6 * shape.height)], ink.quiet, 1, [3, 3]);
+      angleArc(at(0, 0), 0.42 * shape.height, 0, theta, at);
+      for (const {layer, state} of shown) {
+        if (layer === exact) continue;
+        stroke(layer.role, hull([onCone(state.theta, 0), ...rim(state.theta, 36)].map((p) => seen(p, t))), true);
+      }
+      post(posts[1]);
+      for (const {layer, state} of shown) mark(layer.role, at(state.theta, shape.com));
+      const s = at(truth.theta, shape.com);
+      label("S", [s[0] - 20, s[1] - 6], ink.label);
+    };
+
+    const fastest = () => {
+      let most = 0;
+      const {vx, vy, rate} = exact.channels;
+      for (let i = 0; i < exact.count; i += 1) {
+        most = Math.max(most, Math.hypot(vx[i], vy[i]) + shape.size * Math.abs(rate[i]));
+      }
+      return most;
+    };
+    const most = data.kind === "capsule" ? fastest() : 0;
+    const slid = () => {
+      const {qx, qy} = exact.channels, path = [[qx[0], qy[0]]];
+      for (let i = 1; i < exact.count; i += 1) {
+        const [x, y] = path[path.length - 1];
+        if (Math.hypot(qx[i] - x, qy[i] - y) > 0.01 * shape.size) path.push([qx[i], qy[i]]);
+      }
+      return path;
+    };
+    const track = data.kind === "capsule" ? slid() : [];
+    const drawCapsule = (state, shown) => {
+      const body = (state, [px, py]) => {
+        const c = Math.cos(state.heading), s = Math.sin(state.heading);
+        return [state.x + c * px - s * py, state.y + s * px + c * py];
+      };
+      const at = (p) => place(...body(state, p));
+      const triangle = shape.feet.map(at);
+      if (exact.on) {
+        pen.beginPath();
+        for (const p of triangle) pen.lineTo(...p);
+        pen.closePath();
+        pen.fillStyle = ink.disc;
+        pen.fill();
+        thin(track.map(at), ink.quiet, 1, [2, 3]);
+      }
+      trailOf(shape.trail, (s) => place(s.x, s.y));
+      for (const {layer, state: own} of shown) {
+        stroke(layer.role, shape.feet.map((p) => place(...body(own, p))), true);
+      }
+      if (exact.on) {
+        shape.feet.forEach((foot, k) => {
+          const [px, py] = foot, c = Math.cos(state.heading), s = Math.sin(state.heading);
+          const rx = c * px - s * py, ry = s * px + c * py;
+          let vx = state.vx - state.rate * ry, vy = state.vy + state.rate * rx;
+          let force = state[`n${k + 1}`];
+          if (!most && shape.pull) [vx, vy] = [Math.cos(shape.along), Math.sin(shape.along)];
+          const slides = Math.hypot(vx, vy) > 2e-3 * most && Math.hypot(vx, vy) > 0;
+          if (!shape.friction) force = 0;
+          const size = shape.arrow * force / shape.weight / Math.hypot(vx, vy);
+          const [x, y] = body(state, foot), from = place(x, y);
+          pen.beginPath();
+          pen.arc(...from, 4, 0, TURN);
+          pen.strokeStyle = ink.quiet;
+          pen.fillStyle = ink.tint;
+          pen.fill();
+          pen.lineWidth = 1.5;
+          pen.stroke();
+          if (slides) arrow(from, place(x - size * vx, y - size * vy), ink.friction, 2.5);
+          // Outwards, and aside of an arrow that points the same way.
+          const far = Math.hypot(rx, ry) || 1, out = 18 / plan.picture.scale;
+          label(`A${SUBSCRIPTS[k]}`, place(x + out * (0.8 * rx - 0.6 * ry) / far, y + out * (0.8 * ry + 0.6 * rx) / far), ink.label);
+        });
+        const [qx, qy] = at([state.qx, state.qy]);
+        const push = Math.hypot(state.wx, state.wy);
+        if (push > 0) {
+          const size = 0.55 * shape.size / shape.strongest;
+          const to = at([state.qx + size * state.wx, state.qy + size * state.wy]);
+          const phase = shape.phases.find(([begin, end]) => t >= begin && t < end);
+          arrow([qx, qy], to, ink.drive, 2.5);
+          const far = Math.hypot(to[0] - qx, to[1] - qy) || 1;
+          const ux = (to[0] - qx) / far, uy = (to[1] - qy) / far;
+          if (far > 8) label(phase ? phase[2] : "w", [to[0] - 6 * ux + 13 * uy, to[1] - 6 * uy - 13 * ux], ink.drive);
+        }
+        pen.fillStyle = ink.drive;
+        pen.fillRect(qx - 6.5, qy - 6.5, 13, 13);
+        label("Q", [qx + 16, qy + 13], ink.drive);
+        if (shape.pull) {
+          const middle = place(state.x, state.y), reach = 0.8 * shape.size * plan.picture.scale;
+          const to = [middle[0] + reach * Math.cos(shape.along), middle[1] - reach * Math.sin(shape.along)];
+          arrow(middle, to, ink.quiet, 2);
+          label("gravity", [to[0], to[1] - 12]);
+        }
+      }
+      for (const {layer, state: own} of shown) mark(layer.role, place(own.x, own.y));
+      const c = place(state.x, state.y);
+      label("C", [c[0] - 18, c[1] + 14], ink.label);
+    };
+
+    // What the charts show of a layer at a fine grid of times, worked out once for a factor.
+    const names = [...new Set(data.charts.flatMap((chart) => [chart.x, ...chart.y]))].filter((n) => n !== "t");
+    const part = Math.min(...data.charts.map((chart) => (chart.seconds || data.seconds) / data.seconds));
+    const many = data.kind === "capsule" ? 900 : part < 1 ? Math.ceil(500 / part) : 2400;
+    const tableOf = (layer) => {
+      if (tables.has(layer)) return tables.get(layer);
+      const found = {hidden: new Uint8Array(many + 1)};
+      for (const name of names) found[name] = new Float64Array(many + 1);
+      for (let i = 0; i <= many; i += 1) {
+        const at = data.seconds * i / many, state = stateAt(layer, at);
+        for (const name of names) found[name][i] = state[name];
+        found.hidden[i] = outside(layer, at);
+      }
+      tables.set(layer, found);
+      return found;
+    };
+    const curveOf = (layer, chart, k, box) => {
+      const found = tableOf(layer), lines = chart.y.map(() => []), x = found[chart.x];
+      const first = chart.seconds ? Math.floor(many * box[0] / data.seconds) : 0;
+      const end = chart.seconds ? Math.min(Math.ceil(many * box[1] / data.seconds), many) : many;
+      let turn = null;
+      for (let i = first; i <= end; i += 1) {
+        let across = x ? x[i] : data.seconds * i / many;
+        if (chart.turns) {
+          const rounds = Math.round(across / TURN);
+          across -= TURN * rounds;
+          if (turn !== null && turn !== rounds) lines.forEach((line) => line.push(null));
+          turn = rounds;
+        }
+        chart.y.forEach((name, j) => lines[j].push(found.hidden[i] ? null : spot(k, box, across, found[name][i])));
+      }
+      return lines;
+    };
+    const drawFrame = (k, box) => {
+      const rect = plan.charts[k], chart = data.charts[k];
+      label(chart.label, [rect.x, rect.y - 11], ink.quiet, "left");
+      thin([[rect.x, rect.y], [rect.x, rect.y + rect.h], [rect.x + rect.w, rect.y + rect.h]], ink.rule);
+      const level = ticks(box[2], box[3], Math.max(3, rect.h / 28));
+      for (const value of level.values) {
+        const [, y] = spot(k, box, box[0], value);
+        thin([[rect.x, y], [rect.x + rect.w, y]], ink.grid);
+        label(tick(value, level.step), [rect.x - 5, y], ink.quiet, "right");
+      }
+      const along = ticks(box[0], box[1], Math.max(2, rect.w / 70));
+      for (const value of along.values) {
+        const [x] = spot(k, box, value, box[2]);
+        label(tick(value, along.step) + (chart.x === "t" ? " s" : ""), [x, rect.y + rect.h + 10]);
+      }
+    };
+    const tick = (value, step) => (Math.abs(value) < 1e-9 * step ? "0" : step < 1e-3 || Math.abs(value) >= 1e5
+      ? number(value, 2) : value.toFixed(Math.max(0, -Math.floor(Math.log10(step) + 1e-9))));
+    const clipped = (k, draw) => {
+      const rect = plan.charts[k];
+      pen.save();
+      pen.beginPath();
+      pen.rect(rect.x, rect.y - 2, rect.w + 2, rect.h + 4);
+      pen.clip();
+      draw();
+      pen.restore();
+    };
+    const drawCurves = (k, box) => {
+      drawFrame(k, box);
+      clipped(k, () => {
+        for (const layer of layers) {
+          if (!layer.on || (data.charts[k].exact_alone && layer !== exact)) continue;
+          for (const line of curveOf(layer, data.charts[k], k, box)) stroke(layer.role, line);
+        }
+      });
+    };
+    const drawNow = (k, box, truth, shown) => {
+      const chart = data.charts[k], rect = plan.charts[k];
+      clipped(k, () => {
+        if (chart.x === "t") {
+          const [x] = spot(k, box, t, box[2]);
+          thin([[x, rect.y], [x, rect.y + rect.h]], ink.quiet, 1, [2, 2]);
+        }
+        for (const {layer, state} of shown) {
+          if (chart.exact_alone && layer !== exact) continue;
+          const x = chart.x === "t" ? t : chart.turns ? turned(state[chart.x]) : state[chart.x];
+          for (const name of chart.y) mark(layer.role, spot(k, box, x, state[name]));
+        }
+      });
+      if (chart.exact_alone) {
+        chart.y.forEach((name, j) => {
+          const [x, y] = spot(k, box, t, truth[name]);
+          label(`N${SUBSCRIPTS[j]}`, [Math.min(x + 15, rect.x + rect.w - 8), y - 8], ink.label);
+        });
+      }
+    };
+
+    // What does not change while it plays: charts over all of the time.
+    const makeBackdrop = () => {
+      const ratio = devicePixelRatio || 1;
+      backdrop = document.createElement("canvas");
+      backdrop.width = canvas.width;
+      backdrop.height = canvas.height;
+      pen = backdrop.getContext("2d");
+      pen.scale(ratio, ratio);
+      [pen.font, pen.lineJoin] = [FONT, "round"];
+      data.charts.forEach((chart, k) => { if (!chart.seconds) drawCurves(k, boxAt(k, 0)); });
+      pen = front;
+    };
+
+    const DRAW = {pendulum: drawPendulum, cone: drawCone, capsule: drawCapsule};
+    const draw = () => {
+      if (!plan) return;
+      if (!backdrop) makeBackdrop();
+      pen.clearRect(0, 0, plan.width, plan.height);
+      pen.drawImage(backdrop, 0, 0, plan.width, plan.height);
+      const truth = stateAt(exact, t);
+      const shown = layers.filter((layer) => layer.on && !outside(layer, t))
+        .map((layer) => ({layer, state: layer === exact ? truth : stateAt(layer, t)}));
+      if (data.kind !== "chart") {
+        pen.save();
+        pen.beginPath();
+        pen.rect(0, 0, plan.picture.width, plan.picture.height);
+        pen.clip();
+        DRAW[data.kind](truth, shown);
+        ruler();
+        pen.restore();
+      }
+      data.charts.forEach((chart, k) => {
+        const box = boxAt(k, t);
+        if (chart.seconds) drawCurves(k, box);
+        drawNow(k, box, truth, shown);
+      });
+    };
+
+    // ---- controls ---------------------------------------------------------------------------
+    const apartText = (layer) => {
+      const {size, turn} = apart(layer, t);
+      if (data.kind === "capsule") return metres(size) + (Math.abs(turn) > 1e-9 ? `, ${number(Math.abs(turn))} rad` : "");
+      return data.kind === "chart" ? number(size) : `${number(Math.abs(turn))} rad`;
+    };
+    const report = () => {
+      now.textContent = `${clock(t)} of ${clock(data.seconds)}`;
+      layers.forEach((layer, k) => {
+        const shown = errors[k] && errors[k].querySelector(".error");
+        if (shown) shown.textContent = `, now ${apartText(layer)}${outside(layer, t) ? ": outside the picture" : ""}`;
+      });
+    };
+    // What a screen reader says: when something was pressed, and never while it plays.
+    let spoken = 0, reported = 0;
+    const say = (word) => {
+      clearTimeout(spoken);
+      const found = layers.filter((layer) => !layer.absolute && layer.on)
+        .map((layer) => `${errors[layers.indexOf(layer)].querySelector("label").textContent.trim()}: error ${apartText(layer)}`);
+      said.textContent = [`${word} at ${clock(t)} of ${clock(data.seconds)}`, ...found].join("; ");
+    };
+    const seek = (time, quiet = false) => {
+      t = Math.min(Math.max(time, 0), data.seconds);
+      range.value = Math.round(last * t / data.seconds);
+      draw();
+      const late = performance.now();
+      if (quiet && late - reported < 200 && t < data.seconds) return;
+      reported = late;
+      range.setAttribute("aria-valuetext", `${clock(t)} of ${clock(data.seconds)}`);
+      report();
+      if (quiet) return;
+      clearTimeout(spoken);
+      spoken = setTimeout(() => say("Shown"), 700);
+    };
+    let stamped = 0;
+    const stop = (word = "Paused") => {
+      if (playing === stop) playing = null;
+      button.textContent = "Play";
+      report();
+      if (word) say(word);
+    };
+    const step = (stamp) => {
+      if (playing !== stop) return;
+      const pace = reduced.matches ? data.seconds / STILLS : Number(speed.value);
+      const passed = reduced.matches ? Math.floor((stamp - stamped) / 1000) : (stamp - stamped) / 1000;
+      if (passed > 0) {
+        stamped = reduced.matches ? stamped + 1000 * passed : stamp;
+        seek(t + pace * Math.min(passed, reduced.matches ? 1 : 0.1), true);
+      }
+      if (t >= data.seconds) stop("At the end,");
+      else requestAnimationFrame(step);
+    };
+    const play = (word = "Playing") => {
+      if (playing) playing("");
+      if (t >= data.seconds) t = 0;
+      playing = stop;
+      stamped = performance.now();
+      button.textContent = "Pause";
+      if (word) say(word);
+      requestAnimationFrame(step);
+    };
+    const toggle = () => { if (playing === stop) stop(); else play(); };
+    const halted = () => { if (playing === stop) stop(""); };
+
+    button.addEventListener("click", toggle);
+    canvas.addEventListener("click", toggle);
+    range.addEventListener("input", () => { halted(); seek(data.seconds * range.value / last); });
+    const KEYS = {
+      ArrowRight: 0.01, ArrowUp: 0.01, ArrowLeft: -0.01, ArrowDown: -0.01, PageUp: 0.1, PageDown: -0.1,
+      Home: -1, End: 1,
+    };
+    figure.querySelector(".controls").addEventListener("keydown", (event) => {
+      const {key, target} = event;
+      if (event.ctrlKey || event.altKey || event.metaKey || target.tagName === "SELECT") return;
+      if (key === " " && target !== button) toggle();
+      else if (key in KEYS) { halted(); seek(t + KEYS[key] * data.seconds); }
+      else return;
+      event.preventDefault();
+    });
+    factor.addEventListener("change", () => { tables = new Map(); backdrop = null; draw(); report(); });
+    layers.forEach((layer, k) => {
+      const box = errors[k].querySelector("input");
+      box.hidden = false;
+      box.addEventListener("change", () => { layer.on = box.checked; backdrop = null; draw(); });
+    });
+
+    const fit = () => {
+      if (!canvas.clientWidth) return;
+      const style = getComputedStyle(figure), ratio = devicePixelRatio || 1;
+      ink = {post: "#8c96a1", friction: style.getPropertyValue("--companion").trim()};
+      for (const name of ["exact", "label", "first", "second", "companion", "drive", "solid", "disc", "quiet", "rule", "grid", "tint"]) {
+        ink[name] = style.getPropertyValue(`--${name}`).trim();
+      }
+      plan = laidOut();
+      canvas.style.height = `${plan.height}px`;
+      canvas.width = Math.round(plan.width * ratio);
+      canvas.height = Math.round(plan.height * ratio);
+      front.setTransform(ratio, 0, 0, ratio, 0, 0);
+      [front.font, front.lineJoin] = [FONT, "round"];
+      backdrop = null;
+      canvas.dataset.plan = JSON.stringify(plan);
+      draw();
+    };
+    figure.classList.add("moving");
+    figure.querySelector(".live").hidden = false;
+    fit();
+    report();
+    new ResizeObserver(() => { if (!plan || canvas.clientWidth !== plan.width) fit(); }).observe(canvas);
+    dark.addEventListener("change", fit);
+
+    // It starts by itself, once, when all of it is in sight, unless motion is to be reduced.
+    let begun = reduced.matches;
+    const touched = () => { begun = true; };
+    for (const kind of ["pointerdown", "keydown", "focusin"]) figure.addEventListener(kind, touched);
+    new IntersectionObserver((entries) => {
+      const entry = entries[entries.length - 1];
+      if (!entry.isIntersecting) halted();
+      else if (entry.intersectionRatio > 0.9 && !begun && !playing) { begun = true; play(""); }
+    }, {threshold: [0, 0.95]}).observe(canvas);
+  };
+
+  const near = new IntersectionObserver((entries) => {
+    for (const {isIntersecting, target} of entries) {
+      if (!isIntersecting) continue;
+      near.unobserve(target);
+      replay(target);
+    }
+  }, {rootMargin: "300px"});
+  const begin = (root) => { for (const figure of root.querySelectorAll(".replay")) near.observe(figure); };
+  document.addEventListener("plumbob:page", ({detail}) => begin(detail));
+  begin(document);
+})();

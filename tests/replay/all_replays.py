@@ -1,0 +1,73 @@
+"""Replays of every quick scene, and a page of them alone, with the runs that they ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+
+import jinja2
+
+from plumbob.engines.registry import methods as find_methods
+from plumbob.engines.study.extra_runs import StudyPlan
+from plumbob.engines.study.results import Study
+from plumbob.models.registry import scenes as find_scenes
+from plumbob.reports.view import notation
+from plumbob.reports.view.page import TEMPLATES
+from plumbob.reports.view.replay import Replay, replay
+from plumbob.reports.view.replay.runs import requests
+from plumbob.tests.support.declared import declared, nothing
+
+PAGE = """{% import "replay.html.jinja" as replays with context %}<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>Replays</title>
+<meta http-equiv="Content-Security-Policy"
+ content="default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<style>{{ style | safe }}</style></head><body><main><h1>Replays</h1>
+{% for one in shown %}<h2>{{ one.scene }}</h2>{{ replays.replay(one) }}{% endfor %}
+</main><script>{{ script | safe }}</script></body></html>"""
+
+
+def plan() -> StudyPlan:
+    """The quick profile."""
+    return StudyPlan("quick", find_scenes("*", "quick"), find_methods("*"))
+
+
+@cache
+def recorded() -> Study:
+    """The quick scenes, with the recordings that their replays show and nothing else."""
+    study = nothing()
+    whole = Study(
+        "quick", plan().scenes, plan().methods, (), {}, study.reference_step, study.seconds
+    )
+    return declared(whole, requests)
+
+
+@cache
+def replays() -> dict[str, Replay]:
+    """The replay of each quick scene, by its name."""
+    return {scene.name: replay(recorded(), scene) for scene in recorded().scenes}
+
+
+def write(shown: Sequence[Replay], folder: Path) -> Path:
+    """A page with these replays and nothing else."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+    )
+
+    def text(name: str) -> str:
+        return (TEMPLATES / name).read_text("utf-8")
+
+    page = folder / "replays.html"
+    page.write_text(
+        environment.from_string(PAGE).render(
+            shown=shown,
+            seconds=notation.seconds,
+            style=text("page.css") + text("replay.css"),
+            script=text("replay.js"),
+        ),
+        "utf-8",
+    )
+    return page

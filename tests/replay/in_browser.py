@@ -1,0 +1,51 @@
+"""Replays in a browser: a page opened, a replay stopped at a moment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Browser, Locator, Page
+
+FRACTION = 0.37  # of the replay: where each is stopped
+WIDTH, HEIGHT = 1280, 900
+
+
+def opened(chromium: Browser, file: Path, **given: Any) -> Iterator[Page]:
+    """A page for as long as it is looked at, of a reader who prefers less motion unless `given`
+    says otherwise; fails where the console said anything."""
+    options = {"viewport": {"width": WIDTH, "height": HEIGHT}, "reduced_motion": "reduce", **given}
+    page = chromium.new_page(**options)
+    said: list[str] = []
+    page.on("console", lambda message: said.append(message.text))
+    page.on("pageerror", lambda error: said.append(str(error)))
+    page.goto(file.as_uri())
+    yield page
+    assert said == []
+    page.close()
+
+
+def found(page: Page, name: str) -> Locator:
+    """The replay of a scene, in sight and drawn."""
+    figure = page.locator(f'[id="replay-{name.replace("/", "-")}"]')
+    figure.scroll_into_view_if_needed()
+    figure.locator("canvas[data-plan]").wait_for()
+    return figure
+
+
+def stopped(page: Page, name: str) -> Locator:
+    """The replay of a scene, at its moment, with the exact answer alone."""
+    figure = found(page, name)
+    for box in figure.locator("[data-layer]").all()[1:]:
+        box.uncheck()
+    set_time(figure, FRACTION)
+    return figure
+
+
+def set_time(figure: Locator, fraction: float) -> None:
+    """Move the time to a fraction of the replay."""
+    figure.locator("input[type=range]").evaluate(
+        "(range, at) => { range.value = at; range.dispatchEvent(new Event('input')); }",
+        round(10_000 * fraction),
+    )

@@ -1,0 +1,257 @@
+"""What a replay holds: few bytes, the exact motion to a pixel's fraction, runs from the store."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.method import Method
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.convergence import chosen_step_sizes
+from plumbob.engines.study.extra_runs import StudyPlan, is_of
+from plumbob.engines.study.runner import most_steps
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import scenes as find_scenes
+from plumbob.reports.view.replay import Replay, replay
+from plumbob.reports.view.replay.capsule import motion
+from plumbob.reports.view.replay.runs import (
+    DEFAULT_METHOD,
+    MOST_SWINGS,
+    requests,
+    shown_runs,
+    shown_seconds,
+)
+from plumbob.reports.view.replay.samples import COUNTS, coded, decoded, floats, sampled
+from plumbob.reports.view.replay.strip import MOMENTS, at
+from plumbob.tests.replay.all_replays import plan, recorded, replays
+
+KILOBYTES = 150.0  # of a scene's data
+NAMES = [scene.name for scene in plan().scenes]
+FRACTION = 2e-3  # of a channel's range, or of a radian: 0.4 pixel of 200
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_scene_takes_few_bytes(name: str) -> None:
+    assert len(replays()[name].data) < 1e3 * KILOBYTES
+
+
+def test_the_largest_scene_of_the_full_profile_takes_few_bytes() -> None:
+    """Long plans have the most samples; their recordings have at most some 500 each."""
+    scene = find_scene("capsule-plan/half-turn-curve")
+    shown = replay(replace(recorded(), scenes=(scene,)), scene)
+    recordings = 2 * 500 * 4 * 4 * 4 / 3  # times, x, y, heading; four bytes in base64
+    assert 0.5 * 1e3 * KILOBYTES < len(shown.data) + recordings < 1e3 * KILOBYTES, len(shown.data)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_samples_follow_the_exact_motion_between_them(name: str) -> None:
+    """At times that are no samples, interpolated as the page's script does it."""
+    case, data = case_of(find_scene(name)), json.loads(replays()[name].data)
+    layer, smooth = data["layers"][0], set(data["smooth"])
+    samples = np.linspace(0.0, data["seconds"], layer["count"])
+    times = np.linspace(0.0, data["seconds"], 977)
+    exact = motion(case, times) if data["kind"] == "capsule" else case.reference.observe(times)
+    for channel in ("theta", "theta_dot", "x", "y", "heading", "qx", "qy"):
+        if channel not in layer["channels"]:
+            continue
+        values = decoded(layer["channels"][channel], layer["count"])
+        found = between(samples, values, times, cubic=channel in smooth)
+        span = float(np.ptp(exact[channel]))
+        allowed = FRACTION * (span if channel == "theta_dot" or span <= 1.0 else 1.0)
+        assert np.abs(found - exact[channel]).max() <= allowed + 1e-15, channel
+
+
+def between(samples: Array, values: Array, times: Array, *, cubic: bool) -> Array:
+    """Values at `times`, by a line or a cubic through the nearest samples."""
+    if not cubic:
+        return np.interp(times, samples, values)
+    first = np.clip(np.searchsorted(samples, times, side="right") - 2, 0, len(samples) - 4)
+    found = np.zeros_like(times)
+    for j in range(4):
+        weight = np.ones_like(times)
+        for k in range(4):
+            if k != j:
+                weight *= (times - samples[first + k]) / (samples[first + j] - samples[first + k])
+        found += weight * values[first + j]
+    return found
+
+
+def test_fewer_samples_would_not_do() -> None:
+    """The count found is the smallest that follows the motion: half as many do not."""
+
+    def swing(times: Array) -> Mapping[str, Array]:
+        return {"theta": np.sin(40.0 * times)}
+
+    found = sampled(swing, 1.0, frozenset({"theta"}), frozenset())
+    # A line departs by h^2/8 theta'' at most; 1e-3 rad are allowed.
+    enough = [40.0**2 / 8.0 / (n - 1) ** 2 <= 1e-3 for n in COUNTS]
+    assert enough == [False, False, True, True, True]
+    assert len(found.times) == COUNTS[2]
+
+
+@pytest.mark.parametrize("span", [1e-12, 1e-3, 1.0, 6.0, 500.0])
+def test_numbers_survive_their_packing(span: float) -> None:
+    values = span * np.sin(np.linspace(0.0, 20.0, 501)) + 0.3 * span
+    step = 2.0 * span / 65535  # of a 16-bit number over the range
+    assert np.abs(decoded(coded(values), 501) - values).max() <= 0.51 * step
+    assert np.abs(decoded(floats(values), 501) - values).max() <= 1e-7 * span
+    assert "u2" in coded(values, place=False)
+    assert coded(np.full(5, span)) == floats(np.full(5, span)) == span
+
+
+def test_no_run_is_made_for_a_replay() -> None:
+    """Each is one that the study makes anyway, of which the recording is kept."""
+    for scene in plan().scenes:
+        shown = shown_runs(plan(), scene)
+        assert [one.role for one in shown] == ["default", "recommended"]
+        for one in shown:
+            method = find_method(one.run.method)
+            assert is_of(one.run, scene, method)
+            assert one.run.step in chosen_step_sizes(scene, method, most_steps(scene, "quick"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_recommended_settings_are_the_more_accurate_ones(name: str) -> None:
+    data = json.loads(replays()[name].data)
+    default, recommended = (_largest(layer) for layer in data["layers"][1:3])
+    assert recommended < default
+
+
+def _largest(layer: dict[str, Any]) -> float:
+    channels = {n: decoded(v, layer["count"]) for n, v in layer["channels"].items()}
+    if "theta" in channels:
+        return float(np.abs(channels["theta"]).max())
+    apart = np.hypot(channels["x"], channels["y"]) + 0.2 * np.abs(channels["heading"])
+    return float(apart.max())
+
+
+def test_a_users_own_settings_take_the_place_of_the_default_ones() -> None:
+    own = replace(find_method(DEFAULT_METHOD), name="mujoco/mine", step_sizes=(4e-3, 2e-3))
+    scene = find_scene("simple-pendulum/free-large")
+    shown = shown_runs(StudyPlan("quick", (scene,), (own, *find_methods_of("mujoco/rk4"))), scene)
+    assert [(one.role, one.run.step) for one in shown] == [("user", 4e-3), ("recommended", 2e-3)]
+
+
+def find_methods_of(*names: str) -> tuple[Method, ...]:
+    return tuple(find_method(name) for name in names)
+
+
+def test_a_plan_without_these_shows_its_first_methods() -> None:
+    scene = find_scene("cone-pendulum/rotating-base")
+    methods = find_methods_of("exact/closed-form", "ode/dop853", "ode/euler", "ode/rk4")
+    shown = shown_runs(StudyPlan("quick", (scene,), methods), scene)
+    assert [one.run.method for one in shown] == ["ode/dop853", "ode/euler"]
+    assert shown[0].control == "tolerance"
+
+
+def test_contacts_that_do_not_converge_are_not_recommended() -> None:
+    scene = find_scene("capsule-line/ca1")
+    methods = find_methods_of("mujoco/euler", "mujoco/rk4", "mujoco/euler+elliptic")
+    shown = shown_runs(StudyPlan("quick", (scene,), methods), scene)
+    assert [(one.role, one.run.method) for one in shown] == [
+        ("default", "mujoco/euler"),
+        ("other", "mujoco/rk4"),
+    ]
+
+
+def test_another_scene_of_the_same_name_has_no_runs() -> None:
+    scene = replace(find_scene("cone-pendulum/rotating-base"), duration=0.1)
+    assert shown_runs(plan(), scene) == ()
+
+
+def test_thousands_of_swings_are_replayed_in_part() -> None:
+    for scene in find_scenes("*/million-steps,*/thousand", "full"):
+        assert shown_seconds(scene) < 0.2 * scene.duration
+    turning = case_of(find_scene("cone-pendulum/million-steps"))
+    assert shown_seconds(turning.scene) == MOST_SWINGS * turning.problem.motion.period
+    part = StudyPlan("full", (turning.scene,), plan().methods)
+    assert {run.duration for run in requests(part)} == {shown_seconds(turning.scene)}
+
+
+def test_a_study_without_recordings_shows_the_exact_answer_alone() -> None:
+    scene = find_scene("capsule-line/ca1")
+    shown = replay(replace(recorded(), extras={}), scene)
+    assert [layer.slot for layer in shown.layers] == ["exact"]
+    assert len(shown.lacking) == 2
+    assert shown.factors == (1, 10)
+
+
+def test_the_linear_pendulum_is_drawn_beside_the_other() -> None:
+    shown = replays()["simple-pendulum/free-large"]
+    assert [layer.slot for layer in shown.layers] == ["exact", "first", "second", "companion"]
+    data = json.loads(shown.data)
+    theta = decoded(data["layers"][3]["channels"]["theta"], data["layers"][3]["count"])
+    assert theta[0] == pytest.approx(-2.0943951, abs=1e-4)
+    assert np.ptp(theta) == pytest.approx(2 * 2.0943951, rel=1e-3)  # it swings back to its start
+    charts = [chart["y"] for chart in data["charts"]]
+    assert charts == [["theta_dot"], ["x"], ["y"]]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_strip_has_six_moments_with_the_body_in_its_place(name: str) -> None:
+    shown = replays()[name]
+    case, found = case_of(find_scene(name)), shown.strip
+    assert len(found.moments) == len(MOMENTS) == 6
+    for moment in found.moments:
+        exact = moment.shapes[0]
+        assert exact.role == "exact"
+        assert 0.0 <= exact.x <= found.width
+        assert 0.0 <= exact.y <= found.height
+        if shown.scene.startswith("simple-pendulum"):
+            theta = float(case.reference.observe(np.array([moment.time]))["theta"][0])
+            scale = found.width / 2.4  # the picture is 1.2 lengths wide to each side
+            assert exact.x == pytest.approx(scale * (1.2 + np.sin(theta)), abs=0.3)
+            assert exact.y == pytest.approx(scale * (1.2 + np.cos(theta)), abs=0.3)
+
+
+def test_the_strip_draws_errors_by_its_factor() -> None:
+    """The first run's mark in the strip departs by the factor times the recorded error."""
+    shown = replays()["capsule-line/heading-030"]
+    assert shown.strip.factor == 10
+    data = json.loads(shown.data)
+    layer = data["layers"][1]
+    values = {n: decoded(v, layer["count"]) for n, v in layer["channels"].items()}
+    times = decoded(layer["times"], layer["count"])
+    scale = shown.strip.width / (data["box"][1] - data["box"][0])
+    for moment in shown.strip.moments:
+        exact, first = moment.shapes[:2]
+        for channel, drawn, sign in (("x", first.x - exact.x, 1), ("y", first.y - exact.y, -1)):
+            apart = 10 * scale * float(np.interp(moment.time, times, values[channel]))
+            assert sign * drawn == pytest.approx(apart, abs=0.11)  # tenths of a unit, rounded
+
+
+def test_a_diverged_or_missing_run_is_named() -> None:
+    scene = find_scene("capsule-line/ca1")
+    gone = {request: None for request in recorded().extras}
+    shown = replay(replace(recorded(), extras=gone), scene)
+    assert shown.lacking == ("mujoco/euler, 2 ms", "mujoco/euler+coulomb, 1 ms")
+
+
+def test_the_speed_first_chosen_takes_some_seconds() -> None:
+    for shown in replays().values():
+        (speed,) = (choice.value for choice in shown.speeds if choice.chosen)
+        assert 5.0 <= shown.seconds / speed <= 13.0
+        assert len(shown.speeds) >= 3
+
+
+def test_the_largest_factor_shows_the_smallest_errors() -> None:
+    shown: Replay = replays()["simple-pendulum/free-large"]
+    data = json.loads(shown.data)
+    least = min(_largest(layer) for layer in data["layers"][1:3])
+    assert 0.1 <= shown.factors[-1] * least < 1.0  # [rad]
+    assert shown.factors[0] == 1
+
+
+def test_interpolated_states_keep_the_last_one_after_the_end() -> None:
+    from plumbob.reports.view.replay.samples import Samples
+
+    run = Samples(np.array([0.0, 1.0]), {"x": np.array([0.0, 2.0])})
+    assert at(run, 0.25) == {"x": 0.5}
+    assert at(run, 9.0) == {"x": 2.0}

@@ -1,0 +1,357 @@
+"""The replays' controls in a real browser: buttons, keys, magnifier, less motion, paper."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.study.extra_runs import StudyPlan
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.reports.view.replay.runs import shown_runs
+from plumbob.tests.replay.all_replays import plan, recorded, replays, write
+from plumbob.tests.replay.in_browser import FRACTION, found, opened, set_time, stopped
+
+SHOWN = ("cone-pendulum/rotating-base", "capsule-turn/0.3", "simple-pendulum/free-large")
+NAME = SHOWN[0]  # half a second, at a twentieth of real time
+LAST = 10_000  # of the time's slider
+COVERED = """(canvas, [x, y, radius, colour]) => {
+  const copy = document.createElement("canvas");
+  [copy.width, copy.height] = [canvas.width, canvas.height];
+  const pen = copy.getContext("2d", {willReadFrequently: true});
+  pen.drawImage(canvas, 0, 0);
+  let count = 0;
+  for (let k = 0; k < 90; k += 1) {
+    const a = 2 * Math.PI * k / 90;
+    const [px, py] = [x + radius * Math.cos(a), y + radius * Math.sin(a)];
+    const [r, g, b, alpha] = pen.getImageData(px, py, 1, 1).data;
+    count += alpha > 100 && Math.hypot(r - colour[0], g - colour[1], b - colour[2]) < 60;
+  }
+  return count / 90;
+}"""
+FIRST, FRICTION = [0xC9, 0x57, 0x00], [0x9A, 0x3D, 0x7F]  # of the style sheet, on a light page
+RING = 8.5  # [pixel] radius of the first run's mark
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write([replays()[name] for name in SHOWN], tmp_path_factory.mktemp("controls"))
+
+
+@pytest.fixture
+def page(chromium: Browser, file: Path) -> Iterator[Page]:
+    """Opened by a reader who prefers less motion."""
+    yield from opened(chromium, file)
+
+
+@pytest.fixture
+def moving(chromium: Browser, file: Path) -> Iterator[Page]:
+    """Opened by a reader who has nothing against motion; its clock runs when it is set to."""
+    for page in opened(chromium, file, reduced_motion="no-preference"):
+        clocked(page)
+        yield page
+
+
+def clocked(page: Page) -> None:
+    """Give a page a clock of its own, which stands still unless it is run."""
+    page.clock.install(time=0)
+    page.clock.pause_at(1000)
+    page.reload()
+
+
+def paused(page: Page, name: str) -> Locator:
+    """The replay of a scene at its start, where it may have begun to play by itself."""
+    figure = found(page, name)
+    figure.locator("select.speed").focus()
+    if figure.locator(".play").inner_text() == "Pause":
+        figure.locator(".play").click()
+    set_time(figure, 0.0)
+    return figure
+
+
+def time_of(figure: Locator) -> float:
+    """Where the time's slider is, as a fraction."""
+    return float(figure.locator("input[type=range]").input_value()) / LAST
+
+
+def test_the_button_plays_and_pauses(moving: Page) -> None:
+    figure = paused(moving, NAME)
+    figure.get_by_role("button", name="Play").click()
+    moving.clock.run_for(400)
+    figure.get_by_role("button", name="Pause").click()
+    then = time_of(figure)
+    assert then == pytest.approx(0.4 / 20 / 0.5, abs=0.004)  # 1/20 of real time, of half a second
+    moving.clock.run_for(400)
+    assert time_of(figure) == then
+    assert "Paused at" in figure.locator("[role=status]").inner_text()
+
+
+def test_it_ends_at_the_end_and_begins_again(moving: Page) -> None:
+    figure = paused(moving, NAME)
+    set_time(figure, 0.99)
+    figure.get_by_role("button", name="Play").click()
+    moving.clock.run_for(1000)
+    assert time_of(figure) == 1.0
+    figure.get_by_role("button", name="Play").click()
+    moving.clock.run_for(400)
+    assert 0.0 < time_of(figure) < 0.1
+
+
+def test_each_speed_is_what_it_says(moving: Page) -> None:
+    figure = paused(moving, NAME)
+    options = figure.locator("select.speed option")
+    values = [float(option.get_attribute("value") or "") for option in options.all()]
+    assert values == sorted(values)
+    for value in values:
+        figure.locator("select.speed").select_option(f"{value:g}")
+        set_time(figure, 0.0)
+        figure.locator(".play").click()
+        moving.clock.run_for(400)
+        assert time_of(figure) == pytest.approx(min(0.4 * value / 0.5, 1.0), rel=0.1)
+        if figure.locator(".play").inner_text() == "Pause":
+            figure.locator(".play").click()
+
+
+@pytest.mark.parametrize("place", ["input[type=range]", ".play"])
+def test_keys_move_it(place: str, page: Page) -> None:
+    figure = found(page, NAME)
+    figure.locator(place).focus()
+    for key, wanted in (
+        ("End", 1.0),
+        ("ArrowLeft", 0.99),
+        ("Home", 0.0),
+        ("ArrowRight", 0.01),
+        ("PageUp", 0.11),
+    ):
+        page.keyboard.press(key)
+        assert time_of(figure) == pytest.approx(wanted, abs=1e-4), key
+    page.keyboard.press(" ")
+    expect(figure.locator(".play")).to_have_text("Pause")
+    page.keyboard.press(" ")
+    expect(figure.locator(".play")).to_have_text("Play")
+
+
+def test_a_click_on_the_picture_plays_it(page: Page) -> None:
+    figure = found(page, NAME)
+    figure.locator("canvas").click()
+    expect(figure.locator(".play")).to_have_text("Pause")
+    figure.locator("canvas").click()
+    expect(figure.locator(".play")).to_have_text("Play")
+
+
+def test_one_plays_at_a_time(page: Page) -> None:
+    one, other = (found(page, name) for name in SHOWN[:2])
+    one.locator(".play").click()
+    other.locator(".play").evaluate("(button) => button.click()")
+    expect(one.locator(".play")).to_have_text("Play")
+    expect(other.locator(".play")).to_have_text("Pause")
+
+
+def test_it_starts_by_itself_once(moving: Page) -> None:
+    figure = found(moving, NAME)
+    figure.locator("canvas").scroll_into_view_if_needed()
+    expect(figure.locator(".play")).to_have_text("Pause")
+    moving.clock.run_for(400)
+    assert time_of(figure) > 0.0
+    figure.locator(".play").click()
+    then = time_of(figure)
+    for place in ("document.body.scrollHeight", "0"):
+        moving.evaluate(f"scrollTo(0, {place})")
+        moving.evaluate(FRAMES)  # what is in sight is looked at once a frame
+        moving.clock.run_for(400)
+    assert time_of(figure) == then
+
+
+# Resolved after the observers of what is in sight have been called.
+FRAMES = """() => new Promise((done) => {
+  const seen = new IntersectionObserver(() => { seen.disconnect(); done(); });
+  seen.observe(document.querySelector("h1"));
+})"""
+
+
+def test_it_stops_out_of_sight(moving: Page) -> None:
+    figure = found(moving, NAME)
+    figure.locator("canvas").scroll_into_view_if_needed()
+    expect(figure.locator(".play")).to_have_text("Pause")
+    moving.evaluate("scrollTo(0, document.body.scrollHeight)")
+    expect(figure.locator(".play")).to_have_text("Play")
+
+
+def test_less_motion_is_no_motion_by_itself_and_twelve_steps(page: Page) -> None:
+    clocked(page)
+    figure = found(page, NAME)
+    figure.locator("canvas").scroll_into_view_if_needed()
+    page.evaluate(FRAMES)
+    page.clock.run_for(2000)
+    assert time_of(figure) == 0.0
+    figure.locator(".play").click()
+    for seconds, steps in ((0.5, 0), (0.7, 1), (0.5, 1), (0.5, 2)):
+        page.clock.run_for(round(1000 * seconds))
+        assert time_of(figure) == pytest.approx(steps / 12, abs=1e-3)
+
+
+def test_a_screen_reader_hears_little_while_it_plays(moving: Page) -> None:
+    """The status changes when something is pressed, not while the time goes on."""
+    figure = paused(moving, NAME)
+    figure.locator(".play").click()
+    said = figure.locator("[role=status]").inner_text()
+    assert said.startswith("Playing at")
+    moving.clock.run_for(2000)
+    assert figure.locator("[role=status]").inner_text() == said
+    assert time_of(figure) > 0.0
+    figure.locator("input[type=range]").press("ArrowRight")
+    moving.clock.run_for(2000)
+    assert figure.locator("[role=status]").inner_text().startswith("Shown at")
+
+
+def test_what_is_drawn_has_names(page: Page) -> None:
+    for name in SHOWN:
+        figure = found(page, name)
+        assert len(figure.locator("canvas").get_attribute("aria-label") or "") > 60
+        slider = figure.get_by_role("slider", name="time")
+        set_time(figure, 0.5)
+        assert " of " in (slider.get_attribute("aria-valuetext") or "")
+        assert figure.get_by_role("checkbox", name="exact answer").is_checked()
+        for label in ("speed", "errors drawn"):
+            assert figure.get_by_role("combobox", name=label).count() == 1
+
+
+@pytest.mark.parametrize(("name", "factor"), [(SHOWN[0], 10), (SHOWN[2], 100)])
+def test_the_magnifier_draws_errors_by_its_factor(name: str, factor: int, page: Page) -> None:
+    """The first run's mark in the chart of the phase plane: where factor times the recorded error
+    puts it, and where it is not at another factor."""
+    figure = stopped(page, name)
+    figure.locator("[data-layer='1']").check()
+    data, drawn = (
+        json.loads(replays()[name].data),
+        json.loads(figure.locator("canvas").get_attribute("data-plan") or ""),
+    )
+    left, right, bottom, top = drawn["charts"][0]["box"]
+    rect = drawn["charts"][0]
+
+    def covered(times: int) -> float:
+        exact, apart = states(name, FRACTION * data["seconds"])
+        theta, rate = exact + times * apart
+        if data["charts"][0]["turns"]:
+            theta -= 2.0 * math.pi * round(theta / (2.0 * math.pi))
+        x = rect["x"] + rect["w"] * (theta - left) / (right - left)
+        y = rect["y"] + rect["h"] * (top - rate) / (top - bottom)
+        ring: float = figure.locator("canvas").evaluate(COVERED, [x, y, RING, FIRST])
+        return ring
+
+    figure.locator("select.factor").select_option(str(factor))
+    assert covered(factor) > 0.9
+    assert max(covered(1), covered(factor // 2), covered(2 * factor)) < 0.7
+    figure.locator("select.factor").select_option("1")
+    assert covered(1) > 0.9
+    assert covered(factor) < 0.7
+
+
+def states(name: str, time: float) -> tuple[Array, Array]:
+    """Angle and rate of the exact answer, and what the first run differs by, at `time` [s]."""
+    case, scene = case_of(find_scene(name)), find_scene(name)
+    first = shown_runs(StudyPlan("quick", (scene,), plan().methods), scene)[0]
+    run = recorded().recording(first.run)
+    assert run is not None
+    names = ("theta", "theta_dot")
+    seen, now = case.reference.observe(run.times), case.reference.observe(np.array([time]))
+    apart = [np.interp(time, run.times, run.observables[n] - seen[n]) for n in names]
+    return np.array([float(now[n][0]) for n in names]), np.array(apart)
+
+
+def test_friction_points_against_the_sliding_of_each_foot(page: Page) -> None:
+    """The middle of each arrow has its colour; what points the other way, or is turned by a
+    sixth of a turn, has not."""
+    name = "capsule-turn/0.3"
+    figure = stopped(page, name)
+    case, data = case_of(find_scene(name)), json.loads(replays()[name].data)
+    picture = json.loads(figure.locator("canvas").get_attribute("data-plan") or "")["picture"]
+    now = case.reference.observe(np.array([FRACTION * data["seconds"]]))
+    seen = {channel: float(values[0]) for channel, values in now.items()}
+    body = case.problem.setup.capsule
+    place = complex(seen["x"], seen["y"])
+    for i, foot in enumerate(np.asarray(body.supports) @ [1.0, 1j]):
+        arm = foot * np.exp(1j * seen["body_angle"])
+        sliding = complex(seen["velocity_x"], seen["velocity_y"]) + 1j * seen["heading_rate"] * arm
+        length = data["geometry"]["arrow"] * seen[f"normal_force_{i + 1}"] / body.weight
+        for turn, coloured in ((0.0, True), (math.pi, False), (1.0, False), (-1.0, False)):
+            tip = place + arm - length * np.exp(1j * turn) * sliding / abs(sliding)
+            for part in (0.5, 0.9):
+                spot = place + arm + part * (tip - place - arm)
+                x = picture["x"] + picture["scale"] * spot.real
+                y = picture["y"] - picture["scale"] * spot.imag
+                coverage = figure.locator("canvas").evaluate(COVERED, [x, y, 0.5, FRICTION])
+                assert (coverage > 0.5) == coloured, (i, turn, part)
+
+
+@pytest.mark.parametrize(
+    ("name", "part", "wanted", "unwanted"),
+    [
+        ("capsule-line/ca1", 0.1, {"A₁", "A₂", "A₃", "C", "Q", "w₁"}, {"w₂", "θ"}),
+        ("capsule-line/ca1", 0.3, {"A₁", "A₂", "A₃", "C", "Q", "w₂"}, {"w₁"}),
+        ("capsule-turn/0.3", 0.1, {"A₁", "A₂", "A₃", "C", "Q", "w"}, {"w₁", "w₂"}),
+        ("cone-pendulum/rotating-base", 0.3, {"θ", "S", "ω"}, {"C"}),
+        ("cone-pendulum/resting-base", 0.3, {"θ", "S"}, {"ω"}),
+        ("simple-pendulum/free-large", 0.3, {"θ"}, {"S"}),
+        ("capsule-hold/0.999", 0.3, {"A₁", "C", "Q", "gravity"}, {"w"}),
+    ],
+)
+def test_what_is_drawn_is_labelled(
+    name: str, part: float, wanted: set[str], unwanted: set[str], labelled: Page
+) -> None:
+    figure = found(labelled, name)
+    labelled.evaluate("written.clear()")
+    set_time(figure, part)
+    written = set(labelled.evaluate("[...written]"))
+    assert wanted <= written
+    assert not unwanted & written
+
+
+WRITTEN = """globalThis.written = new Set();
+const own = CanvasRenderingContext2D.prototype.fillText;
+CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
+  written.add(text);
+  return own.call(this, text, ...rest);
+};"""
+
+
+@pytest.fixture(scope="module")
+def labelled(chromium: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    """A page that keeps what is written on its canvases."""
+    file = write(list(replays().values()), tmp_path_factory.mktemp("labelled"))
+    for page in opened(chromium, file):
+        page.add_init_script(WRITTEN)
+        page.reload()
+        yield page
+
+
+def test_the_printed_page_has_six_moments(page: Page) -> None:
+    figure = found(page, NAME)
+    assert not figure.locator(".replay-strip").is_visible()
+    page.emulate_media(media="print")
+    assert figure.locator(".replay-strip svg").count() == 6
+    assert figure.locator(".replay-strip").is_visible()
+    assert not figure.locator("canvas").is_visible()
+
+
+def test_without_scripts_there_are_six_moments(chromium: Browser, file: Path) -> None:
+    for page in opened(chromium, file, java_script_enabled=False):
+        figure = page.locator(".replay").first
+        assert figure.locator(".replay-strip").is_visible()
+        assert not figure.locator("canvas").is_visible()
+        assert not figure.locator("[data-layer]").first.is_visible()
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_nothing_is_wider_than_the_window(width: int, chromium: Browser, file: Path) -> None:
+    for page in opened(chromium, file, viewport={"width": width, "height": 800}):
+        for name in SHOWN:
+            found(page, name)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
