@@ -15,17 +15,25 @@ from plumbob.engines.own_motion import Change
 BITS = mujoco.mjtDisableBit
 FEW = (20, 5)  # solver iterations to try
 LOOSE = 1e-5  # solver tolerance to try, where the model's is smaller
+NEVER = -1e6  # [m] a margin at which a pair never touches
 STAGES = ("ISLAND", "WARMSTART", "MIDPHASE")  # of any model; a motion may not need them
 
 
-def changes(model: Any, idle: int, touched: set[int]) -> Iterator[Change]:
-    """What may be left out of `model`, whose geoms `touched` are all that touched; `idle` has the
-    disable flags of the stages that have nothing to do."""
+def changes(model: Any, idle: int, met: set[tuple[int, int]]) -> Iterator[Change]:
+    """What may be left out of `model`, whose pairs of geoms `met`, smaller number first, are all
+    that touched; `idle` has the disable flags of the stages that have nothing to do."""
+    touched = {geom for pair in met for geom in pair}
     collides = (model.geom_contype | model.geom_conaffinity) != 0
     never = tuple(int(i) for i in np.flatnonzero(collides) if int(i) not in touched)
     if never:
         off = (("geom_contype", never, 0), ("geom_conaffinity", never, 0))
         yield Change(f"collisions of {len(never)} geoms that never touch", off)
+    pairs = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1)
+    apart = tuple(i for i, (one, other) in enumerate(pairs.tolist()) if (one, other) not in met)
+    if apart:
+        yield Change(
+            f"{len(apart)} contact pairs that never touch", (("pair_margin", apart, NEVER),)
+        )
     flags = int(model.opt.disableflags)
     if model.nsensor:
         yield Change("sensors", (_flag(BITS.mjDSBL_SENSOR),))
@@ -70,11 +78,13 @@ def write(source: Path, left_out: Sequence[Change], target: Path) -> None:
     spec = mujoco.MjSpec.from_file(str(source))
     spec.compile()  # which numbers the geoms
     geoms = {geom.id: geom for geom in spec.geoms}
+    pairs = {pair.id: pair for pair in spec.pairs}
     for change in left_out:
         for field, indices, value in change.sets:
             if indices:
+                kind, _, name = field.partition("_")
                 for index in indices:
-                    setattr(geoms[index], field.removeprefix("geom_"), value)
+                    setattr((pairs if kind == "pair" else geoms)[index], name, value)
             elif field == "disableflags":
                 spec.option.disableflags |= int(value)
             else:

@@ -111,15 +111,15 @@ class MujocoModel:
     def changes(self, script: Script) -> tuple[Change, ...]:
         """See `OwnModel`."""
         model, nq, nv = self.effective, self.effective.nq, self.effective.nv
-        data, touched = self._begun(model), set[int]()
+        data, met = self._begun(model), set[tuple[int, int]]()
         data.qpos[:], data.qvel[:] = script.start[:nq], script.start[nq : nq + nv]
         data.act[:] = script.start[nq + nv :]
         for control in script.controls:
             data.ctrl[:] = control
             for _ in range(round(script.period / self.step)):
                 mujoco.mj_step(model, data)
-                touched.update(data.contact.geom.ravel().tolist())
-        return tuple(left_out.changes(model, self.idle, touched))
+                met.update((min(p), max(p)) for p in data.contact.geom.tolist())
+        return tuple(left_out.changes(model, self.idle, met))
 
     def changed(self, changes: Sequence[Change]) -> MujocoModel:
         """See `OwnModel`."""
