@@ -1,20 +1,20 @@
-"""A browser for the tests of replays, started once for each of their files."""
+"""A browser for the tests of replays, started once for each worker."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import pytest
-from playwright.sync_api import Browser, sync_playwright
 
-from plumbob.tests.support import browser
+from plumbob.tests.support.browser import driven
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[Browser]:
-    """The Chromium that is installed; without one a test is skipped, and fails where CI is set."""
-    program = browser.chromium()
-    with sync_playwright() as started:
-        running = started.chromium.launch(executable_path=program, args=["--no-sandbox"])
-        yield running
-        running.close()
+    """Chromium."""
+    with driven() as found:
+        yield found

@@ -1,4 +1,4 @@
-"""The page of a study with its replays: one in each scene, drawn beside everything else."""
+"""The site of a study with its replays: one on the page of each scene, and in the one file."""
 
 from __future__ import annotations
 
@@ -7,19 +7,27 @@ from pathlib import Path
 from playwright.sync_api import Browser
 
 from plumbob.reports.findings import section
-from plumbob.reports.view.page import write_page
-from plumbob.reports.view.replay import replay
+from plumbob.reports.view.overview import anchor
+from plumbob.reports.view.site.writing import content, one_file, site
 from plumbob.tests.replay.in_browser import found, opened, set_time
+from plumbob.tests.support.page_document import site_files
 from plumbob.tests.support.studies import SCENE, quick
 
 
-def test_each_scene_of_a_page_has_its_replay(chromium: Browser, tmp_path: Path) -> None:
-    page = write_page(quick(), tmp_path, section, replays=replay)
-    for shown in opened(chromium, page):
-        assert shown.locator(".replay").count() == len(quick().scenes)
-        shown.evaluate(f"location.hash = '{SCENE.replace('/', '-')}'")
-        figure = found(shown, SCENE)
-        set_time(figure, 0.5)
-        assert "250 ms of 500 ms" in figure.locator(".now").inner_text()
-        assert figure.locator(".layers li").count() == 3
-        assert "mujoco/euler, 2 ms (default settings)" in figure.locator(".layers").inner_text()
+def test_each_scene_of_a_site_has_its_replay(chromium: Browser, tmp_path: Path) -> None:
+    whole = content(quick(), section)
+    pages = {page.stem: page for page in site_files(site(whole, tmp_path))}
+    single = tmp_path / "one.html"
+    single.write_text(one_file(whole), "utf-8")
+    assert all(
+        pages[anchor(scene.name)].read_text("utf-8").count('<figure class="replay"') == 1
+        for scene in quick().scenes
+    )
+    for page in (pages[anchor(SCENE)], single):
+        for shown in opened(chromium, page):
+            shown.evaluate(f"location.hash = '{anchor(SCENE)}'")
+            figure = found(shown, SCENE)
+            set_time(figure, 0.5)
+            assert "250 ms of 500 ms" in figure.locator(".now").inner_text()
+            assert figure.locator(".layers li").count() == 3
+            assert "mujoco/euler, 2 ms (default settings)" in figure.locator(".layers").inner_text()

@@ -39,6 +39,10 @@ FRICTION = (
     "An arrow at a foot is the friction on it: against its sliding, and longer where the normal "
     "force is larger. "
 )  # fmt: skip
+HELD = (
+    "An arrow at a foot is the friction that holds it, drawn in proportion to the normal force; how "
+    "a body at rest divides it among its feet is not determined. "
+)
 BESIDE = "Beside it the path of C, enlarged, and the motion over time."
 MOVES = "The slider Q moves in the body, and its reaction moves and turns the body. "
 FIXED = "The slider Q is fixed; friction brings the sliding body to rest. "
@@ -69,7 +73,9 @@ def capsule(case: Case, seconds: float) -> Picture:
         "strongest": float(np.hypot(seen["wx"], seen["wy"]).max()),
     }  # fmt: skip
     driven = MOVES if np.ptp(np.abs(slider - slider[0])) else FIXED
-    text = SEEN + TEXTS.get(case.problem.motion.kind, driven) + FRICTION * (body.friction > 0.0)
+    text = SEEN + TEXTS.get(case.problem.motion.kind, driven)
+    if body.friction > 0.0:
+        text += HELD if case.problem.motion.kind == "hold" else FRICTION
 
     def outline(state: State, time: float) -> tuple[Line, ...]:
         q = complex(state["qx"], state["qy"])
