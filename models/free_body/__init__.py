@@ -81,7 +81,7 @@ def _near_separatrix(k: int) -> Scene:
 
 
 _SCENES = (
-    _scene("flip", "next to the unstable axis: the body turns over, again and again",
+    _scene("flip", "next to the unstable axis: the body turns over within ten seconds",
            (0.02, 4.0, 0.0), duration=10.0, profile="quick",
            hard="errors grow as e^(1.3 t) next to the unstable axis, before each flip"),
     _scene("symmetric", "a symmetric body: the axis goes round the angular momentum evenly",
