@@ -53,6 +53,23 @@ def test_the_table_notices_a_digit() -> None:
     assert (np.abs(seen(body, at) - exact) > 1e-13 * (1.0 + body.fastest * at)).any()
 
 
+@pytest.mark.parametrize("name", ["about the smallest", "1e-6 off the separatrix"])
+def test_uncertainty_is_not_excessive(name: str) -> None:
+    # against each input changed alone, by much more than a unit in the last place: three times that
+    # holds the roundings on the way and of the times too, which are as large as those of the inputs
+    moments, rates, _ = CASES[name]
+    body, at = FreeBody(*moments, rates), np.linspace(0.0, 60.0, 241)
+    change, total = 1e-11, np.zeros((7, 241))
+    for i in range(6):
+        x, y, z, u, v, w = (
+            value * (1.0 + change * (i == j)) for j, value in enumerate((*moments, *rates))
+        )
+        total += np.abs(seen(FreeBody(x, y, z, (u, v, w)), at) - seen(body, at)) * ULP / change
+    claimed = np.stack([body.uncertainty(at)[n] for n in NAMES])
+    for said, found in zip(claimed, total, strict=True):
+        assert 0.9 * found.max() < said.max() < 5.0 * found.max() + 1e-13
+
+
 POSITIVE = st.floats(0.05, 1.0)
 RATE = st.floats(-5.0, 5.0).map(lambda x: 0.0 if abs(x) < 1e-9 else x)
 
