@@ -12,9 +12,11 @@ from plumbob.analytic.parameters import ParameterError
 EULER: Final = "semi-implicit-euler"  # the velocity first, then the position with the new velocity
 LEAPFROG: Final = "leapfrog"
 RK4: Final = "rk4"  # the classical method
+RK4_ADDED_RATES: Final = "rk4, angular velocities of its stages added as vectors"
+LINEARLY_IMPLICIT: Final = "linearly implicit euler"  # (1 - h J) k = f, then as EULER
 ADAPTIVE: Final = "adaptive"  # controls its local error to a relative tolerance
 CLOSED_FORM: Final = "closed-form"  # takes no steps
-ORDERS = MappingProxyType({EULER: 1, LEAPFROG: 2, RK4: 4})
+ORDERS = MappingProxyType({EULER: 1, LINEARLY_IMPLICIT: 1, LEAPFROG: 2, RK4_ADDED_RATES: 2, RK4: 4})
 KNOWN = (*ORDERS, ADAPTIVE, CLOSED_FORM)
 Control = Literal["continuous", "start", "midpoint", "mean"]
 _CONTROLS = MappingProxyType(

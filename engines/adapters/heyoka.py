@@ -2,7 +2,7 @@
 
 An optional, independent method: it solves the same equation of motion as the reference's own Taylor
 series, by other code, and shows what a smooth scene can cost. It translates the pendulums' equation
-in one angle and no other.
+in one angle, and a free body's of its angular velocity and attitude.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.free_body.problem import FreeBody
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.engines.adapters.sampling import SAMPLES
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.trajectory import Trajectory
@@ -26,7 +28,7 @@ from plumbob.models.scene import Case
 
 SMALLEST = ULP
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 17, 2))
-SMOOTH = ("*-pendulum",)
+SMOOTH = ("*-pendulum", "free-body")
 METHODS = (Method("heyoka/taylor", Scheme(ADAPTIVE), None, "tolerance", {}, TOLERANCES, SMOOTH),)
 
 
@@ -35,10 +37,11 @@ class TaylorSimulation:
     """An integrator and the start that every `run` goes back to."""
 
     integrator: Any
-    start: tuple[float, float]  # theta + tilt [rad], theta_dot [rad/s]
+    start: tuple[float, ...]  # of a pendulum theta + tilt [rad], theta_dot [rad/s]
     duration: float  # [s]
     compile_seconds: float
     tilt: float = 0.0  # [rad] of the angle that the rotor's equation is written in
+    names: tuple[str, ...] = ("theta", "theta_dot")  # observables, in the order of the state
 
     def run(self) -> Trajectory:
         """Run from the start to the end; a step counts as many right-hand sides as its order."""
@@ -47,10 +50,13 @@ class TaylorSimulation:
         outcome, _, _, taken, *_, states = self._propagated(times)
         seconds = time.perf_counter() - begin
         good = np.isfinite(states).all(axis=1)
+        observed = dict(zip(self.names, states[good].T, strict=True))
+        if self.tilt:
+            observed["theta"] = observed["theta"] - self.tilt
         ended = "time_limit" in str(outcome) and bool(good.all())
         return Trajectory(
             times=times[good],
-            observables={"theta": states[good, 0] - self.tilt, "theta_dot": states[good, 1]},
+            observables=observed,
             steps=int(taken) * int(taylor.order),
             seconds=seconds,
             diverged_at=None if ended else float(taylor.time),
@@ -74,6 +80,8 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     if not SMALLEST <= positive("step", step) < 1.0:
         raise ParameterError("step", step, f"a relative tolerance from {SMALLEST:.1e} to below 1")
     problem = case.problem
+    if isinstance(problem, FreeBody):
+        return _turning(problem, case.scene.duration, step)
     problem = getattr(problem, "started", problem)
     rotor = getattr(getattr(problem, "motion", None), "rotor", None)
     if rotor is None:
@@ -89,6 +97,29 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     integrator = build(_equations(rotor), list(start), tol=step)
     seconds = time.perf_counter() - begin
     return TaylorSimulation(integrator, start, case.scene.duration, seconds, tilt)
+
+
+def _turning(body: FreeBody, duration: float, tolerance: float) -> TaylorSimulation:
+    """A free body: Euler's equations, and a quaternion."""
+    import heyoka
+
+    begin = time.perf_counter()
+    build: Any = heyoka.taylor_adaptive
+    w, x, y, z, *rates = heyoka.make_vars("w", "x", "y", "z", "u", "v", "r")
+    u, v, r = rates
+    first, second, third = body.inertia
+    halves = (-x * u - y * v - z * r, w * u + y * r - z * v, w * v - x * r + z * u,
+              w * r + x * v - y * u)  # fmt: skip
+    equations = [(name, 0.5 * slope) for name, slope in zip((w, x, y, z), halves, strict=True)]
+    equations += [
+        (u, (second - third) / first * (v * r)),
+        (v, (third - first) / second * (r * u)),
+        (r, (first - second) / third * (u * v)),
+    ]
+    start = (1.0, 0.0, 0.0, 0.0, *body.angular_velocity)
+    integrator = build(equations, list(start), tol=tolerance)
+    seconds = time.perf_counter() - begin
+    return TaylorSimulation(integrator, start, duration, seconds, names=(*ATTITUDE, *RATES))
 
 
 def confirming(method: Method) -> tuple[Method, float]:

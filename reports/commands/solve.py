@@ -93,7 +93,7 @@ def command(chosen: argparse.Namespace) -> int:
             _held(float(found[i]), float(uncertainty[name][i]))
             for name, found in observables.items()
         )
-        print(f"{_text(float(t)):>24}" + "".join(f"{text:>26}" for text in row))
+        print(f"{_text(float(t)):>24}" + "".join(f"{text:>28}" for text in row))
     return 0
 
 
@@ -134,7 +134,7 @@ def _held(value: float, uncertainty: float) -> str:
 
 
 def _head(name: str, units: Mapping[str, str]) -> str:
-    return f"{name} [{units.get(name, '')}]".rjust(26)
+    return f"{name} [{units.get(name, '')}]".rjust(28)
 
 
 def _named(answers: Mapping[Observable, Array]) -> dict[str, Array]:

@@ -87,6 +87,7 @@ _VARIES = (
     f"{_CHATTER}; where a plan then ends differs from step to step by more than a plateau shows"
 )
 _NO_CLOSED_FORM = "the reference is a series or a quadrature: there is no closed form"
+_TWO_DIMENSIONS = "pymunk has two dimensions, and the body turns in three"
 _NUMERICAL = (  # scenes whose reference is no closed form
     *("capsule-coast/spin", "capsule-plan/*", "capsule-turn/*", "simple-pendulum/damped-*"),
     *("simple-pendulum/forced-*", "simple-pendulum/overdamped"),
@@ -112,6 +113,7 @@ EXPECTATIONS: tuple[Expectation, ...] = (
     *(Expectation("capsule-plan/*", m, "not-converging", _VARIES, "fail") for m in _CONTACTS),
     *(Expectation("capsule-*", m, "not-converging", _CHATTER) for m in _CONTACTS),
     Expectation("capsule-line/*", "mujoco/euler+planar", "fail", _EQUAL_LOADS),
+    Expectation("free-body/*", "pymunk/*", "unsupported", _TWO_DIMENSIONS),
     *(Expectation(s, "exact/closed-form", "unsupported", _NO_CLOSED_FORM) for s in _NUMERICAL),
 )
 

@@ -39,11 +39,11 @@ class Parameter:
 
     @property
     def label(self) -> str:
-        """Its name, with the number of the point, and x or y."""
+        """Its name, with the number of the point, and x, y or z."""
         if not self.place:
             return self.name
         *point, axis = self.place
-        return " ".join([self.name, *(str(i + 1) for i in point), "xy"[axis]])
+        return " ".join([self.name, *(str(i + 1) for i in point), "xyz"[axis]])
 
     @property
     def unit(self) -> float:

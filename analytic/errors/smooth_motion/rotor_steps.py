@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import LEAPFROG, RK4, Scheme
+from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.truncated_series import (
     integrated,
@@ -138,8 +138,10 @@ class RotorStep:
 def rotor_step(scheme: Scheme) -> RotorStep | None:
     """What `scheme` does to a rotor in a step; None where no theory of it is known: for a jointed
     body see `errors.jointed_euler`."""
-    if scheme.order is None or scheme.control == "mean" or scheme.joint_closing_rate is not None:
+    known = scheme.integrator in (EULER, LEAPFROG, RK4)
+    if not known or scheme.control == "mean" or scheme.joint_closing_rate is not None:
         return None
+    assert scheme.order is not None
     control = {"start": 0.0, "midpoint": 0.5}.get(scheme.control)
     if scheme.integrator == RK4:
         return RotorStep(scheme.order, rk4, control=control)

@@ -48,7 +48,8 @@ def jacobi(tau: Any, a: Any, b: Any) -> tuple[Array, Array, Array]:
     mean = half_sum
     angle = mean * tau
     sine = np.sin(angle)
-    ratio = np.cos(angle) / np.where(sine == 0.0, 1e-100, sine)
+    tiny = np.copysign(1e-100, sine)  # in place of what a quotient might overflow by
+    ratio = np.cos(angle) / np.where(np.abs(sine) < 1e-100, tiny, sine)
     dn: Any = 1.0
     for mean, geometric, half_sum in reversed(steps):
         square = ratio * ratio * half_sum

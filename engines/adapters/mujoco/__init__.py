@@ -37,7 +37,12 @@ def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping
 def scheme(case: Case, method: Method) -> Scheme:
     """What a step of `method` is on this case. With a lone free body that moves and turns,
     implicitfast takes velocity derivatives of centripetal forces into its step, as implicit does:
-    of first order too, and covered by no theory here."""
+    of first order too, and covered by no theory here. A body of three axes that turns freely has
+    schemes of its own."""
+    if case.system.name == "free-body":
+        from plumbob.engines.adapters.mujoco.free_body import scheme as of_a_free_body
+
+        return of_a_free_body(method)
     implicit = str(method.settings.get("integrator")).lower() == "implicitfast"
     lone = case.system.name == "capsule-coast" and case.problem.motion.kind == "plane"
     return Scheme("implicitfast on a free body") if implicit and lone else method.scheme

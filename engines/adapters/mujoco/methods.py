@@ -8,7 +8,7 @@ from typing import Any
 from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
 from plumbob.engines.method import Method
 
-PENDULUMS = ("*-pendulum",)
+SMOOTH = ("*-pendulum", "free-body")
 DRIVEN = ("*-pendulum/forced-*",)
 CAPSULE = ("capsule-*",)
 UNPLANNED = ("capsule-[!p]*",)  # plans show nothing of contacts that short motions do not
@@ -28,7 +28,7 @@ PLAIN = (
         EULER_STEP,
         1,
         settings={"integrator": "implicit"},
-        systems=PENDULUMS,
+        systems=SMOOTH,
     ),
     Method("mujoco/implicitfast", EULER_STEP, 1, settings={"integrator": "implicitfast"}),
     Method(
@@ -36,7 +36,7 @@ PLAIN = (
         replace(EULER_STEP, implicit_spring=True),
         1,
         settings={"integrator": "discrete"},
-        systems=PENDULUMS,
+        systems=SMOOTH,
     ),
     Method("mujoco/rk4", RK4_STEP, 4, settings={"integrator": "RK4"}),
     Method(

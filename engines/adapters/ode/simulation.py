@@ -18,6 +18,7 @@ from plumbob.engines.adapters import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.ode.equation import Equation, State, builder
 from plumbob.engines.adapters.ode.integrators import Advance, integrator
+from plumbob.engines.adapters.ode.turning import Turning, turning_integrator
 from plumbob.engines.method import Method, Stepping
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
@@ -34,7 +35,8 @@ def prepared(case: Case, method: Method, step: float) -> FixedStepSimulation | A
     if method.control == "step":
         steps = sampling.step_count(case.scene.duration, step)
         equation = builder(case.system).build(case.problem, method)
-        advance = integrator(method.scheme.integrator)
+        name = method.scheme.integrator
+        advance = turning_integrator(name) if isinstance(equation, Turning) else integrator(name)
         elapsed = time.perf_counter() - begin
         return FixedStepSimulation(equation, advance, steps, step, elapsed)
     if not SMALLEST <= positive("step", step) < 1.0:
@@ -109,7 +111,7 @@ class AdaptiveSimulation:
     def run(self) -> Trajectory:
         """Run from the start to the end, or until the run diverges or the solver gives up."""
         equation, slope = self.equation, _Slope(self.equation)
-        times, states = [0.0], [np.ravel(equation.start).tolist()]
+        times, states = [0.0], [np.hstack(equation.start).tolist()]
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             begin = time.perf_counter()
@@ -120,7 +122,7 @@ class AdaptiveSimulation:
         said = [*(str(warning.message) for warning in caught), *([failure] if failure else [])]
         trajectory = Trajectory(
             times=np.array(times)[kept],
-            observables=equation.observed([_halves(states[k]) for k in kept]),
+            observables=equation.observed([_parts(equation, states[k]) for k in kept]),
             steps=slope.evaluated,
             seconds=seconds,
             diverged_at=None if reached == self.duration else reached,
@@ -140,9 +142,10 @@ class AdaptiveSimulation:
 
     def _follow(self, slope: _Slope, times: list[float], states: list[Any]) -> str | None:
         """Add the solver's own steps to `times` and `states`, and return why it gave up, if so."""
-        equation, count = self.equation, len(self.equation.names)
+        equation = self.equation
         # absolute tolerance where a component passes zero: of the coordinates' size and the speed
-        scales = [equation.size] * count + [equation.speed or 1.0] * count
+        scales = [equation.size] * len(equation.names)
+        scales += [equation.speed or 1.0] * len(equation.rate_names)
         atol, failure = self.rtol * np.array(scales), None
         try:
             solver = self.solver(slope, 0.0, states[0], self.duration, rtol=self.rtol, atol=atol)
@@ -169,10 +172,13 @@ class _Slope:
         if len(y) == 2:
             x, v = y.tolist()
             return v, self.equation.acceleration(t, x, v)
-        x, v = _halves(y)
+        x, v = _parts(self.equation, y)
+        if isinstance(self.equation, Turning):
+            x, v = x.tolist(), v.tolist()
+            return (*self.equation.velocity(x, v), *self.equation.acceleration(t, x, v))
         return np.concatenate([v, self.equation.acceleration(t, x, v)])
 
 
-def _halves(y: Any) -> State:
-    half = len(y) // 2
-    return y[:half], y[half:]
+def _parts(equation: Equation, y: Any) -> State:
+    count = len(equation.names)
+    return y[:count], y[count:]

@@ -1,0 +1,1 @@
+"""What fixed steps do to the rotation of a free rigid body."""

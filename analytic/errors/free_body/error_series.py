@@ -1,0 +1,227 @@
+"""The error of a fixed-step scheme on a free rigid body, as a power series in the step.
+
+A step (Psi, g), see `steps`, is the exact flow over h of a modified equation, as formal series
+(Hairer, Lubich and Wanner 2006, IX.1): with the shift E F(w, q) = F(Psi(w), q g(w)),
+
+    h d/dt = log E = sum_k (-1)^(k+1)/k (E - 1)^k,
+
+applied to w and q themselves. k steps in truncated series give it exactly. Its solution
+w + h w_1 + h^2 w_2 + ... is found order by order, w_k' = J w_k + S_k(w, w_1 ... w_{k-1}), and the
+attitude as p q with p = 1 + h p_1 + ... in the world's axes, a quadrature at each order:
+
+    p' = p q (W - w) q*/2,    W the modified equation's angular velocity.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from plumbob.analytic.errors.free_body.steps import (
+    Body,
+    Step,
+    quaternion_product,
+    step_of,
+    unit,
+)
+from plumbob.analytic.errors.schemes import Scheme
+from plumbob.analytic.errors.theory import Coefficients, SteppedErrors
+from plumbob.analytic.numerics.collocation import gauss_collocation
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.free_body.problem import FreeBody
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, composed
+
+STAGES = 10  # Gauss nodes of a panel
+PANEL = 0.75  # [rad] that the body may turn in a panel
+TERMS = 4  # of a series; five for those of even order, every other term of which may be zero
+
+
+@dataclass(frozen=True)
+class Panels:
+    """Panels of Gauss nodes along an exact motion."""
+
+    body: FreeBody
+    until: float  # [s]
+
+    @cached_property
+    def edges(self) -> Array:
+        """Where panels begin and end [s], shape (panels + 1,)."""
+        count = max(1, math.ceil(self.until * self.body.fastest / PANEL))
+        return np.linspace(0.0, self.until, count + 1)
+
+    @cached_property
+    def length(self) -> float:
+        """Length of a panel [s]."""
+        return float(self.edges[1])
+
+    @cached_property
+    def state(self) -> tuple[Array, Array]:
+        """Angular velocity, shape (3, nodes), and attitude, shape (4, nodes), at all nodes."""
+        times = self.edges[:-1, None] + self.length * gauss_collocation(STAGES).nodes
+        return self.body.rotation.state(times.reshape(-1))
+
+    @cached_property
+    def _inverse(self) -> Array:
+        """Inverse of the collocation equations of w' = J w + S, (panels, 3 stages, 3 stages)."""
+        system = -self.length * np.einsum(
+            "npij,nm->pnimj", self._jacobian, gauss_collocation(STAGES).integral
+        )
+        size = 3 * STAGES
+        flat = system.reshape(-1, size, size)
+        flat[:, np.arange(size), np.arange(size)] += 1.0
+        return np.linalg.inv(flat)
+
+    @cached_property
+    def _jacobian(self) -> Array:
+        """J at the nodes, shape (stages, panels, 3, 3)."""
+        w = self.state[0].reshape(3, -1, STAGES)
+        factors = Body.of(self.body.inertia).factors[:, 0]
+        found = np.zeros((STAGES, w.shape[1], 3, 3))
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            found[:, :, i, j], found[:, :, i, k] = factors[i] * w[k].T, factors[i] * w[j].T
+        return found
+
+    def respond(self, source: Array) -> Curve:
+        """The solution of w' = J w + S from 0, S of shape (3, nodes)."""
+        panels, rule = len(self.edges) - 1, gauss_collocation(STAGES)
+        forcing = source.reshape(3, panels, STAGES).transpose(1, 2, 0).reshape(panels, -1, 1)
+        free = self._jacobian.transpose(1, 0, 2, 3).reshape(panels, -1, 3)
+        solved = self._inverse @ np.concatenate([forcing, free], axis=2)
+        slopes = solved.reshape(panels, STAGES, 3, 4)
+        across = self.length * np.einsum("m,pmij->pij", rule.weights, slopes)
+        starts = np.zeros((panels, 3))
+        for n in range(panels - 1):
+            starts[n + 1] = starts[n] + across[n, :, 0] + across[n, :, 1:] @ starts[n]
+        total = slopes[..., 0] + np.einsum("pmij,pj->pmi", slopes[..., 1:], starts)
+        return Curve(self, starts, total)
+
+    def integrate(self, source: Array) -> Curve:
+        """The integral from 0 of a source, shape (k, nodes)."""
+        panels = len(self.edges) - 1
+        slopes = source.reshape(len(source), panels, STAGES).transpose(1, 2, 0)
+        weights = self.length * gauss_collocation(STAGES).weights
+        across = np.einsum("m,pmi->pi", weights, slopes)
+        starts = np.cumsum(across, axis=0) - across
+        return Curve(self, starts, slopes)
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A function of time with values of shape (k,), by its slopes at the nodes."""
+
+    panels: Panels
+    starts: Array  # shape (panels, k)
+    slopes: Array  # shape (panels, stages, k)
+
+    @property
+    def at_nodes(self) -> Array:
+        """Values at all nodes, shape (k, nodes)."""
+        gained = np.einsum("im,pmj->pij", gauss_collocation(STAGES).integral, self.slopes)
+        values = self.starts[:, None] + self.panels.length * gained
+        return np.asarray(values.reshape(-1, values.shape[2]).T)
+
+    def at(self, times: Array) -> Array:
+        """Values at `times` [s], shape (n,), as shape (k, n)."""
+        length = self.panels.length
+        panel = np.clip((times / length).astype(int), 0, len(self.starts) - 1)
+        weights = gauss_collocation(STAGES).integral_to(times / length - panel)
+        gained = np.einsum("nm,nmj->nj", weights, self.slopes[panel])
+        return np.asarray((self.starts[panel] + length * gained).T)
+
+
+def modified_equation(step: Step, body: Body, w: Array) -> tuple[Array, Array]:
+    """The modified equation's w', shape (degrees, 3, n), and half its angular velocity as a
+    quaternion, shape (degrees, 4, n), at series w, shape (degrees, 3, n), to their degree."""
+    steps = len(w)
+    state = np.concatenate([w, np.zeros_like(w[:1])])  # one degree is lost to the division by h
+    turned = unit(state)
+    rates, turns = np.zeros_like(state), np.zeros_like(turned)
+    for j in range(steps + 1):
+        weight = sum((-1) ** (j + 1) * math.comb(k, j) / k for k in range(max(j, 1), steps + 1))
+        rates, turns = rates + weight * state, turns + weight * turned
+        if j < steps:
+            state, turn = step(body, state)
+            turned = quaternion_product(turned, turn)
+    return rates[1:], turns[1:]
+
+
+@dataclass(frozen=True)
+class FreeBodyErrors:
+    """The error series of one body's motion, each worked out once; an `ErrorTheory`."""
+
+    body: FreeBody
+    _found: dict[Scheme, tuple[float, tuple[tuple[int, Curve, Curve], ...]]] = field(
+        default_factory=dict, repr=False, compare=False
+    )
+
+    def series(self, scheme: Scheme, times: Array) -> Coefficients:
+        """Coefficients of the error of each observable at `times` [s], shape (n,), by order."""
+        if (known := step_of(scheme)) is None:
+            return {}
+        until, terms = self._found.get(scheme, (-1.0, ()))
+        if (last := float(np.max(times))) > until:
+            until = 1.01 * last or 1.0  # the next step may end a little later
+            terms = expansion(Panels(self.body, until), *known)
+            self._found[scheme] = until, terms
+        exact = self.body.rotation.state(times)[1]
+        return {
+            order: dict(
+                zip((*RATES, *ATTITUDE), (*w.at(times), *composed(p.at(times), exact)), strict=True)
+            )
+            for order, w, p in terms
+        }
+
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
+        """Empty: where the series does not reach, nothing is claimed."""
+        return SteppedErrors({})
+
+
+def expansion(panels: Panels, step: Step, order: int) -> tuple[tuple[int, Curve, Curve], ...]:
+    """Order, w_k in the body's axes and p_k in the world's, from the first that is not zero."""
+    body = Body.of(panels.body.inertia)
+    rates, attitude = panels.state
+    conjugate = attitude * np.array([[1.0], [-1.0], [-1.0], [-1.0]])
+    last = order + TERMS - (order != 2)
+    w, p = np.zeros((last + 1, 3, rates.shape[1])), np.zeros((last + 1, 4, rates.shape[1]))
+    w[0], p[0, 0] = rates, 1.0
+    defect, found = np.zeros_like(p), []
+    for k in range(1, last + 1):
+        if k < order:
+            continue
+        source, turn = modified_equation(step, body, w[: k + 1])
+        curve = panels.respond(source[k])
+        w[k] = curve.at_nodes
+        turn[k, 1:] += w[k] / 2  # as w_k was not in the series yet
+        defect[k] = composed(composed(attitude, turn[k]), conjugate)
+        drift = sum(composed(p[k - j], defect[j]) for j in range(1, k + 1))
+        moved = panels.integrate(np.asarray(drift))
+        p[k] = moved.at_nodes
+        found.append((k, curve, moved))
+    return tuple(found)
+
+
+def free_body_errors(body: FreeBody) -> FreeBodyErrors:
+    """The theory of a free rigid body."""
+    return FreeBodyErrors(body)
+
+
+def euler_drifts(body: FreeBody, until: float) -> Mapping[str, float]:
+    """What `until` [s] of semi-implicit Euler add to the energy and to the angular momentum's
+    magnitude, relative, per second of step, to first order; of linearly implicit Euler as much is
+    lost (THEORY.md, eq. 12.4)."""
+    panels = Panels(body, until)
+    inertia = np.array(body.inertia)[:, None]
+    rates = panels.state[0]
+    torque = np.cross(inertia * rates, rates, axis=0)
+    source = np.stack([(torque**2 / inertia).sum(axis=0), (torque**2).sum(axis=0)])
+    energy, square = panels.integrate(source).at(np.array([until]))[:, 0]
+    twice = float((inertia * rates**2).sum(axis=0)[0])
+    return {
+        "energy": float(energy) / twice,
+        "momentum": float(square) / (2.0 * float(((inertia * rates) ** 2).sum(axis=0)[0])),
+    }

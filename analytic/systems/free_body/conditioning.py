@@ -1,0 +1,108 @@
+"""Response of a free body's rotation to errors: of its inputs, of a rounding on the way, of a
+scheme."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.numerics.quad import Quad, double, quad
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, Rotation, Triple
+
+# Of an input, for a difference quotient: of the distance from the separatrix, for the response to
+# be linear, and more than the closed form's own rounding error of 1e-15 shows.
+_CHANGE = 1e-4
+_LEAST = 1e-14
+
+
+def uncertainty(body: Rotation, times: Array) -> Mapping[str, Array]:
+    """Change of each observable at `times` [s], shape (n,), for one unit in the last place of every
+    input, of the times, and of the angular momentum where it is nearest to an axis: a start next to
+    the unstable axis has small components, whose roundings are small, and later ones are not."""
+    times = np.asarray(times, dtype=np.float64)
+    rates, attitude = body.state(times)
+    fastest = double(body.magnitude / min(body.inertia))
+    late = ULP * (1.0 + fastest * np.abs(times))
+    moved_rates = ULP * np.abs(rates) + late * (fastest if body.turning else 0.0)
+    moved_attitude = np.full_like(attitude, ULP) + late
+    change = _change(body)
+    for near in _neighbours(body, change):
+        there = near.state(times)
+        moved_rates = moved_rates + np.abs(there[0] - rates) * (ULP / change)
+        moved_attitude = moved_attitude + np.abs(there[1] - attitude) * (ULP / change)
+    if body.turning is not None:
+        later = _rounded_on_the_way(body, times)
+        moved_rates, moved_attitude = moved_rates + later[0], moved_attitude + later[1]
+    return dict(zip((*RATES, *ATTITUDE), (*moved_rates, *moved_attitude), strict=True))
+
+
+def nonlinearity(body: Rotation, times: Array, errors: Mapping[str, Array]) -> float:
+    """Nonlinearity of the response to errors of the observables, shape (n,) each: the largest of
+    the error angle of the attitude, the change of the momentum over its magnitude, and that of its
+    distance from the separatrix over the squares which make it up."""
+    if not body.magnitude:
+        return 0.0
+    inertia = np.array([double(i) for i in body.inertia])[:, None]
+    change = inertia * np.stack([errors[name] for name in RATES])
+    angle = 2.0 * np.sqrt(sum(errors[name] ** 2 for name in ATTITUDE))
+    part = np.sqrt((change**2).sum(axis=0)) / double(body.magnitude)
+    found = max(float(np.max(angle)), float(part.max()))
+    if body.turning is None:
+        return found
+    momentum = inertia * body.state(times)[0]
+    high, middle, low = np.argsort(-inertia[:, 0], kind="stable")
+    outer = (1 / inertia[middle] - 1 / inertia[high]), (1 / inertia[low] - 1 / inertia[middle])
+    drift = outer[0] * momentum[high] * change[high] - outer[1] * momentum[low] * change[low]
+    size = outer[0] * momentum[high] ** 2 + outer[1] * momentum[low] ** 2
+    return max(found, float(np.max(2.0 * np.abs(drift) / size)))
+
+
+def _change(body: Rotation) -> float:
+    """Relative change of inputs whose response is linear."""
+    if body.turning is None:
+        return _CHANGE**2
+    return max(_LEAST, _CHANGE**2 * float(double(body.turning.b / body.turning.a)) ** 2)
+
+
+def _neighbours(body: Rotation, change: float) -> Iterator[Rotation]:
+    """The body with one input after the other changed relatively by `change`."""
+    factor = 1 + quad(change)
+    for i in range(3):
+        yield replace(body, inertia=_with(body.inertia, i, body.inertia[i] * factor))
+        if body.rates[i] != 0:
+            yield replace(body, rates=_with(body.rates, i, body.rates[i] * factor))
+
+
+def _rounded_on_the_way(body: Rotation, times: Array) -> tuple[Array, Array]:
+    """Change by a rounding of each component of the angular momentum, one unit in the last place of
+    its magnitude, where the middle one first passes zero."""
+    turning = body.turning
+    assert turning is not None
+    wait = -quad(turning.begin)
+    if wait < 0 and np.isfinite(double(turning.half_turn)):
+        wait = wait + turning.half_turn
+    c, middle, o = turning.axes
+    start: list[Quad] = [quad(0.0)] * 3
+    start[c] = turning.side * turning.sizes[0] / body.inertia[c]
+    start[o] = turning.signs[1] * turning.sizes[2] / body.inertia[o]
+    there = Rotation(body.inertia, (start[0], start[1], start[2]))
+    after = np.maximum(times - double(wait), 0.0)
+    rates, attitude = there.state(after)
+    change = _change(body)
+    moved, turned = np.zeros_like(rates), np.zeros_like(after)
+    for i in (c, middle, o):
+        shift = quad(change) * body.magnitude / body.inertia[i]
+        near = Rotation(body.inertia, _with(there.rates, i, there.rates[i] + shift)).state(after)
+        moved = moved + np.abs(near[0] - rates) * (ULP / change)
+        turned = turned + np.sqrt(((near[1] - attitude) ** 2).sum(axis=0)) * (ULP / change)
+    late = times >= double(wait)
+    return moved * late, np.broadcast_to(turned * late, attitude.shape)
+
+
+def _with(values: Triple, index: int, value: Quad) -> Triple:
+    x, y, z = (value if i == index else kept for i, kept in enumerate(values))
+    return x, y, z

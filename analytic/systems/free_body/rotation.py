@@ -1,0 +1,204 @@
+"""The rotation of a free rigid body by Jacobi's functions, and its attitude.
+
+The angular momentum l = I w in the body frame obeys l' = l x w (Euler). With d_ij = |1/I_i - 1/I_j|
+and the axes named c, m, o: m has the middle moment, and c, of the largest and the smallest, is the
+one that l goes round, with kappa = d_cm l_c^2 - d_om l_o^2 >= 0 (zero on the separatrix). Then
+
+    l_c = +-C dn,  l_o = +-O cn,  l_m = +-M sn  of A tau, with the modulus 1 - B^2/A^2,
+    alpha^2 = d_co l_c^2 + d_om l_m^2,  beta^2 = d_co l_o^2 + d_cm l_m^2,  A^2 = alpha^2 d_cm,
+    B^2 = d_co kappa,  C^2 = alpha^2/d_co,  O^2 = beta^2/d_co,  M^2 = beta^2/d_cm
+
+(Whittaker 1937, Analytical Dynamics, 69; here without the difference of two large numbers). The
+attitude takes l to the fixed L in two turns: the shortest one takes l to the axis c, on its side,
+and one about that axis follows, by the angle phi with
+
+    phi' = L/I_c +- (beta^2/L)/(1 + |l_c|/L),    + where c has the largest moment:
+
+the turning rate of the shortest-arc frame, which is singular nowhere on the motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from plumbob.analytic.numerics.elliptic.jacobi_functions import half_turn, jacobi, time_of_point
+from plumbob.analytic.numerics.elliptic.reciprocal_integral import ReciprocalIntegral
+from plumbob.analytic.numerics.quad import PI, Quad, double, quad
+from plumbob.analytic.reference import Array
+
+Triple = tuple[Quad, Quad, Quad]
+RATES = ("angular_velocity_x", "angular_velocity_y", "angular_velocity_z")
+ATTITUDE = ("attitude_w", "attitude_x", "attitude_y", "attitude_z")
+
+
+@dataclass(frozen=True)
+class Rotation:
+    """A body with these principal moments of `inertia` [kg m^2] and the angular velocity `rates`
+    [rad/s] at time 0, in its own axes, which are then those of the world; 34-digit numbers."""
+
+    inertia: Triple
+    rates: Triple
+
+    @cached_property
+    def momentum(self) -> Triple:
+        """Angular momentum [kg m^2/s] at time 0."""
+        x, y, z = (i * w for i, w in zip(self.inertia, self.rates, strict=True))
+        return x, y, z
+
+    @cached_property
+    def magnitude(self) -> Quad:
+        """Magnitude of the angular momentum [kg m^2/s]."""
+        x, y, z = self.momentum
+        return np.sqrt(x * x + y * y + z * z)
+
+    @cached_property
+    def turning(self) -> Turning | None:
+        """The constants of the closed form; None where the angular velocity stays what it is."""
+        return None if self._steady else _turning(self)
+
+    @cached_property
+    def _steady(self) -> bool:
+        (a, b, c), (x, y, z) = self.inertia, self.momentum
+        return bool((a - b) * x * y == 0 and (b - c) * y * z == 0 and (c - a) * z * x == 0)
+
+    def state(self, times: Array) -> tuple[Array, Array]:
+        """Angular velocity [rad/s] in the body's axes, shape (3, n), and attitude, shape (4, n), at
+        `times` [s], shape (n,): a unit quaternion, body to world, continuous from 1."""
+        times = np.asarray(times, dtype=np.float64)
+        if self.turning is None:
+            return self._uniform(times)
+        momentum, angle = self.turning.at(times)
+        rates = momentum / np.array([double(i) for i in self.inertia])[:, None]
+        return rates, self._attitude(momentum, angle)
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """Angular velocity [rad/s] and attitude at `times` [s], by name, shape (n,) each."""
+        rates, attitude = self.state(times)
+        return dict(zip((*RATES, *ATTITUDE), (*rates, *attitude), strict=True))
+
+    def _uniform(self, times: Array) -> tuple[Array, Array]:
+        rates = np.array([double(w) for w in self.rates])
+        x, y, z = self.rates
+        speed = np.sqrt(x * x + y * y + z * z)
+        half = _reduced(quad(times) * speed) / 2
+        axis = rates / (double(speed) or 1.0)
+        attitude = np.concatenate([np.cos(half)[None], axis[:, None] * np.sin(half)])
+        return np.repeat(rates[:, None], times.size, axis=1), attitude
+
+    def _attitude(self, momentum: Array, angle: Array) -> Array:
+        """The two turns, and the first one's inverse at time 0 before them."""
+        assert self.turning is not None
+        axis = np.zeros((3, 1))
+        axis[self.turning.axes[0]] = self.turning.side
+        first = _shortest(np.array([double(part / self.magnitude) for part in self.momentum]), axis)
+        spin = np.concatenate([np.cos(angle / 2)[None], axis * np.sin(angle / 2)])
+        onto = _shortest(momentum / double(self.magnitude), axis)
+        return composed(composed(first * np.array([[1.0], [-1.0], [-1.0], [-1.0]]), spin), onto)
+
+
+@dataclass(frozen=True)
+class Turning:
+    """The constants of the closed form, see above."""
+
+    axes: tuple[int, int, int]  # c, m and o: 0, 1 or 2
+    side: float  # sign of l_c
+    signs: tuple[float, float]  # of l_m and l_o, where sn and cn are positive
+    sizes: tuple[float, float, float]  # C, M and O [kg m^2/s]
+    a: Quad  # A [1/s]
+    b: Quad  # B [1/s]
+    half_turn: Quad  # [s], half the period of the angular velocity; infinite on the separatrix
+    begin: float  # tau at time 0 [s], at most a quarter turn
+    steady_rate: Quad  # L/I_c [rad/s]
+    extra: Quad  # +-beta^2/L [rad/s]
+    integral: ReciprocalIntegral
+
+    def at(self, times: Array) -> tuple[Array, Array]:
+        """Angular momentum [kg m^2/s], shape (3, n), and the angle phi [rad] since time 0, modulo 4
+        pi, shape (n,), at `times` [s], shape (n,)."""
+        turns, rest = self._reduced_time(times)
+        sn, cn, dn = jacobi(rest, double(self.a), double(self.b))
+        momentum = np.empty((3, times.size))
+        sign = np.where(turns % 2.0 == 0.0, 1.0, -1.0)
+        parts = (self.side * dn, self.signs[0] * sign * sn, self.signs[1] * sign * cn)
+        for axis, size, part in zip(self.axes, self.sizes, parts, strict=True):
+            momentum[axis] = size * part
+        phase = quad(times) * self.steady_rate
+        if np.isfinite(double(self.half_turn)):
+            phase = phase + quad(turns) * self._extra_per_half_turn
+        edge = self.integral.at(np.append(rest, self.begin))
+        return momentum, _reduced(phase) + double(self.extra) * (edge[:-1] - edge[-1])
+
+    @cached_property
+    def _extra_per_half_turn(self) -> Quad:
+        return self.extra * self.integral.over_half_turn
+
+    def _reduced_time(self, times: Array) -> tuple[Array, Array]:
+        """Half turns since tau = 0, and tau less them [s], at most a quarter turn."""
+        tau = quad(times) + quad(self.begin)
+        if not np.isfinite(double(self.half_turn)):
+            return np.zeros_like(times), double(tau)
+        turns = np.rint(double(tau / self.half_turn))
+        return turns, double(tau - quad(turns) * self.half_turn)
+
+
+def _turning(body: Rotation) -> Turning:
+    """The constants of a motion whose angular velocity changes."""
+    inertia, momentum, total = body.inertia, body.momentum, body.magnitude
+    high, middle, low = sorted(range(3), key=lambda i: -inertia[i])
+    handed = 1.0 if (middle - high) % 3 == 1 else -1.0
+
+    def apart(i: int, j: int) -> Quad:
+        return abs(inertia[i] - inertia[j]) / (inertia[i] * inertia[j])
+
+    squares = [part * part for part in momentum]
+    kappa = apart(high, middle) * squares[high] - apart(low, middle) * squares[low]
+    c, o = (high, low) if kappa >= 0 else (low, high)
+    alpha = np.sqrt(apart(c, o) * squares[c] + apart(o, middle) * squares[middle])
+    beta = np.sqrt(apart(c, o) * squares[o] + apart(c, middle) * squares[middle])
+    size_c, size_o = alpha / np.sqrt(apart(c, o)), beta / np.sqrt(apart(c, o))
+    size_m = beta / np.sqrt(apart(c, middle))
+    a, b = alpha * np.sqrt(apart(c, middle)), np.sqrt(apart(c, o) * abs(kappa))
+    side, ahead = (1.0 if momentum[i] >= 0 else -1.0 for i in (c, o))
+    sense = -handed * side * ahead  # of l_m, where sn is positive
+    begin = time_of_point(sense * momentum[middle] / size_m, abs(momentum[o]) / size_o, a, b)
+    part = size_c / total
+    rest = (size_o / total) ** 2 / (1 + part)
+    return Turning(
+        (c, middle, o), side, (sense, ahead),
+        (double(size_c), double(size_m), double(size_o)), a, b, half_turn(a, b), float(begin),
+        total / inertia[c], (1 if c == high else -1) * beta * beta / total,
+        ReciprocalIntegral(a, b, part, rest),
+    )  # fmt: skip
+
+
+def _reduced(angle: Quad) -> Array:
+    """Angle [rad] less whole multiples of 4 pi, which a quaternion does not show."""
+    turns = np.rint(double(angle / (4 * PI)))
+    return np.asarray(double(angle - quad(turns) * (4 * PI)))
+
+
+def _shortest(direction: Array, axis: Array) -> Array:
+    """Quaternions, shape (4, n), of the shortest turn from unit vectors `direction`, shape (3, n)
+    or (3,), to `axis`, shape (3, 1), less than a half turn away."""
+    direction = direction.reshape(3, -1)
+    axis = np.broadcast_to(axis, direction.shape)
+    part = 1.0 + (direction * axis).sum(axis=0)
+    found = np.concatenate([part[None], np.cross(direction, axis, axis=0)])
+    return np.asarray(found / np.sqrt(2.0 * part))
+
+
+def composed(p: Array, q: Array) -> Array:
+    """Hamilton's product of quaternions, shape (4, n) each: the turn q, then p."""
+    (a, b, c, d), (w, x, y, z) = p, q
+    return np.stack(
+        np.broadcast_arrays(
+            a * w - b * x - c * y - d * z,
+            a * x + b * w + c * z - d * y,
+            a * y - b * z + c * w + d * x,
+            a * z + b * y - c * x + d * w,
+        )
+    )

@@ -1,0 +1,65 @@
+"""The free rigid body in MuJoCo's terms: a free joint, and nothing that acts on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.errors.schemes import EULER, LINEARLY_IMPLICIT, RK4_ADDED_RATES, Scheme
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
+from plumbob.engines.adapters.divergence import BEYOND
+from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
+from plumbob.engines.method import Method, Unsupported
+
+SMALLEST = 1e-15  # [kg m^2]: the least moment of inertia that MuJoCo takes
+
+
+def scheme(method: Method) -> Scheme:
+    """What a step of `method` does to a body that turns freely: RK4 adds the angular velocities of
+    its stages, which belong to different axes; the implicit ones take the derivative of the
+    gyroscopic torque, implicitfast and discrete too."""
+    integrator = str(method.settings.get("integrator", "Euler")).lower()
+    if integrator == "rk4":
+        return Scheme(RK4_ADDED_RATES)
+    return Scheme(EULER if integrator == "euler" else LINEARLY_IMPLICIT)
+
+
+def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
+    """Translate a free body; `problem` is a FreeBody. Raises Unsupported."""
+    if min(problem.inertia) < SMALLEST:
+        raise Unsupported(f"MuJoCo takes moments of inertia from {SMALLEST:g} kg m^2 on")
+    spec = whole(mjcf, problem)
+    for shown in tuple(spec.geoms):  # without effect, and a step costs less without them
+        spec.delete(shown)
+    return Translation(
+        spec,
+        qpos=np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]),
+        qvel=np.array([0.0, 0.0, 0.0, *problem.angular_velocity]),
+        observe=_observe,
+        limits=dict.fromkeys(RATES, BEYOND * problem.fastest or 1.0),
+    )
+
+
+def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
+    """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
+    spec = read(mjcf)
+    spec.body("body").inertia = list(problem.inertia)
+    spec.key("start").qvel = [0.0, 0.0, 0.0, *problem.angular_velocity]
+    return spec
+
+
+def model_error(
+    problem: Any, duration: float, method: Method, step: float
+) -> Mapping[str, Mapping[str, float]]:
+    """Nothing: the model is the body itself."""
+    return {}
+
+
+def _observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+    seen = dict(zip(ATTITUDE, qpos[:, 3:7].T, strict=True))
+    return seen | dict(zip(RATES, qvel[:, 3:6].T, strict=True)), {}

@@ -1,0 +1,31 @@
+"""The free rigid body as an equation of motion: Euler's equations, and a quaternion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
+from plumbob.engines.adapters.divergence import BEYOND
+from plumbob.engines.adapters.ode.turning import Turning
+from plumbob.engines.method import Method
+
+
+def build(problem: Any, method: Method) -> Turning:
+    """I w' = (I w) x w with q' = q w/2 in the body's axes; `problem` is a FreeBody."""
+    x, y, z = problem.inertia
+    first, second, third = (y - z) / x, (z - x) / y, (x - y) / z
+
+    def acceleration(time: float, attitude: Sequence[float], rate: Sequence[float]) -> list[float]:
+        u, v, w = rate
+        return [first * v * w, second * w * u, third * u * v]
+
+    return Turning(
+        acceleration,
+        position=(1.0, 0.0, 0.0, 0.0),
+        rate=tuple(problem.angular_velocity),
+        speed=problem.fastest,
+        limits=dict.fromkeys(RATES, BEYOND * problem.fastest or 1.0),
+        names=ATTITUDE,
+        rate_names=RATES,
+    )

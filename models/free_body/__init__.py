@@ -1,0 +1,124 @@
+"""The free rigid body (Euler-Poinsot): scenes as data, what they are held against."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from plumbob.analytic.errors.free_body.error_series import free_body_errors
+from plumbob.analytic.numerics.quad import double
+from plumbob.analytic.parameters import known
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.free_body.problem import MOMENTS, FreeBody
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
+from plumbob.models.scene import Case, Observable, Parameters, Quantity, Scene, System, step_sizes
+
+PARAMETERS = (*MOMENTS, "angular_velocity")
+SOURCE = "Whittaker 1937, Analytical Dynamics, 69; the numbers are ours"
+HALF = 0.5  # an error of 1 rad of the attitude is one of 0.5 of its quaternion
+_STEPS = step_sizes(5e-2, 2e-4)
+
+
+def problem(parameters: Parameters) -> FreeBody:
+    """The body that parameters describe; raises ParameterError."""
+    known(parameters, PARAMETERS)
+    return FreeBody(**parameters)
+
+
+def invariants(body: FreeBody, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+    """Relative drifts of the energy and of the angular momentum: its magnitude, and its direction
+    in the world."""
+    return body.invariants(observed)
+
+
+def facts(body: FreeBody) -> Mapping[str, Any]:
+    """Kind of motion; half the period of the angular velocity [s], none where that stays or never
+    comes back; energy [J] and angular momentum [kg m^2/s] in the world."""
+    moments, rates = body.inertia, body.angular_velocity
+    return {
+        "kind": body.kind,
+        "half_period": body.half_period if math.isfinite(body.half_period) else None,
+        "energy": sum(i * w * w for i, w in zip(moments, rates, strict=True)) / 2,
+        "angular_momentum": [double(part) for part in body.rotation.momentum],
+    }
+
+
+def interest(case: Case) -> tuple[Quantity, ...]:
+    """The attitude, with one radian as its scale, and the angular velocity, with its magnitude."""
+    size = case.problem.speed or 1.0
+    return (
+        *(Quantity(name, HALF) for name in ATTITUDE),
+        *(Quantity(name, size) for name in RATES),
+    )
+
+
+def _scene(
+    case: str,
+    summary: str,
+    rates: tuple[float, float, float],
+    inertia: tuple[float, float, float] = (1.0, 2.0, 2.25),
+    duration: float = 10.0,
+    **values: Any,
+) -> Scene:
+    given = dict(zip(MOMENTS, inertia, strict=True)) | {"angular_velocity": rates}
+    return Scene(
+        f"free-body/{case}", summary, MappingProxyType(given), duration,
+        values.pop("steps", _STEPS), SOURCE, **values,
+    )  # fmt: skip
+
+
+def _near_separatrix(k: int) -> Scene:
+    return _scene(
+        f"separatrix-1e-{k}",
+        f"10^-{k} off the separatrix, relatively, and over to the other side",
+        (3.0 * (1.0 + float(f"1e-{k}")), 0.0, 4.0),
+        duration=float(math.ceil(2.5 + 1.9 * k)),
+        hard=f"errors grow as e^(1.6 t) next to the unstable axis, by up to 10^{k} in all",
+    )
+
+
+_SCENES = (
+    _scene("flip", "next to the unstable axis: the body turns over within ten seconds",
+           (0.02, 4.0, 0.0), duration=10.0, profile="quick",
+           hard="errors grow as e^(1.3 t) next to the unstable axis, before each flip"),
+    _scene("symmetric", "a symmetric body: the axis goes round the angular momentum evenly",
+           (0.4, 0.0, 2.0), inertia=(1.0, 1.0, 1.75), profile="quick"),
+    _scene("about-largest", "about the axis of the largest moment, with some nutation",
+           (0.3, 0.2, 2.0)),
+    _scene("about-smallest", "about the axis of the smallest moment, with some nutation",
+           (2.0, 0.2, 0.3)),
+    _scene("spherical", "equal moments: a uniform rotation about an axis off the body's",
+           (1.0, -1.0, 1.5), inertia=(2.0, 2.0, 2.0)),
+    _scene("separatrix", "on the separatrix itself: ends on the unstable axis, never to turn over",
+           (3.0, 0.0, 4.0), duration=6.0,
+           hard="errors grow as e^(1.6 t) next to the unstable axis, to no end"),
+    *(_near_separatrix(k) for k in (3, 6, 9)),
+    _scene("million-steps", "about the axis of the largest moment, for 318 turns", (0.3, 0.2, 2.0),
+           duration=1000.0, steps=(8e-3, 4e-3, 2e-3, 1e-3),
+           hard="10^6 steps of 1 ms: an error of the rate becomes one of the attitude"),
+)  # fmt: skip
+
+SYSTEM = System(
+    name="free-body",
+    title="Free rigid body",
+    observables=(
+        *(Observable(name, "1") for name in ATTITUDE),
+        *(Observable(name, "rad/s") for name in RATES),
+    ),
+    parameters=PARAMETERS,
+    scenes=_SCENES,
+    default="flip",
+    problem=problem,
+    reference=lambda body: body,
+    errors=free_body_errors,
+    invariants=invariants,
+    facts=facts,
+    mjcf=Path(__file__).parent / "free_body.xml",
+    family="free_body",
+    interest=interest,
+    weight=2.0,
+)
+SYSTEMS = (SYSTEM,)

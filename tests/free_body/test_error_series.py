@@ -1,0 +1,164 @@
+"""What fixed steps do to a free body: the series in the step against engines, and why MuJoCo's RK4
+is of second order."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.errors.free_body.error_series import FreeBodyErrors, euler_drifts
+from plumbob.analytic.errors.schemes import (
+    EULER,
+    LEAPFROG,
+    LINEARLY_IMPLICIT,
+    RK4,
+    RK4_ADDED_RATES,
+    Scheme,
+)
+from plumbob.analytic.errors.theory import Coefficients
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.free_body.problem import FreeBody, turned
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, composed
+from plumbob.engines.registry import engine_of, method
+from plumbob.engines.study.measurement import measure, scheme_of
+from plumbob.models.registry import case_of, scene
+from plumbob.models.scene import Case
+from plumbob.reports.judge.verdict import judge
+
+BODY = FreeBody(1.0, 2.0, 2.25, (0.5, 3.0, 1.0))
+NAMES = (*RATES, *ATTITUDE)
+ORDERS = {
+    "mujoco/euler": (EULER, 1),
+    "mujoco/implicitfast": (LINEARLY_IMPLICIT, 1),
+    "mujoco/rk4": (RK4_ADDED_RATES, 2),
+    "ode/euler": (EULER, 1),
+    "ode/leapfrog": (LEAPFROG, 2),
+    "ode/rk4": (RK4, 4),
+}
+
+
+def case(duration: float = 2.0) -> Case:
+    """A body that turns over and nutates, far from every special case."""
+    given = {"inertia_x": 1.0, "inertia_y": 2.0, "inertia_z": 2.25,
+             "angular_velocity": BODY.angular_velocity}  # fmt: skip
+    return case_of(scene("free-body/flip", given)).lasting(duration)
+
+
+def at_end(name: str, step: float) -> np.ndarray:
+    """Error of each observable after two seconds, shape (7,)."""
+    of = case()
+    run = engine_of(method(name)).prepare(of, method(name), step).run()
+    exact = of.reference.observe(run.times[-1:])
+    return np.array([run.observables[n][-1] - exact[n][0] for n in NAMES])
+
+
+def coefficients(scheme: str) -> dict[int, np.ndarray]:
+    """Coefficients after two seconds, shape (7,) each."""
+    found = FreeBodyErrors(BODY).series(Scheme(scheme), np.array([2.0]))
+    return {p: np.array([terms[n][0] for n in NAMES]) for p, terms in found.items()}
+
+
+@pytest.mark.parametrize("name", ORDERS)
+def test_each_term_takes_its_order_off_the_error(name: str) -> None:
+    scheme, order = ORDERS[name]
+    assert scheme_of(case(), method(name)).integrator == scheme
+    terms = coefficients(scheme)
+    assert min(terms) == order
+    coarse, fine = (at_end(name, h) for h in (0.05, 0.025))
+    for p, term in terms.items():
+        coarse, fine = coarse - term * 0.05**p, fine - term * 0.025**p
+        if np.abs(fine).max() < 1e-13:  # round-off
+            break
+        fall = np.log2(np.abs(coarse).max() / np.abs(fine).max())
+        # what is left is of one order more, or two where a term is zero; 0.3 for the terms after
+        assert p + 1 - 0.3 < fall < p + 2 + 0.3
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_coefficient_wrong_by_a_thousandth_shows(sign: float) -> None:
+    # the sensitivity test of the one above: then the first term's order is left
+    term = coefficients(RK4_ADDED_RATES)[2] * (1.0 + sign * 1e-3)
+    coarse, fine = (at_end("mujoco/rk4", h) - term * h**2 for h in (0.02, 0.01))
+    assert np.log2(np.abs(coarse).max() / np.abs(fine).max()) < 2.3
+
+
+def test_why_mujoco_s_rk4_is_of_second_order() -> None:
+    # Its angular velocity is that of the classical method. The turn of a step is exp(h W), W the
+    # mean of the stages' angular velocities, where the exact one is exp(h W + h^3/12 w x w' + ...)
+    # (Magnus): in the world's axes the attitude is behind by h^2/12 times the integral of w x w'.
+    times, weights = np.polynomial.legendre.leggauss(60)
+    times = times + 1.0  # from 0 to 2 s
+    rates, attitude = BODY.rotation.state(times)
+    inertia = np.array(BODY.inertia)[:, None]
+    acceleration = np.cross(inertia * rates, rates, axis=0) / inertia
+    behind = turned(attitude, np.cross(rates, acceleration, axis=0)) @ weights / 12
+    exact = BODY.rotation.state(np.array([2.0]))[1]
+    predicted = composed(np.concatenate([[0.0], -behind / 2])[:, None], exact)[:, 0]
+    found = coefficients(RK4_ADDED_RATES)
+    np.testing.assert_allclose(found[2][3:], predicted, 0, 1e-10)
+    assert np.abs(found[2][:3]).max() < 1e-15
+    assert np.abs(found[3]).max() < 1e-12  # no term of third order either
+    np.testing.assert_allclose(found[4][:3], coefficients(RK4)[4][:3], 0, 1e-9)
+    for h in (0.02, 0.01):  # from both sides: 1 % of the term, and less than it by far
+        measured = at_end("mujoco/rk4", h)[3:] / h**2
+        np.testing.assert_allclose(measured, predicted, 0, 0.01 * np.abs(predicted).max())
+
+
+def test_the_figures_of_second_order() -> None:
+    worst = [np.abs(at_end("mujoco/rk4", h)).max() for h in (0.02, 0.01, 0.005)]
+    assert worst[0] / worst[1] == pytest.approx(4.0, rel=0.01)
+    assert worst[1] / worst[2] == pytest.approx(4.0, rel=0.01)
+
+
+def test_two_engines_with_one_scheme_have_one_error() -> None:
+    first, second = at_end("mujoco/euler", 0.01), at_end("ode/euler", 0.01)
+    # rounding in 200 steps alone: a unit in the last place of 3.3 rad/s each, as a random walk
+    np.testing.assert_allclose(first, second, 0, 1e-13)
+    implicit = at_end("mujoco/implicit", 0.01)
+    for name in ("mujoco/implicitfast", "mujoco/discrete"):
+        np.testing.assert_allclose(at_end(name, 0.01), implicit, 0, 1e-13)
+    assert np.abs(implicit - first).max() > 1e-3
+
+
+@pytest.mark.parametrize("name", ["mujoco/euler", "mujoco/implicitfast", "mujoco/rk4", "ode/rk4"])
+def test_the_verdict_is_two_sided(name: str) -> None:
+    of, how, step = case(), method(name), 1e-3
+    right, _ = measure(of, how, step)
+    assert judge(right, of.system, how).verdict == "pass"
+    for factor in (1.0 + 1e-3, 1.0 - 1e-3):  # the engine runs a body of another moment
+        body = replace(of.problem, inertia_x=of.problem.inertia_x * factor)
+        wrong, _ = measure(replace(of, problem=body), how, step)
+        assert judge(wrong, of.system, how).verdict == "fail"
+
+
+class Classical(FreeBodyErrors):
+    """A theory that takes every scheme for the classical RK4."""
+
+    def series(self, scheme: Scheme, times: Array) -> Coefficients:
+        return super().series(Scheme(RK4), times)
+
+
+def test_mujoco_s_rk4_is_not_the_classical_one() -> None:
+    # held to the theory of the classical method, its verdict is red
+    of, how = replace(case(), errors=Classical(BODY)), method("mujoco/rk4")
+    found, _ = measure(of, how, 1e-2)
+    assert judge(found, of.system, how).verdict == "fail"
+
+
+def test_schemes_of_which_nothing_is_known() -> None:
+    theory = FreeBodyErrors(BODY)
+    assert not theory.series(Scheme("velocity-verlet"), np.array([1.0]))
+    assert not theory.series(Scheme(EULER, position_first=True), np.array([1.0]))
+    assert not theory.at_step(Scheme(EULER), 0.1, np.array([1.0])).errors
+
+
+@pytest.mark.parametrize(("name", "sign"), [("mujoco/euler", 1.0), ("mujoco/implicit", -1.0)])
+def test_what_first_order_steps_gain_and_lose(name: str, sign: float) -> None:
+    of, step = case(), 1e-3
+    run = engine_of(method(name)).prepare(of, method(name), step).run()
+    drifts, predicted = BODY.invariants(run.observables), euler_drifts(BODY, 2.0)
+    for which in ("energy", "momentum"):
+        # 1 %: the next term is of second order; a sign or a factor of two would be 200 or 100 %
+        assert drifts[which][-1] == pytest.approx(sign * predicted[which] * step, rel=0.01)

@@ -1,0 +1,73 @@
+"""What the page says of the free body is so; the commands solve it and refuse what is no body."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from plumbob.engines.registry import method
+from plumbob.engines.study.convergence import convergence_study
+from plumbob.engines.study.results import Study
+from plumbob.models.registry import scene
+from plumbob.reports.cli import main
+from plumbob.reports.findings.free_body import SECTION, energy, second_order
+from plumbob.tests.support.declared import nothing
+
+FLIP, STEPS = scene("free-body/flip"), (3.2e-2, 1.6e-2, 8e-3, 4e-3, 2e-3, 1e-3)
+
+
+def study(*names: str) -> Study:
+    """A study of the scene that turns over, with these methods."""
+    chosen = tuple(method(name) for name in names)
+    found = tuple(convergence_study(FLIP, how, 25_000, STEPS) for how in chosen)
+    empty = nothing()
+    return Study(empty.profile, (FLIP,), chosen, found, {}, 1.0, dict(empty.seconds))
+
+
+def test_an_empty_study_has_no_findings() -> None:
+    assert not SECTION.findings(nothing())
+
+
+def test_mujoco_s_rk4_against_the_classical_one() -> None:
+    found = second_order(study("mujoco/rk4", "ode/rk4"))
+    assert found is not None
+    (table,) = found.tables
+    first, classical = table.rows
+    measured, predicted = (float(cell.text) for cell in first[3:5])
+    assert measured == pytest.approx(predicted, rel=0.01)  # three digits are shown
+    orders = [float(line[5].text.split()[0]) for line in (first, classical)]
+    assert orders == pytest.approx([2.0, 4.0], abs=0.05)
+    assert float(classical[4].text) == 0.0
+    assert float(classical[3].text) < 1e-4 * measured
+    assert "8.9e-7" in found.summary
+
+
+def test_energy_that_is_gained_and_lost() -> None:
+    found = energy(study("mujoco/euler", "mujoco/implicitfast"))
+    assert found is not None
+    gained, lost = found.tables[0].rows
+    assert float(gained[4].text) == -float(lost[4].text) > 0.0
+    for line in (gained, lost):
+        assert float(line[3].text) == pytest.approx(abs(float(line[4].text)), rel=0.02)
+
+
+def test_solve_in_words_and_in_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["solve", "free-body", "--times", "1,5", "--set", "angular_velocity=[1,2,3]"]) == 0
+    assert "attitude_w" in capsys.readouterr().out
+    assert main(["solve", "free-body/symmetric", "--times", "1", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    text = json.dumps(found)
+    assert "angular_velocity_x" in text
+    assert '"kind"' in text
+    assert "half_period" in text
+
+
+@pytest.mark.parametrize(
+    "change", ["angular_velocity=[1,2]", "inertia_x=9", "inertia_y=0", 'angular_velocity="fast"']
+)
+def test_what_is_no_body_is_one_line(change: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["solve", "free-body", "--times", "1", "--set", change]) == 2
+    said = capsys.readouterr().err.strip()
+    assert change.partition("=")[0] in said
+    assert len(said.splitlines()) == 1

@@ -1,0 +1,128 @@
+"""The free body's MJCF, its scenes, and every engine that simulates it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob.analytic.numerics.quad import double
+from plumbob.engines.adapters.mujoco.free_body import whole
+from plumbob.engines.adapters.mujoco.options import needless_stages
+from plumbob.engines.method import Unsupported, meant
+from plumbob.engines.registry import engine_of, installed, method, methods
+from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import case_of, scene, scenes, systems
+from plumbob.reports.judge.expectations import as_expected
+from plumbob.reports.judge.verdict import judge
+
+SYSTEM = systems()["free-body"]
+MJCF = SYSTEM.mjcf
+FLIP = case_of(scene("free-body/flip"))
+
+
+def test_numbers_are_those_of_the_default_scene() -> None:
+    model = mujoco.MjModel.from_xml_path(str(MJCF))
+    body, start = model.body("body"), model.key("start")
+    np.testing.assert_array_equal(body.inertia, FLIP.problem.inertia)
+    np.testing.assert_array_equal(body.iquat, [1.0, 0.0, 0.0, 0.0])  # no axes are exchanged
+    np.testing.assert_array_equal(start.qvel[3:], FLIP.problem.angular_velocity)
+    np.testing.assert_array_equal(start.qpos, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    assert not model.opt.gravity.any()
+
+
+def test_the_box_that_is_drawn_has_these_moments() -> None:
+    model = mujoco.MjModel.from_xml_path(str(MJCF))
+    a, b, c = model.geom("box").size ** 2
+    mass = model.body("body").mass[0]
+    moments = mass / 3 * np.array([b + c, c + a, a + b])
+    np.testing.assert_allclose(moments, FLIP.problem.inertia, 1e-12)
+
+
+def test_only_what_has_no_effect_is_left_out() -> None:
+    model = mujoco.MjModel.from_xml_path(str(MJCF))
+    assert model.opt.disableflags
+    assert model.opt.disableflags & needless_stages(model) == model.opt.disableflags
+    assert not model.geom_contype.any()
+    assert not model.geom_conaffinity.any()
+
+
+def test_the_scene_is_the_model_with_a_floor() -> None:
+    scenery = mujoco.MjModel.from_xml_path(str(MJCF.parent / "scene.xml"))
+    model = mujoco.MjModel.from_xml_path(str(MJCF))
+    assert (scenery.nq, scenery.nv) == (model.nq, model.nv)
+    np.testing.assert_array_equal(scenery.body("body").inertia, model.body("body").inertia)
+
+
+def test_every_parameter_reaches_the_model() -> None:
+    body = replace(FLIP.problem, inertia_x=3.0, inertia_y=4.0, inertia_z=5.0,
+                   angular_velocity=(1.0, -2.0, 0.5))  # fmt: skip
+    model = whole(MJCF, body).compile()
+    np.testing.assert_array_equal(model.body("body").inertia, [3.0, 4.0, 5.0])
+    np.testing.assert_array_equal(model.key("start").qvel[3:], [1.0, -2.0, 0.5])
+
+
+@pytest.mark.parametrize("chosen", scenes("free-body"), ids=lambda s: s.name)
+def test_the_exact_motion_conserves_what_it_should(chosen: object) -> None:
+    case = case_of(chosen)  # type: ignore[arg-type]
+    times = np.linspace(0.0, case.scene.duration, 301)
+    drifts = case.system.invariants(case.problem, case.reference.observe(times))
+    assert set(drifts) == {"energy", "momentum", "momentum_in_world"}
+    assert all(np.abs(drift).max() < 1e-14 for drift in drifts.values())
+
+
+@pytest.mark.parametrize("k", [3, 6, 9])
+def test_scenes_are_as_far_off_the_separatrix_as_they_say(k: int) -> None:
+    case = case_of(scene(f"free-body/separatrix-1e-{k}"))
+    turning, body = case.problem.rotation.turning, case.problem
+    # w_x over that of the separatrix, 3/4 of w_z for these moments, is 1 + 10^-k
+    assert body.angular_velocity[0] / 3.0 - 1.0 == pytest.approx(10.0**-k, rel=2e-16 / 10.0**-k)
+    square = float(double((turning.b / turning.a) ** 2))
+    assert square == pytest.approx(1.6 * 10.0**-k, rel=0.5)
+    assert body.half_period < case.scene.duration  # it turns over
+
+
+def test_the_separatrix_is_met_exactly() -> None:
+    assert case_of(scene("free-body/separatrix")).problem.kind == "separatrix"
+    assert case_of(scene("free-body/flip")).problem.kind == "about the smallest"
+
+
+EVERY = [m for m in methods() if meant(m, FLIP.scene)]
+
+
+@pytest.mark.parametrize("how", EVERY, ids=lambda m: m.name)
+@pytest.mark.parametrize("name", ["flip", "symmetric", "about-largest"])
+def test_every_method_makes_the_error_that_is_predicted(how: object, name: str) -> None:
+    case, one = case_of(scene(f"free-body/{name}")).lasting(4.0), method(how.name)  # type: ignore[attr-defined]
+    if not installed(engine_of(one)):
+        pytest.skip(f"{one.engine} is not installed")
+    step = 1e-3 if one.control == "step" else one.step_sizes[-1]
+    found, _ = measure(case, one, step)
+    judged = judge(found, case.system, one)
+    assert judged.verdict == "pass", judged.reason
+    assert set(found.errors) == {o.name for o in SYSTEM.observables}
+
+
+def test_pymunk_has_no_third_dimension() -> None:
+    planar = methods("pymunk")
+    assert planar
+    assert not any(meant(m, FLIP.scene) for m in planar)
+    found, _ = measure(FLIP, method("pymunk/tight"), 1e-3)
+    judged = judge(found, SYSTEM, method("pymunk/tight"))
+    assert judged.verdict == "unsupported"
+    assert as_expected(FLIP.scene, method("pymunk/tight"), judged)
+
+
+def test_mujoco_takes_no_body_without_size() -> None:
+    body = replace(FLIP.problem, inertia_x=1e-16, inertia_y=1e-16, inertia_z=1e-16)
+    with pytest.raises(Unsupported, match="1e-15"):
+        engine_of(method("mujoco/euler")).prepare(
+            replace(FLIP, problem=body), method("mujoco/euler"), 1e-3
+        )
+
+
+def test_the_picture_is_small() -> None:
+    assert Path(MJCF.parent / "free_body.png").stat().st_size < 50_000

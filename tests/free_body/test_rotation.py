@@ -1,0 +1,258 @@
+"""The exact rotation of a free body: 45-digit integration, invariants, symmetries, limits."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.numerics.elliptic.reciprocal_integral import ReciprocalIntegral
+from plumbob.analytic.numerics.quad import double, quad
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.free_body.problem import FreeBody
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, composed
+from plumbob.tests.free_body.recorded import CASES, FILE
+
+TABLE = json.loads(FILE.read_text("utf-8"))
+NAMES = (*RATES, *ATTITUDE)
+
+
+def seen(body: FreeBody, times: object) -> np.ndarray:
+    """All observables, shape (7, n)."""
+    found = body.observe(np.atleast_1d(np.asarray(times, dtype=float)))
+    return np.stack([found[name] for name in NAMES])
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_45_digits_over_up_to_a_thousand_periods(name: str) -> None:
+    # The bound: 1e-13 for each radian of phase, and what one unit in the last place of the inputs
+    # does next to the separatrix, whose growth no arithmetic in double can take away.
+    moments, rates, times = CASES[name]
+    body, at = FreeBody(*moments, rates), np.array(times)
+    exact = np.array([[float(value) for value in row] for row in TABLE[name]]).T
+    error = np.abs(seen(body, at) - exact)
+    phase = 1.0 + body.fastest * at
+    conditioned = np.stack([body.uncertainty(at)[n] for n in NAMES])
+    scale = np.array([[body.fastest]] * 3 + [[1.0]] * 4)
+    assert (error <= np.maximum(1e-13 * phase * scale, conditioned)).all()
+    assert (error <= conditioned + 4 * ULP * scale).all()  # what the reference itself claims
+
+
+def test_the_table_notices_a_digit() -> None:
+    # the sensitivity test of the one above: a moment changed by 2e-13, relatively
+    moments, rates, times = CASES["about the smallest"]
+    body, at = FreeBody(moments[0] * (1 + 1e-12), *moments[1:], rates), np.array(times)
+    exact = np.array([[float(v) for v in row] for row in TABLE["about the smallest"]]).T
+    assert (np.abs(seen(body, at) - exact) > 1e-13 * (1.0 + body.fastest * at)).any()
+
+
+@pytest.mark.parametrize("name", ["about the smallest", "1e-6 off the separatrix"])
+def test_uncertainty_is_not_excessive(name: str) -> None:
+    # against each input changed alone, by much more than a unit in the last place: three times that
+    # holds the roundings on the way and of the times too, which are as large as those of the inputs
+    moments, rates, _ = CASES[name]
+    body, at = FreeBody(*moments, rates), np.linspace(0.0, 60.0, 241)
+    change, total = 1e-11, np.zeros((7, 241))
+    for i in range(6):
+        x, y, z, u, v, w = (
+            value * (1.0 + change * (i == j)) for j, value in enumerate((*moments, *rates))
+        )
+        total += np.abs(seen(FreeBody(x, y, z, (u, v, w)), at) - seen(body, at)) * ULP / change
+    claimed = np.stack([body.uncertainty(at)[n] for n in NAMES])
+    for said, found in zip(claimed, total, strict=True):
+        assert 0.9 * found.max() < said.max() < 5.0 * found.max() + 1e-13
+
+
+POSITIVE = st.floats(0.05, 1.0)
+RATE = st.floats(-5.0, 5.0).map(lambda x: 0.0 if abs(x) < 1e-9 else x)
+
+
+@st.composite
+def bodies(draw: st.DrawFn) -> FreeBody:
+    """Bodies with moments that some distribution of mass has: sums of two of three numbers."""
+    a, b, c = draw(POSITIVE), draw(POSITIVE), draw(POSITIVE)
+    return FreeBody(b + c, c + a, a + b, (draw(RATE), draw(RATE), draw(RATE)))
+
+
+@given(bodies(), st.floats(0.0, 1e4))
+@settings(max_examples=60, deadline=None)
+def test_what_is_conserved_is(body: FreeBody, time: float) -> None:
+    found = body.observe(np.array([0.0, 0.5 * time, time]))
+    drifts = body.invariants(found)
+    bound = 64 * ULP + 8 * ULP * 2.0  # of a closed form: rounding alone, whatever the time
+    assert all(np.abs(drift).max() <= bound for drift in drifts.values())
+    length = sum(found[name] ** 2 for name in ATTITUDE)
+    assert np.abs(length - 1.0).max() <= 8 * ULP
+
+
+@given(bodies())
+@settings(max_examples=40, deadline=None)
+def test_it_begins_as_given_and_turns_as_its_rate_says(body: FreeBody) -> None:
+    start = seen(body, [0.0])[:, 0]
+    np.testing.assert_allclose(start[:3], body.angular_velocity, 0, 8 * ULP * (body.fastest or 1.0))
+    np.testing.assert_allclose(start[3:], [1.0, 0.0, 0.0, 0.0], 0, 8 * ULP)
+    h = 1e-4 / (body.fastest or 1.0)  # central differences: h^2/6 of a third derivative
+    before, after = seen(body, [7.0 - h]), seen(body, [7.0 + h])
+    here = seen(body, [7.0])
+    slope = (after - before) / (2 * h)
+    rates, attitude = here[:3], here[3:]
+    half = np.concatenate([np.zeros((1, 1)), rates / 2])
+    bound = 1e-7 * (body.fastest or 1.0)
+    np.testing.assert_allclose(slope[3:], composed(attitude, half), 0, bound)
+    inertia = np.array(body.inertia)[:, None]
+    torque = np.cross(inertia * rates, rates, axis=0) / inertia
+    np.testing.assert_allclose(slope[:3], torque, 0, 1e-6 * body.fastest**2 + 1e-12)
+
+
+BODY = FreeBody(1.0, 2.0, 2.5, (1.0, 0.3, 0.2))
+TIMES = np.array([0.3, 2.0, 17.0, 400.0])
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
+def test_axes_may_be_renamed(order: tuple[int, int, int]) -> None:
+    # an odd permutation is a reflection: angular velocities are axial vectors, and change sign
+    odd = order in ((0, 2, 1), (1, 0, 2), (2, 1, 0))
+    sign = -1.0 if odd else 1.0
+    x, y, z = (BODY.inertia[i] for i in order)
+    rates = [sign * BODY.angular_velocity[i] for i in order]
+    found, first = seen(FreeBody(x, y, z, rates), TIMES), seen(BODY, TIMES)
+    np.testing.assert_allclose(found[:3], sign * first[list(order)], 0, 1e-13)
+    np.testing.assert_allclose(found[3], first[3], 0, 1e-13)
+    np.testing.assert_allclose(found[4:], sign * first[4:][list(order)], 0, 1e-13)
+
+
+@pytest.mark.parametrize("factor", [1e-9, 3.0, 1e12])
+def test_only_ratios_of_the_moments_matter(factor: float) -> None:
+    x, y, z = (factor * i for i in BODY.inertia)
+    scaled = FreeBody(x, y, z, BODY.angular_velocity)
+    np.testing.assert_allclose(seen(scaled, TIMES), seen(BODY, TIMES), 0, 1e-12)
+
+
+@pytest.mark.parametrize("factor", [0.125, 2.0, 1024.0])
+def test_twice_as_fast_takes_half_the_time(factor: float) -> None:
+    fast = replace(BODY, angular_velocity=tuple(factor * w for w in BODY.angular_velocity))
+    found, first = seen(fast, TIMES / factor), seen(BODY, TIMES)
+    np.testing.assert_allclose(found[:3], factor * first[:3], 1e-12, 1e-13 * factor)
+    np.testing.assert_allclose(found[3:], first[3:], 0, 1e-13)
+
+
+def test_run_backwards_it_comes_home() -> None:
+    # from the state at t with the angular velocity reversed, the body turns back to where it was
+    there = seen(BODY, [17.0])[:, 0]
+    back = seen(replace(BODY, angular_velocity=tuple(-there[:3])), [17.0])
+    np.testing.assert_allclose(-back[:3, 0], BODY.angular_velocity, 0, 1e-13)
+    home = composed(there[3:, None], back[3:])
+    np.testing.assert_allclose(home[:, 0], [1.0, 0.0, 0.0, 0.0], 0, 1e-13)
+
+
+def test_two_motions_in_a_row_are_one() -> None:
+    there = seen(BODY, [5.0])[:, 0]
+    later = seen(replace(BODY, angular_velocity=tuple(there[:3])), [12.0])
+    whole = seen(BODY, [17.0])
+    np.testing.assert_allclose(later[:3], whole[:3], 0, 1e-13)
+    np.testing.assert_allclose(composed(there[3:, None], later[3:]), whole[3:], 0, 1e-13)
+
+
+def test_a_symmetric_body_by_elementary_functions() -> None:
+    # I w' = (I w) x w with I_x = I_y: w_z stays, (w_x, w_y) goes round at (1 - I_z/I_x) w_z; the
+    # attitude is a turn about the angular momentum at L/I_x, and one about z at (1 - I_z/I_x) w_z
+    body = FreeBody(1.0, 1.0, 1.75, (0.4, 0.0, 2.0))
+    slip, t = (1.0 - 1.75) * 2.0, TIMES
+    found = seen(body, t)
+    np.testing.assert_allclose(found[0], 0.4 * np.cos(slip * t), 0, 1e-13)
+    np.testing.assert_allclose(found[1], -0.4 * np.sin(slip * t), 0, 1e-13)
+    np.testing.assert_allclose(found[2], 2.0, 1e-15)
+    total = np.hypot(0.4, 1.75 * 2.0)
+    axis, half = np.array([0.4, 0.0, 3.5]) / total, total * t / 2
+    first = np.stack([np.cos(half), *(a * np.sin(half) for a in axis)])
+    spin = np.stack([np.cos(slip * t / 2), 0 * t, 0 * t, np.sin(slip * t / 2)])
+    np.testing.assert_allclose(found[3:], composed(first, spin), 0, 2e-13)
+
+
+def test_a_steady_rotation_needs_no_functions() -> None:
+    for moments, rates in (
+        ((1.0, 2.0, 2.5), (0.0, -3.0, 0.0)),
+        ((2.0, 2.0, 2.0), (1.0, -1.0, 1.5)),
+        ((2.0, 2.0, 1.0), (1.0, -1.0, 0.0)),
+        ((1.0, 2.0, 2.5), (0.0, 0.0, 0.0)),
+    ):
+        body = FreeBody(*moments, rates)
+        assert body.kind == "steady"
+        found, speed = seen(body, TIMES), np.linalg.norm(rates)
+        np.testing.assert_array_equal(found[:3], np.array(rates)[:, None] * np.ones(4))
+        np.testing.assert_allclose(found[3], np.cos(speed * TIMES / 2), 0, 1e-13)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_attitude_passes_the_half_turn_without_a_jump(sign: float) -> None:
+    found = seen(replace(BODY, angular_velocity=(sign, 0.3, 0.2)), np.linspace(0, 50, 4001))
+    assert np.abs(np.diff(found[3:], axis=1)).max() < 0.01  # half of 1.1 rad/s times 12.5 ms
+    assert found[3].min() < -0.7  # it has gone round, and the quaternion has the other sign
+
+
+def test_on_the_separatrix_it_never_turns_over() -> None:
+    body = FreeBody(1.0, 2.0, 2.25, (3.0, 0.0, 4.0))
+    assert body.kind == "separatrix"
+    found = seen(body, [0.0, 5.0, 400.0])
+    largest = 4.0 * 1.5 * np.sqrt(2.25) / 2  # all of L on the middle axis: |L|/I_y
+    assert abs(found[1, 2]) == pytest.approx(np.hypot(3.0, 9.0) / 2.0, rel=1e-15)
+    assert largest < abs(found[1, 2])
+    np.testing.assert_allclose(found[[0, 2], 2], 0.0, 0, 1e-100)
+
+
+@pytest.mark.parametrize("k", [2, 5, 8, 11, 14])
+def test_next_to_the_separatrix_half_a_period_grows_as_its_logarithm(k: int) -> None:
+    body = FreeBody(1.0, 2.0, 2.25, (3.0 * (1 + 10.0**-k), 0.0, 4.0))
+    nearer = FreeBody(1.0, 2.0, 2.25, (3.0 * (1 + 10.0 ** -(k + 1)), 0.0, 4.0))
+    rate = float(double(body.rotation.turning.a))  # type: ignore[union-attr]
+    # H = 2/A ln(4A/B), B^2 in proportion to the distance: ln(10)/A more for each tenth of it; what
+    # follows in the series is B^2/A^2 times the logarithm, and a double holds the distance to a
+    # part of 1e-16/10^-k
+    relative = (k + 1) * 10.0**-k + 2 * ULP * 10.0 ** (k + 1)
+    gained = nearer.half_period - body.half_period
+    assert gained == pytest.approx(np.log(10.0) / rate, rel=relative)
+
+
+def test_the_third_kind_over_a_half_turn_is_that_over_its_quarters() -> None:
+    for b in (0.9, 1e-3, 1e-12):
+        f, below = quad(0.75), quad(0.25)
+        integral = ReciprocalIntegral(quad(1.0), quad(b), f, below)
+        whole = double(integral.over_half_turn)
+        body = np.pi / 2 / float(_mean(1.0, b))
+        assert whole == pytest.approx(2 * integral.at(np.array([body]))[0], rel=1e-14)
+
+
+def _mean(a: float, b: float) -> float:
+    for _ in range(40):
+        a, b = (a + b) / 2, float(np.sqrt(a * b))
+    return a
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "wanted"),
+    [
+        ("inertia_x", 0.0, "greater than 0"),
+        ("inertia_z", 4.0, "at most the sum of the other two"),
+        ("angular_velocity", (1.0, 2.0), "three finite numbers"),
+        ("angular_velocity", "123", "three finite numbers"),
+        ("angular_velocity", (1.0, float("nan"), 0.0), "three finite numbers"),
+        ("angular_velocity", 3.0, "three finite numbers"),
+    ],
+)
+def test_bad_parameters_are_named(name: str, value: object, wanted: str) -> None:
+    good: dict[str, Any] = {
+        "inertia_x": 1.0,
+        "inertia_y": 2.0,
+        "inertia_z": 2.5,
+        "angular_velocity": (1, 2, 3),
+    }
+    with pytest.raises(ParameterError, match=wanted) as raised:
+        FreeBody(**(good | {name: value}))
+    assert raised.value.name == name
