@@ -137,7 +137,7 @@ class AdaptiveSimulation:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             begin = time.thread_time()
-            piece._follow(slope, [0.0], [np.ravel(self.equation.start).tolist()])
+            piece._follow(slope, [0.0], [np.hstack(self.equation.start).tolist()])
             return Stepping(slope.evaluated, time.thread_time() - begin)
 
     def _follow(self, slope: _Slope, times: list[float], states: list[Any]) -> str | None:
