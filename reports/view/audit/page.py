@@ -42,7 +42,9 @@ def render(found: Audit, command: str) -> str:
     return filled(
         "audit.html.jinja",
         audit=found,
-        answer=Table("The answer", ("", ""), tuple(row(*pair) for pair in rows(found))),
+        answer=Table(
+            "The answer", ("", ""), tuple(row(n, Cell(t, "text")) for n, t in rows(found))
+        ),
         figures=figures(found),
         tables=tuple(table for table in (steps_table(found), trims_table(found)) if table),
         command=command,
