@@ -11,7 +11,7 @@ import pytest
 from plumbob.models.registry import systems
 from plumbob.reports.cli import main
 from plumbob.tests.support.browser import Visit, visited
-from plumbob.tests.support.page_document import site_files
+from plumbob.tests.support.page_document import Document, broken_links, site_files
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -87,6 +87,11 @@ def test_a_page_that_stands_alone(browser: Browser, tmp_path: Path) -> None:
         assert visit.ask("document.querySelectorAll('.area .main-svg').length") > 0
         assert visit.console == []
         assert visit.requests == [page.resolve().as_uri()]
+
+
+def test_every_link_of_a_whole_study_leads_somewhere(index: Path) -> None:
+    files = site_files(index)
+    assert broken_links({file: Document(file.read_text("utf-8")) for file in files}) == []
 
 
 def test_an_index_is_light(index: Path) -> None:

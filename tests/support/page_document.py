@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
+from collections.abc import Mapping
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -64,6 +65,21 @@ def site_files(index: Path) -> list[Path]:
     found = re.search(r'href="(site-[0-9a-f]+)/page.css"', index.read_text("utf-8"))
     assert found is not None
     return [index, *sorted((index.parent / found[1]).glob("*.html"))]
+
+
+def broken_links(documents: Mapping[Path, Document]) -> list[str]:
+    """Links of these pages that lead to no page or to no place on it, and ids that stand twice."""
+    ids = {file.resolve(): set(document.ids) for file, document in documents.items()}
+    broken = []
+    for file, document in documents.items():
+        twice = len(document.ids) - len(set(document.ids))
+        broken += [f"{file.name}: {twice} ids stand twice"] if twice else []
+        for link in dict.fromkeys(document.links):
+            path, _, place = link.partition("#")
+            found = (file.parent / path).resolve() if path else file.resolve()
+            if found not in ids or (place and place not in ids[found]):
+                broken.append(f"{file.name}: {link}")
+    return broken
 
 
 def words(command: str) -> list[str]:

@@ -14,7 +14,7 @@ SYMBOLS = (
     Symbol("A, Ω", "amplitude and angular frequency of the forcing", "rad/s², rad/s"),
     Symbol("g", "gravity", "m/s²"),
 )
-LABELS = (Label("θ", 258, 204), Label("L", 176, 122), Label("m", 103, 84))
+LABELS = (Label("θ", 192, 202), Label("L", 176, 122), Label("m", 103, 84))
 LINES = ("M243 170V236", "M243 204Q206 206 214 152")
 PICTURE = (
     "A ball on a rod that turns about the top of a post; θ is marked from hanging straight down."
@@ -27,7 +27,7 @@ DESCRIPTIONS: Mapping[str, Description] = MappingProxyType(
                 "A point mass on a rigid rod without weight swings about a horizontal axis.",
                 "It is free, damped or forced, and swings, or goes over the top.",
             ),
-            ("θ̈ = A sin(Ωt) – ξ dθ/dt – (g/L) sin θ", "T = mL(dθ/dt)² + mg cos θ"),
+            ("d²θ/dt² = A sin(Ωt) – ξ dθ/dt – (g/L) sin θ", "T = mL(dθ/dt)² + mg cos θ"),
             f"T is the tension of the rod. {FROM} Free, its motion is a Jacobi elliptic function; "
             "damped or forced, it is computed by two independent methods that must agree.",
             (*SYMBOLS, Symbol("T", "tension of the rod", "N")),
@@ -41,7 +41,7 @@ DESCRIPTIONS: Mapping[str, Description] = MappingProxyType(
                 "It is a hinge with a spring, without gravity: what a pendulum is nearly, as long "
                 "as it swings little.",
             ),
-            ("θ̈ = A sin(Ωt) – ξ dθ/dt – (g/L) θ",),
+            ("d²θ/dt² = A sin(Ωt) – ξ dθ/dt – (g/L) θ",),
             f"Its motion has a closed form in every case. {FROM}",
             SYMBOLS,
             LABELS,

@@ -49,6 +49,10 @@ def render(found: Audit, command: str, drawn: bytes | None = None) -> str:
         "certified by two computations, and its own steps are compared with that. Nothing here "
         "says how near the model is to reality.",
         answer=Table("The answer", ("", ""), tuple(row(*pair) for pair in rows(found))),
+        audit=found,
+        answer=Table(
+            "The answer", ("", ""), tuple(row(n, Cell(t, "text")) for n, t in rows(found))
+        ),
         figures=figures(found),
         tables=tuple(table for table in (steps_table(found), trims_table(found)) if table),
         code="",

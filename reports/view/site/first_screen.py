@@ -21,6 +21,7 @@ from plumbob.reports.view.site.pictures import names, picture
 
 WITH_CONTACTS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/rk4+coulomb")
 WITHOUT = ("mujoco/euler", "mujoco/rk4")
+FORCED, HELD = "simple-pendulum/forced-large", ("mujoco/rk4", "mujoco/rk4+midpoint")
 NEAR = 1.25  # a run within this factor of the step asked for stands for it
 KEY_FINDINGS = (  # name, and which of its figures is its picture
     ("capsule-isotropy", 0),
@@ -111,16 +112,16 @@ def _contacts(study: Study) -> Answer | None:
     ratios = _cost_ratios(study, scenes, WITH_CONTACTS)
     if line is None or default not in line or euler not in line:
         return None
-    low, high = line[default]
-    usual = notation.relative(high) if low == high else (
-        f"{notation.relative(low)} to {notation.relative(high)}, depending on the direction"
-    )  # fmt: skip
+    usual = f"{_range(*line[default])}, depending on the direction"
+    if (finest := _finest(study, scenes, default)) is not None:
+        step, *errors = finest
+        usual += f", and at {notation.short(step)} s still {_range(*errors)}"
     cost = f", and a step costs {ratios[euler]} times one with default contacts" * (euler in ratios)
     sentences = [
         "Use MuJoCo with an elliptic cone and contacts that are soft along the normal and stiff "
         f"across it, written for your time step (settings below). At 1 ms a robot that slides on a "
         f"line then stops with an error of {notation.relative(line[euler][1])}{cost}. With default "
-        f"contacts the error is {usual}, and a smaller step does not help."
+        f"contacts the error is {usual}."
     ]
     if rk4 in ratios and all(rk4 in of for of in found.values()):
         worst_of_all = max(of[rk4][1] for of in found.values())
@@ -145,19 +146,58 @@ def _joints(study: Study) -> Answer | None:
         return None
     ratios = _cost_ratios(study, scenes, WITHOUT)
     free = min(of[rk4][0] for of in both)
-    cost = f" for {ratios[rk4]} times the cost of a step" if rk4 in ratios else ""
-    sentences = (
+    cost = f", for {ratios[rk4]} times the cost of a step" if rk4 in ratios else ""
+    sentences = [
         f'Use MuJoCo with integrator="RK4": at 1 ms its errors are {notation.relative(free)} to '
-        f"{notation.relative(max(of[rk4][1] for of in both))}, where the default Euler steps give "
-        f"{notation.relative(min(of[default][0] for of in both))} to "
-        f"{notation.relative(max(of[default][1] for of in both))}{cost}.",
-        "Set a control at the middle of the step, not at its start: a control that is held over "
-        "the step is what limits RK4.",
-    )
+        f"{notation.relative(max(of[rk4][1] for of in both))}{cost}; with the default Euler steps "
+        f"they are {notation.relative(min(of[default][0] for of in both))} to "
+        f"{notation.relative(max(of[default][1] for of in both))}.",
+    ]
+    if (held := _held_control(study)) is not None:
+        sentences.append(
+            "Set a control for the middle of the step and not for its start: a torque that is held "
+            f"over the step leaves RK4 an error of {held[0]}, set for the middle {held[1]}."
+        )
     table = _table("Largest relative error at 1 ms, and what a step costs",
                    found, WITHOUT, study, scenes)  # fmt: skip
     pasted = written_for(rk4, REFERENCE_STEP, "Integrator to copy")
-    return Answer("without-contacts", "A robot without contacts", sentences, table, pasted)
+    return Answer("without-contacts", "A robot without contacts", tuple(sentences), table, pasted)
+
+
+def _range(low: float, high: float) -> str:
+    """Two relative errors as text, or one where they are the same."""
+    ends = dict.fromkeys((notation.relative(low), notation.relative(high)))
+    return " to ".join(ends)
+
+
+def _finest(
+    study: Study, scenes: Sequence[Scene], method: str
+) -> tuple[float, float, float] | None:
+    """The smallest step [s] at which a method ran every manoeuvre on a line, with its smallest and
+    largest error there; None where that is no smaller than the reference step."""
+    lines = {scene.name for scene in scenes if scene.system == "capsule-line"}
+    runs = [
+        {m.step: m for m in c.measurements if m.status == "done"}
+        for c in study.convergence
+        if c.scene in lines and c.method == method
+    ]
+    steps = set.intersection(*(set(own) for own in runs)) if runs else set[float]()
+    step = min(steps, default=REFERENCE_STEP)
+    if step >= REFERENCE_STEP:
+        return None
+    errors = [worst(own[step], study.quantities(own[step].scene))[1] for own in runs]
+    return step, min(errors), max(errors)
+
+
+def _held_control(study: Study) -> tuple[str, str] | None:
+    """RK4's relative errors at about the reference step with a control read at the step's start,
+    and at its middle; None where either was not run."""
+    found = {}
+    for c in study.convergence:
+        run = _near(c.measurements) if c.scene == FORCED and c.method in HELD else None
+        if run is not None:
+            found[c.method] = notation.relative(worst(run, study.quantities(c.scene))[1])
+    return (found[HELD[0]], found[HELD[1]]) if len(found) == len(HELD) else None
 
 
 Errors = Mapping[str, Mapping[str, tuple[float, float]]]
