@@ -40,8 +40,8 @@ FRICTION = (
     "force is larger. "
 )  # fmt: skip
 HELD = (
-    "An arrow at a foot is the friction that holds it, drawn in proportion to the normal force; how "
-    "a body at rest divides it among its feet is not determined. "
+    "An arrow at a foot is the friction that holds it, drawn in proportion to the normal force; "
+    "how a body at rest divides it among its feet is not determined. "
 )
 BESIDE = "Beside it the path of C, enlarged, and the motion over time."
 MOVES = "The slider Q moves in the body, and its reaction moves and turns the body. "
