@@ -30,6 +30,7 @@ from plumbob.analytic.errors.free_body.steps import (
 )
 from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.errors.theory import Coefficients, SteppedErrors
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.free_body.problem import FreeBody
@@ -37,6 +38,9 @@ from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, compose
 
 STAGES = 10  # Gauss nodes of a panel
 PANEL = 0.75  # [rad] that the body may turn in a panel
+# Of a term, at a step in which the body turns by 1 rad, per radian of the motion: rounding makes up
+# to a tenth of it where a term is zero, and what is taken for zero is below a step's own rounding.
+ROUNDING = 16 * ULP
 TERMS = 4  # of a series; five for those of even order, every other term of which may be zero
 
 
@@ -125,6 +129,12 @@ class Curve:
         values = self.starts[:, None] + self.panels.length * gained
         return np.asarray(values.reshape(-1, values.shape[2]).T)
 
+    def above(self, level: float) -> Curve:
+        """The curve, or zero where it never exceeds `level`."""
+        if np.abs(self.at_nodes).max() > level:
+            return self
+        return Curve(self.panels, np.zeros_like(self.starts), np.zeros_like(self.slopes))
+
     def at(self, times: Array) -> Array:
         """Values at `times` [s], shape (n,), as shape (k, n)."""
         length = self.panels.length
@@ -194,12 +204,13 @@ def expansion(panels: Panels, step: Step, order: int) -> tuple[tuple[int, Curve,
         if k < order:
             continue
         source, turn = modified_equation(step, body, w[: k + 1])
-        curve = panels.respond(source[k])
+        level = ROUNDING * panels.body.fastest**k * (1.0 + panels.body.fastest * panels.until)
+        curve = panels.respond(source[k]).above(level * panels.body.fastest)
         w[k] = curve.at_nodes
         turn[k, 1:] += w[k] / 2  # as w_k was not in the series yet
         defect[k] = composed(composed(attitude, turn[k]), conjugate)
         drift = sum(composed(p[k - j], defect[j]) for j in range(1, k + 1))
-        moved = panels.integrate(np.asarray(drift))
+        moved = panels.integrate(np.asarray(drift)).above(level)
         p[k] = moved.at_nodes
         found.append((k, curve, moved))
     return tuple(found)
