@@ -39,7 +39,9 @@ def render_contacts(found: ContactAudit, command: str, drawn: bytes | None = Non
         lead="The body of the model on its own feet and plane, as one rigid piece: it slides, "
         "turns and is pushed under the contact settings of the file, and under those that plumbob "
         "settings prints. Coulomb's law determines where a body stops that slides without turning.",
-        answer=Table("The answer", ("", ""), tuple(row(*pair) for pair in contact_rows(found))),
+        answer=Table(
+            "The answer", ("", ""), tuple(row(n, Cell(t, "text")) for n, t in contact_rows(found))
+        ),
         figures=(distances_figure(found), errors_figure(found)),
         tables=(distances_table(found),),
         code=found.snippet,

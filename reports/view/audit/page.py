@@ -48,8 +48,6 @@ def render(found: Audit, command: str, drawn: bytes | None = None) -> str:
         lead="The model as it stands, on one motion. Its continuous motion, without time steps, is "
         "certified by two computations, and its own steps are compared with that. Nothing here "
         "says how near the model is to reality.",
-        answer=Table("The answer", ("", ""), tuple(row(*pair) for pair in rows(found))),
-        audit=found,
         answer=Table(
             "The answer", ("", ""), tuple(row(n, Cell(t, "text")) for n, t in rows(found))
         ),

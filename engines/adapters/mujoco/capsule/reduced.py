@@ -10,7 +10,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.engines.adapters.mujoco.capsule_readings import control, set_slider
+from plumbob.engines.adapters.mujoco.capsule.readings import control, set_slider
 from plumbob.engines.adapters.mujoco.contacts import JOINT_HARDENING, JOINT_IMPEDANCE
 from plumbob.engines.adapters.mujoco.translation import Named, Probe, Recorder, Translation, read
 from plumbob.engines.method import Unsupported

@@ -19,8 +19,9 @@ from plumbob.analytic.errors.contact_models import soft_contact_line, soft_conta
 from plumbob.analytic.errors.contact_models.soft_contact import without_formula
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.engines.adapters.mujoco import capsule_reduced, options
-from plumbob.engines.adapters.mujoco.capsule_readings import (
+from plumbob.engines.adapters.mujoco import options
+from plumbob.engines.adapters.mujoco.capsule import reduced
+from plumbob.engines.adapters.mujoco.capsule.readings import (
     along,
     control,
     heading,
@@ -55,7 +56,7 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
     with a free joint, `planar`, or `reduced` to one line; raises Unsupported."""
     model = method.settings.get("model", "full")
     if model == "reduced":
-        return capsule_reduced.build(mjcf.with_name("reduced.xml"), problem, step)
+        return reduced.build(mjcf.with_name("reduced.xml"), problem, step)
     file = mjcf.with_name("planar.xml") if model == "planar" else mjcf
     setup, chosen = problem.setup, contacts(problem, method.settings)
     spec = whole(file, problem, method.settings, step)
