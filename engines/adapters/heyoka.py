@@ -19,8 +19,6 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.engines.adapters.sampling import SAMPLES
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.trajectory import Trajectory
@@ -80,8 +78,8 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     if not SMALLEST <= positive("step", step) < 1.0:
         raise ParameterError("step", step, f"a relative tolerance from {SMALLEST:.1e} to below 1")
     problem = case.problem
-    if isinstance(problem, FreeBody):
-        return _turning(problem, case.scene.duration, step)
+    if case.system.name == "free-body":
+        return _turning(case, step)
     problem = getattr(problem, "started", problem)
     rotor = getattr(getattr(problem, "motion", None), "rotor", None)
     if rotor is None:
@@ -99,10 +97,13 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     return TaylorSimulation(integrator, start, case.scene.duration, seconds, tilt)
 
 
-def _turning(body: FreeBody, duration: float, tolerance: float) -> TaylorSimulation:
+def _turning(case: Case, tolerance: float) -> TaylorSimulation:
     """A free body: Euler's equations, and a quaternion."""
     import heyoka
 
+    from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
+
+    body, duration = case.problem, case.scene.duration
     begin = time.perf_counter()
     build: Any = heyoka.taylor_adaptive
     w, x, y, z, *rates = heyoka.make_vars("w", "x", "y", "z", "u", "v", "r")
