@@ -37,7 +37,7 @@ from plumbob.models.scene import Case
 EULER_STEP = Scheme(EULER, "start")
 OTHERWISE = Scheme("euler with damping, motors or contacts")  # of which no theory here knows
 UNLIMITED = 1e12  # [N] or [N m] of a motor
-LINES = ("capsule-line/ca1", "capsule-line/heading-030", "capsule-hold/0.999")
+LINES = ("capsule-line/ca1", "capsule-line/heading-030")
 DAMPED = (  # enough to show what the default damping does
     *("simple-pendulum/free-large", "cone-pendulum/rotating-base", "capsule-line/ca1"),
     *("capsule-line/heading-030", "capsule-coast/spin"),
