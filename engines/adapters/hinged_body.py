@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.added_inertia import bob_error, platform_error
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.divergence import BEYOND, limits, possible_speed
@@ -67,6 +66,8 @@ def model_errors(
     """What the model adds to each observable, by reason: the moment of inertia of a bob that is to
     be a point, and the finite `platform_inertia` [kg m^2] by which a platform keeps its rate; None
     where its rate is prescribed. Nothing for systems that are no pendulum."""
+    from plumbob.analytic.errors.contact_models.added_inertia import bob_error, platform_error
+
     if case.system.family == "cone_pendulum" and platform_inertia is not None:
         problem = case.problem.started
         found = platform_error(problem, case.scene.duration, platform_inertia)
