@@ -7,7 +7,7 @@ import sys
 
 ENGINES = (
     *("dartpy", "exudyn", "heyoka", "jax", "mujoco", "pinocchio", "plotly", "pybullet", "pydrake"),
-    *("pymunk", "scipy"),
+    "pymunk",
 )
 LIST = """
 import sys
