@@ -42,7 +42,7 @@ check: .venv/.develop  ## ruff, mypy --strict, and the contracts on layers, file
 benchmark: .venv/.peers  ## time the references and adapters (ARGS go to pytest)
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-columns=min,median,iqr,rounds $(ARGS)
 
-peers: .venv/.peers  ## add the optional peer integrators to .venv
+peers: .venv/.peers  ## add the optional engines and integrators to .venv
 
 clean:  ## remove .venv and everything that a build or a run leaves
 	rm -rf .venv build dist *.egg-info plumbob-out MUJOCO_LOG.TXT
@@ -71,6 +71,6 @@ clean:  ## remove .venv and everything that a build or a run leaves
 	@touch $@ .venv/.run
 
 .venv/.peers: .venv/.develop
-	@echo "plumbob: installing the peer integrators into .venv (once; heyoka takes some 250 MB)"
+	@echo "plumbob: installing the optional engines into .venv (once; some 1.8 GB, two to four minutes)"
 	@$(PIP) --editable '.[peers]'
 	@touch $@

@@ -8,6 +8,7 @@ import pkgutil
 from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
+from importlib.machinery import PathFinder
 from pathlib import Path
 from types import ModuleType
 
@@ -30,8 +31,13 @@ def engines() -> Mapping[str, Engine]:
 
 
 def installed(engine: Engine) -> bool:
-    """Whether the engine's package is there."""
-    return importlib.util.find_spec(engine.package) is not None
+    """Whether the engine's package is there; a package inside another is looked for without
+    importing that one."""
+    outer, _, inner = engine.package.rpartition(".")
+    found = importlib.util.find_spec(outer or inner)
+    if found is None or not outer:
+        return found is not None
+    return PathFinder.find_spec(inner, found.submodule_search_locations) is not None
 
 
 def methods(pattern: str = "*") -> tuple[Method, ...]:

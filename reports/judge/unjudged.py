@@ -24,6 +24,10 @@ _LINE = "the model is a body on a line, without heading, and without feet that d
 _SIDE = "the model is seen from the side: nothing in it leaves the line"
 _ABOVE = "the model is seen from above: normal forces are those of statics, given to it"
 _NO_ROD = "the equation of motion is one of the angle: no rod pulls in it"
+_NOT_READ = "the reaction of a hinge is not read off this engine"
+_NO_FORCES = "contact forces are impulses of a step here, and are not read off"
+_PEERS = ("dart/*", "drake/*", "exudyn/*", "mjx/*", "pinocchio/*", "pybullet/*")
+_FORCES = ("friction_force", "driving_force")
 _REDUCED = ("mujoco/euler+reduced", "mujoco/rk4+reduced")
 _FEET = ("normal_force_1", "normal_force_2", "normal_force_3")
 _ON_LINES = ("capsule-hold/*", "capsule-line/*", "capsule-train/*")
@@ -50,6 +54,17 @@ DECLARED: tuple[Unjudged, ...] = (
     *(
         Unjudged("simple-pendulum/*", m, ("tension",), _NO_ROD, left_out=True)
         for m in ("ode/*", "heyoka/*")
+    ),
+    *(Unjudged("simple-pendulum/*", m, ("tension",), _NOT_READ, left_out=True) for m in _PEERS),
+    *(
+        Unjudged(s, m, (*_FEET, *_FORCES), _NO_FORCES, left_out=True)
+        for s in _ON_LINES
+        for m in _PEERS
+    ),
+    *(
+        Unjudged(s, m, _FEET, _NO_FORCES, left_out=True)
+        for s in ("capsule-coast/*", "capsule-turn/*", "capsule-plan/*")
+        for m in _PEERS
     ),
 )
 

@@ -7,6 +7,7 @@ import graphlib
 import subprocess
 import sys
 from pathlib import Path
+from types import MappingProxyType
 
 from plumbob.tests.contracts.tree import LAYERS, PACKAGE, imports, module_name, python
 
@@ -15,7 +16,11 @@ ADAPTERS = ("engines", "adapters")
 PAGE = (("reports", "view"), ("reports", "findings"))
 RUNS = ("prepare", "prepared", "measure", "convergence_study", "run_study")  # what runs an engine
 LIBRARIES = ("numpy", "numpy_quaddtype", "scipy")  # all that `analytic` needs beside the language
-HEAVY = ("dask", "distributed", "heyoka", "jinja2", "mujoco", "plotly", "pymunk", "pytest")
+HEAVY = (
+    *("dartpy", "dask", "distributed", "exudyn", "heyoka", "jax", "jinja2", "mujoco", "pinocchio"),
+    *("plotly", "pybullet", "pydrake", "pymunk", "pytest"),
+)
+HOMES = MappingProxyType({"dartpy": "dart", "jax": "mjx", "pydrake": "drake"})  # other names
 
 
 def wrong_way(root: Path) -> list[str]:
@@ -134,7 +139,8 @@ def at_home(path: Path, package: str) -> bool:
         return True
     if package in ("jinja2", "plotly"):
         return path.parts == ("reports", "view", "page.py")
-    return path.parts[:2] == ("engines", "adapters") and path.parts[2].startswith(package)
+    home = HOMES.get(package, package)
+    return path.parts[:2] == ("engines", "adapters") and path.parts[2].startswith(home)
 
 
 def heavy_imports(root: Path) -> list[str]:

@@ -1,0 +1,224 @@
+"""DART as an engine: articulated bodies in double precision, semi-implicit Euler, and a slider that
+its acceleration actuator drives as prescribed.
+
+Contacts are exact complementarity. By default friction is a box, of which the axes lie along the
+world's; the manual's NSGS solver, with its law of Coulomb and a small tolerance, has cones.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.errors.schemes import EULER, Scheme
+from plumbob.engines.adapters.hinged_body import (
+    PENDULUMS,
+    HingedBody,
+    hinged_body,
+    model_errors,
+)
+from plumbob.engines.adapters.stepping import Built, Read, stepped
+from plumbob.engines.adapters.three_feet import (
+    CAPSULE,
+    CAPSULES,
+    FOOT_RADIUS,
+    POINT,
+    Pose,
+    ThreeFeet,
+    by_step,
+    nearest_turn,
+    three_feet,
+)
+from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.models.scene import Case
+
+EULER_STEP = Scheme(EULER, "start", implicit_damping=True, implicit_spring=True)
+CONTACTS = Scheme("euler with contacts")  # of which no theory here knows
+METHODS = (
+    Method("dart/default", EULER_STEP, 1, systems=(*PENDULUMS, *CAPSULES)),
+    Method(
+        "dart/nsgs",
+        EULER_STEP,
+        1,
+        settings={"tolerance": 1e-8},
+        systems=CAPSULES,
+    ),
+)
+DEPTH = 1e-9  # [m] that the feet start in the plane: contacts are found where bodies overlap
+
+
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+    if case.system.family == CAPSULE:
+        return stepped(case, step, partial(_capsule, three_feet(case), method, step))
+    return stepped(case, step, partial(_pendulum, hinged_body(case), step))
+
+
+def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
+    """What the moment of inertia of a bob that is to be a point adds: joints are coordinates, and
+    what is prescribed is exact."""
+    return model_errors(case)
+
+
+def scheme(case: Case, method: Method) -> Scheme:
+    """Semi-implicit Euler where there are no contacts."""
+    return CONTACTS if case.system.family == CAPSULE else method.scheme
+
+
+def _world(step: float, gravity: tuple[float, float, float]) -> Any:
+    import dartpy
+
+    world = dartpy.simulation.World()
+    world.setTimeStep(step)
+    world.setGravity(gravity)
+    return world
+
+
+def _moved(place: tuple[float, float, float]) -> Any:
+    import dartpy
+
+    transform = dartpy.math.Isometry3()
+    transform.set_translation(place)
+    return transform
+
+
+def _inertia(mass: float, centre: tuple[float, float, float], moments: Any) -> Any:
+    import dartpy
+
+    return dartpy.dynamics.Inertia(mass, centre, np.asarray(moments))
+
+
+def _pendulum(body: HingedBody, step: float) -> Built:
+    import dartpy
+
+    dynamics = dartpy.dynamics
+    world, skeleton = _world(step, (0.0, 0.0, -body.gravity)), dynamics.Skeleton()
+    parent = None
+    if body.platform_rate is not None:
+        platform, parent = skeleton.createRevoluteJointAndBodyNodePair()
+        platform.setAxis([0.0, 0.0, 1.0])
+        platform.setActuatorType(dynamics.ActuatorType.ACCELERATION)
+        platform.setVelocity(0, body.platform_rate)
+    hinge, bob = skeleton.createRevoluteJointAndBodyNodePair(*([parent] if parent else []))
+    hinge.setAxis([1.0, 0.0, 0.0])
+    hinge.setTransformFromParentBodyNode(_moved(body.pivot))
+    hinge.setDampingCoefficient(0, body.damping)
+    hinge.setSpringStiffness(0, body.stiffness)
+    bob.setInertia(_inertia(body.mass, (0.0, 0.0, -body.arm), body.moments))
+    hinge.setPosition(0, body.theta)
+    hinge.setVelocity(0, body.theta_dot)
+    world.addSkeleton(skeleton)
+    move = world.step
+
+    def advance(first: int, last: int) -> None:
+        if body.forcing is None:
+            for _ in range(first, last):
+                move()
+            return
+        for torque in body.torque(np.arange(first, last, dtype=np.float64) * step).tolist():
+            hinge.setCommand(0, torque)
+            move()
+
+    def read() -> Mapping[str, float]:
+        return {"theta": hinge.getPosition(0), "theta_dot": hinge.getVelocity(0)}
+
+    return Built(advance, read, body.limits)
+
+
+def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
+    import dartpy
+
+    dynamics, capsule = dartpy.dynamics, body.setup.capsule
+    world = _world(step, body.gravity)
+    if method.settings:
+        world.getConstraintSolver().setBoxedLcpSolver(_nsgs(method.settings))
+        quiet = dartpy.simulation.DeactivationOptions()
+        quiet.mEnabled = False
+        world.setDeactivationOptions(quiet)
+    ground, skeleton = dynamics.Skeleton(), dynamics.Skeleton()
+    _, plane = ground.createWeldJointAndBodyNodePair()
+    _touching(plane, dynamics.PlaneShape([0.0, 0.0, 1.0], 0.0), capsule.friction)
+    free, shell = skeleton.createFreeJointAndBodyNodePair()
+    moments = np.diag([body.tilt_inertia, body.tilt_inertia, capsule.inertia])
+    shell.setInertia(_inertia(capsule.body_mass, (0.0, 0.0, 0.0), moments))
+    for x, y in capsule.supports:
+        foot = _touching(shell, dynamics.SphereShape(FOOT_RADIUS), capsule.friction)
+        foot.setRelativeTransform(_moved((x, y, FOOT_RADIUS)))
+    joints, last = [], shell
+    place = (*body.setup.slider, 0.0)
+    for number, (x, y) in enumerate(body.tracks):
+        joint, last = skeleton.createPrismaticJointAndBodyNodePair(last)
+        joint.setAxis([x, y, 0.0])
+        joint.setActuatorType(dynamics.ActuatorType.ACCELERATION)
+        joint.setTransformFromParentBodyNode(_moved(place if number == 0 else (0.0, 0.0, 0.0)))
+        last.setInertia(_inertia(POINT, (0.0, 0.0, 0.0), POINT * np.eye(3)))
+        joints.append(joint)
+    if not joints:
+        weld, last = skeleton.createWeldJointAndBodyNodePair(shell)
+        weld.setTransformFromParentBodyNode(_moved(place))
+    last.setInertia(_inertia(capsule.slider_mass, (0.0, 0.0, 0.0), POINT * np.eye(3)))
+    setup = body.setup
+    free.setPositions([0.0, 0.0, setup.heading, 0.0, 0.0, -DEPTH])
+    vx, vy = setup.velocity  # DART's free joint has its rates in the axes of the body
+    free.setVelocities([0.0, 0.0, setup.heading_rate, vx, vy, 0.0])
+    for number, joint in enumerate(joints):
+        joint.setVelocity(0, float(body.slider_velocity(np.zeros(1))[0, number]))
+    world.addSkeleton(ground)
+    world.addSkeleton(skeleton)
+    move, controls = world.step, by_step(body.accelerations, step)
+
+    def advance(first: int, last: int) -> None:
+        if not joints:
+            for _ in range(first, last):
+                move()
+            return
+        for _ in range(first, last):
+            for joint, value in zip(joints, next(controls), strict=True):
+                joint.setCommand(0, value)
+            move()
+
+    return Built(advance, _reading(body, shell, joints), body.limits, frozenset({"height"}))
+
+
+def _touching(node: Any, shape: Any, friction: float) -> Any:
+    made = node.createShapeNode(shape)
+    made.createCollisionAspect()
+    made.createDynamicsAspect().setFrictionCoeff(friction)
+    return made
+
+
+def _nsgs(settings: Mapping[str, Any]) -> Any:
+    import dartpy
+
+    solver = dartpy.constraint.NsgsFrictionSolver()
+    chosen = solver.getOptions()
+    chosen.tolerance = settings["tolerance"]
+    solver.setOptions(chosen)
+    return solver
+
+
+def _reading(body: ThreeFeet, shell: Any, joints: list[Any]) -> Read:
+    latest = [body.setup.heading]
+
+    def read() -> Mapping[str, float]:
+        transform = shell.getWorldTransform()
+        (x, y, z), turned = transform.translation().ravel(), transform.rotation()
+        vx, vy, _ = shell.getLinearVelocity().ravel()
+        latest[0] = nearest_turn(math.atan2(turned[1, 0], turned[0, 0]), latest[0])
+        pose = Pose(
+            (float(x), float(y)), (float(vx), float(vy)), latest[0],
+            float(shell.getAngularVelocity().ravel()[2]), float(z),
+        )  # fmt: skip
+        if joints:
+            pose = replace(pose, slid=joints[0].getPosition(0), slid_rate=joints[0].getVelocity(0))
+        return {**body.observed(pose), "height": pose.height}
+
+    return read
+
+
+ENGINE = Engine("dart", "dartpy", METHODS, prepare, model_error, scheme=scheme, optional=True)

@@ -1,0 +1,88 @@
+"""Drake as an engine: its discrete multibody plant with each of its contact solvers, and its
+error-controlled integrators on the continuous plant.
+
+The simulator steps in C++: forces come from sources in the same diagram. A prescribed motion is
+that of a reflected inertia so large that no load moves it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from plumbob.analytic.errors.schemes import ADAPTIVE, EULER, Scheme
+from plumbob.engines.adapters.hinged_body import PENDULUMS, hinged_body, model_errors
+from plumbob.engines.adapters.three_feet import CAPSULE
+from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.models.scene import Case
+
+EULER_STEP = Scheme(EULER, "start", implicit_damping=True)
+CONTACTS = Scheme("euler with contacts")  # of which no theory here knows
+TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 8))
+SMALLEST = 1e-9  # accuracy of the integrators
+PLATFORM_RATIO = 1e15  # of a platform's reflected inertia to its load
+SOLVERS = ("capsule-line/heading-030",)  # enough to tell contact solvers apart
+LINE_AND_COAST = (*SOLVERS, "capsule-coast/spin")
+
+
+def _discrete(
+    name: str, approximation: str | None, systems: tuple[str, ...] = (), **settings: Any
+) -> Method:
+    chosen = {"discrete_contact_approximation": approximation} if approximation else {}
+    systems = systems or (*PENDULUMS, *LINE_AND_COAST)
+    return Method(f"drake/{name}", EULER_STEP, 1, settings={**chosen, **settings}, systems=systems)
+
+
+def _adaptive(name: str, scheme: str) -> Method:
+    return Method(
+        f"drake/{name}", Scheme(ADAPTIVE), None, "tolerance", {"integration_scheme": scheme},
+        TOLERANCES, ("simple-pendulum/free-large", "cone-pendulum/rotating-base"),
+    )  # fmt: skip
+
+
+METHODS = (
+    _discrete("default", None),
+    _discrete("tamsi", "tamsi", SOLVERS),
+    _discrete("sap", "sap", SOLVERS),
+    _discrete("similar", "similar", SOLVERS),
+    _discrete("tamsi+stiction", "tamsi", LINE_AND_COAST, stiction_tolerance=1e-7),
+    _discrete("lagged+stiction", "lagged", SOLVERS, stiction_tolerance=1e-7),
+    _adaptive("rk3", "runge_kutta3"),
+)
+
+
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Build `case` for `method` at `step` [s], or at the accuracy `step`; raises Unsupported and
+    ParameterError."""
+    from plumbob.engines.adapters.drake import capsule, pendulum
+
+    if case.system.family == CAPSULE:
+        return capsule.prepared(case, method, step)
+    if method.control == "tolerance":
+        return pendulum.error_controlled(case, method, step, SMALLEST)
+    return pendulum.discrete(case, step)
+
+
+def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
+    """What the moment of inertia of a bob that is to be a point adds, and a platform's reflected
+    inertia, which is finite."""
+    inertia = None
+    if case.system.family == "cone_pendulum":
+        inertia = PLATFORM_RATIO * hinged_body(case).platform_load
+    return model_errors(case, inertia)
+
+
+def scheme(case: Case, method: Method) -> Scheme:
+    """Semi-implicit Euler where there are no contacts."""
+    return CONTACTS if case.system.family == CAPSULE else method.scheme
+
+
+def confirming(method: Method) -> tuple[Method, float]:
+    """The method itself at its smallest accuracy."""
+    return method, SMALLEST
+
+
+ENGINE = Engine(
+    "drake", "pydrake", METHODS, prepare, model_error, scheme=scheme, optional=True,
+    confirming=confirming,
+)  # fmt: skip

@@ -1,0 +1,176 @@
+"""The capsule as a diagram of Drake: a discrete plant with point contacts, the slider's course in
+force step by step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.geometry import Box, Sphere
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+from pydrake.multibody import tree
+from pydrake.multibody.math import SpatialVelocity
+from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlantConfig
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.drake.stepping import BROKEN, advancing, simulator_of, spatial_inertia
+from plumbob.engines.adapters.sampling import step_count
+from plumbob.engines.adapters.stepping import Built, Read, stepped
+from plumbob.engines.adapters.three_feet import (
+    FOOT_RADIUS,
+    POINT,
+    Pose,
+    ThreeFeet,
+    nearest_turn,
+    three_feet,
+)
+from plumbob.engines.method import Method, Simulation
+from plumbob.models.scene import Case
+
+SLIDER_RATIO = 1e8  # of the slider's to the capsule's mass
+GROUND = 100.0  # [m] of a block whose top is the plane
+SETTLING = 1000  # steps for the capsule to come to rest on its contacts
+SETTLING_STEP = 1e-3  # [s]
+
+
+def prepared(case: Case, method: Method, step: float) -> Simulation:
+    """The capsule of `case` with the contact solver that `method` names, at `step` [s]; raises
+    ParameterError."""
+    steps = step_count(case.scene.duration, step)
+    build = partial(_capsule, three_feet(case), method, step, steps)
+    return stepped(case, step, build, BROKEN)
+
+
+@dataclass
+class _Standing:
+    """A capsule's diagram with its plant, its body and the slider's joints."""
+
+    diagram: Any
+    plant: Any
+    shell: Any
+    joints: list[Any]
+
+    def start(self, body: ThreeFeet, rest: tuple[Array, Array]) -> Any:
+        """A context at the start of the run, the body at `rest` but for the heading."""
+
+        setup, (attitude, place) = body.setup, rest
+        turn = RollPitchYaw(0.0, 0.0, setup.heading).ToRotationMatrix()
+        context = self.diagram.CreateDefaultContext()
+        own = self.plant.GetMyMutableContextFromRoot(context)
+        leaning = RotationMatrix(Quaternion(attitude / np.linalg.norm(attitude)))
+        self.plant.SetFreeBodyPose(own, self.shell, RigidTransform(turn @ leaning, place))
+        rates = SpatialVelocity([0.0, 0.0, setup.heading_rate], [*body.velocity, 0.0])
+        self.plant.SetFreeBodySpatialVelocity(own, self.shell, rates)
+        if self.joints:
+            begun = body.slider_velocity(np.zeros(1))[0].tolist()
+            for joint, value in zip(self.joints, begun, strict=True):
+                joint.set_translation_rate(own, value)
+        return context
+
+    def reading(self, body: ThreeFeet, simulator: Any) -> Read:
+        """What the simulator's context shows."""
+        latest = [body.setup.heading]
+
+        def read() -> Mapping[str, float]:
+            own = self.plant.GetMyContextFromRoot(simulator.get_context())
+            pose = self.plant.EvalBodyPoseInWorld(own, self.shell)
+            rates = self.plant.EvalBodySpatialVelocityInWorld(own, self.shell)
+            turned, (x, y, z) = pose.rotation().matrix(), pose.translation().tolist()
+            vx, vy, _ = rates.translational().tolist()
+            latest[0] = nearest_turn(math.atan2(turned[1, 0], turned[0, 0]), latest[0])
+            slid = [float(joint.get_translation(own)) for joint in self.joints]
+            pace = [float(joint.get_translation_rate(own)) for joint in self.joints]
+            found = Pose(
+                (x, y), (vx, vy), latest[0], float(rates.rotational()[2]), z, *slid[:1], *pace[:1]
+            )
+            return {**body.observed(found), "height": z}
+
+        return read
+
+
+def _standing(
+    body: ThreeFeet,
+    settings: Mapping[str, Any],
+    step: float,
+    gravity: tuple[float, float, float],
+    controls: Array,
+) -> _Standing:
+    """The diagram of a capsule under `gravity`, its slider under `controls` [m/s^2], one row a
+    step, shape (steps, tracks)."""
+
+    capsule, builder = body.setup.capsule, DiagramBuilder()
+    plant, _ = AddMultibodyPlant(MultibodyPlantConfig(time_step=step, **settings), builder)
+    plant.mutable_gravity_field().set_gravity_vector(gravity)
+    friction = CoulombFriction(capsule.friction, capsule.friction)
+    ground = RigidTransform([0.0, 0.0, -0.5 * GROUND])
+    plant.RegisterCollisionGeometry(
+        plant.world_body(), ground, Box(GROUND, GROUND, GROUND), "plane", friction
+    )
+    moments = np.diag([body.tilt_inertia, body.tilt_inertia, capsule.inertia])
+    origin = np.zeros(3)
+    shell = plant.AddRigidBody("body", spatial_inertia(capsule.body_mass, origin, moments))
+    for number, (x, y) in enumerate(capsule.supports):
+        place = RigidTransform([x, y, FOOT_RADIUS])
+        foot = Sphere(FOOT_RADIUS)
+        plant.RegisterCollisionGeometry(shell, place, foot, f"foot_{number}", friction)
+    start = RigidTransform([*body.setup.slider, 0.0])
+    parent = plant.AddFrame(tree.FixedOffsetFrame("start", shell.body_frame(), start))
+    last, joints = max(len(body.tracks), 1) - 1, []
+    hold = SLIDER_RATIO * (capsule.body_mass + capsule.slider_mass)
+    for number, (x, y) in enumerate(body.tracks or ((0.0, 0.0),)):
+        mass = capsule.slider_mass if number == last else POINT
+        part = plant.AddRigidBody(
+            f"slider_{number}", spatial_inertia(mass, origin, POINT * np.eye(3))
+        )
+        if not body.tracks:
+            plant.WeldFrames(parent, part.body_frame())
+            break
+        joint = plant.AddJoint(
+            tree.PrismaticJoint(f"track_{number}", parent, part.body_frame(), [x, y, 0.0])
+        )
+        motor = plant.AddJointActuator(f"motor_{number}", joint)
+        motor.set_default_rotor_inertia(hold)
+        motor.set_default_gear_ratio(1.0)
+        joints.append(joint)
+        parent = part.body_frame()
+    plant.Finalize()
+    if joints:
+        # held over a step: in force from half a step before it begins, where nothing is computed
+        times = (np.arange(len(controls) + 1) - 0.5) * step
+        rows = np.vstack([controls, controls[-1:]]) * hold
+        course = PiecewisePolynomial.ZeroOrderHold(times, rows.T)
+        source = builder.AddSystem(TrajectorySource(course))
+        builder.Connect(source.get_output_port(0), plant.get_actuation_input_port())
+    return _Standing(builder.Build(), plant, shell, joints)
+
+
+def _capsule(body: ThreeFeet, method: Method, step: float, steps: int) -> Built:
+    made = _standing(
+        body, method.settings, step, body.gravity,
+        body.accelerations(0, steps, step) if body.tracks else np.zeros((0, 0)),
+    )  # fmt: skip
+    simulator = simulator_of(made.diagram, made.start(body, _rest(body, method.settings)))
+    read = made.reading(body, simulator)
+    return Built(advancing(simulator, step), read, body.limits, frozenset({"height"}))
+
+
+def _rest(body: ThreeFeet, settings: Mapping[str, Any]) -> tuple[Array, Array]:
+    """Attitude, a quaternion, and place of a body that rests on its contacts, which yield."""
+    still = np.zeros((SETTLING, len(body.tracks)))
+    made = _standing(body, settings, SETTLING_STEP, (0.0, 0.0, -body.setup.press), still)
+    context = made.diagram.CreateDefaultContext()
+    simulator = simulator_of(made.diagram, context)
+    simulator.AdvanceTo(SETTLING * SETTLING_STEP)
+    own = made.plant.GetMyContextFromRoot(simulator.get_context())
+    pose = made.plant.EvalBodyPoseInWorld(own, made.shell)
+    attitude = pose.rotation().ToQuaternion().wxyz()
+    attitude[3] = 0.0
+    return attitude, np.array([0.0, 0.0, pose.translation()[2]])

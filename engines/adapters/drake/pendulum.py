@@ -1,0 +1,176 @@
+"""A pendulum as a diagram of Drake: the discrete plant, and the continuous one with an integrator
+that controls its error."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from pydrake.math import RigidTransform
+from pydrake.multibody import tree
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.analysis import ApplySimulatorConfig, SimulatorConfig
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import Sine
+
+from plumbob.analytic.parameters import ParameterError, positive
+from plumbob.engines.adapters.divergence import within
+from plumbob.engines.adapters.drake.stepping import BROKEN, advancing, simulator_of, spatial_inertia
+from plumbob.engines.adapters.hinged_body import HingedBody, hinged_body
+from plumbob.engines.adapters.sampling import SAMPLES
+from plumbob.engines.adapters.stepping import Built, stepped
+from plumbob.engines.method import Method, Simulation, Stepping
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.scene import Case
+
+PLATFORM_RATIO = 1e15  # of a platform's reflected inertia to its load
+
+
+def discrete(case: Case, step: float) -> Simulation:
+    """The discrete plant of a pendulum's case at `step` [s]; raises ParameterError."""
+    return stepped(case, step, partial(_discrete_pendulum, hinged_body(case), step), BROKEN)
+
+
+@dataclass
+class _Hinged:
+    """A pendulum's diagram with its plant and its hinge."""
+
+    diagram: Any
+    plant: Any
+    hinge: Any
+    platform: Any
+    body: HingedBody
+
+    def start(self) -> Any:
+        """A context at the start of the run."""
+        context = self.diagram.CreateDefaultContext()
+        own = self.plant.GetMyMutableContextFromRoot(context)
+        self.hinge.set_angle(own, self.body.theta)
+        self.hinge.set_angular_rate(own, self.body.theta_dot)
+        if self.platform is not None:
+            self.platform.set_angular_rate(own, self.body.platform_rate)
+        return context
+
+    def read(self, context: Any) -> tuple[float, float]:
+        """Angle [rad] and rate [rad/s]."""
+        own = self.plant.GetMyContextFromRoot(context)
+        return float(self.hinge.get_angle(own)), float(self.hinge.get_angular_rate(own))
+
+
+def _hinged(body: HingedBody, step: float) -> _Hinged:
+
+    builder = DiagramBuilder()
+    plant = builder.AddSystem(MultibodyPlant(step))
+    plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, -body.gravity])
+    parent, platform = plant.world_body(), None
+    if body.platform_rate is not None:
+        parent = plant.AddRigidBody("platform", spatial_inertia(1.0, np.zeros(3), np.eye(3)))
+        platform = plant.AddJoint(
+            tree.RevoluteJoint("platform", plant.world_frame(), parent.body_frame(), [0, 0, 1])
+        )
+        motor = plant.AddJointActuator("platform", platform)
+        motor.set_default_rotor_inertia(PLATFORM_RATIO * body.platform_load)
+        motor.set_default_gear_ratio(1.0)
+    centre = np.array([0.0, 0.0, -body.arm])
+    bob = plant.AddRigidBody("bob", spatial_inertia(body.mass, centre, body.moments))
+    mount = plant.AddFrame(
+        tree.FixedOffsetFrame("pivot", parent.body_frame(), RigidTransform(list(body.pivot)))
+    )
+    hinge = plant.AddJoint(
+        tree.RevoluteJoint("theta", mount, bob.body_frame(), [1, 0, 0], damping=body.damping)
+    )
+    if body.stiffness:
+        plant.AddForceElement(tree.RevoluteSpring(hinge, 0.0, body.stiffness))
+    if body.forcing is not None:
+        plant.AddJointActuator("theta", hinge)
+    plant.Finalize()
+    if body.forcing is not None:
+        source = builder.AddSystem(Sine(*body.forcing, 0.0, 1))
+        builder.Connect(source.get_output_port(0), plant.get_actuation_input_port())
+    return _Hinged(builder.Build(), plant, hinge, platform, body)
+
+
+def _discrete_pendulum(body: HingedBody, step: float) -> Built:
+    made = _hinged(body, step)
+    simulator = simulator_of(made.diagram, made.start())
+
+    def read() -> Mapping[str, float]:
+        theta, theta_dot = made.read(simulator.get_context())
+        return {"theta": theta, "theta_dot": theta_dot}
+
+    return Built(advancing(simulator, step), read, body.limits)
+
+
+@dataclass
+class ErrorControlledSimulation:
+    """A continuous plant with an integrator and its accuracy; every `run` begins anew."""
+
+    made: _Hinged
+    scheme: str
+    accuracy: float
+    duration: float  # [s]
+    compile_seconds: float
+
+    def run(self) -> Trajectory:
+        """Run from sample to sample; steps count evaluations of the derivatives."""
+
+        simulator = self._started()
+        times = np.linspace(0.0, self.duration, SAMPLES + 1)
+        rows, seconds, said = [self.made.read(simulator.get_context())], 0.0, ""
+        for until in times[1:].tolist():
+            begin = time.perf_counter()
+            try:
+                simulator.AdvanceTo(until)
+            except BROKEN as error:
+                said = " ".join(str(error).split())
+                break
+            seconds += time.perf_counter() - begin
+            rows.append(self.made.read(simulator.get_context()))
+        theta, theta_dot = np.array(rows).T
+        done = Trajectory(
+            times=times[: len(rows)],
+            observables={"theta": theta, "theta_dot": theta_dot},
+            steps=int(simulator.get_integrator().get_num_derivative_evaluations()),
+            seconds=seconds,
+            diverged_at=float(times[len(rows)]) if said else None,
+            warnings=(said,) if said else (),
+        )
+        return within(done, self.made.body.limits)
+
+    def stepped(self, fraction: float) -> Stepping:
+        """The evaluations of the first `fraction` of the duration alone."""
+        simulator, begin = self._started(), time.thread_time()
+        try:
+            simulator.AdvanceTo(fraction * self.duration)
+        except BROKEN:
+            return Stepping(0, 0.0)
+        seconds = time.thread_time() - begin
+        return Stepping(int(simulator.get_integrator().get_num_derivative_evaluations()), seconds)
+
+    def _started(self) -> Any:
+        """A simulator at the start, with the integrator and its accuracy."""
+        simulator = simulator_of(self.made.diagram, self.made.start())
+        chosen = SimulatorConfig(
+            integration_scheme=self.scheme, accuracy=self.accuracy, max_step_size=self.duration,
+            use_error_control=True, target_realtime_rate=0.0,
+        )  # fmt: skip
+        ApplySimulatorConfig(chosen, simulator)
+        simulator.Initialize()
+        return simulator
+
+
+def error_controlled(case: Case, method: Method, accuracy: float, smallest: float) -> Simulation:
+    """The continuous plant of a pendulum's case with the integrator that `method` names, at an
+    accuracy of at least the `smallest`; raises ParameterError."""
+    if not smallest <= positive("step", accuracy) < 1.0:
+        wanted = f"a relative tolerance from {smallest:.1e} to below 1"
+        raise ParameterError("step", accuracy, wanted)
+    begin = time.perf_counter()
+    made = _hinged(hinged_body(case), 0.0)
+    seconds = time.perf_counter() - begin
+    name, duration = method.settings["integration_scheme"], case.scene.duration
+    return ErrorControlledSimulation(made, name, accuracy, duration, seconds)

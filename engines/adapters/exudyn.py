@@ -1,0 +1,205 @@
+"""Exudyn as an engine: a kinematic tree under its implicit generalised-alpha solver, which is its
+default, and two of its explicit Runge-Kutta methods. The solver steps in C++ and keeps every state.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.errors.schemes import RK4, Scheme
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters import sampling
+from plumbob.engines.adapters.divergence import within
+from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_errors
+from plumbob.engines.adapters.three_feet import CAPSULE
+from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.scene import Case
+
+PLATFORM_RATIO = 1e15  # of a platform's moment of inertia to its load
+NO_CONTACTS = (
+    "its contacts are penalties with a friction regularised over a speed, between spheres and"
+    " triangles, and no joint of it has a prescribed acceleration"
+)
+# Of order 6, its error is at the round-off level after two or three octaves of steps: scenes that
+# leave four. Elsewhere its verdict would be that nothing is claimed.
+RESOLVED = ("linear-pendulum/free-large", "linear-pendulum/forced-large")
+# Beside a separatrix no step of a method without theory shows to which side it goes.
+AWAY_FROM_SADDLES = (*PENDULUMS, "!cone-pendulum/*-barrier-*")
+METHODS = (
+    Method(
+        "exudyn/default",
+        Scheme("generalised alpha"),
+        2,
+        settings={"solver": "GeneralizedAlpha"},
+        systems=(*AWAY_FROM_SADDLES, "capsule-line/heading-030"),
+    ),
+    Method(
+        "exudyn/alpha+tight",
+        Scheme("generalised alpha"),
+        2,
+        settings={"solver": "GeneralizedAlpha", "relativeTolerance": 1e-13},
+        systems=AWAY_FROM_SADDLES,
+    ),
+    Method("exudyn/rk44", Scheme(RK4), 4, settings={"solver": "RK44"}, systems=PENDULUMS),
+    Method(
+        "exudyn/rk67",
+        Scheme("runge-kutta of order 6"),
+        6,
+        settings={"solver": "RK67"},
+        systems=RESOLVED,
+    ),
+)
+
+
+@dataclass
+class ExudynSimulation:
+    """A pendulum for one solver and step [s]; every run builds it anew."""
+
+    body: HingedBody
+    settings: Mapping[str, Any]
+    steps: int
+    step: float
+    compile_seconds: float
+
+    def run(self) -> Trajectory:
+        """Run from the start to the end, or until the solver gives up."""
+        angles, rates, seconds, said = self._solved(self.steps, time.perf_counter)
+        kept = sampling.sampled(self.steps)
+        kept = kept[kept < len(angles)]
+        done = Trajectory(
+            times=kept.astype(np.float64) * self.step,
+            observables={"theta": angles[kept, -1], "theta_dot": rates[kept, -1]},
+            steps=len(angles) - 1,
+            seconds=seconds,
+            diverged_at=len(angles) * self.step if len(angles) <= self.steps else None,
+            warnings=(said,) if said else (),
+        )
+        return within(done, self.body.limits)
+
+    def stepped(self, fraction: float) -> Stepping:
+        """The steps of the first `fraction` of the duration alone."""
+        steps = sampling.first_steps(self.steps, fraction)
+        angles, _, seconds, _ = self._solved(steps, time.thread_time)
+        return Stepping(len(angles) - 1, seconds)
+
+    def _solved(self, steps: int, clock: Callable[[], float]) -> tuple[Array, Array, float, str]:
+        """Time, angle and rate of so many steps, shapes (n, 2), what they took by the clock [s],
+        and why the solver gave up, if it did."""
+        import exudyn
+
+        exudyn.config.printToConsole = False  # warnings of memory go there
+        system, sensors, container = _assembled(self.body)
+        begin, said = clock(), ""
+        try:
+            solver = getattr(exudyn.DynamicSolverType, self.settings["solver"])
+            chosen = _options(self.settings, steps, self.step)
+            system.SolveDynamic(chosen, solverType=solver, showHints=False)
+        except (RuntimeError, ValueError) as error:
+            said = " ".join(str(error).split())[:200]
+        seconds = clock() - begin
+        angles, rates = (np.atleast_2d(system.GetSensorStoredData(s)) for s in sensors)
+        container.Reset()
+        exudyn.config.printToConsole = True
+        return angles, rates, seconds, said
+
+
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Assemble `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+    if case.system.family == CAPSULE:
+        raise Unsupported(NO_CONTACTS)
+    body, steps = hinged_body(case), sampling.step_count(case.scene.duration, step)
+    begin = time.perf_counter()
+    _assembled(body)[2].Reset()
+    return ExudynSimulation(body, method.settings, steps, step, time.perf_counter() - begin)
+
+
+def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
+    """What the moment of inertia of a bob that is to be a point adds, and a platform's, which is
+    finite."""
+    if case.system.family != "cone_pendulum":
+        return model_errors(case)
+    return model_errors(case, PLATFORM_RATIO * hinged_body(case).platform_load)
+
+
+def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:
+    """The system, its sensors of coordinates and of their rates, and what holds it all."""
+    import exudyn
+    import exudyn.itemInterface
+
+    items = exudyn.itemInterface
+
+    container = exudyn.SystemContainer()
+    system = container.AddSystem()
+    turning = body.platform_rate is not None
+    count = 2 if turning else 1
+    start, rates = [0.0] * (count - 1) + [body.theta], [body.theta_dot]
+    if body.platform_rate is not None:
+        rates.insert(0, body.platform_rate)
+    node = system.AddNode(
+        items.NodeGenericODE2(
+            referenceCoordinates=[0.0] * count, initialCoordinates=start,
+            initialCoordinates_t=rates, numberOfODE2Coordinates=count,
+        )
+    )  # fmt: skip
+    about_z, about_x = exudyn.JointType.RevoluteZ, exudyn.JointType.RevoluteX
+    load = PLATFORM_RATIO * body.platform_load
+    origin = [0.0, 0.0, 0.0]
+    amplitude, frequency = body.forcing or (0.0, 0.0)
+
+    def push(mbs: Any, t: float, item: int, q: Any, q_t: Any) -> list[float]:
+        return [amplitude * float(np.sin(frequency * t))]
+
+    system.AddObject(
+        items.ObjectKinematicTree(
+            nodeNumber=node,
+            gravity=[0.0, 0.0, -body.gravity],
+            jointTypes=[about_z, about_x][-count:],
+            linkParents=list(range(-1, count - 1)),
+            jointTransformations=exudyn.Matrix3DList([np.eye(3)] * count),
+            jointOffsets=exudyn.Vector3DList([origin, list(body.pivot)][-count:]),
+            linkInertiasCOM=exudyn.Matrix3DList([load * np.eye(3), body.moments][-count:]),
+            linkCOMs=exudyn.Vector3DList([origin, [0.0, 0.0, -body.arm]][-count:]),
+            linkMasses=[1.0, body.mass][-count:],
+            jointPControlVector=[0.0] * (count - 1) + [body.stiffness],
+            jointDControlVector=[0.0] * (count - 1) + [body.damping],
+            jointPositionOffsetVector=[0.0] * count,
+            jointVelocityOffsetVector=[0.0] * count,
+            forceUserFunction=push if body.forcing else 0,
+        )
+    )
+    kinds = (exudyn.OutputVariableType.Coordinates, exudyn.OutputVariableType.Coordinates_t)
+    found = [
+        system.AddSensor(
+            items.SensorNode(
+                nodeNumber=node, storeInternal=True, writeToFile=False, outputVariableType=kind
+            )
+        )
+        for kind in kinds
+    ]
+    system.Assemble()
+    return system, (found[0], found[1]), container
+
+
+def _options(settings: Mapping[str, Any], steps: int, step: float) -> Any:
+    import exudyn
+
+    chosen = exudyn.SimulationSettings()
+    integration, solution = chosen.timeIntegration, chosen.solution
+    integration.numberOfSteps, integration.endTime = steps, steps * step
+    integration.verboseMode = 0
+    integration.adaptiveStep = False
+    if "relativeTolerance" in settings:
+        integration.newton.relativeTolerance = settings["relativeTolerance"]
+        integration.newton.absoluteTolerance = settings["relativeTolerance"]
+    solution.file.write = False
+    solution.sensors.writePeriod = 0.5 * step  # every step, in spite of rounding
+    return chosen
+
+
+ENGINE = Engine("exudyn", "exudyn", METHODS, prepare, model_error, optional=True)

@@ -1,0 +1,124 @@
+"""The pendulums as rigid-body engines take them: one body on a hinge, maybe on a platform."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.parameters import finite
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.divergence import BEYOND, limits, possible_speed
+from plumbob.engines.method import Unsupported
+from plumbob.models.scene import Case
+
+PENDULUMS = ("*-pendulum",)
+POINT = 1e-15  # [kg m^2] of a bob that is a point: engines want moments of inertia above zero
+
+
+@dataclass(frozen=True)
+class HingedBody:
+    """A body that turns by theta about an axis along x through `pivot`, and hangs along -z at
+    theta = 0; the pivot is on a platform that turns about z at `platform_rate`, or does not."""
+
+    mass: float  # [kg]
+    arm: float  # from the axis to the centre of mass [m]
+    moments: Array  # about the centre of mass, in the body's axes [kg m^2], shape (3, 3)
+    gravity: float  # [m/s^2]
+    pivot: tuple[float, float, float]  # [m]
+    platform_rate: float | None  # [rad/s]; None: there is no platform
+    theta: float  # at the start [rad]
+    theta_dot: float  # [rad/s]
+    damping: float  # of the hinge [N m s]
+    stiffness: float  # of a spring on the hinge [N m/rad]
+    forcing: tuple[float, float] | None
+    """Amplitude [N m] and frequency [rad/s] of a torque on the hinge, a sine from 0."""
+    limits: Mapping[str, float]
+    """Magnitudes of observables that only a diverged run exceeds."""
+
+    def torque(self, times: Array) -> Array:
+        """Of the forcing [N m] at times [s], shape (n,)."""
+        amplitude, frequency = self.forcing or (0.0, 0.0)
+        return np.asarray(amplitude * np.sin(frequency * times))
+
+    @property
+    def platform_load(self) -> float:
+        """A bound on the moment of inertia about the platform's axis [kg m^2], at any angle."""
+        x, y, _ = self.pivot
+        return self.mass * (x**2 + (abs(y) + self.arm) ** 2) + float(np.trace(self.moments))
+
+
+def hinged_body(case: Case) -> HingedBody:
+    """The body of a pendulum's case; raises Unsupported for other systems."""
+    problem = getattr(case.problem, "started", case.problem)
+    if case.system.family == "simple_pendulum":
+        return _point(problem)
+    if case.system.family == "cone_pendulum":
+        return _on_a_platform(problem)
+    raise Unsupported(f"{case.scene.name} is no pendulum")
+
+
+def model_errors(
+    case: Case, platform_inertia: float | None = None
+) -> Mapping[str, Mapping[str, float]]:
+    """What the model adds to each observable, by reason: the moment of inertia of a bob that is to
+    be a point, and the finite `platform_inertia` [kg m^2] by which a platform keeps its rate; None
+    where its rate is prescribed. Nothing for systems that are no pendulum."""
+    from plumbob.analytic.errors.contact_models.added_inertia import bob_error, platform_error
+
+    if case.system.family == "cone_pendulum" and platform_inertia is not None:
+        problem = case.problem.started
+        found = platform_error(problem, case.scene.duration, platform_inertia)
+        return {
+            name: {"inertia of the platform": bound}
+            for name, bound in zip(("theta", "theta_dot"), found, strict=True)
+        }
+    if case.system.family != "simple_pendulum":
+        return {}
+    problem = case.problem
+    part = POINT / (problem.mass * problem.length**2)
+    bounds = bob_error(problem, case.scene.duration, part)
+    return {name: {"moment of inertia of the bob": bound} for name, bound in bounds.items()}
+
+
+def _point(problem: Any) -> HingedBody:
+    moment = problem.mass * problem.length**2
+    push = (moment * problem.forcing_amplitude, problem.forcing_frequency)
+    return HingedBody(
+        mass=problem.mass,
+        arm=problem.length,
+        moments=POINT * np.eye(3),
+        gravity=0.0 if problem.linear else problem.gravity,
+        pivot=(0.0, 0.0, 0.0),
+        platform_rate=None,
+        theta=problem.theta,
+        theta_dot=problem.theta_dot,
+        damping=problem.damping_rate * moment,
+        stiffness=problem.mass * problem.gravity * problem.length if problem.linear else 0.0,
+        forcing=push if problem.forcing_amplitude else None,
+        limits=limits(problem),
+    )
+
+
+def _on_a_platform(problem: Any) -> HingedBody:
+    body = problem.body
+    offset = body.mass * body.com_distance**2  # the moments given are about the pivot
+    moments = np.diag([body.inertia_x - offset, body.inertia_y - offset, body.inertia_z])
+    moments[1, 2] = moments[2, 1] = body.inertia_yz
+    speed = possible_speed(problem.motion.rotor, problem.theta_dot)
+    return HingedBody(
+        mass=body.mass,
+        arm=body.com_distance,
+        moments=moments,
+        gravity=problem.gravity,
+        pivot=(problem.pivot_x, problem.pivot_y, problem.pivot_z),
+        platform_rate=problem.platform_rate,
+        theta=finite("theta", problem.theta),
+        theta_dot=finite("theta_dot", problem.theta_dot),
+        damping=0.0,
+        stiffness=0.0,
+        forcing=None,
+        limits={"theta_dot": BEYOND * speed},
+    )

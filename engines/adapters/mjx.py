@@ -1,0 +1,199 @@
+"""MJX as an engine: the models of the MuJoCo adapter, stepped by JAX on the processor, in single
+precision, which is its default, and in double precision. All steps from one sample to the next are
+one compiled loop.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters import sampling
+from plumbob.engines.adapters.divergence import within
+from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
+from plumbob.engines.registry import find_builder
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.scene import Case
+
+SINGLE = Scheme("semi-implicit euler in single precision")
+EULER_STEP = Scheme(EULER, "start", implicit_damping=True)
+# A step costs a tenth of a millisecond, and compiling seconds: one scene of each system, and none
+# with contacts.
+SMOOTH = ("simple-pendulum/free-large", "cone-pendulum/rotating-base")
+METHODS = (
+    Method("mjx/default", SINGLE, 1, settings={"integrator": "EULER"}, systems=SMOOTH),
+    Method(
+        "mjx/euler+float64",
+        EULER_STEP,
+        1,
+        settings={"integrator": "EULER", "float64": True},
+        systems=SMOOTH,
+    ),
+    Method(
+        "mjx/rk4+float64",
+        Scheme(RK4, "start"),
+        4,
+        settings={"integrator": "RK4", "float64": True},
+        systems=SMOOTH,
+    ),
+)
+OWN = ("integrator", "float64")  # settings that the MuJoCo adapter's builders do not read
+LARGEST = 1e10  # above it MuJoCo calls a number huge
+
+
+@dataclass
+class MjxSimulation:
+    """A model on JAX's processor; every run begins anew."""
+
+    translation: Any  # what the MuJoCo adapter's builder makes of the scene
+    model: Any  # MuJoCo's, compiled
+    precise: bool
+    steps: int
+    step: float  # [s]
+    compile_seconds: float = 0.0
+
+    def run(self) -> Trajectory:
+        """Run from the start to the end, or until the run diverges. Two steps are taken
+        beforehand: JAX compiles when a function is first called."""
+        with _precision(self.precise):
+            return self._run()
+
+    def stepped(self, fraction: float) -> Stepping:
+        """The steps of the first `fraction` of the duration alone; JAX steps on other threads, so
+        the time is that of the process."""
+        import jax
+
+        steps = sampling.first_steps(self.steps, fraction)
+        with _precision(self.precise):
+            model, take, start, controls = self._compiled()
+            begin = time.process_time()
+            jax.block_until_ready(take(model, start, controls, 0, steps))
+            return Stepping(steps, time.process_time() - begin)
+
+    def _compiled(self) -> tuple[Any, Any, Any, Any]:
+        """The model, the loop, already compiled, the start, and the controls of all steps."""
+        import jax
+        from mujoco import mjx
+
+        model, take = mjx.put_model(self.model), _loop()
+        start = mjx.make_data(self.model)
+        kind = np.float64 if self.precise else np.float32
+        begun = {"qpos": self.translation.qpos, "qvel": self.translation.qvel}
+        start = start.replace(**{n: jax.numpy.asarray(v.astype(kind)) for n, v in begun.items()})
+        controls = self._controls(kind)
+        once = take(model, start, controls, 0, 1)  # what is given is typed otherwise than what
+        jax.block_until_ready(take(model, once, controls, 1, 2))  # comes back: two compilations
+        return model, take, start, controls
+
+    def _run(self) -> Trajectory:
+        import jax
+
+        model, take, start, controls = self._compiled()
+        marks = sampling.sampled(self.steps)
+        state, qpos, qvel, seconds = start, [np.array(start.qpos)], [np.array(start.qvel)], 0.0
+        diverged = None
+        for first, last in zip(marks[:-1].tolist(), marks[1:].tolist(), strict=True):
+            begin = time.perf_counter()
+            state = jax.block_until_ready(take(model, state, controls, first, last))
+            seconds += time.perf_counter() - begin
+            found = np.concatenate([state.qpos, state.qvel])
+            if not bool(np.all(np.abs(found) < LARGEST)):
+                diverged = last * self.step
+                break
+            qpos.append(np.array(state.qpos, dtype=np.float64))
+            qvel.append(np.array(state.qvel, dtype=np.float64))
+        observed, channels = self.translation.observe(
+            np.array(qpos, dtype=np.float64), np.array(qvel, dtype=np.float64)
+        )
+        done = Trajectory(
+            times=marks[: len(qpos)].astype(np.float64) * self.step,
+            observables=observed,
+            channels=channels,
+            steps=int(marks[len(qpos) - 1]),
+            seconds=seconds,
+            diverged_at=diverged,
+        )
+        return within(done, self.translation.limits)
+
+    def _controls(self, kind: type[Any]) -> Any:
+        """Controls of all steps, shape (n, nu): of the next power of two of them, so that few
+        lengths are compiled."""
+        import jax
+
+        if self.translation.control is None:
+            return jax.numpy.zeros((1, self.model.nu), dtype=kind)
+        times = (np.arange(self.steps) + self.translation.control_at) * self.step
+        given: Array = self.translation.control(times)
+        rows = np.zeros((1 << (len(given) - 1).bit_length(), given.shape[1]), dtype=kind)
+        rows[: len(given)] = given
+        return jax.numpy.asarray(rows)
+
+
+@cache
+def _loop() -> Callable[[Any, Any, Any, int, int], Any]:
+    """The compiled loop: model, data, controls, and the first and last step."""
+    import jax
+    from mujoco import mjx
+
+    def take(model: Any, data: Any, controls: Any, first: Any, last: Any) -> Any:
+        def one(n: Any, held: Any) -> Any:
+            row = controls[jax.numpy.minimum(n, controls.shape[0] - 1)]
+            return mjx.step(model, held.replace(ctrl=row))
+
+        return jax.lax.fori_loop(first, last, one, data)
+
+    return jax.jit(take)  # type: ignore[no-any-return]
+
+
+def _precision(double: bool) -> AbstractContextManager[None]:
+    import jax
+
+    return jax.enable_x64(double)  # type: ignore[no-any-return]
+
+
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Compile `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+    import mujoco
+
+    steps = sampling.step_count(case.scene.duration, step)
+    begin = time.perf_counter()
+    plain = replace(method, settings={n: v for n, v in method.settings.items() if n not in OWN})
+    translation = find_builder("mujoco", case.system).build(
+        case.system.mjcf, case.problem, plain, step
+    )
+    option = translation.spec.option
+    option.timestep = step
+    name = "mjINT_" + str(method.settings["integrator"])
+    option.integrator = int(mujoco.mjtIntegrator.__members__[name])
+    model = translation.spec.compile()
+    translation.tune(model)
+    precise = bool(method.settings.get("float64"))
+    made = MjxSimulation(translation, model, precise, steps, step)
+    try:
+        with _precision(precise):
+            from mujoco import mjx
+
+            mjx.put_model(model)
+    except NotImplementedError as error:
+        raise Unsupported(f"MJX refuses the model: {' '.join(str(error).split())}") from None
+    made.compile_seconds = time.perf_counter() - begin
+    return made
+
+
+def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
+    """What the model adds, which is MuJoCo's."""
+    found: Mapping[str, Mapping[str, float]] = find_builder("mujoco", case.system).model_error(
+        case.problem, case.scene.duration, method, step
+    )
+    return found
+
+
+ENGINE = Engine("mjx", "mujoco.mjx", METHODS, prepare, model_error, optional=True)

@@ -1,0 +1,119 @@
+"""Pinocchio as an engine: its articulated-body dynamics of the smooth scenes, under the integrators
+of this package, since it brings none. It shows what an engine's equations of motion are worth when
+nothing else of the engine takes part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
+from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_errors
+from plumbob.engines.adapters.stepping import Built, stepped
+from plumbob.engines.adapters.three_feet import CAPSULE
+from plumbob.engines.method import Engine, Method, Simulation, Unsupported
+from plumbob.models.scene import Case
+
+NO_CONTACTS = (
+    "its forward dynamics has bilateral constraints: contacts would be those of its caller"
+)
+METHODS = (
+    Method("pinocchio/aba+euler", Scheme(EULER), 1, systems=PENDULUMS),
+    Method(
+        "pinocchio/aba+rk4",
+        Scheme(RK4),
+        4,
+        systems=(*PENDULUMS, "capsule-line/heading-030"),
+    ),
+)
+Acceleration = Callable[[float, float, float], float]  # of time [s], theta [rad], rate [rad/s]
+
+
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+    if case.system.family == CAPSULE:
+        raise Unsupported(NO_CONTACTS)
+    body = hinged_body(case)
+    return stepped(case, step, lambda: _built(body, method.scheme.integrator, step))
+
+
+def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
+    """What the moment of inertia of a bob that is to be a point adds."""
+    return model_errors(case)
+
+
+def _built(body: HingedBody, integrator: str, step: float) -> Built:
+    acceleration = _dynamics(body)
+    take = {EULER: _euler, RK4: _rk4}[integrator]
+    state = [body.theta, body.theta_dot]
+
+    def advance(first: int, last: int) -> None:
+        for n in range(first, last):
+            state[:] = take(acceleration, n * step, state[0], state[1], step)
+
+    return Built(advance, lambda: {"theta": state[0], "theta_dot": state[1]}, body.limits)
+
+
+def _dynamics(body: HingedBody) -> Acceleration:
+    """The angle's acceleration. On a platform that keeps its rate it is the one for which inverse
+    dynamics gives no torque on the hinge."""
+    import pinocchio
+
+    model, parent = pinocchio.Model(), 0
+    still = pinocchio.SE3.Identity()
+    if body.platform_rate is not None:
+        parent = model.addJoint(0, pinocchio.JointModelRZ(), still, "platform")
+    pivot = pinocchio.SE3(np.eye(3), np.array(body.pivot))
+    hinge = model.addJoint(parent, pinocchio.JointModelRX(), pivot, "theta")
+    centre = np.array([0.0, 0.0, -body.arm])
+    inertia = pinocchio.Inertia(body.mass, centre, body.moments)
+    model.appendBodyToJoint(hinge, inertia, still)
+    model.gravity.linear = np.array([0.0, 0.0, -body.gravity])
+    data, (amplitude, frequency) = model.createData(), body.forcing or (0.0, 0.0)
+    damping, stiffness = body.damping, body.stiffness
+
+    def torque(time: float, theta: float, rate: float) -> float:
+        push = amplitude * float(np.sin(frequency * time)) if amplitude else 0.0
+        return push - damping * rate - stiffness * theta
+
+    if body.platform_rate is None:
+        q, v, tau = np.zeros(1), np.zeros(1), np.zeros(1)
+
+        def forward(time: float, theta: float, rate: float) -> float:
+            q[0], v[0], tau[0] = theta, rate, torque(time, theta, rate)
+            return float(pinocchio.aba(model, data, q, v, tau)[0])
+
+        return forward
+    q2, v2, none = np.zeros(2), np.zeros(2), np.zeros(2)
+    bias = pinocchio.rnea(model, data, q2, v2, none)[1]
+    inertia = float(pinocchio.rnea(model, data, q2, v2, np.array([0.0, 1.0]))[1] - bias)
+    v2[0] = body.platform_rate
+
+    def hybrid(time: float, theta: float, rate: float) -> float:
+        q2[1], v2[1] = theta, rate
+        needed = float(pinocchio.rnea(model, data, q2, v2, none)[1])
+        return (torque(time, theta, rate) - needed) / inertia
+
+    return hybrid
+
+
+def _euler(f: Acceleration, t: float, x: float, v: float, h: float) -> tuple[float, float]:
+    v = v + h * f(t, x, v)
+    return x + h * v, v
+
+
+def _rk4(f: Acceleration, t: float, x: float, v: float, h: float) -> tuple[float, float]:
+    half = 0.5 * h
+    a1 = f(t, x, v)
+    v2 = v + half * a1
+    a2 = f(t + half, x + half * v, v2)
+    v3 = v + half * a2
+    a3 = f(t + half, x + half * v2, v3)
+    v4 = v + h * a3
+    a4 = f(t + h, x + h * v3, v4)
+    return x + h / 6 * (v + 2 * (v2 + v3) + v4), v + h / 6 * (a1 + 2 * (a2 + a3) + a4)
+
+
+ENGINE = Engine("pinocchio", "pinocchio", METHODS, prepare, model_error, optional=True)

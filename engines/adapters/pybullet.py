@@ -1,0 +1,276 @@
+"""PyBullet as an engine: Bullet's multibodies in double precision, semi-implicit Euler, joints and
+contacts by sequential impulses.
+
+By default every body's velocity is damped, and the solver stops after 50 iterations or at a
+residual of 1e-7; the best that the manual allows has neither. A prescribed motion is a velocity
+motor without a limit to its force.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.errors.schemes import EULER, Scheme
+from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_errors
+from plumbob.engines.adapters.stepping import Built, Read, stepped
+from plumbob.engines.adapters.three_feet import (
+    CAPSULE,
+    FOOT_RADIUS,
+    POINT,
+    Pose,
+    ThreeFeet,
+    by_step,
+    nearest_turn,
+    three_feet,
+)
+from plumbob.engines.method import Engine, Method, Simulation, Unsupported
+from plumbob.models.scene import Case
+
+EULER_STEP = Scheme(EULER, "start")
+OTHERWISE = Scheme("euler with damping, motors or contacts")  # of which no theory here knows
+UNLIMITED = 1e12  # [N] or [N m] of a motor
+LINES = ("capsule-line/ca1", "capsule-line/heading-030")
+DAMPED = (  # enough to show what the default damping does
+    *("simple-pendulum/free-large", "cone-pendulum/rotating-base", "capsule-line/ca1"),
+    *("capsule-line/heading-030", "capsule-coast/spin"),
+)
+METHODS = (
+    Method("pybullet/default", OTHERWISE, 1, systems=DAMPED),
+    Method(
+        "pybullet/undamped+iterated",
+        EULER_STEP,
+        1,
+        settings={"numSolverIterations": 200, "solverResidualThreshold": 0.0, "damping": 0.0},
+        systems=(*PENDULUMS, "!cone-pendulum/fast-platform", *LINES, "capsule-coast"),
+    ),
+    Method(
+        "pybullet/undamped+pyramid",
+        OTHERWISE,
+        1,
+        settings={
+            "numSolverIterations": 200,
+            "solverResidualThreshold": 0.0,
+            "damping": 0.0,
+            "enableConeFriction": 0,
+        },
+        systems=("capsule-line/heading-030",),
+    ),
+)
+
+
+def prepare(case: Case, method: Method, step: float) -> Simulation:
+    """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
+    if case.system.family == CAPSULE:
+        build = partial(_capsule, three_feet(case), method, step)
+    else:
+        build = partial(_pendulum, hinged_body(case), method, step)
+    return stepped(case, step, build, (OverflowError, ValueError, _error()))
+
+
+def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
+    """What the moment of inertia of a bob that is to be a point adds."""
+    return model_errors(case)
+
+
+def scheme(case: Case, method: Method) -> Scheme:
+    """Semi-implicit Euler where there are no contacts, and no damping of velocities."""
+    return OTHERWISE if case.system.family == CAPSULE else method.scheme
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Keep off the terminal what the engine's C code prints when it is imported and started."""
+    sys.stdout.flush(), sys.stderr.flush()
+    kept, nowhere = (os.dup(1), os.dup(2)), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1), os.dup2(nowhere, 2)
+    try:
+        yield
+    finally:
+        for number, stream in enumerate(kept, start=1):
+            os.dup2(stream, number)
+            os.close(stream)
+        os.close(nowhere)
+
+
+def _error() -> type[Exception]:
+    with _silent():
+        import pybullet
+
+    found: type[Exception] = pybullet.error
+    return found
+
+
+def _world(gravity: tuple[float, float, float], settings: Mapping[str, Any], step: float) -> Any:
+    """A client of a simulation of its own, which ends with the last reference to it."""
+    with _silent():
+        import pybullet
+        from pybullet_utils.bullet_client import BulletClient
+
+        client = BulletClient(connection_mode=pybullet.DIRECT)
+    client.setGravity(*gravity)
+    chosen = {name: value for name, value in settings.items() if name != "damping"}
+    client.setPhysicsEngineParameter(fixedTimeStep=step, deterministicOverlappingPairs=1, **chosen)
+    return client
+
+
+def _settle(client: Any, body: int, settings: Mapping[str, Any]) -> None:
+    """Damping of the body's links as the settings say, and no motors on its joints."""
+    joints = client.getNumJoints(body)
+    for link in range(-1, joints):
+        if "damping" in settings:
+            client.changeDynamics(
+                body, link, linearDamping=settings["damping"], angularDamping=settings["damping"],
+                jointDamping=0.0,
+            )  # fmt: skip
+    for joint in range(joints):
+        client.setJointMotorControl2(body, joint, client.VELOCITY_CONTROL, force=0.0)
+
+
+def _principal(moments: Any) -> tuple[list[float], list[float]]:
+    """Principal moments, and the quaternion (x, y, z, w) of their axes."""
+    if np.count_nonzero(moments - np.diag(np.diag(moments))) == 0:
+        return np.diag(moments).tolist(), [0.0, 0.0, 0.0, 1.0]
+    angle = 0.5 * math.atan2(2.0 * moments[1, 2], moments[1, 1] - moments[2, 2])
+    cos, sin = math.cos(angle), math.sin(angle)
+    axes = np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]])
+    turned = np.diag(axes.T @ moments @ axes).tolist()
+    return turned, [math.sin(0.5 * angle), 0.0, 0.0, math.cos(0.5 * angle)]
+
+
+def _pendulum(body: HingedBody, method: Method, step: float) -> Built:
+    client = _world((0.0, 0.0, -body.gravity), method.settings, step)
+    moments, axes = _principal(body.moments)
+    links = [(body.mass, body.pivot, (0.0, 0.0, -body.arm), axes, (1, 0, 0), moments)]
+    if body.platform_rate is not None:
+        still = (0.0, 0.0, 0.0)
+        links.insert(0, (1.0, still, still, [0.0, 0.0, 0.0, 1.0], (0, 0, 1), [1.0, 1.0, 1.0]))
+    count = len(links)
+    tree = client.createMultiBody(
+        baseMass=0.0,
+        linkMasses=[link[0] for link in links],
+        linkCollisionShapeIndices=[-1] * count,
+        linkVisualShapeIndices=[-1] * count,
+        linkPositions=[list(link[1]) for link in links],
+        linkOrientations=[[0, 0, 0, 1]] * count,
+        linkInertialFramePositions=[list(link[2]) for link in links],
+        linkInertialFrameOrientations=[link[3] for link in links],
+        linkParentIndices=list(range(count)),
+        linkJointTypes=[client.JOINT_REVOLUTE] * count,
+        linkJointAxis=[list(link[4]) for link in links],
+    )
+    for number, link in enumerate(links):
+        client.changeDynamics(tree, number, localInertiaDiagonal=link[5])
+    _settle(client, tree, method.settings)
+    hinge = count - 1
+    client.resetJointState(tree, hinge, body.theta, body.theta_dot)
+    if body.platform_rate is not None:
+        client.resetJointState(tree, 0, 0.0, body.platform_rate)
+        client.setJointMotorControl2(
+            tree, 0, client.VELOCITY_CONTROL, targetVelocity=body.platform_rate, force=UNLIMITED
+        )
+    move = client.stepSimulation
+    loaded = bool(body.forcing or body.damping or body.stiffness)
+
+    def advance(first: int, last: int) -> None:
+        if not loaded:
+            for _ in range(first, last):
+                move()
+            return
+        for push in body.torque(np.arange(first, last, dtype=np.float64) * step).tolist():
+            theta, rate = client.getJointState(tree, hinge)[:2]
+            torque = push - body.damping * rate - body.stiffness * theta
+            client.setJointMotorControl2(tree, hinge, client.TORQUE_CONTROL, force=torque)
+            move()
+
+    def read() -> Mapping[str, float]:
+        theta, rate = client.getJointState(tree, hinge)[:2]
+        return {"theta": theta, "theta_dot": rate}
+
+    return Built(advance, read, body.limits)
+
+
+def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
+    setup, capsule = body.setup, body.setup.capsule
+    if setup.press <= 0.0:
+        raise Unsupported("nothing presses the body onto the plane")
+    client = _world(body.gravity, method.settings, step)
+    ground = client.createMultiBody(0.0, client.createCollisionShape(client.GEOM_PLANE))
+    client.changeDynamics(ground, -1, lateralFriction=1.0)  # friction is the product of the two
+    feet = client.createCollisionShapeArray(
+        shapeTypes=[client.GEOM_SPHERE] * 3,
+        radii=[FOOT_RADIUS] * 3,
+        collisionFramePositions=[[x, y, FOOT_RADIUS] for x, y in capsule.supports],
+    )
+    tracks = body.tracks or ((1.0, 0.0),)
+    count, kind = len(tracks), client.JOINT_PRISMATIC if body.tracks else client.JOINT_FIXED
+    masses = [POINT] * (count - 1) + [capsule.slider_mass]
+    half = 0.5 * setup.heading
+    shell = client.createMultiBody(
+        baseMass=capsule.body_mass,
+        baseCollisionShapeIndex=feet,
+        basePosition=[0.0, 0.0, 0.0],
+        baseOrientation=[0.0, 0.0, math.sin(half), math.cos(half)],
+        linkMasses=masses,
+        linkCollisionShapeIndices=[-1] * count,
+        linkVisualShapeIndices=[-1] * count,
+        linkPositions=[[*setup.slider, 0.0]] + [[0.0, 0.0, 0.0]] * (count - 1),
+        linkOrientations=[[0, 0, 0, 1]] * count,
+        linkInertialFramePositions=[[0.0, 0.0, 0.0]] * count,
+        linkInertialFrameOrientations=[[0, 0, 0, 1]] * count,
+        linkParentIndices=list(range(count)),
+        linkJointTypes=[kind] * count,
+        linkJointAxis=[[x, y, 0.0] for x, y in tracks],
+    )
+    across = body.tilt_inertia
+    client.changeDynamics(
+        shell, -1, lateralFriction=capsule.friction, restitution=0.0,
+        localInertiaDiagonal=[across, across, capsule.inertia], activationState=1,
+    )  # fmt: skip
+    for link in range(count):
+        client.changeDynamics(shell, link, localInertiaDiagonal=[POINT] * 3)
+    _settle(client, shell, method.settings)
+    client.resetBaseVelocity(shell, [*body.velocity, 0.0], [0.0, 0.0, setup.heading_rate])
+    if body.tracks:
+        begun = body.slider_velocity(np.zeros(1))[0].tolist()
+        for joint, value in enumerate(begun):
+            client.resetJointState(shell, joint, 0.0, value)
+    move, controls = client.stepSimulation, by_step(body.velocities, step)
+
+    def advance(first: int, last: int) -> None:
+        for _ in range(first, last):
+            if body.tracks:
+                for joint, value in enumerate(next(controls)):
+                    client.setJointMotorControl2(
+                        shell, joint, client.VELOCITY_CONTROL, targetVelocity=value,
+                        force=UNLIMITED,
+                    )  # fmt: skip
+            move()
+
+    channels = frozenset({"height"})
+    return Built(advance, _reading(body, client, shell), body.limits, channels)
+
+
+def _reading(body: ThreeFeet, client: Any, shell: int) -> Read:
+    latest = [body.setup.heading]
+
+    def read() -> Mapping[str, float]:
+        (x, y, z), (a, b, c, w) = client.getBasePositionAndOrientation(shell)
+        (vx, vy, _), (_, _, rate) = client.getBaseVelocity(shell)
+        angle = math.atan2(2.0 * (w * c + a * b), 1.0 - 2.0 * (b * b + c * c))
+        latest[0] = nearest_turn(angle, latest[0])
+        slid, pace = client.getJointState(shell, 0)[:2] if body.tracks else (0.0, 0.0)
+        pose = Pose((x, y), (vx, vy), latest[0], rate, z, slid, pace)
+        return {**body.observed(pose), "height": z}
+
+    return read
+
+
+ENGINE = Engine("pybullet", "pybullet", METHODS, prepare, model_error, scheme=scheme, optional=True)

@@ -1,0 +1,93 @@
+"""A scene in an engine that is advanced step by step: built anew for every run, sampled, timed."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from plumbob.engines.adapters import sampling
+from plumbob.engines.adapters.divergence import within
+from plumbob.engines.method import Stepping
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.scene import Case
+
+Read = Callable[[], Mapping[str, float]]
+
+
+@dataclass(frozen=True)
+class Built:
+    """A scene at its start in an engine."""
+
+    advance: Callable[[int, int], None]
+    """Takes the steps with these indices, the last one excluded: one call from sample to sample."""
+    read: Read  # the observables, and any channels, of this moment
+    limits: Mapping[str, float] = field(default_factory=dict)
+    """Magnitudes of observables that only a diverged run exceeds."""
+    channels: frozenset[str] = frozenset()  # names that `read` gives beside the observables
+
+
+@dataclass
+class SteppedSimulation:
+    """A scene that is built anew for every run, and steps of one length."""
+
+    build: Callable[[], Built]
+    steps: int
+    step: float  # [s]
+    compile_seconds: float
+    broken: tuple[type[Exception], ...] = (OverflowError, ValueError)
+    """What the engine raises when its numbers are no longer finite."""
+
+    def run(self) -> Trajectory:
+        """Run from the start to the end, or until the run diverges."""
+        built = self.build()
+        marks = [int(mark) for mark in sampling.sampled(self.steps)]
+        rows, seconds, diverged, said = [dict(built.read())], 0.0, None, ""
+        for first, last in pairwise(marks):
+            begin = time.perf_counter()
+            try:
+                built.advance(first, last)
+                seconds += time.perf_counter() - begin
+                rows.append(dict(built.read()))
+            except self.broken as error:
+                diverged, said = last * self.step, " ".join(str(error).split())
+                break
+        values = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+        trajectory = Trajectory(
+            times=np.array(marks[: len(rows)]) * self.step,
+            observables={n: v for n, v in values.items() if n not in built.channels},
+            channels={n: v for n, v in values.items() if n in built.channels},
+            steps=marks[len(rows) - 1],
+            seconds=seconds,
+            diverged_at=diverged,
+            warnings=(said,) if said else (),
+        )
+        return within(trajectory, built.limits)
+
+    def stepped(self, fraction: float) -> Stepping:
+        """The steps of the first `fraction` of the duration alone."""
+        built, steps = self.build(), sampling.first_steps(self.steps, fraction)
+        begin = time.thread_time()
+        try:
+            built.advance(0, steps)
+        except self.broken:
+            return Stepping(0, 0.0)
+        return Stepping(steps, time.thread_time() - begin)
+
+
+def stepped(
+    case: Case,
+    step: float,
+    build: Callable[[], Built],
+    broken: tuple[type[Exception], ...] = (OverflowError, ValueError),
+) -> SteppedSimulation:
+    """The simulation of `case` at `step` [s], built once to see that it can be and what that costs;
+    raises what `build` raises, and ParameterError."""
+    steps = sampling.step_count(case.scene.duration, step)
+    begin = time.perf_counter()
+    build()
+    seconds = time.perf_counter() - begin
+    return SteppedSimulation(build, steps, step, seconds, broken)

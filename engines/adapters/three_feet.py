@@ -1,0 +1,139 @@
+"""The capsule as rigid-body engines take it: its numbers, its slider's motion, what is read off."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
+from plumbob.engines.method import Unsupported
+from plumbob.models.scene import Case
+
+CAPSULE = "capsule"  # the family of systems that have its model
+CAPSULES = (  # what tells contact models apart, and no plans or repeated manoeuvres
+    *("capsule-line/ca1", "capsule-line/heading-000", "capsule-line/heading-030"),
+    *("capsule-line/heading-045", "capsule-line/frictionless", "capsule-hold/0.999"),
+    *("capsule-coast", "capsule-turn/0.3"),
+)
+POINT = 1e-14  # [kg m^2], [kg]: what engines want of bodies that have no size, or no mass
+FOOT_RADIUS = 0.01  # [m] of the spheres that stand on the plane
+FAR = 1e3  # of the capsule's own size: no body that only slides gets there
+BLOCK = 4096  # steps whose controls are computed at once
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where the capsule is: the place of C and the heading in the world, and their rates, and the
+    slider's place and rate along its tracks, from its start."""
+
+    place: tuple[float, float]  # [m]
+    velocity: tuple[float, float]  # [m/s]
+    heading: float  # [rad], of any turn
+    heading_rate: float  # [rad/s]
+    height: float  # [m] of C
+    slid: float = 0.0  # [m]
+    slid_rate: float = 0.0  # [m/s]
+
+
+@dataclass(frozen=True)
+class ThreeFeet:
+    """A capsule's start, as rigid bodies: a free body on three feet, and a point mass on one track
+    or on two at right angles."""
+
+    setup: CapsuleSetup
+    tilt_inertia: float  # about the horizontal axes [kg m^2]
+    tracks: tuple[tuple[float, float], ...]  # directions of the slider's tracks, body axes
+
+    @property
+    def gravity(self) -> tuple[float, float, float]:
+        """In the world [m/s^2]: pulling along the line, pressing onto the plane."""
+        line = self.setup.heading + self.setup.direction
+        return self.setup.pull * math.cos(line), self.setup.pull * math.sin(line), -self.setup.press
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        """Of C at the start, in the world [m/s]."""
+        return _turned(*self.setup.velocity, self.setup.heading)
+
+    @property
+    def limits(self) -> Mapping[str, float]:
+        """Magnitudes of observables that only a diverged run exceeds."""
+        size = float(np.abs(self.setup.capsule.supports).max())
+        return dict.fromkeys(("displacement", "x", "y"), FAR * size)
+
+    def slider_velocity(self, times: Array) -> Array:
+        """Imposed velocity along the tracks [m/s] at times [s], shape (n,): (n, tracks)."""
+        if (line := self.setup.relative_velocity) is not None:
+            return np.asarray(line(times))[:, None]
+        assert self.setup.plane_velocity is not None
+        return np.asarray(self.setup.plane_velocity(times))
+
+    def accelerations(self, first: int, last: int, step: float) -> Array:
+        """Mean acceleration of the slider along its tracks [m/s^2] over the steps `first` to
+        `last` - 1 of length `step` [s], shape (last - first, tracks): with it the slider's velocity
+        is right at every grid time, wherever the acceleration jumps."""
+        # By index: the velocity that one step ends with is the one that the next begins with.
+        rates = self.slider_velocity(np.arange(first, last + 1, dtype=np.float64) * step)
+        return np.asarray(np.diff(rates, axis=0) / step)
+
+    def velocities(self, first: int, last: int, step: float) -> Array:
+        """Velocity of the slider along its tracks [m/s] at the end of each of these steps, shape
+        (last - first, tracks)."""
+        return self.slider_velocity(np.arange(first + 1, last + 1, dtype=np.float64) * step)
+
+    def observed(self, pose: Pose) -> Mapping[str, float]:
+        """The observables that the pose shows: all but the forces."""
+        setup = self.setup
+        if setup.in_plane:
+            x, y = _turned(*pose.place, -setup.heading)
+            vx, vy = _turned(*pose.velocity, -setup.heading)
+            turn = pose.heading - setup.heading
+            seen = {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy}
+            return seen | {"heading": turn, "heading_rate": pose.heading_rate, "body_angle": turn}
+        line = -(setup.heading + setup.direction)
+        gone, sideways = _turned(*pose.place, line)
+        velocity, _ = _turned(*pose.velocity, line)
+        return {
+            "displacement": gone,
+            "velocity": velocity,
+            "stroke": pose.slid,
+            "stroke_rate": pose.slid_rate,
+            "heading": pose.heading - setup.heading,
+            "sideways": sideways,
+        }
+
+
+def three_feet(case: Case) -> ThreeFeet:
+    """The bodies of a capsule's case; raises Unsupported for other systems."""
+    if not isinstance(problem := case.problem, CapsuleProblem):
+        raise Unsupported(f"{case.scene.name} is no capsule")
+    setup = problem.setup
+    tracks: tuple[tuple[float, float], ...] = ()
+    if setup.relative_velocity is not None:
+        tracks = ((math.cos(setup.direction), math.sin(setup.direction)),)
+    elif setup.plane_velocity is not None:
+        tracks = ((1.0, 0.0), (0.0, 1.0))
+    # A flat body's moments about its own axes, to a factor: no exact answer depends on them.
+    return ThreeFeet(setup, 0.5 * setup.capsule.inertia, tracks)
+
+
+def nearest_turn(angle: float, before: float) -> float:
+    """The angle [rad], which is known to a whole turn, that is nearest to `before` [rad]."""
+    return angle + 2.0 * math.pi * round((before - angle) / (2.0 * math.pi))
+
+
+def by_step(found: Callable[[int, int, float], Array], step: float) -> Iterator[list[float]]:
+    """The rows of `found(first, last, step)` one by one from the first step on, without end."""
+    first = 0
+    while True:
+        yield from found(first, first + BLOCK, step).tolist()
+        first += BLOCK
+
+
+def _turned(x: float, y: float, angle: float) -> tuple[float, float]:
+    cos, sin = math.cos(angle), math.sin(angle)
+    return cos * x - sin * y, sin * x + cos * y

@@ -1,0 +1,72 @@
+"""The capsule in engines beside MuJoCo and pymunk: known errors, and what a small defect does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.measurement import measure, relative_error
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.tests.peers.test_smooth_peers import needed
+
+# Measured: at a step [s], relative, of the displacement at the end.
+KNOWN = (
+    ("capsule-line/heading-000", "dart/default", 1e-3, 1.06e-4),
+    ("capsule-line/heading-030", "dart/default", 1e-3, 0.282),
+    ("capsule-line/heading-045", "dart/default", 1e-3, 0.355),
+    ("capsule-line/heading-030", "dart/nsgs", 1e-3, 1.06e-4),
+    ("capsule-line/heading-030", "drake/default", 1e-3, 3.82e-3),
+    ("capsule-line/heading-030", "drake/tamsi+stiction", 1e-3, 1.07e-4),
+    ("capsule-line/heading-030", "pybullet/default", 1e-3, 5.3e-2),
+    ("capsule-line/heading-030", "pybullet/undamped+iterated", 1e-3, 5.1e-2),
+    ("capsule-line/heading-030", "pybullet/undamped+pyramid", 1e-3, 0.282),
+    ("capsule-coast/spin", "dart/nsgs", 1e-3, 3.06e-3),
+    ("capsule-coast/spin", "drake/tamsi+stiction", 1e-3, 3.06e-3),
+    ("capsule-turn/0.3", "dart/nsgs", 1e-3, 0.157),
+)
+BEST = ("dart/nsgs", "drake/tamsi+stiction")
+
+
+@pytest.mark.parametrize(("scene", "name", "step", "known"), KNOWN)
+def test_the_relative_error_is_the_known_one(
+    scene: str, name: str, step: float, known: float
+) -> None:
+    needed(name)
+    case = case_of(find_scene(scene))
+    found, _ = measure(case, find_method(name), step)
+    assert found.status == "done", found.reason
+    assert relative_error(found, case.system.quantities(case)) == pytest.approx(known, rel=0.2)
+
+
+@pytest.mark.parametrize("name", BEST)
+@pytest.mark.parametrize("change", [{"friction": 0.9}, {"gravity": 1.01}])
+def test_a_small_defect_is_an_error_that_no_step_reduces(
+    name: str, change: dict[str, float]
+) -> None:
+    needed(name)
+    scene = find_scene("capsule-line/heading-030")
+    case, method = case_of(scene), find_method(name)
+    wrong = {n: factor * scene.parameters[n] for n, factor in change.items()}
+    system = case.system
+    broken = replace(case, problem=system.problem(system.change(scene.parameters, wrong)))
+    errors = [
+        relative_error(measure(broken, method, h)[0], system.quantities(case)) for h in (1e-3, 5e-4)
+    ]
+    assert errors[1] > 0.7 * errors[0] > 1e-3
+
+
+@pytest.mark.parametrize("name", BEST)
+def test_one_step_late_at_a_sample_is_seen(name: str) -> None:
+    """The slider's motion is prescribed: at every sample it is where it is to be."""
+    needed(name)
+    scene, step = find_scene("capsule-line/heading-030"), 1e-3
+    case = case_of(scene)
+    _, run = measure(case, find_method(name), step)
+    assert run is not None
+    exact = case.reference.observe(run.times)["stroke_rate"]
+    late = case.reference.observe(run.times - step)["stroke_rate"]
+    off = abs(run.observables["stroke_rate"] - exact).max()
+    assert off < 1e-6 < 1e-2 < abs(run.observables["stroke_rate"] - late).max()

@@ -1,0 +1,104 @@
+"""Pendulums and cones in engines beside MuJoCo and pymunk: the error is the predicted one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plumbob.engines.registry import engine_of, installed
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.measurement import measure, relative_error
+from plumbob.models.registry import case_of, system_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.reports.judge.verdict import judge
+
+SWING, CONE = "simple-pendulum/free-large", "cone-pendulum/rotating-base"
+DAMPED, FORCED = "simple-pendulum/damped-large", "linear-pendulum/forced-large"
+EULER = (
+    *("dart/default", "drake/default", "pinocchio/aba+euler", "pybullet/undamped+iterated"),
+    "mjx/euler+float64",
+)
+RK4 = ("exudyn/rk44", "pinocchio/aba+rk4")
+LASTING = 1.0  # [s]: the errors have their sizes by then
+STEP = 5e-3  # [s]
+
+
+def needed(name: str) -> None:
+    """Skip where the engine of the method is not installed."""
+    if not installed(engine_of(find_method(name))):
+        pytest.skip(f"{name} is not installed")
+
+
+def meant(name: str, scene: str) -> bool:
+    """Whether a method of this name runs the scene."""
+    return not name.startswith("mjx") or scene == SWING  # compiling takes seconds
+
+
+PAIRS = [(n, s) for n in (*EULER, *RK4) for s in (SWING, CONE, DAMPED, FORCED) if meant(n, s)]
+
+
+@pytest.mark.parametrize(("name", "scene"), PAIRS)
+def test_the_error_is_the_predicted_one(name: str, scene: str) -> None:
+    needed(name)
+    method, case = find_method(name), case_of(find_scene(scene)).lasting(LASTING)
+    found, _ = measure(case, method, STEP)
+    judgement = judge(found, case.system, method)
+    assert judgement.verdict == "pass", judgement.reason
+    assert set(judgement.tolerances) == {"theta", "theta_dot"}
+
+
+@pytest.mark.parametrize("scene", [SWING, CONE])
+def test_semi_implicit_engines_agree_with_mujoco_to_the_digits_of_theory(scene: str) -> None:
+    case = case_of(find_scene(scene)).lasting(LASTING)
+    _, ours = measure(case, find_method("mujoco/euler"), STEP)
+    assert ours is not None
+    names = [n for n in EULER if meant(n, scene) and installed(engine_of(find_method(n)))]
+    for name in names:
+        _, run = measure(case, find_method(name), STEP)
+        assert run is not None
+        apart = np.abs(run.observables["theta"] - ours.observables["theta"]).max()
+        size = np.abs(ours.observables["theta"]).max()
+        # double precision rounds each of 200 steps, and a rotation near its saddle amplifies that
+        assert apart <= 1e-11 * size, name
+
+
+@pytest.mark.parametrize(
+    ("name", "scene", "step", "known"),  # known of all 50 s, at the tolerance or step [s]
+    [
+        ("exudyn/rk67", FORCED, 1e-2, 7.8e-12),
+        ("exudyn/default", SWING, 1e-2, 4.5e-3),
+        ("drake/rk3", SWING, 1e-5, 5.3e-3),
+    ],
+)
+def test_the_relative_error_is_the_known_one(
+    name: str, scene: str, step: float, known: float
+) -> None:
+    needed(name)
+    case = case_of(find_scene(scene))
+    found, _ = measure(case, find_method(name), step)
+    assert relative_error(found, case.system.quantities(case)) == pytest.approx(known, rel=0.2)
+
+
+@pytest.mark.parametrize("name", ["pybullet/default"])
+def test_the_default_damping_is_an_error_that_no_step_reduces(name: str) -> None:
+    needed(name)
+    case = case_of(find_scene(SWING)).lasting(LASTING)
+    coarse, fine = (
+        measure(case, find_method(name), h)[0].errors["theta"].largest for h in (5e-3, 2.5e-3)
+    )
+    assert 1e-2 < fine < coarse * 1.1
+    assert fine > 0.7 * coarse
+
+
+@pytest.mark.parametrize("name", [*EULER, *RK4])
+def test_gravity_one_per_cent_off_is_no_pass(name: str) -> None:
+    needed(name)
+    scene = find_scene(SWING)
+    case = case_of(scene).lasting(LASTING)
+    heavier = {**scene.parameters, "gravity": 1.01 * scene.parameters["gravity"]}
+    wrong = replace(case, problem=system_of(scene).problem(heavier))
+    method = find_method(name)
+    found, _ = measure(wrong, method, STEP)
+    assert judge(found, case.system, method).verdict == "fail"
