@@ -65,6 +65,6 @@ clean:  ## remove .venv and everything that a build or a run leaves
 	@touch $@ .venv/.run
 
 .venv/.peers: .venv/.develop
-	@echo "plumbob: installing the optional engines into .venv (once; some 1.8 GB, two to four minutes)"
+	@echo "plumbob: installing the optional engines into .venv (once; some 1.4 GB, two to four minutes)"
 	@$(PIP) --editable '.[peers]'
 	@touch $@
