@@ -13,7 +13,7 @@ ARGS ?=
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help validate test test-long check benchmark peers clean
+.PHONY: help validate test test-long check benchmark peers heyoka clean
 
 help:  ## list the targets
 	@echo "make TARGET [ARGS='...'] [PYTHON=python3.12]"
@@ -44,6 +44,8 @@ benchmark: .venv/.peers  ## time the references and adapters (ARGS go to pytest)
 
 peers: .venv/.peers  ## add the optional engines and integrators to .venv
 
+heyoka: .venv/.heyoka  ## add heyoka alone, the smallest of them to wait for
+
 clean:  ## remove .venv and everything that a build or a run leaves
 	rm -rf .venv build dist *.egg-info plumbob-out MUJOCO_LOG.TXT
 	rm -rf .benchmarks .hypothesis .mypy_cache .pytest_cache .ruff_cache
@@ -70,7 +72,12 @@ clean:  ## remove .venv and everything that a build or a run leaves
 	@$(PIP) --editable '.[test,check]'
 	@touch $@ .venv/.run
 
+.venv/.heyoka: .venv/.develop
+	@echo "plumbob: installing heyoka into .venv (once; some 250 MB)"
+	@$(PIP) --editable '.[heyoka]'
+	@touch $@
+
 .venv/.peers: .venv/.develop
-	@echo "plumbob: installing the optional engines into .venv (once; some 1.8 GB, two to four minutes)"
+	@echo "plumbob: installing the optional engines into .venv (once; some 1.4 GB, two to four minutes)"
 	@$(PIP) --editable '.[peers]'
 	@touch $@
