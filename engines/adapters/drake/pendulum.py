@@ -13,18 +13,20 @@ import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody import tree
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.analysis import ApplySimulatorConfig, SimulatorConfig
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import Sine
 
 from plumbob.analytic.parameters import ParameterError, positive
-from plumbob.engines.adapters.divergence import within
-from plumbob.engines.adapters.drake.stepping import BROKEN, advancing, simulator_of, spatial_inertia
+from plumbob.engines.adapters.drake.stepping import (
+    BROKEN,
+    ErrorControlledSimulation,
+    advancing,
+    simulator_of,
+    spatial_inertia,
+)
 from plumbob.engines.adapters.hinged_body import HingedBody, hinged_body
-from plumbob.engines.adapters.sampling import SAMPLES
 from plumbob.engines.adapters.stepping import Built, stepped
-from plumbob.engines.method import Method, Simulation, Stepping
-from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.method import Method, Simulation
 from plumbob.models.scene import Case
 
 PLATFORM_RATIO = 1e15  # of a platform's reflected inertia to its load
@@ -103,64 +105,6 @@ def _discrete_pendulum(body: HingedBody, step: float) -> Built:
         return {"theta": theta, "theta_dot": theta_dot}
 
     return Built(advancing(simulator, step), read, body.limits)
-
-
-@dataclass
-class ErrorControlledSimulation:
-    """A continuous plant with an integrator and its accuracy; every `run` begins anew."""
-
-    made: _Hinged
-    scheme: str
-    accuracy: float
-    duration: float  # [s]
-    compile_seconds: float
-
-    def run(self) -> Trajectory:
-        """Run from sample to sample; steps count evaluations of the derivatives."""
-
-        simulator = self._started()
-        times = np.linspace(0.0, self.duration, SAMPLES + 1)
-        rows, seconds, said = [self.made.read(simulator.get_context())], 0.0, ""
-        for until in times[1:].tolist():
-            begin = time.perf_counter()
-            try:
-                simulator.AdvanceTo(until)
-            except BROKEN as error:
-                said = " ".join(str(error).split())
-                break
-            seconds += time.perf_counter() - begin
-            rows.append(self.made.read(simulator.get_context()))
-        theta, theta_dot = np.array(rows).T
-        done = Trajectory(
-            times=times[: len(rows)],
-            observables={"theta": theta, "theta_dot": theta_dot},
-            steps=int(simulator.get_integrator().get_num_derivative_evaluations()),
-            seconds=seconds,
-            diverged_at=float(times[len(rows)]) if said else None,
-            warnings=(said,) if said else (),
-        )
-        return within(done, self.made.body.limits)
-
-    def stepped(self, fraction: float) -> Stepping:
-        """The evaluations of the first `fraction` of the duration alone."""
-        simulator, begin = self._started(), time.thread_time()
-        try:
-            simulator.AdvanceTo(fraction * self.duration)
-        except BROKEN:
-            return Stepping(0, 0.0)
-        seconds = time.thread_time() - begin
-        return Stepping(int(simulator.get_integrator().get_num_derivative_evaluations()), seconds)
-
-    def _started(self) -> Any:
-        """A simulator at the start, with the integrator and its accuracy."""
-        simulator = simulator_of(self.made.diagram, self.made.start())
-        chosen = SimulatorConfig(
-            integration_scheme=self.scheme, accuracy=self.accuracy, max_step_size=self.duration,
-            use_error_control=True, target_realtime_rate=0.0,
-        )  # fmt: skip
-        ApplySimulatorConfig(chosen, simulator)
-        simulator.Initialize()
-        return simulator
 
 
 def error_controlled(case: Case, method: Method, accuracy: float, smallest: float) -> Simulation:
