@@ -12,6 +12,8 @@ from importlib import metadata
 from pathlib import Path
 
 PACKAGES = ("numpy", "scipy", "numpy-quaddtype", "mujoco", "pymunk", "heyoka", "plotly")
+PEERS = ("dartpy", "drake", "exudyn", "jax", "mujoco-mjx", "pin", "pybullet")  # where installed
+ABSENT = "not installed"
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,7 @@ def provenance(command: str) -> Provenance:
     """The provenance of what `command` measures now, on this machine."""
     versions = {"plumbob": _version("plumbob"), "Python": platform.python_version()}
     versions |= {package: _version(package) for package in PACKAGES}
+    versions |= {package: now for package in PEERS if (now := _version(package)) != ABSENT}
     date = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     return Provenance(versions, machine(), date, command)
 
@@ -64,7 +67,7 @@ def _version(package: str) -> str:
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
-        return "not installed"
+        return ABSENT
 
 
 def _usable_cores() -> int:
