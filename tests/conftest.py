@@ -6,11 +6,16 @@ import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
 
 from plumbob.tests.contracts.second_copies import second_copies
+from plumbob.tests.support.browser import driven
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 # Machines differ in speed, so no deadline; the same examples every time, so that failures repeat.
 settings.register_profile("repeatable", deadline=None, derandomize=True, print_blob=True)
@@ -32,6 +37,13 @@ class _RootIsAFolder:
 def pytest_configure(config: pytest.Config) -> None:
     """Collect the root of the checkout, which is the package itself, as a plain folder."""
     config.pluginmanager.register(_RootIsAFolder())
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """Chromium under playwright, which can be started once a process and no more."""
+    with driven() as found:
+        yield found
 
 
 @pytest.fixture(autouse=True, scope="session")

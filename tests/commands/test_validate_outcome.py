@@ -100,7 +100,7 @@ def test_an_engine_that_refuses_every_model_is_unexpected(
     assert found.junit.attrib["failures"] == "3"
     assert found.case(CONE, "ode/rk4").find("failure") is None
     page = Path(found.out.splitlines()[-1].removeprefix("page: ")).read_text("utf-8")
-    assert "unsupported (unexpected)" in page
+    assert "✗ 3 unexpected" in page
 
 
 def test_what_the_profile_leaves_out_and_a_users_settings_are_no_surprise() -> None:

@@ -17,7 +17,9 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge.verdict import judge
 
-METHODS = [method for engine in engines().values() for method in engine.methods]
+METHODS = [
+    method for engine in engines().values() if not engine.optional for method in engine.methods
+]
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)

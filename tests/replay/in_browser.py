@@ -12,11 +12,11 @@ FRACTION = 0.37  # of the replay: where each is stopped
 WIDTH, HEIGHT = 1280, 900
 
 
-def opened(chromium: Browser, file: Path, **given: Any) -> Iterator[Page]:
+def opened(browser: Browser, file: Path, **given: Any) -> Iterator[Page]:
     """A page for as long as it is looked at, of a reader who prefers less motion unless `given`
     says otherwise; fails where the console said anything."""
     options = {"viewport": {"width": WIDTH, "height": HEIGHT}, "reduced_motion": "reduce", **given}
-    page = chromium.new_page(**options)
+    page = browser.new_page(**options)
     said: list[str] = []
     page.on("console", lambda message: said.append(message.text))
     page.on("pageerror", lambda error: said.append(str(error)))

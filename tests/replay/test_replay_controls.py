@@ -46,15 +46,15 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def page(chromium: Browser, file: Path) -> Iterator[Page]:
+def page(browser: Browser, file: Path) -> Iterator[Page]:
     """Opened by a reader who prefers less motion."""
-    yield from opened(chromium, file)
+    yield from opened(browser, file)
 
 
 @pytest.fixture
-def moving(chromium: Browser, file: Path) -> Iterator[Page]:
+def moving(browser: Browser, file: Path) -> Iterator[Page]:
     """Opened by a reader who has nothing against motion; its clock runs when it is set to."""
-    for page in opened(chromium, file, reduced_motion="no-preference"):
+    for page in opened(browser, file, reduced_motion="no-preference"):
         clocked(page)
         yield page
 
@@ -323,10 +323,10 @@ CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
 
 
 @pytest.fixture(scope="module")
-def labelled(chromium: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+def labelled(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
     """A page that keeps what is written on its canvases."""
     file = write(list(replays().values()), tmp_path_factory.mktemp("labelled"))
-    for page in opened(chromium, file):
+    for page in opened(browser, file):
         page.add_init_script(WRITTEN)
         page.reload()
         yield page
@@ -341,8 +341,8 @@ def test_the_printed_page_has_six_moments(page: Page) -> None:
     assert not figure.locator("canvas").is_visible()
 
 
-def test_without_scripts_there_are_six_moments(chromium: Browser, file: Path) -> None:
-    for page in opened(chromium, file, java_script_enabled=False):
+def test_without_scripts_there_are_six_moments(browser: Browser, file: Path) -> None:
+    for page in opened(browser, file, java_script_enabled=False):
         figure = page.locator(".replay").first
         assert figure.locator(".replay-strip").is_visible()
         assert not figure.locator("canvas").is_visible()
@@ -350,8 +350,8 @@ def test_without_scripts_there_are_six_moments(chromium: Browser, file: Path) ->
 
 
 @pytest.mark.parametrize("width", [390, 1280])
-def test_nothing_is_wider_than_the_window(width: int, chromium: Browser, file: Path) -> None:
-    for page in opened(chromium, file, viewport={"width": width, "height": 800}):
+def test_nothing_is_wider_than_the_window(width: int, browser: Browser, file: Path) -> None:
+    for page in opened(browser, file, viewport={"width": width, "height": 800}):
         for name in SHOWN:
             found(page, name)
         assert page.evaluate("document.documentElement.scrollWidth") <= width

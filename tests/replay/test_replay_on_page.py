@@ -14,7 +14,7 @@ from plumbob.tests.support.page_document import site_files
 from plumbob.tests.support.studies import SCENE, quick
 
 
-def test_each_scene_of_a_site_has_its_replay(chromium: Browser, tmp_path: Path) -> None:
+def test_each_scene_of_a_site_has_its_replay(browser: Browser, tmp_path: Path) -> None:
     whole = content(quick(), section)
     pages = {page.stem: page for page in site_files(site(whole, tmp_path))}
     single = tmp_path / "one.html"
@@ -24,7 +24,7 @@ def test_each_scene_of_a_site_has_its_replay(chromium: Browser, tmp_path: Path) 
         for scene in quick().scenes
     )
     for page in (pages[anchor(SCENE)], single):
-        for shown in opened(chromium, page):
+        for shown in opened(browser, page):
             shown.evaluate(f"location.hash = '{anchor(SCENE)}'")
             figure = found(shown, SCENE)
             set_time(figure, 0.5)

@@ -13,16 +13,16 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page
 
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
-from plumbob.models.registry import case_of
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
-from plumbob.reports.view.replay import Replay
+from plumbob.reports.view.replay import PICTURES, Replay
 from plumbob.reports.view.replay.cone import AZIMUTH, ELEVATION
 from plumbob.reports.view.replay.samples import decoded, floats
 from plumbob.tests.replay.all_replays import plan, replays, write
 from plumbob.tests.replay.in_browser import FRACTION, opened, stopped
 
-NAMES = [scene.name for scene in plan().scenes]
+NAMES = [scene.name for scene in plan().scenes if system_of(scene).family in PICTURES]
 ONE_OF_EACH = (
     "capsule-coast/spin", "capsule-hold/0.999", "capsule-line/heading-030",
     "capsule-plan/near-free", "capsule-train/ten", "capsule-turn/0.3",
@@ -47,17 +47,17 @@ EXACT = [0x2B, 0x33, 0x3B]  # --exact of the style sheet, on a light page
 
 
 @pytest.fixture(scope="module")
-def page(chromium: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+def page(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
     """A page with every replay, opened by a reader who prefers less motion."""
     file = write(list(replays().values()), tmp_path_factory.mktemp("replays"))
-    yield from opened(chromium, file)
+    yield from opened(browser, file)
 
 
 @pytest.fixture(scope="module")
-def shifted(chromium: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+def shifted(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
     """The same with motions that are shifted by a hundredth of their range."""
     wrong = [_shifted(replays()[name]) for name in ONE_OF_EACH]
-    yield from opened(chromium, write(wrong, tmp_path_factory.mktemp("shifted")))
+    yield from opened(browser, write(wrong, tmp_path_factory.mktemp("shifted")))
 
 
 def _shifted(shown: Replay) -> Replay:

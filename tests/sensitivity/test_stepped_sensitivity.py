@@ -11,6 +11,7 @@ from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.errors.theory import Coefficients, ErrorTheory, SteppedErrors
 from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.method import Method, meant
+from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.measurement import measure
@@ -46,7 +47,10 @@ def verdict(name: str, method: Method, step: float, **changes: float) -> str:
 def fixed_steps(name: str) -> list[Method]:
     """The methods with fixed steps that are meant for a scene."""
     scene = find_scene(name)
-    return [m for m in find_methods("*") if m.control == "step" and meant(m, scene)]
+    return [
+        m for m in find_methods("*")
+        if m.control == "step" and meant(m, scene) and not engine_of(m).optional
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("step", [1e-1, 5e-2])

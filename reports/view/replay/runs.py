@@ -21,6 +21,7 @@ ON_LINE = ("mujoco/euler+coulomb",)  # contacts that converge
 IN_PLANE = ("mujoco/rk4+coulomb", *ON_LINE)  # turning: RK4 is up to 100 times as accurate
 PLANE = ("capsule-coast", "capsule-plan", "capsule-turn")
 LEAST_STEPS = 50  # of a run that a replay shows: with fewer, MuJoCo's default step is no choice
+MOST_SECONDS = 100.0  # [s] of a system without a picture of its own
 MOST_SWINGS = 40  # of a pendulum or cone, and at most ten repeated manoeuvres
 MOST_MANOEUVRES = 10
 EXACT = "exact"  # the engine of closed forms, which are the exact answer
@@ -37,15 +38,15 @@ class ShownRun:
 
 def shown_seconds(scene: Scene) -> float:
     """How much of a scene's motion is replayed [s]: all, but of thousands of swings the first
-    forty, and of a thousand manoeuvres the first ten. Works out no motion in the plane but one that
-    is repeated: a plan of it takes seconds."""
+    forty, of a thousand manoeuvres the first ten, and of other systems a hundred seconds. Works out
+    no motion in the plane but one that is repeated: a plan of it takes seconds."""
     duration, family = scene.duration, system_of(scene).family
     if family == "capsule":
         if scene.parameters.get("count", 1) <= MOST_MANOEUVRES:
             return duration
         return float(min(duration, MOST_MANOEUVRES * case_of(scene).problem.motion.period))
     if family not in ("cone_pendulum", "simple_pendulum"):
-        return duration
+        return min(duration, MOST_SECONDS)
     problem = case_of(scene).problem
     if family == "cone_pendulum":
         if problem.motion.regime not in ("libration", "rotation"):
