@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from importlib import metadata
 from pathlib import Path
 
 import numpy as np
 
 from plumbob.engines.audit.contacts import HEADINGS, ContactAudit, Measured
 from plumbob.reports.view.audit.contacts import contact_rows, per_cent
-from plumbob.reports.view.audit.page import COLOURS, as_text
+from plumbob.reports.view.audit.page import COLOURS, laid_out
 from plumbob.reports.view.audit.text import duration, length
-from plumbob.reports.view.content import Cell, Figure, Table, row
-from plumbob.reports.view.page import filled, written
+from plumbob.reports.view.content import Cell, Figure, Table
+from plumbob.reports.view.page import written
 from plumbob.reports.view.palette import GREY
 from plumbob.reports.view.traces import curve, figure, linear, logarithmic
 
@@ -32,24 +31,19 @@ def write_contact_page(
 
 def render_contacts(found: ContactAudit, command: str, drawn: bytes | None = None) -> str:
     """The page of a contact audit as HTML; `drawn` is a PNG of the model."""
-    return filled(
-        "audit.html.jinja",
+    return laid_out(
         title=f"how wrong are the contacts of {found.name}",
         heading=f"How wrong are the contacts of {found.name}?",
         lead="The body of the model on its own feet and plane, as one rigid piece: it slides, "
         "turns and is pushed under the contact settings of the file, and under those that plumbob "
         "settings prints. Coulomb's law determines where a body stops that slides without turning.",
-        answer=Table(
-            "The answer", ("", ""), tuple(row(n, Cell(t, "text")) for n, t in contact_rows(found))
-        ),
+        answer=contact_rows(found),
         figures=(distances_figure(found), errors_figure(found)),
         tables=(distances_table(found),),
         code=found.snippet,
-        picture=as_text(drawn),
+        drawn=drawn,
         command=command,
-        versions=", ".join(f"{n} {metadata.version(n)}" for n in ("mujoco", "numpy", "scipy")),
-        seconds=f"{found.seconds:.3g}",
-        styles={},
+        seconds=found.seconds,
     )
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -41,24 +43,35 @@ def write_audit_page(found: Audit, folder: Path, command: str, drawn: bytes | No
 
 def render(found: Audit, command: str, drawn: bytes | None = None) -> str:
     """The page of an audit as HTML; `drawn` is a PNG of the model."""
-    return filled(
-        "audit.html.jinja",
+    return laid_out(
         title=f"how wrong is {found.name}",
         heading=f"How wrong is {found.name}?",
         lead="The model as it stands, on one motion. Its continuous motion, without time steps, is "
         "certified by two computations, and its own steps are compared with that. Nothing here "
         "says how near the model is to reality.",
-        answer=Table(
-            "The answer", ("", ""), tuple(row(n, Cell(t, "text")) for n, t in rows(found))
-        ),
+        answer=rows(found),
         figures=figures(found),
         tables=tuple(table for table in (steps_table(found), trims_table(found)) if table),
         code="",
-        picture=as_text(drawn),
+        drawn=drawn,
         command=command,
+        seconds=found.seconds,
+    )
+
+
+def laid_out(
+    *, answer: Iterable[tuple[str, str]], drawn: bytes | None, seconds: float, **content: Any
+) -> str:
+    """The page of any audit as HTML: its answer as pairs of a name and a text, a PNG of the model,
+    the time it took [s], and what else its template shows."""
+    return filled(
+        "audit.html.jinja",
+        answer=Table("The answer", ("", ""), tuple(row(n, Cell(t, "text")) for n, t in answer)),
+        picture=as_text(drawn),
         versions=", ".join(f"{n} {metadata.version(n)}" for n in ("mujoco", "numpy", "scipy")),
-        seconds=f"{found.seconds:.3g}",
+        seconds=f"{seconds:.3g}",
         styles={},
+        **content,
     )
 
 
