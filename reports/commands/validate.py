@@ -20,6 +20,7 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import Progress, pairs, run_study
+from plumbob.engines.study.store_file import writing
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.commands import values
@@ -73,7 +74,8 @@ def command(chosen: argparse.Namespace) -> int:
     junit = _replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
     _replaceable("out", Path(chosen.out) / NAME)
     out = _writable("out", Path(chosen.out))
-    store.usable(out / store.FILE)
+    with writing(out / store.FILE):
+        pass
     if junit:
         _writable("junitxml", junit.parent)
     # Arguments may hold bytes that are no UTF-8.

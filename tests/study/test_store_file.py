@@ -1,0 +1,161 @@
+"""A file that is no store of ours, or cannot be used now: one line, and no byte of it changed."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import pytest
+
+from plumbob.engines.registry import method
+from plumbob.engines.study import store, store_file
+from plumbob.reports.cli import main
+from plumbob.tests.support.studies import SCENE, made_up
+
+WRITERS = (("validate", "--scenes", SCENE, "--methods", "ode/rk4", "--jobs", "1", "--out"),)
+READERS = (
+    ("report",),
+    ("compare", "STORE"),
+    ("recommend", SCENE, "--error", "1e-3", "--stored", "--out"),
+)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """The bytes of a small store."""
+    file = tmp_path_factory.mktemp("whole") / store.FILE
+    store.save(made_up([(method("ode/rk4"), (1e-2, 1e-3), lambda step: step**4)]), file)
+    return file.read_bytes()
+
+
+def _with(statement: str) -> Callable[[Path, bytes], None]:
+    def made(file: Path, whole: bytes) -> None:
+        file.write_bytes(whole)
+        with closing(sqlite3.connect(file)) as opened, opened:
+            opened.executescript(statement)
+
+    return made
+
+
+def _foreign(file: Path, whole: bytes) -> None:
+    with closing(sqlite3.connect(file)) as opened, opened:
+        opened.execute("create table run (id integer)")
+
+
+def _torn(file: Path, whole: bytes) -> None:
+    file.write_bytes(whole[: len(whole) // 2])
+
+
+BAD: dict[str, tuple[Callable[[Path, bytes], object], str]] = {
+    "text": (lambda file, whole: file.write_text("what is this" * 200), "not a database"),
+    "foreign": (_foreign, "it holds other data"),
+    "truncated": (_torn, "must be a"),
+    "older": (_with("pragma user_version = 3"), "an older one"),
+    "newer": (_with("pragma user_version = 99"), "a newer one"),
+    "trigger": (
+        _with("create trigger t after insert on run begin delete from run; end"),
+        "the trigger 't'",
+    ),
+    "view": (_with("drop table run; create view run as select * from extra"), "the view 'run'"),
+    "other table": (_with("create table own (x)"), "the table 'own'"),
+    "other columns": (_with("drop table run; create table run (study, body)"), "the table 'run'"),
+    "a table less": (_with("drop table extra"), "the table 'extra' is missing"),
+    "pipe": (lambda file, whole: os.mkfifo(file), "a regular file"),
+    "folder": (lambda file, whole: file.mkdir(), "must be"),
+}
+
+
+@pytest.mark.parametrize("kind", BAD)
+@pytest.mark.parametrize("words", [*WRITERS, *READERS], ids=lambda words: str(words[0]))
+def test_what_is_no_store_is_one_line_and_stays_as_it_is(
+    kind: str, words: tuple[str, ...], whole: bytes, tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    file = tmp_path / store.FILE
+    make, said = BAD[kind]
+    make(file, whole)
+    before = file.read_bytes() if file.is_file() else None
+    _refused(words, file, said, capsys)
+    assert before is None or file.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def _refused(
+    words: tuple[str, ...], file: Path, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = [str(file) if word == "STORE" else word for word in words]
+    assert main([*given, str(file.parent)]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert said in captured.err
+
+
+@contextmanager
+def _locked(file: Path) -> Iterator[None]:
+    with closing(sqlite3.connect(file, isolation_level=None)) as other:
+        other.execute("begin exclusive")
+        yield
+        other.execute("rollback")
+
+
+@pytest.mark.parametrize("words", [*WRITERS, *READERS], ids=lambda words: str(words[0]))
+def test_a_locked_store_is_said_to_be_locked(
+    words: tuple[str, ...], whole: bytes, tmp_path: Path,
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.setattr(store_file, "PATIENCE", 0.01)
+    file = tmp_path / store.FILE
+    file.write_bytes(whole)
+    with _locked(file):
+        _refused(words, file, "no other process has locked", capsys)
+    assert file.read_bytes() == whole
+
+
+def test_a_read_only_store_is_read_and_not_written(
+    whole: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    file = tmp_path / store.FILE
+    file.write_bytes(whole)
+    # The permissions alone do not keep root from writing.
+    usual = os.access
+    monkeypatch.setattr(os, "access", lambda path, mode: path != file and usual(path, mode))
+    _refused(WRITERS[0], file, "a file that can be written to", capsys)
+    assert store.load(file) is not None
+    assert file.read_bytes() == whole
+
+
+def test_a_reader_cannot_write(whole: bytes, tmp_path: Path) -> None:
+    file = tmp_path / store.FILE
+    file.write_bytes(whole)
+    with (
+        store_file.reading(file) as opened,
+        pytest.raises(sqlite3.OperationalError, match="readonly"),
+    ):
+        opened.execute("delete from run")
+
+
+def test_a_transaction_that_was_cut_off_is_undone_for_a_reader(
+    whole: bytes, tmp_path: Path
+) -> None:
+    file = tmp_path / store.FILE
+    file.write_bytes(whole)
+    child = os.fork()
+    if not child:  # pragma: no cover - ends as a killed process does, with its journal left behind
+        opened = sqlite3.connect(file, isolation_level=None)
+        opened.execute("pragma cache_spill = 1")
+        opened.execute("pragma cache_size = 1")
+        opened.execute("begin immediate")
+        opened.execute("update run set body = body || zeroblob(300000)")
+        os._exit(0)
+    os.waitpid(child, 0)
+    assert Path(f"{file}-journal").exists()
+    assert file.read_bytes() != whole
+    found = store.load(file)
+    assert found is not None
+    assert found.convergence[0].measurements[0].step == 1e-2
+    assert file.read_bytes()[:100] == whole[:100]
