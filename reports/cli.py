@@ -19,6 +19,7 @@ from typing import NoReturn
 from plumbob import __version__
 
 USAGE, DEFECT, INTERRUPTED = 2, 4, 130
+GRACE = 1.2  # [s] for Python to see an interrupt and to end
 COMMANDS = (
     "list", "validate", "report", "solve", "run", "recommend", "settings", "audit", "compare",
     "plan", "models", "cite",
@@ -104,7 +105,8 @@ def _print_every_character() -> None:
 
 @contextmanager
 def _interrupts() -> Iterator[list[int]]:
-    """The interrupts (SIGINT) that have come in since, each raised as KeyboardInterrupt, too."""
+    """The interrupts (SIGINT, SIGTERM) that have come in since, each raised as KeyboardInterrupt,
+    too."""
     seen: list[int] = []
 
     def interrupt(number: int, frame: FrameType | None) -> None:
@@ -115,11 +117,43 @@ def _interrupts() -> Iterator[list[int]]:
     if not usual or threading.current_thread() is not threading.main_thread():
         yield seen
         return
-    signal.signal(signal.SIGINT, interrupt)
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    for number in before:
+        signal.signal(number, interrupt)
     try:
-        yield seen
+        with _no_delay():
+            yield seen
     finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def _no_delay() -> Iterator[None]:
+    """An interrupt ends this process within `GRACE` too where a library keeps Python from seeing
+    it, in a long run that is one call: no file needs what would be done then."""
+    ours, theirs = os.pipe()
+    os.set_blocking(theirs, False)
+    over = threading.Event()
+
+    def watch() -> None:
+        while number := os.read(ours, 1):
+            if number[0] in (signal.SIGINT, signal.SIGTERM) and not over.wait(GRACE):
+                shown = "\x1b[?25h" if os.isatty(2) else ""  # the cursor, hidden while it works
+                os.write(2, f"{shown}plumbob: interrupted\n".encode())
+                os._exit(INTERRUPTED)
+
+    watching = threading.Thread(target=watch, daemon=True)
+    watching.start()
+    before = signal.set_wakeup_fd(theirs, warn_on_full_buffer=False)
+    try:
+        yield
+    finally:
+        over.set()
+        signal.set_wakeup_fd(before)
+        os.close(theirs)
+        watching.join()
+        os.close(ours)
 
 
 def parser(wanted: Sequence[str]) -> argparse.ArgumentParser:

@@ -10,9 +10,17 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
+from types import MappingProxyType
+
+from plumbob.engines.method import Method
+from plumbob.engines.registry import engine_of
 
 PACKAGES = ("numpy", "scipy", "numpy-quaddtype", "mujoco", "pymunk", "heyoka", "plotly")
 PEERS = ("dartpy", "drake", "exudyn", "jax", "mujoco-mjx", "pin", "pybullet")  # where installed
+OF_ENGINES = MappingProxyType(
+    {"drake": ("drake",), "mjx": ("mujoco", "mujoco-mjx", "jax"), "pinocchio": ("pin",)}
+)
+"""Distributions of engines whose package has another name."""
 ABSENT = "not installed"
 
 
@@ -33,6 +41,14 @@ def provenance(command: str) -> Provenance:
     versions |= {package: now for package in PEERS if (now := _version(package)) != ABSENT}
     date = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     return Provenance(versions, machine(), date, command)
+
+
+def versions_of(method: Method) -> Mapping[str, str]:
+    """The versions that decide what a method's runs give, those of its engine among them."""
+    engine = engine_of(method)
+    packages = ("numpy", "scipy", "numpy-quaddtype", *OF_ENGINES.get(engine.name, [engine.package]))
+    found = {"plumbob": _version("plumbob"), "Python": platform.python_version()}
+    return found | {package: _version(package) for package in packages}
 
 
 def changed_since(stored: Provenance) -> tuple[str, ...]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import signal
+import math
+import statistics
 import time
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from plumbob.engines.method import Method, meant
 from plumbob.engines.study.convergence import (
@@ -22,7 +22,6 @@ from plumbob.engines.study.extra_runs import (
     ExtraRun,
     Request,
     Requests,
-    Result,
     StudyPlan,
     TrimmingRun,
     convergence_with,
@@ -30,36 +29,36 @@ from plumbob.engines.study.extra_runs import (
     make,
     nothing_more,
 )
-from plumbob.engines.study.provenance import provenance
+from plumbob.engines.study.measurement import Measurement
+from plumbob.engines.study.provenance import machine, provenance, versions_of
 from plumbob.engines.study.results import Study
+from plumbob.engines.study.unfinished import Piece, Pieces, Unkept, key_of
+from plumbob.engines.study.working import GENEROUS, LEAST, Progress, Task, Working, worked_out
+from plumbob.engines.workers import Work, Workers
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 
-if TYPE_CHECKING:  # reading a stored study starts no processes
+if TYPE_CHECKING:
     from concurrent.futures import Executor
 
 Profile = str  # "quick" or "full"
-Progress = Callable[[str, int, int], None]  # what is being done, how many are done, of how many
 MOST_STEPS = MappingProxyType({"quick": 25_000, "full": 1_000_000})
 """Of one run; quick: 50 s at MuJoCo's own 2 ms."""
 _REPEATS = MappingProxyType({"quick": 5, "full": 9})
 _BUDGET = MappingProxyType({"quick": 0.004, "full": 0.05})  # [s] of wall time for one timing
+TOGETHER = 64  # costs that are measured in turns, and lost together
 _ADAPTIVE_WORK = 1e5  # equivalent number of steps for the tolerances of an adaptive method, roughly
 
 
 @dataclass(frozen=True)
-class _Task:
-    """A piece of work for one process, and roughly how many steps of a pendulum it takes."""
+class _Timing:
+    """A cost to be measured, and its key in a store."""
 
-    label: str
-    work: float
-    do: Callable[..., Any]
-    arguments: tuple[Any, ...]
-
-    def done(self) -> Any:
-        """Its result, worked out here and now."""
-        return self.do(*self.arguments)
+    key: str
+    scene: Scene
+    method: Method
+    step: float
 
 
 def run_study(
@@ -72,69 +71,149 @@ def run_study(
     timed: bool = True,
     requests: Requests = nothing_more,
     command: str = "",
+    kept: Pieces | None = None,
 ) -> Study:
-    """Measure every method on every scene, and make what `requests` asks for beside it; `executor`,
-    where given, runs the error half in place of `jobs` processes (a Dask client's will do);
-    `progress` is called with what is being done; `command` is what repeats the study. Timings, of
-    costs and of trimmed models, are made alone, after the rest."""
+    """Measure every method on every scene, and make what `requests` asks for beside it, in this
+    process or, for two `jobs` and more, in so many others; `executor`, where given, runs the error
+    half in their place (a Dask client's will do); `progress` is called with what is being done;
+    `command` is what repeats the study; each piece is kept in `kept` at once, and those that
+    are there are not measured again. Timings, of costs and of trimmed models, are made alone, after
+    the rest. What two processes have died of, or hung at, has the status "missing"."""
     begin = time.perf_counter()
     plan = StudyPlan(profile, tuple(scenes), tuple(methods))
     asked = tuple(dict.fromkeys(requests(plan)))
     chosen = pairs(scenes, methods)
-    tasks: dict[Hashable, _Task] = {
+    errors: dict[Hashable, Task] = {
         (scene.name, method.name): _convergence_task(scene, method, profile, asked)
         for scene, method in chosen
     }
-    tasks |= {
+    errors |= {
         request: _extra_task(request, plan)
         for request in asked
         if not isinstance(request, TrimmingRun) and not any(is_of(request, *p) for p in chosen)
     }
-    results = _worked_out(tasks, jobs, executor, progress)
-    convergence = []
-    for scene, method in chosen:
-        found, recordings = results[scene.name, method.name]
-        convergence.append(found)
-        results |= recordings
-    between = time.perf_counter()
-    results |= _trimmings(asked, plan, progress)
-    measured, unit = _costs(convergence, plan, progress) if timed else ({}, float("nan"))
+    trims: dict[Hashable, Task] = {
+        request: _extra_task(request, plan) for request in asked if isinstance(request, TrimmingRun)
+    }
+    kept = kept or Unkept()
+    kept.begin(
+        key_of(profile, timed, plan.scenes, plan.methods),
+        [task.key for task in (*errors.values(), *trims.values())],
+    )
+    with Workers(min(jobs, len(errors))) as workers:
+        work = Working(workers if min(jobs, len(errors)) > 1 else None, kept, progress, [])
+        pieces = worked_out(errors, work, executor)
+        convergence = [
+            _convergence(pieces[scene.name, method.name], scene, method, profile)
+            for scene, method in chosen
+        ]
+        between = time.perf_counter()
+        taken = sum(piece.seconds for piece in pieces.values()) / max(jobs, 1)
+        with kept.alone():
+            pieces |= worked_out(trims, work, count=1)
+            timings = _cost_pieces(convergence, plan, work) if timed else {}
+    measured, unit = _together(timings)
+    extras = {request: result for piece in pieces.values()
+              for request, result in (piece.extras or {}).items()}  # fmt: skip
     return Study(
         profile, plan.scenes, plan.methods, tuple(convergence), measured, unit,
-        {"errors": between - begin, "costs": time.perf_counter() - between},
+        {"errors": max(between - begin, taken), "costs": time.perf_counter() - between},
         {scene.name: system_of(scene).observables for scene in scenes},
         {scene.name: system_of(scene).quantities(case_of(scene)) for scene in scenes},
-        {request: results[request] for request in asked},
+        {request: extras.get(request) for request in asked},
         provenance(command),
     )  # fmt: skip
 
 
-def _trimmings(
-    asked: Sequence[Request], plan: StudyPlan, progress: Progress
-) -> dict[Hashable, Result]:
-    """The timings of trimmed models, one after the other."""
-    found: dict[Hashable, Result] = {}
-    for request in asked:
-        if isinstance(request, TrimmingRun):
-            progress(f"{request.scene} {request.method}", 0, 0)
-            found[request] = make(request, plan.method(request.method))
+def _convergence(piece: Piece, scene: Scene, method: Method, profile: Profile) -> ConvergenceStudy:
+    """The convergence study of a pair; where it was given up, one run that is missing."""
+    if piece.convergence is not None:
+        return piece.convergence
+    steps = chosen_step_sizes(scene, method, most_steps(scene, profile))
+    step = steps[0] if steps else scene.duration
+    given_up = Measurement(scene.name, method.name, step, "missing", reason=piece.lost)
+    return ConvergenceStudy(scene.name, method.name, (given_up,))
+
+
+def _cost_pieces(
+    convergence: Sequence[ConvergenceStudy], plan: StudyPlan, work: Working
+) -> dict[Key, Piece]:
+    """The cost of each method on each scene that it ran, timed in turns, some scenes at a time."""
+    by_scene = {scene.name: scene for scene in plan.scenes}
+    by_method = {method.name: method for method in plan.methods}
+    how = (_REPEATS[plan.profile], _BUDGET[plan.profile])
+    timings: dict[Key, _Timing] = {}
+    for c in convergence:
+        scene, method = by_scene[c.scene], by_method[c.method]
+        if (step := _typical(c, method)) is not None:
+            key = key_of("cost", scene, method, step, how, versions_of(method), machine())
+            timings[c.scene, c.method] = _Timing(key, scene, method, step)
+    keys = {timing.key: name for name, timing in timings.items()}
+    found = {keys[key]: piece for key, piece in work.kept.there(list(keys)).items()}
+    rest = [(name, timing) for name, timing in timings.items() if name not in found]
+    batches: list[dict[Key, _Timing]] = [{}]
+    for name, timing in rest:
+        last = batches[-1]
+        if len(last) >= TOGETHER and name[0] not in {scene for scene, _ in last}:
+            batches.append(last := {})
+        last[name] = timing
+    while batches:
+        batch = batches.pop(0)
+        given = _timed_by(batch, how, work, f"costs, {len(found)} of {len(timings)}")
+        if given is None and len(batch) > 1:  # which of them it was, each alone tells
+            batches = [{name: timing} for name, timing in batch.items()] + batches
+            continue
+        for name, timing in batch.items():
+            work.kept.claim(timing.key, f"cost of {' '.join(name)}")
+            found[name] = Piece(lost=work.lost[-1]) if given is None else given[name]
+            work.kept.keep(timing.key, found[name])
     return found
 
 
-def _costs(
-    convergence: Sequence[ConvergenceStudy], plan: StudyPlan, progress: Progress
-) -> tuple[Mapping[Key, Cost], float]:
-    """Cost of each method on each scene that it ran, and the reference step's [ns]."""
-    cases = {scene.name: case_of(scene) for scene in plan.scenes}
-    by_method = {method.name: method for method in plan.methods}
-    tasks = [
-        (cases[c.scene], by_method[c.method], step)
-        for c in convergence
-        if (step := _typical(c, by_method[c.method])) is not None
-    ]
-    return costs(
-        tasks, _REPEATS[plan.profile], _BUDGET[plan.profile], lambda what: progress(what, 0, 0)
+def _timed_by(
+    batch: Mapping[Key, _Timing], how: tuple[int, float], work: Working, label: str
+) -> Mapping[Key, Piece] | None:
+    """The costs of some methods on some scenes; None where two processes have ended at it."""
+    if not batch:
+        return {}
+    work.progress(label, 0, 0)
+    arguments = ([(t.scene, t.method, t.step) for t in batch.values()], *how)
+    if work.workers is None:
+        return _timed(*arguments)
+    found: list[Mapping[Key, Piece]] = []
+    waiting = [(label, Work(_timed, arguments, LEAST + GENEROUS * len(batch) * how[0] * how[1]))]
+    work.workers.work_out(
+        lambda _: waiting.pop() if waiting else None,
+        lambda _, given: found.append(given),
+        lambda _, why: work.lost.append(why),
+        count=1,
     )
+    return found[0] if found else None
+
+
+def _timed(
+    tasks: Sequence[tuple[Scene, Method, float]], repeats: int, budget: float
+) -> Mapping[Key, Piece]:
+    """The costs of methods on scenes, each at its step; no cost where the engine runs it not."""
+    cases = {scene.name: case_of(scene) for scene, _, _ in tasks}
+    found, unit = costs([(cases[s.name], m, step) for s, m, step in tasks], repeats, budget)
+    names = [(scene.name, method.name) for scene, method, _ in tasks]
+    return {name: Piece(cost=found.get(name), reference_step=unit) for name in names}
+
+
+def _together(pieces: Mapping[Key, Piece]) -> tuple[Mapping[Key, Cost], float]:
+    """All costs in the time of one reference step [ns], the median of those beside them."""
+    units = [p.reference_step for p in pieces.values() if math.isfinite(p.reference_step)]
+    unit = statistics.median(units) if units else math.nan
+    found: dict[Key, Cost] = {}
+    for name, piece in pieces.items():
+        if (cost := piece.cost) is not None:
+            scale = unit / piece.reference_step
+            found[name] = replace(
+                cost, ns_per_step=scale * cost.ns_per_step, low=scale * cost.low,
+                high=scale * cost.high,
+            )  # fmt: skip
+    return found, unit
 
 
 def most_steps(scene: Scene, profile: Profile) -> int:
@@ -146,53 +225,41 @@ def most_steps(scene: Scene, profile: Profile) -> int:
 
 def _convergence_task(
     scene: Scene, method: Method, profile: Profile, asked: Sequence[Request]
-) -> _Task:
+) -> Task:
     """The convergence study of a pair, with the recordings of it that are asked for."""
     most = most_steps(scene, profile)
     work = _work(scene, method, chosen_step_sizes(scene, method, most))
-    own = [request for request in asked if is_of(request, scene, method)]
-    return _Task(f"{scene.name} {method.name}", work, convergence_with, (scene, method, most, own))
-
-
-def _extra_task(request: ExtraRun | ExtraConvergence, plan: StudyPlan) -> _Task:
-    steps = request.steps if isinstance(request, ExtraConvergence) else (request.step,)
-    scene, method = find_scene(request.scene), plan.method(request.method)
-    if request.duration is not None:
-        scene = replace(scene, duration=request.duration)
-    return _Task(
-        f"{scene.name} {method.name}", _work(scene, method, steps), make, (request, method)
+    own = [r for r in asked if isinstance(r, ExtraRun) and is_of(r, scene, method)]
+    key = key_of("errors", scene, method, most, own, versions_of(method))
+    return Task(
+        f"{scene.name} {method.name}", key, scene.name, work, _pair, (scene, method, most, own)
     )
 
 
-def _worked_out(
-    tasks: Mapping[Hashable, _Task], jobs: int, executor: Executor | None, progress: Progress
-) -> dict[Hashable, Any]:
-    """The results of all tasks; this process is one of the `jobs`, for it is there already, while
-    another has to load everything first."""
-    # The long ones first, so that nobody is left with one at the end.
-    order = sorted(tasks, key=lambda key: -tasks[key].work)
-    found: dict[Hashable, Any] = {}
+def _pair(scene: Scene, method: Method, most: int, own: Sequence[ExtraRun]) -> Piece:
+    found, recordings = convergence_with(scene, method, most, own)
+    return Piece(found, {request: run for request, run in recordings.items()})
 
-    def begun(key: Hashable) -> None:
-        progress(tasks[key].label, len(found), len(tasks))
 
-    with pool_of(executor, min(jobs, len(tasks)) - 1) as pool:
-        if pool is None:
-            for key, task in tasks.items():
-                begun(key)
-                found[key] = task.done()
-            return found
-        with _interrupts_held():
-            waiting = {key: pool.submit(tasks[key].do, *tasks[key].arguments) for key in order}
-        for key in order:  # what nobody has begun yet
-            if executor is None and waiting[key].cancel():
-                begun(key)
-                found[key] = tasks[key].done()
-        for key in order:
-            if key not in found:
-                begun(key)
-                found[key] = waiting[key].result()
-    return found
+def _extra_task(request: Request, plan: StudyPlan) -> Task:
+    scene, method = find_scene(request.scene), plan.method(request.method)
+    label = f"{scene.name} {method.name}"
+    where: Mapping[str, str] = {}
+    if isinstance(request, TrimmingRun):
+        work = float(request.steps * request.repeats * system_of(scene).weight)
+        label, where = f"{label}, trimmed", machine()
+    else:
+        steps = request.steps if isinstance(request, ExtraConvergence) else (request.step,)
+        if request.duration is not None:
+            scene = replace(scene, duration=request.duration)
+        work = _work(scene, method, steps)
+    kind = type(request).__name__
+    key = key_of(kind, request, scene, method, versions_of(method), where)
+    return Task(label, key, scene.name, work, _extra, (request, method))
+
+
+def _extra(request: Request, method: Method) -> Piece:
+    return Piece(extras={request: make(request, method)})
 
 
 def joined(study: Study, more: Study) -> Study:
@@ -217,40 +284,6 @@ def joined(study: Study, more: Study) -> Study:
 def pairs(scenes: Sequence[Scene], methods: Sequence[Method]) -> list[tuple[Scene, Method]]:
     """Every scene with every method that is meant for it."""
     return [(scene, method) for scene in scenes for method in methods if meant(method, scene)]
-
-
-@contextmanager
-def pool_of(executor: Executor | None, jobs: int) -> Iterator[Executor | None]:
-    """The executor, or a pool of processes, which end at once where an error or an interrupt does;
-    None for no jobs."""
-    if executor is not None or jobs < 1:
-        yield executor
-        return
-    import multiprocessing
-    from concurrent.futures import ProcessPoolExecutor
-
-    others = set(multiprocessing.active_children())
-    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-        try:
-            yield pool
-        except BaseException:
-            for process in set(multiprocessing.active_children()) - others:
-                process.terminate()
-            raise
-
-
-@contextmanager
-def _interrupts_held() -> Iterator[None]:
-    """Processes that begin meanwhile never see an interrupt (SIGINT), which a terminal sends to all
-    of them; it reaches this one afterwards."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _work(scene: Scene, method: Method, steps: Sequence[float]) -> float:

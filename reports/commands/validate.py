@@ -19,8 +19,9 @@ from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.results import Study
-from plumbob.engines.study.runner import Progress, pairs, run_study
-from plumbob.engines.study.store_file import writing
+from plumbob.engines.study.runner import pairs, run_study
+from plumbob.engines.study.unfinished import measured_into
+from plumbob.engines.study.working import Progress
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.commands import values
@@ -52,6 +53,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="also fail every pair whose relative error, at the finest step, exceeds this",
     )  # fmt: skip
     parser.add_argument("--jobs", metavar="N", help="processes for errors (default: all cores)")
+    parser.add_argument(
+        "--fresh", action="store_true",
+        help="measure all of it anew, where a study of the same scenes and methods was cut off",
+    )  # fmt: skip
     parser.add_argument("--out", metavar="DIR", default="plumbob-out", help="where the page goes")
     parser.add_argument(
         "-v", "--verbose", action="store_true", help="print reasons, intervals and step costs too"
@@ -74,20 +79,25 @@ def command(chosen: argparse.Namespace) -> int:
     junit = _replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
     _replaceable("out", Path(chosen.out) / NAME)
     out = _writable("out", Path(chosen.out))
-    with writing(out / store.FILE):
-        pass
     if junit:
         _writable("junitxml", junit.parent)
     # Arguments may hold bytes that are no UTF-8.
     line = shlex.join(["plumbob", *sys.argv[1:]]).encode("utf-8", "backslashreplace").decode()
-    with progress() as show:
-        measured = run_study(
-            scenes, methods, chosen.profile, jobs,
-            progress=show, requests=requests, command=line,
-        )  # fmt: skip
-    number = store.save(measured, out / store.FILE)
+    with measured_into(out / store.FILE, chosen.fresh, _noted) as kept, progress() as show:
+        try:
+            measured = run_study(
+                scenes, methods, chosen.profile, jobs,
+                progress=show, requests=requests, command=line, kept=kept,
+            )  # fmt: skip
+            number, given_up = kept.finished(measured)
+        except BaseException as error:
+            error.add_note("what is measured is stored: the same command goes on from there")
+            raise
+    for what in given_up:
+        _noted(f"given up: {what}; the same command tries it again")
     try:
-        return _report(chosen, out, number, junit, within)
+        code = _report(chosen, out, number, junit, within)
+        return code or (INCOMPLETE if given_up else 0)
     except BaseException as error:
         drawn = shlex.join(["plumbob", "report", str(out), "--study", str(number)])
         error.add_note(f"the study is stored: `{drawn}` draws its page")
@@ -165,6 +175,10 @@ def _print(study: Study, judged: Judgements, verbose: bool) -> None:
         table = list(terminal.scene_lines(scene, study, judged, verbose))
         if table:
             print("", *table, sep="\n")
+
+
+def _noted(what: str) -> None:
+    print(f"plumbob: {what}", file=sys.stderr)
 
 
 def _jobs(text: str | None) -> int:

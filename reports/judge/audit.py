@@ -14,7 +14,7 @@ from plumbob.engines.audit.contacts import SPEED, ContactAudit, contacts_audited
 from plumbob.engines.audit.controls import script
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.engines.registry import engines
-from plumbob.engines.study.runner import pool_of
+from plumbob.engines.workers import pool_of
 
 BUDGET = 60.0  # [s] of wall time
 

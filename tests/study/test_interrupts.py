@@ -8,20 +8,20 @@ import time
 
 import pytest
 
-from plumbob.engines.study import runner
+from plumbob.engines import workers
 
 
 def test_processes_never_see_an_interrupt() -> None:
-    with runner.pool_of(None, 1) as pool:
+    with workers.pool_of(None, 1) as pool:
         assert pool is not None
-        with runner._interrupts_held():
+        with workers.interrupts_held():
             blocked = pool.submit(signal.pthread_sigmask, signal.SIG_BLOCK, ())
         assert signal.SIGINT in blocked.result()
         assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
 def test_an_interrupt_that_comes_while_processes_begin_is_not_lost() -> None:
-    with pytest.raises(KeyboardInterrupt), runner._interrupts_held():
+    with pytest.raises(KeyboardInterrupt), workers.interrupts_held():
         signal.raise_signal(signal.SIGINT)
 
 
@@ -33,7 +33,7 @@ def test_processes_end_with_what_began_them() -> None:
 
 
 def _interrupted_while_a_process_sleeps() -> None:
-    with runner.pool_of(None, 1) as pool:
+    with workers.pool_of(None, 1) as pool:
         assert pool is not None
         pool.submit(time.sleep, 3600.0)  # [s]: not waited for
         raise KeyboardInterrupt

@@ -1,0 +1,151 @@
+"""A small study by `plumbob validate` in processes of its own, which a test ends too early."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from pathlib import Path
+
+from plumbob.engines.method import Method
+from plumbob.engines.study.convergence import convergence_study
+from plumbob.engines.study.extra_runs import ExtraRun
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.store import FILE, load
+from plumbob.engines.study.unfinished import Piece
+from plumbob.models.scene import Scene
+
+SCENE = "linear-pendulum/overdamped"
+FATAL = "ode/leapfrog"  # the method that `fatal` does not survive
+METHODS = "ode/rk4,ode/leapfrog,mujoco/euler"
+ENDS = 2.0  # [s] after which an interrupted study has ended
+LOADED = 10.0  # times that on a machine with other work
+# Keeps a list of the pieces that were measured, to tell whether one was measured twice.
+COUNTED = """
+import sys
+from plumbob.engines.study import unfinished
+usual = unfinished.Unfinished.keep
+def keep(self, key, piece):
+    usual(self, key, piece)
+    with open(sys.argv[1], "a", encoding="utf-8") as log:
+        log.write(f"{'lost ' if piece.lost else ''}{key}\\n")
+unfinished.Unfinished.keep = keep
+from plumbob.reports.cli import main
+if __name__ == "__main__":
+    %s
+    sys.exit(main(sys.argv[2:]))
+"""
+
+
+def words(out: Path, jobs: int, *more: str) -> list[str]:
+    """The command line of the study."""
+    wanted = ("--scenes", SCENE, "--methods", METHODS)
+    return ["validate", *wanted, "--out", str(out), "--jobs", str(jobs), *more]
+
+
+def begun(out: Path, jobs: int, first: str = "") -> subprocess.Popen[str]:
+    """The study, begun in a process group of its own; `first` is run before."""
+    return subprocess.Popen(
+        [sys.executable, "-c", COUNTED % first, str(out / "log"), *words(out, jobs)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+
+
+def logged(out: Path) -> list[str]:
+    """The pieces that were measured, in the order in which they were kept."""
+    file = out / "log"
+    return file.read_text("utf-8").splitlines() if file.exists() else []
+
+
+def until(true: Callable[[], bool], process: subprocess.Popen[str]) -> None:
+    """Wait until something is so, or the process has ended."""
+    while process.poll() is None and not true():
+        time.sleep(0.005)
+
+
+def children(process: subprocess.Popen[str]) -> list[int]:
+    """The worker processes of a study: those of its group that work out pieces."""
+    return [
+        pid for pid in group(process.pid) if pid != process.pid and b"spawn_main" in _command(pid)
+    ]
+
+
+def group(leader: int) -> list[int]:
+    """The processes of a group that still run."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                fields = (entry / "stat").read_text("ascii", "replace").rpartition(")")[2].split()
+            except OSError:
+                continue
+            if int(fields[2]) == leader and fields[0] != "Z":
+                found.append(int(entry.name))
+    return found
+
+
+def _command(pid: int) -> bytes:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return b""
+
+
+def ended(process: subprocess.Popen[str]) -> tuple[str, float]:
+    """What it has written on stderr, and the time [s] until the last process of its group ended."""
+    begin = time.monotonic()
+    _, err = process.communicate(timeout=60.0)
+    while group(process.pid) and time.monotonic() - begin < LOADED * ENDS:
+        time.sleep(0.01)
+    return err, time.monotonic() - begin
+
+
+def sent(process: subprocess.Popen[str], number: signal.Signals, target: str) -> None:
+    """Send a signal to the process, to one of its workers, or to its group."""
+    if target == "group":
+        os.killpg(process.pid, number)
+    else:
+        at = children(process)[:1] if target == "worker" else [process.pid]
+        for pid in at:
+            os.kill(pid, number)
+
+
+def errors(study: Study) -> dict[tuple[str, str], list[object]]:
+    """The figures of a study that do not depend on how long it took."""
+    return {
+        (c.scene, c.method): [(m.step, m.status, m.steps, m.errors) for m in c.measurements]
+        for c in study.convergence
+    }
+
+
+def stored(out: Path) -> Study:
+    """The newest study of a folder."""
+    found = load(out / FILE)
+    assert found is not None
+    return found
+
+
+def rows(out: Path, table: str) -> int:
+    """How many rows a table of a folder's store has."""
+    with closing(sqlite3.connect(f"file:{out / FILE}?mode=ro", uri=True)) as opened:
+        return int(opened.execute(f"select count(*) from {table}").fetchone()[0])
+
+
+def run_to_its_end(out: Path, jobs: int, first: str = "") -> tuple[int, str]:
+    """Exit code and stderr of the study."""
+    process = begun(out, jobs, first)
+    err, _ = ended(process)
+    assert not group(process.pid)
+    return process.returncode, err
+
+
+def fatal(scene: Scene, method: Method, most: int, own: Sequence[ExtraRun]) -> Piece:
+    """The convergence study of a pair, for a worker; with one method it ends its process."""
+    if method.name == FATAL:
+        signal.raise_signal(signal.SIGKILL)
+    return Piece(convergence_study(scene, method, most), dict.fromkeys(own))

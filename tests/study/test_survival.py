@@ -1,0 +1,193 @@
+"""A study that is ended before its time goes on: nothing lost, nothing done twice, same figures."""
+
+from __future__ import annotations
+
+import io
+import os
+import resource
+import shutil
+import signal
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from plumbob.engines.study import runner, unfinished
+from plumbob.engines.study.unfinished import Piece
+from plumbob.reports.cli import main
+from plumbob.tests.study import disturbed
+
+OLD = "the page of an older study"
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the study as it is when nothing ends it."""
+    out = tmp_path_factory.mktemp("undisturbed")
+    assert main(disturbed.words(out, 1)) == 0
+    return out
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    """A folder with an older page."""
+    (tmp_path / "index.html").write_text(OLD)
+    return tmp_path
+
+
+def _forked(out: Path, words: Sequence[str], limit: int = 0) -> tuple[int, str]:
+    """How a study ends in a process of its own, and what it says; `limit` is that of a file's
+    size [bytes]."""
+    child = os.fork()
+    if not child:
+        code = 99
+        try:
+            sys.stdout = io.StringIO()
+            sys.stderr = (out / "said").open("w")
+            if limit:
+                resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            code = main(words)
+            sys.stderr.flush()
+        finally:
+            os._exit(code)
+    _, status = os.waitpid(child, 0)
+    return os.waitstatus_to_exitcode(status), (out / "said").read_text()
+
+
+def _counting(monkeypatch: pytest.MonkeyPatch, out: Path, ends: int = 0, number: int = 0) -> None:
+    """Note each piece that is kept; at the piece of number `ends` comes the signal `number`."""
+    usual = unfinished.Unfinished.keep
+
+    def keep(self: unfinished.Unfinished, key: str, piece: Piece) -> None:
+        if number and len(disturbed.logged(out)) + 1 == ends:
+            os.kill(os.getpid(), number)
+        usual(self, key, piece)
+        with (out / "log").open("a") as log:
+            log.write(f"{key}\n")
+
+    monkeypatch.setattr(unfinished.Unfinished, "keep", keep)
+
+
+@pytest.mark.parametrize("moment", [1, 3, 6])
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_a_study_goes_on_after_a_signal(
+    number: signal.Signals, moment: int, out: Path, undisturbed: Path,
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    words = disturbed.words(out, 1)
+    with monkeypatch.context() as patched:
+        _counting(patched, out, moment, number)
+        code, said = _forked(out, words)
+    assert code == (-signal.SIGKILL if number == signal.SIGKILL else 130)
+    assert number == signal.SIGKILL or said == (
+        "plumbob: interrupted; what is measured is stored: the same command goes on from there\n"
+    )
+    assert (out / "index.html").read_text() == OLD
+    _counting(monkeypatch, out)
+    assert main(words) == 0
+    err = capsys.readouterr().err
+    assert ("goes on: " in err) == (moment > 1)
+    counts = Counter(disturbed.logged(out))
+    assert set(counts.values()) == {1}
+    assert len(counts) == 7  # two pairs, two extra runs and three costs
+    assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
+        disturbed.stored(undisturbed)
+    )
+    assert [disturbed.rows(out, table) for table in ("study", "piece", "piece_extra")] == [1, 0, 0]
+    assert (out / "index.html").read_text() != OLD
+
+
+def test_workers_are_killed_then_the_parent_then_all_are_interrupted(
+    out: Path, undisturbed: Path
+) -> None:
+    study = disturbed.begun(out, 2)
+    disturbed.until(lambda: len(disturbed.children(study)) == 2, study)
+    disturbed.sent(study, signal.SIGKILL, "worker")
+    disturbed.until(lambda: len(disturbed.logged(out)) > 0, study)
+    disturbed.sent(study, signal.SIGKILL, "parent")
+    _, seconds = disturbed.ended(study)
+    assert study.returncode == -signal.SIGKILL
+    assert seconds < disturbed.LOADED * disturbed.ENDS
+    study = disturbed.begun(out, 2)
+    disturbed.until(lambda: len(disturbed.children(study)) > 0, study)
+    disturbed.sent(study, signal.SIGINT, "group")
+    err, seconds = disturbed.ended(study)
+    assert study.returncode == 130
+    assert seconds < disturbed.LOADED * disturbed.ENDS
+    assert "plumbob: goes on: " in err
+    assert "plumbob: interrupted; " in err
+    assert (out / "index.html").read_text() == OLD
+    assert main(disturbed.words(out, 1)) == 0
+    assert set(Counter(disturbed.logged(out)).values()) == {1}
+    assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
+        disturbed.stored(undisturbed)
+    )
+
+
+def test_two_processes_measure_one_study(
+    out: Path, undisturbed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _counting(monkeypatch, out)
+    other = os.fork()
+    if not other:
+        code = 99
+        try:
+            code = main(disturbed.words(out, 1))
+        finally:
+            os._exit(code)
+    assert main(disturbed.words(out, 1)) == 0
+    assert os.waitstatus_to_exitcode(os.waitpid(other, 0)[1]) == 0
+    if disturbed.rows(out, "study") == 1:  # unless one began after the other had ended
+        assert set(Counter(disturbed.logged(out)).values()) == {1}
+    assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
+        disturbed.stored(undisturbed)
+    )
+
+
+def test_what_two_workers_die_of_is_named_and_tried_again(
+    out: Path, undisturbed: Path, capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    with monkeypatch.context() as patched:
+        patched.setattr(runner, "_pair", disturbed.fatal)
+        assert main(disturbed.words(out, 2)) == 3
+    captured = capsys.readouterr()
+    label = f"{disturbed.SCENE} {disturbed.FATAL}"
+    assert f"given up: {label}: its process was ended by SIGKILL, 2 times" in captured.err
+    assert "missing" in captured.out
+    shown = {c.method: c.measurements for c in disturbed.stored(out).convergence}
+    assert [m.status for m in shown.pop(disturbed.FATAL)] == ["missing"]
+    assert {m.status for found in shown.values() for m in found} == {"done"}
+    assert main(disturbed.words(out, 1)) == 0
+    assert "goes on: " in capsys.readouterr().err
+    assert disturbed.rows(out, "study") == 1
+    assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
+        disturbed.stored(undisturbed)
+    )
+
+
+@pytest.mark.parametrize(
+    ("limit", "said"),
+    [(50_000, "store = "), (120_000, "store = "), (2_000_000, "the study is stored: `plumbob re")],
+)
+def test_a_full_disk_loses_nothing(
+    limit: int, said: str, out: Path, undisturbed: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, err = _forked(out, disturbed.words(out, 1), limit)
+    assert code == 2
+    assert err.count("\n") == 1
+    assert said in err
+    assert (out / "index.html").read_text() == OLD
+    assert main(disturbed.words(out, 1)) == 0
+    assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
+        disturbed.stored(undisturbed)
+    )
+
+
+def test_a_complete_study_is_measured_anew(undisturbed: Path, tmp_path: Path) -> None:
+    shutil.copytree(undisturbed, tmp_path / "again")
+    assert main(disturbed.words(tmp_path / "again", 1)) == 0
+    assert disturbed.rows(tmp_path / "again", "study") == 2
