@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, Literal
 
 import numpy as np
@@ -20,6 +20,7 @@ from plumbob.models.scene import Case, Quantity
 
 # Of the difference to a second run with a much smaller tolerance: its error is at most half.
 SURE = 2.0
+SHARED = 64  # sets of samples for which the exact answer and its errors are kept
 REFERENCE_STEP = 1e-3  # [s] that errors of fixed-step methods are shown at
 Status = Literal["done", "diverged", "unsupported", "missing"]
 
@@ -99,6 +100,7 @@ class Measurement:
 
 
 Second = Callable[[], Trajectory | None]
+Powers = Mapping[int, Mapping[str, Array]]  # {p: {observable: C_p step^p at the samples}}
 
 
 def measure(
@@ -173,19 +175,10 @@ def _errors(
     model: Mapping[str, Mapping[str, float]],
     second: Second,
 ) -> Mapping[str, ObservedError]:
-    exact, theory, names = case.reference, case.errors, [o.name for o in case.system.observables]
-    truth, doubt = exact.observe(run.times), exact.uncertainty(run.times)
-    scheme = scheme_of(case, method)
-    series = theory.series(scheme, run.times)
-    powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
-    total = {
-        name: sum((terms[name] for terms in powers.values()), np.zeros(len(run.times)))
-        for name in names
-        if powers and all(name in terms for terms in powers.values())
-    }
-    for values in total.values():
-        values[run.times == 0.0] = 0.0  # no step has been taken, and no joint has pulled
-    nonlinear = exact.nonlinearity(run.times, total) if total else 0.0
+    exact, names = case.reference, [o.name for o in case.system.observables]
+    times, scheme = run.times.tobytes(), scheme_of(case, method)
+    truth, doubt = _exact(_Same(exact), times)
+    powers, total, nonlinear = _expected(_Same(exact), _Same(case.errors), scheme, step, times)
     errors = {n: run.observables[n] - truth[n] for n in names if n in run.observables}
     predicted = {
         name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear, scheme)
@@ -196,7 +189,7 @@ def _errors(
     if method.control == "step" and not (
         predicted and all(reaches(p.terms, p.largest, p.nonlinearity) for p in predicted.values())
     ):
-        stepped = theory.at_step(scheme, step, run.times)
+        stepped = _stepped(_Same(case.errors), scheme, step, times)
     own = stepped.uncertainty or {}
     adaptive = scheme.integrator == ADAPTIVE
     controlled = _controlled(exact, run, errors, doubt, second()) if adaptive else {}
@@ -214,6 +207,54 @@ def _errors(
         )
         for name, error in errors.items()
     }
+
+
+@dataclass(frozen=True, eq=False)
+class _Same:
+    """An object, equal to itself alone: what was worked out from it is known by it."""
+
+    one: Any
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and self.one is other.one
+
+    def __hash__(self) -> int:
+        return id(self.one)
+
+
+@lru_cache(maxsize=SHARED)
+def _exact(exact: _Same, times: bytes) -> tuple[Mapping[str, Array], Mapping[str, Array]]:
+    """The observables of a Reference, and what double precision allows them, at `times` [s]: the
+    same for all methods whose samples those are."""
+    at = np.frombuffer(times)
+    return exact.one.observe(at), exact.one.uncertainty(at)
+
+
+@lru_cache(maxsize=SHARED)
+def _expected(
+    exact: _Same, theory: _Same, scheme: Scheme, step: float, times: bytes
+) -> tuple[Powers, Mapping[str, Array], float]:
+    """The terms of the series of an ErrorTheory at `step` [s] and `times` [s], their sum, where
+    every power has the observable, and its nonlinearity: the same for all methods of a scheme."""
+    at = np.frombuffer(times)
+    series = theory.one.series(scheme, at)
+    powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
+    names = dict.fromkeys(name for terms in powers.values() for name in terms)
+    total = {
+        name: sum((terms[name] for terms in powers.values()), np.zeros(len(at)))
+        for name in names
+        if all(name in terms for terms in powers.values())
+    }
+    for values in total.values():
+        values[at == 0.0] = 0.0  # no step has been taken, and no joint has pulled
+    return powers, total, exact.one.nonlinearity(at, total) if total else 0.0
+
+
+@lru_cache(maxsize=SHARED)
+def _stepped(theory: _Same, scheme: Scheme, step: float, times: bytes) -> SteppedErrors:
+    """What an ErrorTheory says of a step as it is: the same for all methods of a scheme."""
+    found: SteppedErrors = theory.one.at_step(scheme, step, np.frombuffer(times))
+    return found
 
 
 def confirming(case: Case, method: Method) -> Trajectory | None:
