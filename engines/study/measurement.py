@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from plumbob.analytic.errors.schemes import ADAPTIVE, Scheme
+from plumbob.analytic.errors.shared import Same, as_stepped, exactly, expected
 from plumbob.analytic.errors.theory import SteppedErrors, reaches
 from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.method import Method, Unsupported, meant
@@ -20,7 +21,6 @@ from plumbob.models.scene import Case, Quantity
 
 # Of the difference to a second run with a much smaller tolerance: its error is at most half.
 SURE = 2.0
-SHARED = 64  # sets of samples for which the exact answer and its errors are kept
 REFERENCE_STEP = 1e-3  # [s] that errors of fixed-step methods are shown at
 Status = Literal["done", "diverged", "unsupported", "missing"]
 
@@ -100,7 +100,6 @@ class Measurement:
 
 
 Second = Callable[[], Trajectory | None]
-Powers = Mapping[int, Mapping[str, Array]]  # {p: {observable: C_p step^p at the samples}}
 
 
 def measure(
@@ -177,8 +176,8 @@ def _errors(
 ) -> Mapping[str, ObservedError]:
     exact, names = case.reference, [o.name for o in case.system.observables]
     times, scheme = run.times.tobytes(), scheme_of(case, method)
-    truth, doubt = _exact(_Same(exact), times)
-    powers, total, nonlinear = _expected(_Same(exact), _Same(case.errors), scheme, step, times)
+    truth, doubt = exactly(Same(exact), times)
+    powers, total, nonlinear = expected(Same(exact), Same(case.errors), scheme, step, times)
     errors = {n: run.observables[n] - truth[n] for n in names if n in run.observables}
     predicted = {
         name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear, scheme)
@@ -189,7 +188,7 @@ def _errors(
     if method.control == "step" and not (
         predicted and all(reaches(p.terms, p.largest, p.nonlinearity) for p in predicted.values())
     ):
-        stepped = _stepped(_Same(case.errors), scheme, step, times)
+        stepped = as_stepped(Same(case.errors), scheme, step, times)
     own = stepped.uncertainty or {}
     adaptive = scheme.integrator == ADAPTIVE
     controlled = _controlled(exact, run, errors, doubt, second()) if adaptive else {}
@@ -209,54 +208,6 @@ def _errors(
     }
 
 
-@dataclass(frozen=True, eq=False)
-class _Same:
-    """An object, equal to itself alone: what was worked out from it is known by it."""
-
-    one: Any
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Same) and self.one is other.one
-
-    def __hash__(self) -> int:
-        return id(self.one)
-
-
-@lru_cache(maxsize=SHARED)
-def _exact(exact: _Same, times: bytes) -> tuple[Mapping[str, Array], Mapping[str, Array]]:
-    """The observables of a Reference, and what double precision allows them, at `times` [s]: the
-    same for all methods whose samples those are."""
-    at = np.frombuffer(times)
-    return exact.one.observe(at), exact.one.uncertainty(at)
-
-
-@lru_cache(maxsize=SHARED)
-def _expected(
-    exact: _Same, theory: _Same, scheme: Scheme, step: float, times: bytes
-) -> tuple[Powers, Mapping[str, Array], float]:
-    """The terms of the series of an ErrorTheory at `step` [s] and `times` [s], their sum, where
-    every power has the observable, and its nonlinearity: the same for all methods of a scheme."""
-    at = np.frombuffer(times)
-    series = theory.one.series(scheme, at)
-    powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
-    names = dict.fromkeys(name for terms in powers.values() for name in terms)
-    total = {
-        name: sum((terms[name] for terms in powers.values()), np.zeros(len(at)))
-        for name in names
-        if all(name in terms for terms in powers.values())
-    }
-    for values in total.values():
-        values[at == 0.0] = 0.0  # no step has been taken, and no joint has pulled
-    return powers, total, exact.one.nonlinearity(at, total) if total else 0.0
-
-
-@lru_cache(maxsize=SHARED)
-def _stepped(theory: _Same, scheme: Scheme, step: float, times: bytes) -> SteppedErrors:
-    """What an ErrorTheory says of a step as it is: the same for all methods of a scheme."""
-    found: SteppedErrors = theory.one.at_step(scheme, step, np.frombuffer(times))
-    return found
-
-
 def confirming(case: Case, method: Method) -> Trajectory | None:
     """The run that a method which controls its local error is held to; None where its engine has
     none, or it fails."""
@@ -264,7 +215,34 @@ def confirming(case: Case, method: Method) -> Trajectory | None:
     if chosen is None:
         return None
     other, tolerance = chosen(method)
-    run = engine_of(method).prepare(case, other, tolerance).run()
+    return _confirmed(_Second(case, other, tolerance))
+
+
+@dataclass(frozen=True, eq=False)
+class _Second:
+    """A run to hold others to: of a problem the same, whichever method asks for it."""
+
+    case: Case
+    method: Method
+    tolerance: float
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, _Second)
+            and self.case.problem is other.case.problem
+            and self.case.scene.duration == other.case.scene.duration
+            and self.method is other.method
+            and self.tolerance == other.tolerance
+        )
+
+    def __hash__(self) -> int:
+        return hash((id(self.case.problem), self.method.name, self.tolerance))
+
+
+@lru_cache(maxsize=4)
+def _confirmed(second: _Second) -> Trajectory | None:
+    """The trajectory of such a run; None where it fails."""
+    run = engine_of(second.method).prepare(second.case, second.method, second.tolerance).run()
     return None if run.diverged_at is not None or len(run.times) < 2 else run
 
 
