@@ -12,7 +12,7 @@ from plumbob.engines.registry import engine_of, installed
 from plumbob.models.scene import Case
 
 Key = tuple[str, str]  # scene, method
-TRIAL = 1000  # steps of a first trial
+TRIAL = 300  # steps of a trial, and the least that are timed
 PIECES = 64  # of a scene, one of which is an adaptive solver's first trial
 EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of a long run's
 
@@ -98,21 +98,22 @@ def reference_step(steps: int = 10_000) -> Callable[[], float]:
 
 def _sized(case: Case, method: Method, step: float, budget: float) -> Piece:
     """The scene, compiled, and the fraction of it that takes about `budget` seconds to step,
-    found by trials of longer and longer pieces; raises Unsupported."""
+    found by a trial, or for an adaptive method by trials of longer and longer pieces; raises
+    Unsupported."""
     adaptive, duration = method.control == "tolerance", case.scene.duration
     simulation = engine_of(method).prepare(case, method, step)
-    fraction = 1.0 / PIECES if adaptive else min(1.0, TRIAL * step / duration)
-    while True:
+    if not adaptive:
+        fraction = min(1.0, TRIAL * step / duration)
+        trial = simulation.stepped(fraction)
+        pace = max(trial.seconds / max(trial.steps, 1), 1e-9)
+        return Piece(simulation, min(1.0, max(fraction, budget / pace * step / duration)))
+    fraction = 1.0 / PIECES
+    while fraction < 1.0:
         run = simulation.stepped(fraction)
-        enough = run.seconds >= budget and (not adaptive or run.steps >= EVALUATIONS)
-        if enough or fraction >= 1.0:
-            return Piece(simulation, fraction)
-        longer = 2.0 * fraction
-        if not adaptive:
-            longer = budget / max(run.seconds / max(run.steps, 1), 1e-9) * step / duration
-            if longer <= 1.5 * fraction:
-                return Piece(simulation, fraction)
-        fraction = min(longer, 1.0)
+        if run.seconds >= budget and run.steps >= EVALUATIONS:
+            break
+        fraction = min(2.0 * fraction, 1.0)
+    return Piece(simulation, fraction)
 
 
 def _cost(values: Sequence[float], unit: float, compile_seconds: float) -> Cost:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, Literal
 
 import numpy as np
 
 from plumbob.analytic.errors.schemes import ADAPTIVE, Scheme
+from plumbob.analytic.errors.shared import Same, as_stepped, exactly, expected
 from plumbob.analytic.errors.theory import SteppedErrors, reaches
 from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.method import Method, Unsupported, meant
@@ -173,19 +174,10 @@ def _errors(
     model: Mapping[str, Mapping[str, float]],
     second: Second,
 ) -> Mapping[str, ObservedError]:
-    exact, theory, names = case.reference, case.errors, [o.name for o in case.system.observables]
-    truth, doubt = exact.observe(run.times), exact.uncertainty(run.times)
-    scheme = scheme_of(case, method)
-    series = theory.series(scheme, run.times)
-    powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
-    total = {
-        name: sum((terms[name] for terms in powers.values()), np.zeros(len(run.times)))
-        for name in names
-        if powers and all(name in terms for terms in powers.values())
-    }
-    for values in total.values():
-        values[run.times == 0.0] = 0.0  # no step has been taken, and no joint has pulled
-    nonlinear = exact.nonlinearity(run.times, total) if total else 0.0
+    exact, names = case.reference, [o.name for o in case.system.observables]
+    times, scheme = run.times.tobytes(), scheme_of(case, method)
+    truth, doubt = exactly(Same(exact), times)
+    powers, total, nonlinear = expected(Same(exact), Same(case.errors), scheme, step, times)
     errors = {n: run.observables[n] - truth[n] for n in names if n in run.observables}
     predicted = {
         name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear, scheme)
@@ -196,7 +188,7 @@ def _errors(
     if method.control == "step" and not (
         predicted and all(reaches(p.terms, p.largest, p.nonlinearity) for p in predicted.values())
     ):
-        stepped = theory.at_step(scheme, step, run.times)
+        stepped = as_stepped(Same(case.errors), scheme, step, times)
     own = stepped.uncertainty or {}
     adaptive = scheme.integrator == ADAPTIVE
     controlled = _controlled(exact, run, errors, doubt, second()) if adaptive else {}
@@ -223,7 +215,34 @@ def confirming(case: Case, method: Method) -> Trajectory | None:
     if chosen is None:
         return None
     other, tolerance = chosen(method)
-    run = engine_of(method).prepare(case, other, tolerance).run()
+    return _confirmed(_Second(case, other, tolerance))
+
+
+@dataclass(frozen=True, eq=False)
+class _Second:
+    """A run to hold others to: of a problem the same, whichever method asks for it."""
+
+    case: Case
+    method: Method
+    tolerance: float
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, _Second)
+            and self.case.problem is other.case.problem
+            and self.case.scene.duration == other.case.scene.duration
+            and self.method is other.method
+            and self.tolerance == other.tolerance
+        )
+
+    def __hash__(self) -> int:
+        return hash((id(self.case.problem), self.method.name, self.tolerance))
+
+
+@lru_cache(maxsize=4)
+def _confirmed(second: _Second) -> Trajectory | None:
+    """The trajectory of such a run; None where it fails."""
+    run = engine_of(second.method).prepare(second.case, second.method, second.tolerance).run()
     return None if run.diverged_at is not None or len(run.times) < 2 else run
 
 

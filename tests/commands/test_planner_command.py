@@ -19,6 +19,7 @@ from plumbob.reports.commands.plan import PLACES
         ("radius", "radius=0.5"),
         ("manoeuvres", "manoeuvres=3"),
         ("manoeuvres", "stroke=1e-3"),
+        ("manoeuvres", "manoeuvres=100000"),
         ("holding", "holding=1.1"),
         ("stroke", "stroke=0"),
         ("friction", "friction=0"),

@@ -6,8 +6,11 @@ import mujoco
 import numpy as np
 import pytest
 
+from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.mujoco import contact_model
+from plumbob.engines.adapters.mujoco.capsule import SETTLED
+from plumbob.engines.adapters.mujoco.contacts import STIFFNESS
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.models.registry import case_of, scene, system_of
@@ -253,3 +256,19 @@ def test_hard_cases_are_as_predicted(case: str, method: str) -> None:
     # steps.
     step = {"light-slider": 1e-5, "w1-threshold": 1e-4}.get(case, 5e-4)
     assert verdict(run(f"capsule-line/{case}", method, step)[0], method) == "pass"
+
+
+@pytest.mark.parametrize(("name", "step"), [("capsule-line/ca1", 1e-3), ("capsule-turn/0.3", 1e-4)])
+def test_contacts_that_converge_have_settled(
+    name: str, step: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case, method = case_of(scene(name)), METHODS["euler+coulomb"]
+
+    def rest(steps: int) -> Array:
+        monkeypatch.setattr("plumbob.engines.adapters.mujoco.capsule.SETTLED", steps)
+        return np.asarray(compiled(case, method, step).translation.qpos)
+
+    long = rest(2000)
+    off, early = (float(np.abs(rest(steps) - long).max()) for steps in (SETTLED, SETTLED // 10))
+    depth = 9.81 * (step / STIFFNESS) ** 2 / 3.0  # about the contacts' static penetration
+    assert off <= 1e-9 * depth < early

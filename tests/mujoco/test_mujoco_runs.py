@@ -19,6 +19,9 @@ from plumbob.engines.adapters.mujoco.options import BIT, collected, needless_sta
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
 from plumbob.engines.adapters.mujoco.translation import Translation
 from plumbob.engines.method import Method
+from plumbob.engines.registry import method as find_method
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
 from plumbob.tests.support.cone_scene import SYSTEM, scene
 from plumbob.tests.support.one_hinge import HINGE
 
@@ -201,3 +204,19 @@ def test_adapters_are_imported_without_their_engines(code: str) -> None:
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, cwd=root, check=True, capture_output=True, text=True)
     assert done.stdout.strip() == "set()"
+
+
+@pytest.mark.parametrize("name", ["mujoco/euler", "mujoco/rk4", "mujoco/implicitfast"])
+def test_sensors_are_those_of_the_samples_to_the_bit(name: str) -> None:
+    case = case_of(find_scene("simple-pendulum/damped-rotating"))
+    made = compiled(case, find_method(name), 1e-2)
+    states = simulations.take_steps(made.model, made.data, made._start(), 40).states
+    before = made.model.opt.disableflags, made.model.opt.integrator
+    found = simulations.sensor_data(made.model, made.data, states)
+    assert (made.model.opt.disableflags, made.model.opt.integrator) == before
+    made.model.opt.disableflags &= ~int(BIT.mjDSBL_SENSOR)
+    for row, state in zip(found, states, strict=True):
+        mujoco.mj_setState(made.model, made.data, state, simulations.STATE)
+        mujoco.mj_forward(made.model, made.data)
+        np.testing.assert_array_equal(row, made.data.sensordata)
+    assert np.ptp(found[:, 2]) > 0.0

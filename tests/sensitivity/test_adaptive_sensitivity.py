@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plumbob.analytic.errors.shared import Same, exactly
 from plumbob.engines.registry import engine_of, installed, method
 from plumbob.engines.study.measurement import Measurement, confirming, measure
 from plumbob.models.registry import case_of, scene
@@ -72,3 +73,13 @@ def test_the_second_run_is_the_most_exact_of_its_engine() -> None:
     assert second is not None
     off = second.observables["theta"] - case.reference.observe(second.times)["theta"]
     assert np.abs(off).max() < 1e-10
+
+
+def test_methods_share_what_they_are_held_to() -> None:
+    case = case_of(scene("simple-pendulum/free-small"))
+    radau, lsoda = (confirming(case, method(f"ode/{name}")) for name in ("radau", "lsoda"))
+    assert radau is lsoda
+    assert confirming(case.lasting(1.0), method("ode/radau")) is not radau
+    exact, times = case.reference, np.linspace(0.0, 1.0, 3).tobytes()
+    assert exactly(Same(exact), times) is exactly(Same(exact), times)
+    assert Same(exact) != Same(replace(exact))

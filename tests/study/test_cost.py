@@ -32,7 +32,7 @@ def test_a_long_adaptive_run_is_cut(method: str, step: float) -> None:
 
 def test_what_fits_the_budget_is_run_whole() -> None:
     assert timed("ode/dop853", 1e-8, budget=1e3).fraction == 1.0
-    assert timed("mujoco/euler", 1e-1, budget=1e-9).stepped().steps == 500
+    assert timed("mujoco/euler", 2e-1, budget=1e-9).stepped().steps == 250
     assert cost.TRIAL <= timed("mujoco/euler", 1e-4, budget=4e-3).stepped().steps < 500_000
 
 

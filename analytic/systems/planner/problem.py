@@ -10,6 +10,7 @@ from plumbob.analytic.systems.capsule import Arc, Capsule, Point, Segment, valid
 from plumbob.analytic.systems.manoeuvres.slow_motion import proper_fraction
 
 FULL_CIRCLE = 2.0 * math.pi
+MOST = 1000  # manoeuvres of a plan: half a minute
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,9 @@ class Limits:
         if isinstance(self.manoeuvres, bool) or not isinstance(self.manoeuvres, int):
             raise ParameterError("manoeuvres", self.manoeuvres, "a whole number")
         positive("manoeuvres", self.manoeuvres)
+        if self.manoeuvres > MOST:
+            need = f"at most {MOST}: the exact motion of each takes some hundredths of a second"
+            raise ParameterError("manoeuvres", self.manoeuvres, need)
 
 
 def check_limits(capsule: Capsule, limits: Limits, arc: Arc) -> None:

@@ -149,6 +149,13 @@ def sliding_rates(
     return rates * pace[:, None], derivative
 
 
+def rates_in_time(body: Mechanics, at: Configuration, state: Array, heading: Array) -> Array:
+    """Rates of (p_x, p_y, omega, t) by time while every support slides, shape (n, 4)."""
+    point, omega = state[:, 0] + 1j * state[:, 1], state[:, 2]
+    velocities = support_velocities(at, point, omega)
+    return _rates(body, at, point, omega, heading, velocities / np.abs(velocities))
+
+
 def _widening(body: Mechanics, at: Configuration) -> Array:
     """d/dt of the moment of inertia [kg m^2/s], shape (n,)."""
     return np.asarray(2.0 * body.reduced_mass * (at.position.conjugate() * at.velocity).real)

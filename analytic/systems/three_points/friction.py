@@ -8,6 +8,7 @@ Chernousko 2020, eqs. 1-4; the mode changes are this project's own.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -69,6 +70,7 @@ class Now:
     departure: Guess | None = None
 
 
+@lru_cache(maxsize=16)  # a reference and what theory samples are one motion
 def three_point_motion(
     capsule: Capsule,
     path: SliderPath,

@@ -16,7 +16,13 @@ from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.slider_path import Piece, SliderPath, StraightPiece
 from plumbob.analytic.systems.three_points.equations import Complex, Mechanics, configuration
-from plumbob.analytic.systems.three_points.smooth_segment import Mode, SmoothSegment, com_of
+from plumbob.analytic.systems.three_points.smooth_segment import (
+    Indices,
+    Mode,
+    SmoothSegment,
+    com_of,
+    states_of,
+)
 
 ROUNDINGS = 32 * ROUNDOFF  # of a sum over some tens of segments
 
@@ -105,14 +111,19 @@ class ThreePointMotion:
         which = np.clip(np.searchsorted(self.begins, times, side="right") - 1, 0, None)
         place, speed = np.empty(times.size, dtype=complex), np.zeros(times.size, dtype=complex)
         heading, omega = np.empty(times.size), np.zeros(times.size)
-        for index in np.unique(which):
-            here, segment = which == index, self.segments[index]
-            local = times[here] - self.path.breakpoints[segment.piece]
+        local = times - np.array([self.path.breakpoints[s.piece] for s in self.segments])[which]
+        met = {int(index): self.segments[index] for index in np.unique(which)}
+        for index, segment in met.items():
             if segment.coefficients is None:
-                place[here], heading[here] = self._resting(segment)
-            else:
-                local = np.clip(local, segment.start, segment.end)
-                place[here], speed[here], heading[here], omega[here] = self._moving(segment, local)
+                place[which == index], heading[which == index] = self._resting(segment)
+        for count in {len(s.coefficients) for s in met.values() if s.coefficients is not None}:
+            moving = [
+                index for index, segment in met.items()
+                if segment.coefficients is not None and len(segment.coefficients) == count
+            ]  # fmt: skip
+            here = np.isin(which, moving)
+            found = self._moving(moving, which[here], local[here])
+            place[here], speed[here], heading[here], omega[here] = found
         return Pose(
             np.column_stack([place.real, place.imag]),
             heading,
@@ -126,12 +137,21 @@ class ThreePointMotion:
         return com_of(self.body, at, segment.first), segment.first.heading
 
     def _moving(
-        self, segment: SmoothSegment, local: Array
+        self, met: list[int], which: Indices, local: Array
     ) -> tuple[Complex, Complex, Array, Array]:
         """Place [m] and velocity [m/s] of C, heading [rad] and its rate [rad/s] at `local` times
-        [s], shape (n,), of a moving segment."""
-        px, py, rate, _, psi, x, y = segment.states(local).T
-        at = configuration(self.body, self.piece(segment.piece), local)
-        turn, arm = np.exp(1j * psi), self.body.mass_ratio * at.position
+        [s], shape (n,), of the moving segments with the numbers `which`, shape (n,), among `met`,
+        whose polynomials have the same degree."""
+        segments = [self.segments[index] for index in met]
+        number = np.searchsorted(met, which)
+        begun, over = np.array([(s.start, s.end) for s in segments]).T
+        local = np.clip(local, begun[number], over[number])
+        px, py, rate, _, psi, x, y = states_of(segments, number, local).T
+        pieces = np.array([s.piece for s in segments])
+        position = np.empty(len(local), dtype=complex)
+        for piece in np.unique(pieces):
+            on = pieces[number] == piece
+            position[on] = configuration(self.body, self.piece(int(piece)), local[on]).position
+        turn, arm = np.exp(1j * psi), self.body.mass_ratio * position
         place = x + 1j * y - arm * turn
         return place, turn * (px + 1j * py - 1j * rate * arm), psi, rate

@@ -28,6 +28,7 @@ from plumbob.analytic.systems.three_points.equations import (
     Configuration,
     Mechanics,
     configuration,
+    rates_in_time,
     sliding_rates,
     support_velocities,
 )
@@ -232,15 +233,15 @@ def _continuing(
     [m/s] the largest speed scale met in it."""
     at = configuration(body, piece, np.array([state.time]))
     start, heading = _row(state)[None, :], np.array([state.heading])
-    rates, derivative = sliding_rates(body, at, start, heading, None)
-    supports = _support_motion(body, at, state, rates[0])
+    supports = _support_motion(body, at, state, rates_in_time(body, at, start, heading)[0])
     slowing, speed = supports.slowing, speed_scale(at, state)
     time_scale = min(remaining, REACH * float((supports.speeds / slowing).max()))
     clock, longest = None, min(time_scale, remaining)
     # v_i + t dv_i/dt vanishes at a complex time, |v_i|/|dv_i/dt| from here: a pole of the forces.
     if (supports.speeds < NEAR_POLE * time_scale * slowing).any():
         clock = (1.0 / time_scale, slowing)
-        rates, derivative = sliding_rates(body, at, start, heading, clock)
+    rates, derivative = sliding_rates(body, at, start, heading, clock)
+    if clock:
         longest = _longest_decay(supports, -float(rates[0, 3]), speed, fastest)
 
     def guess(size: float) -> Array:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
-from plumbob.analytic.numerics.collocation import Collocation, evaluate
+from plumbob.analytic.numerics.collocation import Collocation, basis, evaluate
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.slider_path import Piece
 from plumbob.analytic.systems.three_points.equations import Configuration, Mechanics, configuration
@@ -16,6 +18,7 @@ CLOSE = 1e-12  # Newton converges quadratically: the step after one this small i
 NEWTON_STEPS = 8
 BRACKETS = 64  # of a segment, to start Newton's method from
 Mode = Literal["slide", "pivot", "rest"]
+Indices = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,16 @@ class SmoothSegment:
         return evaluate(self.coefficients, self.parameter(times))
 
 
+def states_of(segments: Sequence[SmoothSegment], which: Indices, times: Array) -> Array:
+    """The seven quantities at local `times` [s], each of the segment with the number in `which`,
+    shape (n,): shape (n, 7). The coefficients of all segments have the same shape."""
+    every = np.array([segment.coefficients for segment in segments])
+    last = np.array([segment.last for segment in segments])
+    places = _roots(every[..., 3], which, times, last)
+    values = basis(places, every.shape[1])
+    return np.asarray(np.matmul(values[:, None], every[which])[:, 0])
+
+
 def monotone_root(series: Array, values: Array, last: float = 1.0) -> Array:
     """Places in [0, last], shape (n,), where an increasing Legendre `series`, shape (k,), takes
     `values`, shape (n,), by Newton's method, bisecting where it would leave its bracket."""
@@ -86,6 +99,33 @@ def monotone_root(series: Array, values: Array, last: float = 1.0) -> Array:
         step = x - excess / np.where(rate > 0.0, rate, np.inf)
         last_x, x = x, np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
         if np.abs(x - last_x).max(initial=0.0) <= CLOSE * last:
+            break
+    return np.asarray(x)
+
+
+def _roots(series: Array, which: Indices, values: Array, last: Array) -> Array:
+    """As `monotone_root`, of many `series`, shape (m, k), and `last`, shape (m,), at once: each of
+    `values` is of the series with the number in `which`, both of shape (n,)."""
+    count = series.shape[1]
+    slopes = 2.0 * np.polynomial.legendre.legder(series, axis=1)
+    grid = last[:, None] * np.linspace(0.0, 1.0, BRACKETS + 1)
+    known = basis(grid.ravel(), count).reshape(*grid.shape, count)
+    heights = np.maximum.accumulate(np.matmul(known, series[..., None])[..., 0], axis=1)
+    below = (heights[which] < values[:, None]).sum(axis=1)
+    where = np.clip(below, 1, BRACKETS)
+    low, high = grid[which, where - 1], grid[which, where]
+    rise = heights[which, where] - heights[which, where - 1]
+    ratio = (values - heights[which, where - 1]) / np.where(rise > 0.0, rise, 1.0)
+    x = low + np.clip(ratio, 0.0, 1.0) * (high - low)
+    clocks, paces = series[which], slopes[which]
+    for _ in range(NEWTON_STEPS):
+        at = basis(x, count)
+        excess = (at * clocks).sum(axis=1) - values
+        low, high = np.where(excess < 0.0, x, low), np.where(excess > 0.0, x, high)
+        rate = (at[:, :-1] * paces).sum(axis=1)
+        step = x - excess / np.where(rate > 0.0, rate, np.inf)
+        last_x, x = x, np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
+        if np.all(np.abs(x - last_x) <= CLOSE * last[which]):
             break
     return np.asarray(x)
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -23,6 +24,7 @@ from plumbob.analytic.errors.contact_models.soft_contact import (
     without_formula,
 )
 from plumbob.analytic.errors.schemes import EULER, RK4
+from plumbob.analytic.errors.shared import Same
 from plumbob.analytic.errors.sliding_motion.plane_steps import FRICTION_LEADS
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
@@ -199,6 +201,12 @@ def tilt_inertia(problem: CapsuleProblem) -> float:
     the vertical one, whatever the triangle and wherever the slider is; and J/2 at least, or no
     such body could be.
     """
+    return _tilt_inertia(Same(problem))
+
+
+@lru_cache(maxsize=16)  # every method and step of a scene asks for the same
+def _tilt_inertia(of: Same) -> float:
+    problem: CapsuleProblem = of.one
     capsule = problem.setup.capsule
     centres = capsule.mass_ratio * slider_places(problem)
     arms = np.asarray(capsule.supports)[None] - centres[:, None]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from typing import Any
 
 import mujoco
@@ -70,7 +71,12 @@ def _any(model: mujoco.MjModel, *fields: str) -> bool:
 
 def _present(model: mujoco.MjModel, word: str) -> bool:
     """Whether any field of the model that is named after `word` has an entry that is not zero."""
-    return _any(model, *(field for field in dir(model) if word in field))
+    return _any(model, *_named_after(word))
+
+
+@cache
+def _named_after(word: str) -> tuple[str, ...]:
+    return tuple(field for field in dir(mujoco.MjModel) if word in field)
 
 
 @contextmanager

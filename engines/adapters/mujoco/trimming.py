@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import time
 from collections.abc import Iterator
 
@@ -48,9 +49,9 @@ def _versions(
 ) -> tuple[mujoco.MjModel, mujoco.MjModel, mujoco.MjModel]:
     """The model with every stage, with needless ones disabled, and as run: without visual parts."""
     options.apply(whole, method.settings, step)
-    default, shown = whole.compile(), whole.compile()
-    for model in (default, shown):
-        translation.tune(model)
+    default = whole.compile()
+    translation.tune(default)
+    shown = copy.copy(default)
     default.opt.disableflags = 0
     shown.opt.disableflags = trimmed.opt.disableflags
     return default, shown, trimmed

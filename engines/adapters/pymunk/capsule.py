@@ -4,6 +4,7 @@ the side."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from types import MappingProxyType
 
 import numpy as np
@@ -18,6 +19,7 @@ from plumbob.analytic.errors.contact_models.sequential_impulse import (
     slipping_feet_factor,
 )
 from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.engines.adapters.pymunk import capsule_above, capsule_side, slider_drive
 from plumbob.engines.adapters.pymunk.assembly import Assembly, settle
@@ -73,9 +75,15 @@ def described(problem: CapsuleProblem, method: Method, step: float) -> Sequentia
         iterations = iterations_needed(factor, least)
         return SequentialImpulse(model, step, iterations, reach, factor, depth=capsule_side.DEPTH)
     mass = foot_mass(capsule)
-    factor = max(feet_factor(capsule, mass, place) for place in _slider_places(problem))
+    factor = _largest_feet_factor(capsule, mass, _slider_places(problem).tobytes())
     one_foot = slipping_feet_factor(capsule, mass, 1)
     return SequentialImpulse(model, step, iterations_needed(factor, least), reach, factor, one_foot)
+
+
+@lru_cache(maxsize=32)  # every step of a scene asks for the same
+def _largest_feet_factor(capsule: Capsule, mass: float, places: bytes) -> float:
+    """The largest `feet_factor` over `places` of the slider, pairs of doubles."""
+    return max(feet_factor(capsule, mass, place) for place in np.frombuffer(places).reshape(-1, 2))
 
 
 def _slider_places(problem: CapsuleProblem) -> Array:

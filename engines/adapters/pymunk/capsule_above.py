@@ -42,6 +42,7 @@ from plumbob.engines.adapters.pymunk.assembly import (
 FOOT_FRACTION = 0.1  # of the body's mass in each foot: with lighter feet the solver is slower
 LEAST_INERTIA = 0.25  # fraction of the body's inertia that the feet leave to it
 NO_CLOSING = 1.0  # error_bias of a joint that closes nothing
+CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # [m] from C
 SetLimits = Callable[[float, float], None]
 """Sets the friction limits for a slider at (x, y) from C [m, body axes]."""
 Read = Callable[[], Mapping[str, float]]
@@ -118,13 +119,20 @@ def static_normal_forces(setup: CapsuleSetup, places: Array) -> Array:
     return normal_forces(setup.capsule, places) * (setup.press / setup.capsule.gravity)
 
 
+def _affine(values: Array) -> list[list[float]]:
+    """Constant, and slopes along x and y, of three affine functions of the slider's place, a row
+    each, from their `values` at C, 1 m along x and 1 m along y from it, shape (3, 3)."""
+    found: list[list[float]] = np.stack(
+        [values[0], values[1] - values[0], values[2] - values[0]], axis=1
+    ).tolist()
+    return found
+
+
 def friction_limits(setup: CapsuleSetup, joints: tuple[pymunk.PivotJoint, ...]) -> SetLimits:
     """Function of the slider's place from C [m, body axes] that sets the largest force of each
     support's joint, f N_i; called once for the start."""
-    corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    limits = setup.capsule.friction * static_normal_forces(setup, corners)
-    constants, by_x, by_y = limits[0], limits[1] - limits[0], limits[2] - limits[0]
-    (a, ax, ay), (b, bx, by), (c, cx, cy) = np.stack([constants, by_x, by_y], axis=1).tolist()
+    limits = setup.capsule.friction * static_normal_forces(setup, CORNERS)
+    (a, ax, ay), (b, bx, by), (c, cx, cy) = _affine(limits)
     first, second, third = joints
 
     def set_limits(x: float, y: float) -> None:
@@ -146,6 +154,8 @@ def on_the_line(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read]:
     """
     body, slider, unit = assembly.body, assembly.slider, cmath.rect(1.0, setup.direction)
     start, back = complex(*setup.slider), cmath.exp(-1j * setup.heading) / unit
+    forces = _affine(static_normal_forces(setup, CORNERS))
+    loads = [(f"normal_force_{i + 1}", force) for i, force in enumerate(forces)]
     pulled, before, slid = sum(part.mass for part in assembly.parts) * setup.pull, 0j, 0j
 
     def read() -> Mapping[str, float]:
@@ -157,7 +167,6 @@ def on_the_line(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read]:
         carried = velocity + 1j * body.angular_velocity * later * arm
         sliding = (complex(*slider.velocity) - carried) / (turned * later)
         gone, inside = place * back, arm / turned
-        forces = static_normal_forces(setup, np.array([[inside.real, inside.imag]]))[0]
         return {
             "displacement": gone.real,
             "velocity": (velocity * back).real,
@@ -165,7 +174,7 @@ def on_the_line(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read]:
             "stroke_rate": (sliding / unit).real,
             "heading": body.angle - setup.heading,
             "sideways": gone.imag,
-            **{f"normal_force_{i + 1}": float(forces[i]) for i in range(3)},
+            **{name: c + cx * inside.real + cy * inside.imag for name, (c, cx, cy) in loads},
             "opening_rate": assembly.opening_rate,
         }
 

@@ -47,7 +47,8 @@ OPTIONS = ("cone", "impratio", "noslip_iterations", "tolerance", "noslip_toleran
 # One body on one plane: there are no islands of contacts to search for.
 ISLANDS = int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
 FAR = 1e3  # of its own sizes: no body that only slides gets there
-SETTLING = 1000  # steps: over a hundred periods of `coulomb` contacts
+SETTLING = 1000  # steps of DEFAULT_STEP: 50 time constants of default contacts
+SETTLED = 300  # steps: twenty periods of contacts that converge, at rest after 200
 DEFAULT_STEP = 1e-3  # [s], for contacts with a time constant of their own, 0.02 s by default
 
 
@@ -68,8 +69,8 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
     def tune(compiled: mujoco.MjModel) -> None:
         compiled.body_invweight0[compiled.body("body").id] *= chosen.softening
 
-    settling = step if chosen.convergent else DEFAULT_STEP
-    rest = settled(spec, tune, setup.press, settling)
+    settling = (step, SETTLED) if chosen.convergent else (DEFAULT_STEP, SETTLING)
+    rest = settled(spec, tune, setup.press, *settling)
     qpos, qvel = start(setup, rest)
     size = float(np.abs(setup.capsule.supports).max())
     return Translation(
@@ -157,10 +158,15 @@ def gravity(setup: CapsuleSetup) -> list[float]:
 
 
 def settled(
-    spec: mujoco.MjSpec, tune: Callable[[mujoco.MjModel], None], press: float, step: float
+    spec: mujoco.MjSpec,
+    tune: Callable[[mujoco.MjModel], None],
+    press: float,
+    step: float,
+    steps: int,
 ) -> Array:
-    """Coordinates at rest under gravity of `press` [m/s^2] alone, shape (nq,), with the first two
-    and any turn about the vertical at zero: a run from elsewhere begins with a drop."""
+    """Coordinates at rest under gravity of `press` [m/s^2] alone, shape (nq,), after so many
+    `steps` of `step` [s], with the first two and any turn about the vertical at zero: a run from
+    elsewhere begins with a drop."""
     resting = spec.copy()
     resting.option.gravity = [0.0, 0.0, -press]
     resting.option.timestep = step
@@ -168,7 +174,7 @@ def settled(
     tune(model)
     held = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, held)
-    rest = np.array(_at_rest(held.tobytes()))
+    rest = np.array(_at_rest(held.tobytes(), steps))
     rest[:2] = 0.0
     if model.nq > model.nv:  # a free joint, its attitude a quaternion
         rest[3:7] = turned(rest[3:7], -float(heading(rest[3:7])))
@@ -179,10 +185,10 @@ def settled(
 
 
 @lru_cache(maxsize=256)
-def _at_rest(model: bytes) -> tuple[float, ...]:
-    """Coordinates after `SETTLING` steps of a model in MuJoCo's binary format: the same for methods
+def _at_rest(model: bytes, steps: int) -> tuple[float, ...]:
+    """Coordinates after so many `steps` of a model in MuJoCo's binary format: the same for methods
     that differ in what they do later."""
     loaded = mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": model})
     data = mujoco.MjData(loaded)
-    mujoco.mj_step(loaded, data, nstep=SETTLING)
+    mujoco.mj_step(loaded, data, nstep=steps)
     return tuple(data.qpos.tolist())

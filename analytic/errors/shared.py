@@ -1,0 +1,65 @@
+"""What is worked out once for all methods with the same samples: exact answers, and theory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.errors.schemes import Scheme
+from plumbob.analytic.errors.theory import SteppedErrors
+from plumbob.analytic.reference import Array
+
+KEPT = 64  # sets of samples: some ten step sizes, of a few problems
+Powers = Mapping[int, Mapping[str, Array]]  # {p: {observable: C_p step^p at the samples}}
+
+
+@dataclass(frozen=True, eq=False)
+class Same:
+    """An object, equal to itself alone: what was worked out from it is known by it."""
+
+    one: Any
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Same) and self.one is other.one
+
+    def __hash__(self) -> int:
+        return id(self.one)
+
+
+@lru_cache(maxsize=KEPT)
+def exactly(exact: Same, times: bytes) -> tuple[Mapping[str, Array], Mapping[str, Array]]:
+    """The observables of a Reference, and what double precision allows them, at `times` [s]: the
+    same for all methods whose samples those are."""
+    at = np.frombuffer(times)
+    return exact.one.observe(at), exact.one.uncertainty(at)
+
+
+@lru_cache(maxsize=KEPT)
+def expected(
+    exact: Same, theory: Same, scheme: Scheme, step: float, times: bytes
+) -> tuple[Powers, Mapping[str, Array], float]:
+    """The terms of the series of an ErrorTheory at `step` [s] and `times` [s], their sum, where
+    every power has the observable, and its nonlinearity: the same for all methods of a scheme."""
+    at = np.frombuffer(times)
+    series = theory.one.series(scheme, at)
+    powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
+    names = dict.fromkeys(name for terms in powers.values() for name in terms)
+    total = {
+        name: sum((terms[name] for terms in powers.values()), np.zeros(len(at)))
+        for name in names
+        if all(name in terms for terms in powers.values())
+    }
+    for values in total.values():
+        values[at == 0.0] = 0.0  # no step has been taken, and no joint has pulled
+    return powers, total, exact.one.nonlinearity(at, total) if total else 0.0
+
+
+@lru_cache(maxsize=KEPT)
+def as_stepped(theory: Same, scheme: Scheme, step: float, times: bytes) -> SteppedErrors:
+    """What an ErrorTheory says of a step as it is: the same for all methods of a scheme."""
+    found: SteppedErrors = theory.one.at_step(scheme, step, np.frombuffer(times))
+    return found
