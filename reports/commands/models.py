@@ -26,7 +26,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--step", metavar="DT",
         help="write contacts, which go with the time step, for this step [s]; 1e-4 otherwise",
     )  # fmt: skip
-    check = actions.add_parser("check", help="tell what engines' own readers drop of an MJCF file")
+    check = actions.add_parser("check", help="say what engines' own readers drop of an MJCF file")
     check.add_argument("file", metavar="FILE")
     check.add_argument("--json", action="store_true", help="print one JSON object a reader")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -38,7 +39,7 @@ READ = {  # with DART 6.20.0, Drake 1.51.1, Pinocchio 4.1.0 and PyBullet 3.2.7
 }
 
 
-def readers(file: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, dict[str, object]]:
+def readers(file: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, dict[str, Any]]:
     """What `models check` says of each reader."""
     assert main(["models", "check", str(file), "--json"]) == 0
     return {reader["engine"]: reader for reader in json.loads(capsys.readouterr().out)}
@@ -61,7 +62,7 @@ def test_what_each_reader_takes_over(
 STATED = {("gravity", ""): (0.0, 0.0, -9.81), ("mass", "arm"): (1.7,), ("friction", "bob"): (0.6,)}
 
 
-def test_what_is_dropped_is_told_with_what_is_there_instead() -> None:
+def test_what_is_dropped_is_said_with_what_is_there_instead() -> None:
     given = {("gravity", ""): (0.0, 0.0, -9.81), ("mass", "arm"): (1.70004,)}
     found = compared("other", STATED, given)
     assert found.read == ("gravity",)
