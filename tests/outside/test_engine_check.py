@@ -53,7 +53,7 @@ DEFECTS = {
     "raises": ("builds", changed(RETURN, "raise RuntimeError('no licence')"), "no licence"),
     "random": ("repeats itself", changed(
         "state = [pendulum.theta,",
-        "state = [pendulum.theta * (1 + 1e-15 * __import__('random').randrange(99)),",
+        "state = [pendulum.theta * (1 + 1e-9 * __import__('random').random()),",
     ), "theta of run 2"),
     "a step late": ("samples at its steps", changed(
         "        return Built(", "        advance(0, 1)\n        return Built("
@@ -145,3 +145,27 @@ def test_what_is_asked_for_has_to_be_there(capsys: pytest.CaptureFixture[str]) -
     assert "methods = 'none'" in capsys.readouterr().err
     assert main(["check-engine", "pymunk/side", "--scenes", "free-body/*"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+SECOND_ORDER = ENGINE.replace("Scheme(EULER), 1", 'Scheme("own"), 2').replace(
+    """                state[1] -= step * pendulum.gravity / pendulum.length * math.sin(state[0])
+                state[0] += step * state[1]
+""",
+    """                half = step / 2 * pendulum.gravity / pendulum.length
+                state[1] -= half * math.sin(state[0])
+                state[0] += step * state[1]
+                state[1] -= half * math.sin(state[0])
+""",
+)
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_a_late_sample_reduces_the_order_of_a_better_method(
+    late: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wrong = "for _ in range(first - (first == 0), last):"
+    text = SECOND_ORDER.replace(FIRST, wrong) if late else SECOND_ORDER
+    code, found = outcome(tmp_path, text, capsys)
+    assert code == int(late)
+    for check in ("samples at its steps", "shows its order"):
+        assert found[check]["status"] == ("fail" if late else "pass"), found[check]
