@@ -6,15 +6,22 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from plumbob.analytic.errors.schemes import Scheme
-from plumbob.engines.own_contacts import ContactModel
-from plumbob.engines.own_motion import Change, OwnModel
 from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import added_system
 from plumbob.models.scene import Case, Scene
 
+if TYPE_CHECKING:  # what an engine takes of a user's own model
+    from plumbob.engines.own_contacts import ContactModel
+    from plumbob.engines.own_motion import Change, OwnModel
+
 USER_METHOD = "mujoco/mine"  # the method that `Engine.user_method` reads from a user's file
+
+
+ModelFields = Mapping[tuple[str, str], tuple[float, ...]]
+"""Of a model file: {(field, name of the body, joint, geom or actuator): its numbers}, SI."""
 
 
 class Unsupported(Exception):
@@ -47,9 +54,15 @@ class Method:
 
 
 def meant(method: Method, scene: Scene) -> bool:
-    """Whether `method` is meant for `scene`, by its name or its system's."""
+    """Whether `method` is meant for `scene`, by its name or its system's. A system of another
+    package is for the engines that it has builders for, and the methods that name it."""
     names = (scene.system, scene.name)
-    wanted = [p for p in method.systems if not p.startswith("!")] or ["*"]
+    wanted = [p for p in method.systems if not p.startswith("!")]
+    if not wanted:
+        system = added_system(scene.system)
+        if system is not None and method.engine not in system.builders:
+            return False
+        wanted = ["*"]
     unwanted = [p[1:] for p in method.systems if p.startswith("!")]
     matches = [any(fnmatchcase(n, p) for p in group for n in names) for group in (wanted, unwanted)]
     return matches[0] and not matches[1]
@@ -144,6 +157,9 @@ class Engine:
     scheme: Callable[[Case, Method], Scheme] | None = None
     """What a method does in a step of a case, where that is not always the method's own scheme."""
     optional: bool = False  # a peer: not missed unless it is asked for by name
+    not_read: Mapping[str, str] = field(default_factory=dict)
+    """{observable: why}: what the engine gives of no scene."""
+    distribution: str = ""  # the package that adds it, where that is not plumbob
     confirming: Callable[[Method], tuple[Method, float]] | None = None
     """A method that controls its local error -> a method and tolerance of this engine, on the same
     equations, whose own error is much smaller."""
@@ -171,5 +187,8 @@ class Engine:
     ParameterError and NotCertifiable."""
     write_trimmed: Callable[[Path, Sequence[Change], Path], None] | None = None
     """A model file without what can be left out of it, to another file; raises ParameterError."""
+    model_fields: Callable[[Path], ModelFields] | None = None
+    """A model file (MJCF) -> what the engine's own reader takes from it; raises what that raises
+    where it refuses the file."""
     model_text: Callable[[str, float], str] | None = None
     """Text of a model file whose contacts go with the step -> the text for another step [s]."""

@@ -1,11 +1,12 @@
-"""Which engines there are (modules of `adapters` with an ENGINE), and their builders of systems."""
+"""Which engines there are: modules of `adapters` with an ENGINE, and what other installed packages
+add by entry points of the group `plumbob.engines`; and their builders of systems."""
 
 from __future__ import annotations
 
 import fnmatch
 import importlib.util
 import pkgutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib import import_module
 from importlib.machinery import PathFinder
@@ -13,7 +14,9 @@ from pathlib import Path
 from types import ModuleType
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines import added
 from plumbob.engines.method import Engine, Method, Unsupported
+from plumbob.models import entry_points
 from plumbob.models.registry import unknown
 from plumbob.models.scene import System
 
@@ -21,13 +24,67 @@ _ADAPTERS = "plumbob.engines.adapters"
 
 
 @cache
-def engines() -> Mapping[str, Engine]:
-    """All engines by name, in the order of their names, installed or not."""
+def built_in() -> Mapping[str, Engine]:
+    """The engines that plumbob has adapters for, in the order of their names, installed or not."""
     found = [
         getattr(import_module(f"{_ADAPTERS}.{module.name}"), "ENGINE", None)
         for module in pkgutil.iter_modules([str(Path(__file__).parent / "adapters")])
     ]
     return {e.name: e for e in sorted(filter(None, found), key=lambda engine: engine.name)}
+
+
+@cache
+def engines() -> Mapping[str, Engine]:
+    """All engines by name, in the order of their names, installed or not; those of other packages
+    among them, whose modules are loaded for it."""
+    found = dict(built_in())
+    for name in entry_points.points(entry_points.ENGINES):
+        if (engine := _added(name)) is not None:
+            found.setdefault(name, engine)
+    return {name: found[name] for name in sorted(found)}
+
+
+def find_engine(name: str) -> Engine:
+    """The engine of this name; no package is loaded that adds another. Raises ParameterError."""
+    if name in built_in():
+        return built_in()[name]
+    if (engine := _added(name)) is not None:
+        return engine
+    raise ParameterError("engine", name, broken(name) or f"one of {', '.join(engines())}")
+
+
+def unguarded(name: str) -> Engine:
+    """The engine of this name as its package gives it, whose errors are raised and whose output is
+    seen; raises ParameterError."""
+    engine = find_engine(name)
+    if not engine.distribution:
+        return engine
+    found: Engine = entry_points.addition(entry_points.ENGINES, name, _wrong).found
+    return found
+
+
+def broken(name: str) -> str:
+    """What an engine's name must be where a package that adds it cannot be used; else empty."""
+    if name in built_in() or name not in entry_points.points(entry_points.ENGINES):
+        return ""
+    found = entry_points.addition(entry_points.ENGINES, name, _wrong)
+    return f"of an engine that can be used; {found.package}: {found.reason}" if found.reason else ""
+
+
+@cache
+def _added(name: str) -> Engine | None:
+    """The engine that another package adds under this name; None where there is none, or it is
+    broken."""
+    if name not in entry_points.points(entry_points.ENGINES):
+        return None
+    found = entry_points.addition(entry_points.ENGINES, name, _wrong)
+    return None if found.reason else added.guarded(found)
+
+
+def _wrong(found: object, name: str) -> str:
+    if name in built_in():
+        return f"plumbob has an engine called {name!r} itself"
+    return added.wrong(found, name)
 
 
 def installed(engine: Engine) -> bool:
@@ -40,28 +97,46 @@ def installed(engine: Engine) -> bool:
     return PathFinder.find_spec(inner, found.submodule_search_locations) is not None
 
 
+def _of(pattern: str) -> Iterable[Engine]:
+    """The engines that one part of a pattern can mean: one where it names one, otherwise all."""
+    name = pattern.partition("/")[0]
+    if name in built_in():
+        return (built_in()[name],)
+    if name in entry_points.points(entry_points.ENGINES):
+        return filter(None, (_added(name),))
+    return engines().values()
+
+
 def methods(pattern: str = "*") -> tuple[Method, ...]:
     """Methods whose name, or engine, matches the shell pattern (several with commas), installed or
     not; raises ParameterError when one part of the pattern matches none."""
-    every = [method for engine in engines().values() for method in engine.methods]
     wanted = pattern.split(",")
+    of = {engine.name: engine for part in wanted for engine in _of(part)}
+    every = [method for name in sorted(of) for method in of[name].methods]
     for part in wanted:
         if not any(_matches(method, part) for method in every):
-            raise ParameterError("methods", part, unknown(part, [m.name for m in every]))
+            raise ParameterError("methods", part, _one_of(part))
     return tuple(m for m in every if any(_matches(m, part) for part in wanted))
 
 
 def method(name: str) -> Method:
     """The method `engine/name`; raises ParameterError when there is none."""
-    every = {method.name: method for engine in engines().values() for method in engine.methods}
-    if name not in every:
-        raise ParameterError("method", name, unknown(name, list(every)))
-    return every[name]
+    for engine in _of(name):
+        for found in engine.methods:
+            if found.name == name:
+                return found
+    raise ParameterError("method", name, _one_of(name))
+
+
+def _one_of(name: str) -> str:
+    """What the name of a method must be: which there are, or why one cannot be used."""
+    every = [method.name for engine in engines().values() for method in engine.methods]
+    return broken(name.partition("/")[0]) or unknown(name, every)
 
 
 def engine_of(method: Method) -> Engine:
-    """The engine that a method belongs to."""
-    return engines()[method.engine]
+    """The engine that a method belongs to; raises ParameterError where it is no longer there."""
+    return find_engine(method.engine)
 
 
 def _matches(method: Method, pattern: str) -> bool:
@@ -69,9 +144,9 @@ def _matches(method: Method, pattern: str) -> bool:
 
 
 def find_builder(engine: str, system: System) -> ModuleType:
-    """The module `adapters/<engine>/<family>.py` that builds `system`; raises Unsupported when
-    the engine has none."""
-    name = f"{_ADAPTERS}.{engine}.{system.family}"
+    """The module that builds `system` in an engine, `adapters/<engine>/<family>.py` or what the
+    system names; raises Unsupported when there is none."""
+    name = system.builders.get(engine) or f"{_ADAPTERS}.{engine}.{system.family}"
     try:
         return import_module(name)
     except ModuleNotFoundError as error:

@@ -1,20 +1,32 @@
-"""Which systems there are: every folder of `models` lists its own in SYSTEMS."""
+"""Which systems there are: every folder of `models` lists its own in SYSTEMS, and other installed
+packages add theirs by entry points of the group `plumbob.systems`."""
 
 from __future__ import annotations
 
-import difflib
 import fnmatch
 import pickle
 import pkgutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import cache, lru_cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from plumbob.analytic.parameters import ParameterError, known
+from plumbob.models import entry_points
 from plumbob.models.scene import Case, Scene, System
+
+
+@cache
+def built_in() -> Mapping[str, System]:
+    """The systems of plumbob itself by name, in the order of their names."""
+    folders = pkgutil.iter_modules([str(Path(__file__).parent)])
+    modules = [import_module(f"plumbob.models.{f.name}") for f in folders if f.ispkg]
+    found = [system for module in modules for system in getattr(module, "SYSTEMS", ())]
+    return {system.name: system for system in sorted(found, key=lambda system: system.name)}
 
 
 @cache
@@ -24,17 +36,93 @@ def systems() -> Mapping[str, System]:
     >>> "cone-pendulum" in systems()
     True
     """
-    folders = pkgutil.iter_modules([str(Path(__file__).parent)])
-    modules = [import_module(f"plumbob.models.{f.name}") for f in folders if f.ispkg]
-    found = [system for module in modules for system in getattr(module, "SYSTEMS", ())]
-    return {system.name: system for system in sorted(found, key=lambda system: system.name)}
+    found = dict(built_in())
+    for name in entry_points.points(entry_points.SYSTEMS):
+        if (system := _usable(name)) is not None:
+            found.setdefault(name, system)
+    return {name: found[name] for name in sorted(found)}
+
+
+def find_system(name: str) -> System:
+    """The system of this name; no package is loaded that adds another. Raises ParameterError."""
+    if name in built_in():
+        return built_in()[name]
+    if (system := added_system(name)) is not None:
+        return system
+    raise ParameterError("scene", name, broken(name) or unknown(name, list(systems())))
+
+
+def broken(name: str) -> str:
+    """What a system's name must be where a package that adds it cannot be used; else empty."""
+    if name in built_in() or (added := _addition(name)) is None or not added.reason:
+        return ""
+    return f"a system that can be used; {added.package}: {added.reason}"
+
+
+def added_system(name: str) -> System | None:
+    """The system that another package adds under this name; None where there is none, or it is
+    broken."""
+    return None if name in built_in() else _usable(name)
+
+
+def _usable(name: str) -> System | None:
+    added = _addition(name)
+    if added is None or added.reason:
+        return None
+    system: System = replace(added.found, distribution=added.distribution)
+    return system
+
+
+def _addition(name: str) -> entry_points.Addition | None:
+    """What another package adds under this name, or why it cannot; None where there is none."""
+    if name not in entry_points.points(entry_points.SYSTEMS):
+        return None
+    return entry_points.addition(entry_points.SYSTEMS, name, _wrong)
+
+
+def _wrong(found: Any, name: str) -> str:
+    """Why what a package adds as a system of this name is none; empty where it is one. Each scene's
+    exact motion is looked at once, at its start and its end."""
+    if not isinstance(found, System):
+        return f"{type(found).__name__} in place of a plumbob System"
+    if name in built_in():
+        return f"plumbob has a system called {name!r} itself"
+    if found.name != name:
+        return f"the system is called {found.name!r}, its entry point {name!r}"
+    cases = [scene.name for scene in found.scenes if isinstance(scene, Scene)]
+    if len(cases) != len(found.scenes) or f"{name}/{found.default}" not in cases:
+        return f"no scene is called {name}/{found.default}"
+    if foreign := [case for case in cases if case.partition("/")[0] != name]:
+        return f"the scene {foreign[0]!r} is none of {name!r}"
+    for scene in found.scenes:
+        try:
+            case, ends = found.case(scene), np.array([0.0, scene.duration])
+            for values in (case.reference.observe(ends), case.reference.uncertainty(ends)):
+                for observable in found.observables:
+                    if not np.isfinite(values[observable.name]).all():
+                        return f"{scene.name}: {observable.name} is not finite"
+            found.quantities(case)
+        except Exception as error:
+            return f"{scene.name}: {type(error).__name__}: {error}"
+    return ""
+
+
+def _of(pattern: str) -> Iterable[System]:
+    """The systems that one part of a pattern can mean: one where it names one, otherwise all."""
+    name = pattern.partition("/")[0]
+    if name in built_in():
+        return (built_in()[name],)
+    if name in entry_points.points(entry_points.SYSTEMS):
+        return filter(None, (added_system(name),))
+    return systems().values()
 
 
 def scenes(pattern: str = "*", profile: str = "full") -> tuple[Scene, ...]:
     """Scenes whose name, or system, matches the shell pattern (several with commas), of the
     profile; raises ParameterError when there is none."""
-    every = [scene for system in systems().values() for scene in system.scenes]
     wanted = pattern.split(",")
+    of = {system.name: system for part in wanted for system in _of(part)}
+    every = [scene for name in sorted(of) for scene in of[name].scenes]
     chosen = tuple(
         scene
         for scene in every
@@ -43,7 +131,9 @@ def scenes(pattern: str = "*", profile: str = "full") -> tuple[Scene, ...]:
     )
     for part in wanted:
         if not any(fnmatch.fnmatchcase(s.name, part) or s.system == part for s in every):
-            raise ParameterError("scenes", part, unknown(part, [s.name for s in every]))
+            why = broken(part.partition("/")[0])
+            names = [s.name for system in systems().values() for s in system.scenes]
+            raise ParameterError("scenes", part, why or unknown(part, names))
     return chosen
 
 
@@ -61,9 +151,7 @@ def scene(name: str, changes: Mapping[str, Any] | None = None) -> Scene:
     Traceback (most recent call last):
     plumbob.analytic.parameters.ParameterError: gravity = -1.0: must be 0 or greater
     """
-    system = systems().get(name.partition("/")[0])
-    if system is None:
-        raise ParameterError("scene", name, unknown(name, list(systems())))
+    system = find_system(name.partition("/")[0])
     cases = {scene.name: scene for scene in system.scenes}
     full = name if "/" in name else f"{name}/{system.default}"
     if full not in cases:
@@ -78,8 +166,8 @@ def scene(name: str, changes: Mapping[str, Any] | None = None) -> Scene:
 
 
 def system_of(scene: Scene) -> System:
-    """The system that a scene belongs to."""
-    return systems()[scene.system]
+    """The system that a scene belongs to; raises ParameterError where it is no longer there."""
+    return find_system(scene.system)
 
 
 def case_of(scene: Scene) -> Case:
@@ -92,12 +180,14 @@ def case_of(scene: Scene) -> Case:
 @lru_cache(maxsize=128)
 def _worked_out(system: str, parameters: bytes) -> Case:
     """The case of a system with these pickled parameters, which no dict could be a key for."""
-    of = systems()[system]
+    of = find_system(system)
     return of.case(replace(of.scenes[0], parameters=pickle.loads(parameters)))
 
 
 def unknown(name: str, names: list[str]) -> str:
     """What a name must be, with the nearest ones that exist."""
+    import difflib
+
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.4) or names[:8]
     more = "" if len(near) == len(names) else ", ... (see `plumbob list`)"
     return f"one of {', '.join(near)}{more}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -102,6 +102,9 @@ class System:
     """What is exact beside the observables, of a problem at times [s], shape (n,)."""
     by_angle: Answers | None = None
     """What is exact of a problem with the angle [rad], shape (n,), as the parameter."""
+    builders: Mapping[str, str] = field(default_factory=dict)
+    """Of a system from another package: {engine: the module that builds it there}."""
+    distribution: str = ""  # the package that adds it, where that is not plumbob
 
     def quantities(self, case: Case) -> tuple[Quantity, ...]:
         """What a case of this system is about, with scales."""

@@ -8,21 +8,19 @@ import io
 import os
 import signal
 import sys
-import tempfile
 import threading
-import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
 from typing import NoReturn
 
-from plumbob import __version__
+import plumbob
 
 USAGE, DEFECT, INTERRUPTED = 2, 4, 130
 GRACE = 1.2  # [s] for Python to see an interrupt and to end
 COMMANDS = (
     "list", "validate", "report", "solve", "run", "recommend", "settings", "audit", "compare",
-    "plan", "models", "cite",
+    "plan", "models", "check-engine", "cite",
 )  # fmt: skip
 
 
@@ -84,6 +82,9 @@ def _said(code: int, message: str, error: BaseException) -> int:
 
 def _described(error: Exception) -> str:
     """What kind of error it is, and the file that its traceback is in."""
+    import tempfile
+    import traceback
+
     lines = "".join(traceback.format_exception(error))
     kind = f"{type(error).__name__}: {str(error)[:200]}"
     try:
@@ -156,14 +157,19 @@ def _no_delay() -> Iterator[None]:
         os.close(ours)
 
 
+def _version(wanted: Sequence[str]) -> str:
+    """What `--version` prints; looking it up takes as long as a short command."""
+    return f"plumbob {plumbob.__version__}" if "--version" in wanted else "plumbob"
+
+
 def parser(wanted: Sequence[str]) -> argparse.ArgumentParser:
     """The parser of the commands `wanted`, whose modules alone are loaded."""
     top = _Parser(prog="plumbob", description="Holds physics engines against exact answers.")
-    top.add_argument("--version", action="version", version=f"plumbob {__version__}")
+    top.add_argument("--version", action="version", version=_version(wanted))
     commands = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
     for name in (name for name in wanted if name in COMMANDS):
         module = importlib.import_module(
-            f"plumbob.reports.commands.{name}{'_' if name == 'list' else ''}"
+            f"plumbob.reports.commands.{name.replace('-', '_')}{'_' if name == 'list' else ''}"
         )
         described = (module.__doc__ or "").partition(": ")[2].strip().rstrip(".")
         command = commands.add_parser(name, help=described, description=f"{described}.")

@@ -8,7 +8,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
-from scipy.special import roots_jacobi
 
 from plumbob.analytic.reference import Array
 
@@ -76,6 +75,8 @@ def gauss_collocation(stages: int) -> Collocation:
 def radau_collocation(stages: int) -> Collocation:
     """The Radau IIA rule of `stages` nodes, the last at 1: order 2 stages - 1 and stiffly accurate
     (Hairer and Wanner 1996, Solving Ordinary Differential Equations II, IV.5)."""
+    from scipy.special import roots_jacobi
+
     x = np.append(np.asarray(roots_jacobi(stages - 1, 1.0, 0.0)[0]), 1.0)
     spectrum = np.linalg.inv(legendre.legvander(x, stages - 1))
     antiderivative = _antiderivative(stages)

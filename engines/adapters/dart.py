@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ from plumbob.engines.adapters.three_feet import (
     nearest_turn,
     three_feet,
 )
-from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.engines.method import Engine, Method, ModelFields, Simulation
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True, implicit_spring=True)
@@ -221,4 +222,40 @@ def _reading(body: ThreeFeet, shell: Any, joints: list[Any]) -> Read:
     return read
 
 
-ENGINE = Engine("dart", "dartpy", METHODS, prepare, model_error, scheme=scheme, optional=True)
+def model_fields(path: Path) -> ModelFields:
+    """What DART reads of a model file; raises RuntimeError where it refuses it."""
+    import dartpy
+
+    world = dartpy.utils.MjcfParser.readWorld(str(path.resolve()))
+    if world is None:
+        raise RuntimeError("no world is made of it")
+    found: dict[tuple[str, str], tuple[float, ...]] = {
+        ("gravity", ""): tuple(np.ravel(world.getGravity()).tolist()),
+        ("timestep", ""): (float(world.getTimeStep()),),
+    }
+    for s in range(world.getNumSkeletons()):
+        skeleton = world.getSkeleton(s)
+        for n in range(skeleton.getNumBodyNodes()):
+            body = skeleton.getBodyNode(n)
+            found["mass", body.getName()] = (float(body.getMass()),)
+            moments = np.linalg.eigvalsh(body.getInertia().getMoment())
+            found["inertia", body.getName()] = tuple(moments.tolist())
+            for k in range(body.getNumShapeNodes()):
+                shape = body.getShapeNode(k)
+                if shape.hasDynamicsAspect():
+                    friction = float(shape.getDynamicsAspect().getFrictionCoeff())
+                    of_world = skeleton.getName().removeprefix("__geom_skel__")
+                    name = of_world if "ShapeNode" in shape.getName() else shape.getName()
+                    found["friction", name] = (friction,)
+        for d in range(skeleton.getNumDofs()):
+            dof = skeleton.getDof(d)
+            found["damping", dof.getName()] = (float(dof.getDampingCoefficient()),)
+            found["stiffness", dof.getName()] = (float(dof.getSpringStiffness()),)
+            found["frictionloss", dof.getName()] = (float(dof.getCoulombFriction()),)
+    return found
+
+
+ENGINE = Engine(
+    "dart", "dartpy", METHODS, prepare, model_error, scheme=scheme, optional=True,
+    model_fields=model_fields,
+)  # fmt: skip

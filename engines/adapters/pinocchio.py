@@ -6,6 +6,7 @@ nothing else of the engine takes part.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_errors
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import CAPSULE
-from plumbob.engines.method import Engine, Method, Simulation, Unsupported
+from plumbob.engines.method import Engine, Method, ModelFields, Simulation, Unsupported
 from plumbob.models.scene import Case
 
 NO_CONTACTS = (
@@ -116,4 +117,30 @@ def _rk4(f: Acceleration, t: float, x: float, v: float, h: float) -> tuple[float
     return x + h / 6 * (v + 2 * (v2 + v3) + v4), v + h / 6 * (a1 + 2 * (a2 + a3) + a4)
 
 
-ENGINE = Engine("pinocchio", "pinocchio", METHODS, prepare, model_error, optional=True)
+def model_fields(path: Path) -> ModelFields:
+    """What Pinocchio reads of a model file; its bodies are known by their joints. Raises
+    ValueError where it refuses the file."""
+    import pinocchio
+
+    model = pinocchio.buildModelFromMJCF(str(path))
+    found: dict[tuple[str, str], tuple[float, ...]] = {
+        ("gravity", ""): tuple(model.gravity.linear.tolist())
+    }
+    for frame in model.frames:
+        inertia = model.inertias[frame.parentJoint]
+        if frame.type == pinocchio.FrameType.BODY and frame.parentJoint:
+            found["mass", frame.name] = (float(inertia.mass),)
+            found["inertia", frame.name] = tuple(np.linalg.eigvalsh(inertia.inertia).tolist())
+    for i in range(1, model.njoints):
+        if model.nvs[i] == 1:
+            dof, name = model.idx_vs[i], model.names[i]
+            found["armature", name] = (float(model.armature[dof]),)
+            found["damping", name] = (float(model.damping[dof]),)
+            found["frictionloss", name] = (float(model.upperDryFrictionLimit[dof]),)
+    return found
+
+
+ENGINE = Engine(
+    "pinocchio", "pinocchio", METHODS, prepare, model_error, optional=True,
+    model_fields=model_fields,
+)  # fmt: skip

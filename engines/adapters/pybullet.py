@@ -14,6 +14,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,7 @@ from plumbob.engines.adapters.three_feet import (
     nearest_turn,
     three_feet,
 )
-from plumbob.engines.method import Engine, Method, Simulation, Unsupported
+from plumbob.engines.method import Engine, Method, ModelFields, Simulation, Unsupported
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start")
@@ -273,4 +274,39 @@ def _reading(body: ThreeFeet, client: Any, shell: int) -> Read:
     return read
 
 
-ENGINE = Engine("pybullet", "pybullet", METHODS, prepare, model_error, scheme=scheme, optional=True)
+def model_fields(path: Path) -> ModelFields:
+    """What Bullet reads of a model file; it knows friction by the body, not the geom. Raises
+    pybullet.error where it refuses the file."""
+    import pybullet
+
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        bodies = pybullet.loadMJCF(str(path), physicsClientId=client)
+        options = pybullet.getPhysicsEngineParameters(physicsClientId=client)
+        gravity = tuple(float(options[f"gravityAcceleration{axis}"]) for axis in "XYZ")
+        found: dict[tuple[str, str], tuple[float, ...]] = {
+            ("gravity", ""): gravity,
+            ("timestep", ""): (float(options["fixedTimeStep"]),),
+        }
+        for body in bodies:
+            for link in range(-1, pybullet.getNumJoints(body, physicsClientId=client)):
+                dynamics = pybullet.getDynamicsInfo(body, link, physicsClientId=client)
+                if link < 0:
+                    name = pybullet.getBodyInfo(body, physicsClientId=client)[0].decode()
+                else:
+                    joint = pybullet.getJointInfo(body, link, physicsClientId=client)
+                    found["damping", joint[1].decode()] = (float(joint[6]),)
+                    found["frictionloss", joint[1].decode()] = (float(joint[7]),)
+                    name = joint[12].decode()
+                found["mass", name] = (float(dynamics[0]),)
+                found["inertia", name] = tuple(sorted(float(moment) for moment in dynamics[2]))
+                found["friction", name] = (float(dynamics[1]),)
+    finally:
+        pybullet.disconnect(client)
+    return found
+
+
+ENGINE = Engine(
+    "pybullet", "pybullet", METHODS, prepare, model_error, scheme=scheme, optional=True,
+    model_fields=model_fields,
+)  # fmt: skip

@@ -39,7 +39,7 @@ def with_installed_versions(study: Study) -> tuple[Study, tuple[LeftOut, ...]]:
     old = {
         m.name: changed[package]
         for m in study.methods
-        if m.engine in engines() and (package := engines()[m.engine].package) in changed
+        if m.engine in engines() and (package := _package(m.engine)) in changed
     }
     counted = Counter[str]()
     for c in study.convergence:
@@ -102,6 +102,12 @@ def searched_runs(studies: Sequence[Study], scene: Scene) -> dict[str, list[Meas
             for c in study.convergence:
                 found.setdefault(c.method, []).extend(c.measurements)
     return found
+
+
+def _package(engine: str) -> str:
+    """The package whose version counts: the engine's, or the one that adds it to plumbob."""
+    found = engines()[engine]
+    return found.distribution or found.package
 
 
 def _same(one: Scene, other: Scene) -> bool:

@@ -15,6 +15,8 @@ from types import MappingProxyType
 from plumbob.engines.method import Method
 from plumbob.engines.registry import engine_of
 
+from plumbob.models.entry_points import versions as added_versions
+
 PACKAGES = ("numpy", "scipy", "numpy-quaddtype", "mujoco", "pymunk", "heyoka", "plotly")
 PEERS = ("dartpy", "drake", "exudyn", "jax", "mujoco-mjx", "pin", "pybullet")  # where installed
 OF_ENGINES = MappingProxyType(
@@ -39,6 +41,7 @@ def provenance(command: str) -> Provenance:
     versions = {"plumbob": _version("plumbob"), "Python": platform.python_version()}
     versions |= {package: _version(package) for package in PACKAGES}
     versions |= {package: now for package in PEERS if (now := _version(package)) != ABSENT}
+    versions |= added_versions()
     date = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     return Provenance(versions, machine(), date, command)
 

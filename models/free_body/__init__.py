@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.errors.free_body.error_series import free_body_errors
+from plumbob.analytic.errors.theory import ErrorTheory
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
@@ -32,6 +32,13 @@ def invariants(body: FreeBody, observed: Mapping[str, Array]) -> Mapping[str, Ar
     """Relative drifts of the energy and of the angular momentum: its magnitude, and its direction
     in the world."""
     return body.invariants(observed)
+
+
+def errors(body: FreeBody) -> ErrorTheory:
+    """What fixed steps do to the rotation, by theory."""
+    from plumbob.analytic.errors.free_body.error_series import free_body_errors
+
+    return free_body_errors(body)
 
 
 def facts(body: FreeBody) -> Mapping[str, Any]:
@@ -113,7 +120,7 @@ SYSTEM = System(
     default="flip",
     problem=problem,
     reference=lambda body: body,
-    errors=free_body_errors,
+    errors=errors,
     invariants=invariants,
     facts=facts,
     mjcf=Path(__file__).parent / "free_body.xml",

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
 
-from plumbob.analytic.errors.smooth_motion.pendulum_errors import simple_pendulum_errors
+from plumbob.analytic.errors.theory import ErrorTheory
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known, positive
 from plumbob.analytic.reference import Array, Reference
@@ -91,6 +91,13 @@ def invariants(problem: SimplePendulum, observed: Mapping[str, Array]) -> Mappin
     start = problem.started
     span = max(2 * rotor.sin, abs(float(rotor.energy(start.theta, start.theta_dot))))
     return {"energy": (energy - energy[0]) / (span or 1.0)}
+
+
+def errors(problem: SimplePendulum) -> ErrorTheory:
+    """What fixed steps do to the motion, by theory."""
+    from plumbob.analytic.errors.smooth_motion.pendulum_errors import simple_pendulum_errors
+
+    return simple_pendulum_errors(problem)
 
 
 def facts(problem: SimplePendulum) -> Mapping[str, Any]:
@@ -215,7 +222,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         default="free-large",
         problem=partial(problem, linear=linear),
         reference=reference,
-        errors=simple_pendulum_errors,
+        errors=errors,
         invariants=invariants,
         facts=facts,
         mjcf=Path(__file__).parent / "simple_pendulum.xml",

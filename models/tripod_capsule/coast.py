@@ -10,8 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
-from plumbob.analytic.errors.sliding_motion.sliding_errors import coasting_errors
 from plumbob.analytic.errors.theory import ErrorTheory, StepErrors
 from plumbob.analytic.parameters import ParameterError, finite
 from plumbob.analytic.reference import Array
@@ -89,6 +87,9 @@ def _closed_form(
 
 def errors(problem: CapsuleProblem) -> ErrorTheory:
     """What fixed steps do to a residual motion, with a formula or without."""
+    from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
+    from plumbob.analytic.errors.sliding_motion.sliding_errors import coasting_errors
+
     if problem.motion.kind == "coasting":
         return StepErrors(partial(coasting_errors, problem.motion))
     return StepErrors(partial(plane_errors, PlaneReference(problem.motion)))

@@ -8,7 +8,6 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.errors.sliding_motion.sliding_errors import hold_errors, stroke_errors
 from plumbob.analytic.errors.theory import ErrorTheory, StepErrors
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
@@ -72,6 +71,8 @@ def _stroke(parameters: Parameters) -> CapsuleProblem:
 
 def errors(problem: CapsuleProblem) -> ErrorTheory:
     """What fixed steps do to a slow motion, or to a body at rest."""
+    from plumbob.analytic.errors.sliding_motion.sliding_errors import hold_errors, stroke_errors
+
     theory = stroke_errors if problem.motion.kind == "stroke" else hold_errors
     return StepErrors(partial(theory, problem.motion))
 

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.sliding_motion.sliding_errors import line_errors
 from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces, source_assumption
@@ -70,6 +69,13 @@ def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mappin
         return {}
     most = body.friction * body.weight
     return {"friction_beyond": np.maximum(np.abs(observed["friction_force"]) / most - 1.0, 0.0)}
+
+
+def errors(problem: CapsuleProblem) -> StepErrors:
+    """What fixed steps do to a manoeuvre on a line, by theory."""
+    from plumbob.analytic.errors.sliding_motion.sliding_errors import line_errors
+
+    return StepErrors(partial(line_errors, problem.motion))
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
@@ -167,7 +173,7 @@ SYSTEM = capsule_system(
     scenes=SCENES,
     default="ca1",
     problem=problem,
-    errors=lambda problem: StepErrors(partial(line_errors, problem.motion)),
+    errors=errors,
     invariants=invariants,
     facts=facts,
     change=change_line,

@@ -7,11 +7,10 @@ from collections.abc import Mapping
 from dataclasses import fields
 from functools import cache, partial
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 
-from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
 from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.capsule import Capsule
@@ -113,6 +112,13 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     return CapsuleProblem(found, PlaneReference(found.motion), setup)
 
 
+def errors(problem: CapsuleProblem) -> StepErrors:
+    """What fixed steps do to a plan, by theory."""
+    from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
+
+    return StepErrors(partial(plane_errors, cast(PlaneReference, problem.reference)))
+
+
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """Its manoeuvres, how long it takes, and how far from the goal the exact motion ends."""
     found = problem.motion
@@ -176,7 +182,7 @@ SYSTEM = capsule_system(
     scenes=SCENES,
     default="near-free",
     problem=problem,
-    errors=lambda problem: StepErrors(partial(plane_errors, problem.reference)),
+    errors=errors,
     facts=facts,
     interest=pose,
 )

@@ -8,7 +8,6 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.errors.sliding_motion.sliding_errors import repeated_line_errors
 from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
@@ -59,6 +58,13 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     )
 
 
+def errors(problem: CapsuleProblem) -> StepErrors:
+    """What fixed steps do to repeated manoeuvres, by theory."""
+    from plumbob.analytic.errors.sliding_motion.sliding_errors import repeated_line_errors
+
+    return StepErrors(partial(repeated_line_errors, problem.motion))
+
+
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """Displacement and time of all manoeuvres, and of one; what a period asks of the actuator."""
     repeated = problem.motion
@@ -103,7 +109,7 @@ SYSTEM = capsule_system(
     scenes=SCENES,
     default="thousand",
     problem=problem,
-    errors=lambda problem: StepErrors(partial(repeated_line_errors, problem.motion)),
+    errors=errors,
     invariants=line.invariants,
     facts=facts,
     change=change_line,

@@ -6,11 +6,10 @@ import math
 from collections.abc import Mapping
 from functools import lru_cache, partial
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
-from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
 from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces
@@ -85,6 +84,13 @@ def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mappin
     arm = mu * (path @ [1.0, 1j]) * np.exp(1j * observed["body_angle"])
     shift = observed["x"] + 1j * observed["y"] + arm - mu * begin
     return {"centre_of_mass": np.abs(shift) / (float(np.abs(arm).max()) or 1.0)}
+
+
+def errors(problem: CapsuleProblem) -> StepErrors:
+    """What fixed steps do to a turn, by theory."""
+    from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
+
+    return StepErrors(partial(plane_errors, cast(PlaneReference, problem.reference)))
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
@@ -190,7 +196,7 @@ SYSTEM = capsule_system(
     scenes=SCENES,
     default="0.1",
     problem=problem,
-    errors=lambda problem: StepErrors(partial(plane_errors, problem.reference)),
+    errors=errors,
     invariants=invariants,
     facts=facts,
     interest=partial(turned, observable="body_angle"),

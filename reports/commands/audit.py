@@ -20,7 +20,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import HEADINGS, SPEED, ContactAudit, Measured
 from plumbob.engines.audit.controls import KINDS
-from plumbob.engines.registry import engines
+from plumbob.engines.registry import find_engine
 from plumbob.reports.commands import values
 from plumbob.reports.judge.audit import BUDGET, audit, audit_contacts
 from plumbob.reports.view.audit.text import lines
@@ -183,7 +183,7 @@ def trimmed_file(found: Audit, source: Path, target: Path) -> None:
     """Write the model `source` without what `found` leaves out; raises ParameterError where
     nothing is, or it cannot be written."""
     together = found.trims.together if found.trims else None
-    write = engines()["mujoco"].write_trimmed
+    write = find_engine("mujoco").write_trimmed
     assert write is not None
     if together is None:
         raise ParameterError("write trimmed", str(target), "left away: nothing can be left out")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD, Method
-from plumbob.engines.registry import engines, installed
+from plumbob.engines.registry import find_engine, installed
 from plumbob.models.scene import Scene
 
 # A line at four headings shows soonest how well a setting's friction works.
@@ -32,7 +32,7 @@ def add_like(parser: argparse.ArgumentParser) -> None:
 
 def own_method(path: str) -> Method:
     """The method that the settings in the file `path` are; raises ParameterError."""
-    engine = engines()[USER_METHOD.partition("/")[0]]
+    engine = find_engine(USER_METHOD.partition("/")[0])
     if engine.user_method is None or not installed(engine):
         raise ParameterError("like", path, "measured with MuJoCo, which is not installed")
     return engine.user_method(Path(path))

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from plumbob.engines.registry import engines, installed
 from plumbob.models.registry import systems
 
+KINDS = ("systems", "scenes", "methods", "models")
+
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    kinds = ("systems", "scenes", "methods", "models")
-    parser.add_argument("kind", nargs="?", choices=kinds, help="only these")
+    parser.add_argument("kind", nargs="?", choices=KINDS, help="only these")
 
 
 def command(chosen: argparse.Namespace) -> int:
     """Print names, one a line, with a word on each."""
-    kinds = [chosen.kind] if chosen.kind else ["systems", "scenes", "methods", "models"]
+    kinds = [chosen.kind] if chosen.kind else KINDS
     for kind in kinds:
         if len(kinds) > 1:
             print(f"{kind}:")
@@ -33,7 +35,7 @@ def _rows(kind: str) -> list[tuple[str, str]]:
     if kind == "scenes":
         return [(s.name, s.summary) for system in systems().values() for s in system.scenes]
     if kind == "models":
-        return [(path.stem, str(path)) for path in sorted({s.mjcf for s in systems().values()})]
+        return [(path.stem, str(path)) for path in _models()]
     rows = []
     for engine in engines().values():
         missing = "" if installed(engine) else f" ({engine.package} is not installed)"
@@ -41,3 +43,8 @@ def _rows(kind: str) -> list[tuple[str, str]]:
             order = f"order {method.order}" if method.order else "adaptive, step is rtol"
             rows.append((method.name, f"{method.scheme}, {order}{missing}"))
     return rows
+
+
+def _models() -> list[Path]:
+    """The model files; a system of another package may have none."""
+    return sorted({s.mjcf for s in systems().values() if s.mjcf.is_file()})

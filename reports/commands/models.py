@@ -1,13 +1,16 @@
-"""plumbob models: the MJCF models, and a copy of them for your own use."""
+"""plumbob models: the MJCF models, a copy of them, and what engines' readers drop of a file."""
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
+import sys
+from dataclasses import asdict
 from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.registry import engines
+from plumbob.engines.registry import find_engine
 from plumbob.models.registry import systems
 from plumbob.reports.commands.values import positive_number
 
@@ -23,11 +26,17 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--step", metavar="DT",
         help="write contacts, which go with the time step, for this step [s]; 1e-4 otherwise",
     )  # fmt: skip
+    check = actions.add_parser("check", help="say what engines' own readers drop of an MJCF file")
+    check.add_argument("file", metavar="FILE")
+    check.add_argument("--json", action="store_true", help="print one JSON object a reader")
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print where the models are, or copy them; what is there already is not written over."""
-    folders = sorted({system.mjcf.parent for system in systems().values()})
+    """Print where the models are, or copy them, or check a file; what is there already is not
+    written over."""
+    if chosen.action == "check":
+        return _check(Path(chosen.file), chosen.json)
+    folders = sorted({s.mjcf.parent for s in systems().values() if s.mjcf.is_file()})
     if chosen.action != "export":
         for folder in folders:
             print(f"{folder.name}  {folder}")
@@ -53,6 +62,22 @@ def command(chosen: argparse.Namespace) -> int:
     return 0
 
 
+def _check(file: Path, as_json: bool) -> int:
+    """Print what each installed engine's reader takes from `file`; raises ParameterError."""
+    from plumbob.reports.judge.model_readers import read_by
+
+    found = read_by(file)
+    if as_json:
+        json.dump([asdict(reader) for reader in found], sys.stdout, indent=1)
+        print()
+        return 0
+    for reader in found:
+        print(f"{reader.engine:<10} {reader}")
+    if len(found) == 1:
+        print("No other engine that reads MJCF is installed: see `plumbob list methods`.")
+    return 0
+
+
 def _same(content: bytes, copy: Path) -> bool:
     """Whether `copy` is a regular file with these bytes."""
     return copy.is_file() and copy.stat().st_size == len(content) and copy.read_bytes() == content
@@ -60,7 +85,7 @@ def _same(content: bytes, copy: Path) -> bool:
 
 def _content(path: Path, step: float | None) -> bytes:
     """What is written for the file `path`: its contacts, if it has any, for `step` [s]."""
-    content, rewrite = path.read_bytes(), engines()["mujoco"].model_text
+    content, rewrite = path.read_bytes(), find_engine("mujoco").model_text
     if step is None or rewrite is None or path.suffix != ".xml" or CONTACTS not in content:
         return content
     return rewrite(content.decode("utf-8"), step).encode("utf-8")

@@ -15,9 +15,9 @@ from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Scene
+from plumbob.reports.advice.records import record
 from plumbob.reports.commands import values
 from plumbob.reports.commands.like import add_like, own_method
-from plumbob.reports.commands.records import record
 from plumbob.reports.judge.expectations import run_surprise
 from plumbob.reports.judge.verdict import Judgement, judge
 

@@ -13,7 +13,7 @@ from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.contacts import SPEED, ContactAudit, contacts_audited, rests
 from plumbob.engines.audit.controls import script
 from plumbob.engines.own_motion import NotCertifiable
-from plumbob.engines.registry import engines
+from plumbob.engines.registry import find_engine
 from plumbob.engines.workers import pool_of
 
 BUDGET = 60.0  # [s] of wall time
@@ -50,7 +50,7 @@ def audit(
     positive("budget", budget)
     name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
-        ready = engines()["mujoco"].own_model
+        ready = find_engine("mujoco").own_model
         assert ready is not None
         own = ready(model, keyframe)
         moved = script(own, control, duration, period)
@@ -64,7 +64,7 @@ def audit(
 
 def _slides(model: Any, keyframe: int | str | None) -> str:
     """The free body of `model` that a contact audit can slide; empty where there is none."""
-    ready = engines()["mujoco"].own_contacts
+    ready = find_engine("mujoco").own_contacts
     assert ready is not None
     try:
         standing = ready(model, keyframe, None, None).standing
@@ -101,7 +101,7 @@ def audit_contacts(
         positive("friction", friction)
     name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
-        ready = engines()["mujoco"].own_contacts
+        ready = find_engine("mujoco").own_contacts
         assert ready is not None
         return contacts_audited(ready(model, keyframe, body, friction), speed)
     except NotCertifiable as why:

@@ -8,6 +8,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.registry import find_engine
+from plumbob.models.registry import find_system
+
 
 @dataclass(frozen=True)
 class Unjudged:
@@ -72,11 +76,27 @@ DECLARED: tuple[Unjudged, ...] = (
 def declared(scene: str, method: str) -> Mapping[str, Unjudged]:
     """The observables of a scene and method that are declared unjudged, each with its first
     declaration."""
-    found: dict[str, Unjudged] = {}
+    found = _not_read(scene, method)
     for entry in DECLARED:
         if fnmatchcase(scene, entry.scenes) and fnmatchcase(method, entry.methods):
             found = {name: entry for name in entry.observables} | found
     return found
+
+
+def _not_read(scene: str, method: str) -> dict[str, Unjudged]:
+    """The observables of a scene that the method's engine says it gives of none."""
+    try:
+        engine = find_engine(method.partition("/")[0])
+    except ParameterError:  # of a stored study, whose engine is no longer there
+        return {}
+    if not engine.not_read:
+        return {}
+    names = [o.name for o in find_system(scene.partition("/")[0]).observables]
+    return {
+        name: Unjudged(scene, method, (name,), why, left_out=True)
+        for name, why in engine.not_read.items()
+        if name in names
+    }
 
 
 def undeclared(scene: str, method: str, names: Iterable[str], left_out: bool) -> tuple[str, ...]:

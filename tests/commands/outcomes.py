@@ -76,9 +76,9 @@ def with_prepare(
     monkeypatch: pytest.MonkeyPatch, name: str, made: Callable[[Prepare], Prepare]
 ) -> None:
     """Let the engine of this name prepare what `made` makes of its own way to."""
-    engine = registry.engines()[name]
-    broken = {**registry.engines(), name: replace(engine, prepare=made(engine.prepare))}
-    monkeypatch.setattr(registry, "engines", lambda: MappingProxyType(broken))
+    engine = registry.built_in()[name]
+    broken = {**registry.built_in(), name: replace(engine, prepare=made(engine.prepare))}
+    monkeypatch.setattr(registry, "built_in", lambda: MappingProxyType(broken))
 
 
 def break_engine(monkeypatch: pytest.MonkeyPatch, name: str) -> None:

@@ -7,7 +7,7 @@ import sys
 
 ENGINES = (
     *("dartpy", "exudyn", "heyoka", "jax", "mujoco", "pinocchio", "plotly", "pybullet", "pydrake"),
-    "pymunk",
+    *("pymunk", "scipy", "jinja2", "rich", "cattrs"),
 )
 LIST = """
 import sys

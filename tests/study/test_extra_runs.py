@@ -191,7 +191,7 @@ def test_a_problem_is_made_once_and_a_run_judged_once(monkeypatch: pytest.Monkey
 
     watched = replace(system, problem=counted("problem", system.problem))
     monkeypatch.setattr(
-        "plumbob.models.registry.systems", lambda: {**systems(), system.name: watched}
+        "plumbob.models.registry.built_in", lambda: {**systems(), system.name: watched}
     )
     chosen = [
         # Parameters of no other test, so that the problem is not cached.

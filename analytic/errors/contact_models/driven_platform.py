@@ -16,7 +16,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
@@ -38,6 +37,8 @@ def drive_error(
 ) -> PlatformError:
     """Deviations at `times` [s], shape (n,), of a platform with `inertia` A [kg m^2] and a drive of
     rate g [1/s]."""
+    from scipy.integrate import solve_ivp
+
     pendulum = pendulum.started
     body, w = pendulum.body, pendulum.platform_rate
     arm = body.mass * body.com_distance

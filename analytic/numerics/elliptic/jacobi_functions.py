@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import scipy.special
 
 from plumbob.analytic.numerics.quad import PI, Quad, choose, double, everywhere, quad
 from plumbob.analytic.reference import Array
@@ -67,5 +66,7 @@ def jacobi(tau: Any, a: Any, b: Any) -> tuple[Array, Array, Array]:
 def time_of_point(sine: Any, cosine: Any, a: Any, b: Any) -> Any:
     """tau(chi) for |chi| <= pi/2 given by its sine and cosine, each accurate on its own, by
     Carlson's R_F (DLMF 19.25.5)."""
+    import scipy.special
+
     c2, s2 = double((a * cosine) ** 2), double((b * sine) ** 2)
     return double(sine) * scipy.special.elliprf(c2, c2 + s2, double(a) ** 2)

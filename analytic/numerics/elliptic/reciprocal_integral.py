@@ -14,7 +14,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.special
 
 from plumbob.analytic.numerics.elliptic.jacobi_functions import jacobi
 from plumbob.analytic.numerics.quad import PI, Quad, double, quad
@@ -50,6 +49,8 @@ class ReciprocalIntegral:
 
     def at(self, tau: Array) -> Array:
         """The integral [s] at `tau` [s], shape (n,), at most a quarter turn either way."""
+        import scipy.special
+
         mean, geometric = (self.a + self.b) / 2, np.sqrt(self.a * self.b)
         rate = double(mean)
         if not double(geometric):

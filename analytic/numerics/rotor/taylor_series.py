@@ -10,15 +10,18 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 from operator import mul
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import PPoly
 
 from plumbob.analytic.numerics.arithmetic import CompensatedState, two_product, two_sum
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
+
+if TYPE_CHECKING:  # a list of scenes needs no scipy
+    from scipy.interpolate import PPoly
 
 ORDER = 30  # about ln(2^53): the cheapest per second of motion where every term costs the same
 MOST_STEPS = 2**20  # about two minutes of work
@@ -63,6 +66,8 @@ class Orbit:
     @cached_property
     def _advances(self) -> tuple[PPoly, PPoly]:
         """What each step adds to the rounded state at its start: small, so its round-off is."""
+        from scipy.interpolate import PPoly
+
         degrees = np.arange(1, self.coefficients.shape[1] + 1)
         theta = np.column_stack([self.theta_low[:-1], self.coefficients])
         theta_dot = degrees * self.coefficients

@@ -20,7 +20,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.parameters import ParameterError, positive
@@ -54,6 +53,8 @@ class DampedRotation:
     def loss(self, time: float) -> float:
         """Energy [J] lost after `time` [s]: where the action is e^(-xi t) of the first. Raises
         ParameterError where the motion has then come to a separatrix."""
+        from scipy.optimize import brentq
+
         wanted = self.exact(0.0).action * np.exp(-self.xi * time)
         barrier = float(np.max(np.asarray(self.exact(0.0).barriers, dtype=float)))
         above = float(np.asarray(self.exact(0.0).energy, dtype=float)) - barrier

@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
-from scipy.optimize import brentq
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
@@ -143,6 +141,8 @@ def survey(capsule: Capsule, limits: Limits, circle: Circle, drive: Drive) -> Su
     dense = circle.longest * np.arange(DENSE + 1) / DENSE
 
     def interpolated(values: list[float], power: float) -> Array:
+        from scipy.interpolate import PchipInterpolator
+
         # Divided by this power of the angle they have a limit at 0 and hardly change.
         curve = PchipInterpolator(swings, values / swings**power)
         return np.asarray(curve(np.maximum(dense, swings[0])) * dense**power)
@@ -183,6 +183,7 @@ def exact_turn(
 ) -> Outcome | None:
     """The turn from angle `start` that gives the heading `wanted` [rad] (its size), the slider's
     angle being near `guess` [rad]; None if it takes more than `longest` [rad]."""
+    from scipy.optimize import brentq
 
     def followed(swing: float) -> Outcome:
         return outcome(capsule, limits.radius, start, circle.sense * swing, drive(swing))

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from scipy.optimize import brentq
 
 from plumbob.analytic.numerics.collocation import evaluate
 from plumbob.analytic.reference import Array
@@ -296,6 +295,8 @@ def _crossing(
 ) -> float | None:
     """The first place at which `margin`, sampled as `values` at `places`, falls below zero by more
     than `rounding`; None where it does not."""
+    from scipy.optimize import brentq
+
     below = np.flatnonzero(values < -rounding)
     if not below.size:
         return None

@@ -18,7 +18,6 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.slider_path import Piece
@@ -272,6 +271,8 @@ def held_until(
 ) -> float | None:
     """First local time [s] after `start` at which static friction no longer suffices, or None if it
     does until `duration` [s]; on a piece of infinite duration nothing changes."""
+    from scipy.optimize import brentq
+
     if not np.isfinite(duration):
         return None
     fractions = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, SAMPLES)))

@@ -17,7 +17,6 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
@@ -91,6 +90,8 @@ def smoothed_motion(
 ) -> Array:
     """Pose and velocity (x, y, psi, v_x, v_y, omega), shape (6,), at `duration` [s] from `start`,
     shape (6,), with friction smoothed over `delta` [m/s]. Raises RuntimeError if Radau fails."""
+    from scipy.integrate import solve_ivp
+
     state, rates = np.asarray(start, dtype=np.float64), _rates(capsule, delta)
     begins = [0.0, *(float(t) for t in path.breakpoints[1:] if t < duration)]
     for number, (begin, end) in enumerate(zip(begins, [*begins[1:], duration], strict=True)):

@@ -8,12 +8,13 @@ that of a reflected inertia so large that no load moves it.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.errors.schemes import ADAPTIVE, EULER, Scheme
 from plumbob.engines.adapters.hinged_body import PENDULUMS, hinged_body, model_errors
 from plumbob.engines.adapters.three_feet import CAPSULE
-from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.engines.method import Engine, Method, ModelFields, Simulation
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True)
@@ -82,7 +83,14 @@ def confirming(method: Method) -> tuple[Method, float]:
     return method, SMALLEST
 
 
+def model_fields(path: Path) -> ModelFields:
+    """What Drake reads of a model file; raises RuntimeError where it refuses it."""
+    from plumbob.engines.adapters.drake.model_fields import model_fields as read
+
+    return read(path)
+
+
 ENGINE = Engine(
     "drake", "pydrake", METHODS, prepare, model_error, scheme=scheme, optional=True,
-    confirming=confirming,
+    confirming=confirming, model_fields=model_fields,
 )  # fmt: skip

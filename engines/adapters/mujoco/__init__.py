@@ -14,7 +14,15 @@ from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
 from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.mujoco.methods import METHODS
-from plumbob.engines.method import Engine, FileCheck, Method, Settings, Simulation, Trimming
+from plumbob.engines.method import (
+    Engine,
+    FileCheck,
+    Method,
+    ModelFields,
+    Settings,
+    Simulation,
+    Trimming,
+)
 from plumbob.engines.own_contacts import ContactModel
 from plumbob.engines.own_motion import Change, OwnModel
 from plumbob.models.scene import Case
@@ -130,6 +138,13 @@ def write_trimmed(source: Path, left_out: Sequence[Change], target: Path) -> Non
     write(source, left_out, target)
 
 
+def model_fields(path: Path) -> ModelFields:
+    """The numbers of a model file; raises ParameterError."""
+    from plumbob.engines.adapters.mujoco.model_fields import model_fields as read
+
+    return read(path)
+
+
 ENGINE = Engine(
     "mujoco",
     "mujoco",
@@ -142,6 +157,7 @@ ENGINE = Engine(
     settings_text=settings_text,
     check_file=check_file,
     model_text=model_text,
+    model_fields=model_fields,
     own_model=model_of_own,
     own_contacts=contacts_of_own,
     write_trimmed=write_trimmed,

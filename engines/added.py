@@ -1,0 +1,144 @@
+"""Engines of other packages: what they must be, and what becomes of errors and output of theirs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.errors.schemes import Scheme
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.entry_points import Addition, captured
+from plumbob.models.scene import Case
+
+
+def wrong(found: Any, name: str) -> str:
+    """Why what a package adds as an engine of this name is none; empty where it is one."""
+    if not isinstance(found, Engine):
+        return f"{type(found).__name__} in place of a plumbob Engine"
+    if found.name != name:
+        return f"the engine is called {found.name!r}, its entry point {name!r}"
+    if not found.methods:
+        return "it has no methods"
+    for method in found.methods:
+        if why := _wrong_method(method, name):
+            return why
+    for part in ("prepare", "model_error"):
+        if not callable(getattr(found, part)):
+            return f"its {part} is no function"
+    if not (isinstance(found.package, str) and found.package):
+        return "its package is no name of a package"
+    return ""
+
+
+def _wrong_method(method: Any, engine: str) -> str:
+    if not isinstance(method, Method):
+        return f"{type(method).__name__} in place of a plumbob Method"
+    if not method.name.startswith(f"{engine}/") or method.name.count("/") != 1:
+        return f"the method {method.name!r} is not called {engine}/..."
+    if not isinstance(method.scheme, Scheme):
+        return f"{method.name}: its scheme is {type(method.scheme).__name__}, not a Scheme"
+    if method.control not in ("step", "tolerance"):
+        return f"{method.name}: control is {method.control!r}, not 'step' or 'tolerance'"
+    if method.control == "tolerance" and not method.step_sizes:
+        return f"{method.name}: no step_sizes, its tolerances from loose to tight"
+    fixed = method.control == "step"
+    if fixed and not (isinstance(method.order, int) and method.order > 0):
+        return f"{method.name}: its order is {method.order!r}, not 1 or greater"
+    if not isinstance(method.systems, tuple):
+        return f"{method.name}: systems is {type(method.systems).__name__}, not a tuple of patterns"
+    return ""
+
+
+def guarded(added: Addition) -> Engine:
+    """An engine that a package adds, whose errors are results: of preparing, as unsupported, of
+    running, as a run that diverged; what it prints is a warning of the run."""
+    engine: Engine = added.found
+
+    def prepare(case: Case, method: Method, step: float) -> Simulation:
+        simulation = _asked(added, "prepare", lambda: engine.prepare(case, method, step))
+        for part in ("run", "stepped"):
+            if not callable(getattr(simulation, part, None)):
+                raise Unsupported(f"{added.package}: what it prepares has no {part}()")
+        return _Guarded(added.package, simulation, _seconds(simulation))
+
+    return replace(
+        engine,
+        prepare=prepare,
+        model_error=lambda *about: _asked(added, "model_error", lambda: engine.model_error(*about)),
+        optional=True,
+        distribution=added.distribution,
+    )
+
+
+def _asked(added: Addition, what: str, ask: Callable[[], Any]) -> Any:
+    """What a function of the engine returns; its errors, as Unsupported, say which it is."""
+    try:
+        with captured():
+            return ask()
+    except (Unsupported, ParameterError):
+        raise
+    except Exception as error:
+        raise Unsupported(f"{added.package}: {what} raises {_said(error)}") from error
+
+
+def _seconds(simulation: Any) -> float:
+    seconds = getattr(simulation, "compile_seconds", 0.0)
+    return float(seconds) if isinstance(seconds, (int, float)) else 0.0
+
+
+@dataclass
+class _Guarded:
+    """A simulation of a package's engine; what goes wrong in it becomes a result."""
+
+    package: str
+    simulation: Any
+    compile_seconds: float
+
+    def run(self) -> Trajectory:
+        """The engine's run; one that raises, or is no trajectory, counts as diverged at once."""
+        with captured() as said:
+            try:
+                run: Trajectory = self.simulation.run()
+                why = not_a_trajectory(run)
+            except Exception as error:
+                why = f"run raises {_said(error)}"
+        if why:
+            said_why = (f"{self.package}: {why}",)
+            return Trajectory(np.zeros(1), {}, diverged_at=0.0, warnings=said_why)
+        printed = " ".join(said[0].split())
+        if not printed:
+            return run
+        return replace(run, warnings=(*run.warnings, f"{self.package} prints: {printed[:120]}"))
+
+    def stepped(self, fraction: float) -> Stepping:
+        """The steps of the first `fraction`; none count where the engine raises."""
+        try:
+            with captured():
+                found = self.simulation.stepped(fraction)
+        except Exception:
+            return Stepping(0, 0.0)
+        return found if isinstance(found, Stepping) else Stepping(0, 0.0)
+
+
+def not_a_trajectory(run: Any) -> str:
+    """Why a run is no Trajectory with samples of one length; empty where it is one."""
+    if not isinstance(run, Trajectory):
+        return f"a run returns {type(run).__name__} in place of a Trajectory"
+    shape = np.shape(run.times)
+    if len(shape) != 1:
+        return f"the times of a run have shape {shape}, not (n,)"
+    for name, values in {**run.observables, **run.channels}.items():
+        if np.shape(values) != shape:
+            return f"{name} has shape {np.shape(values)}, the times of the run {shape}"
+        if not np.isfinite(np.asarray(values, dtype=np.float64)).all():
+            return f"{name} is not finite, and diverged_at does not say when it was lost"
+    return ""
+
+
+def _said(error: Exception) -> str:
+    return " ".join(f"{type(error).__name__}: {error}".split())[:160]

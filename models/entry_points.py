@@ -1,0 +1,143 @@
+"""What other installed packages add by entry points: each is loaded when it is asked for by name,
+and one that is broken costs a line on stderr, not the study."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from functools import cache
+from importlib import metadata
+from types import MappingProxyType
+from typing import Any
+
+ENGINES, SYSTEMS = "plumbob.engines", "plumbob.systems"  # the groups
+LONGEST = 10.0  # [s] that a package may take to be imported
+
+Wrong = Callable[[Any, str], str]  # what was found and its name -> why it is not what it must be
+
+
+@dataclass(frozen=True)
+class Addition:
+    """What a package adds under a name, or why it cannot."""
+
+    name: str
+    package: str  # with its version: "toy-engine 1.0"
+    found: Any = None
+    reason: str = ""  # why there is nothing, one line
+
+    @property
+    def distribution(self) -> str:
+        """Name of the package that is installed."""
+        return self.package.partition(" ")[0]
+
+
+@cache
+def points(group: str) -> Mapping[str, tuple[metadata.EntryPoint, ...]]:
+    """The entry points of a group by name, none of them loaded; several packages may have one of
+    the same name."""
+    found: dict[str, tuple[metadata.EntryPoint, ...]] = {}
+    for point in metadata.entry_points(group=group):
+        if point not in found.get(point.name, ()):  # a folder may be on the path twice
+            found[point.name] = (*found.get(point.name, ()), point)
+    return MappingProxyType(found)
+
+
+def versions() -> Mapping[str, str]:
+    """The versions of the packages that add engines or systems, by the packages' names."""
+    given = [p.dist for g in (ENGINES, SYSTEMS) for group in points(g).values() for p in group]
+    return {d.name: d.version for d in given if d is not None}
+
+
+@cache
+def addition(group: str, name: str, wrong: Wrong) -> Addition:
+    """What the entry point `name` of a group adds, loaded once a process; where it cannot be used,
+    or prints, stderr says so. Raises KeyError for a name that no package gives."""
+    several = points(group)[name]
+    packages = [f"{p.dist.name} {p.dist.version}" if p.dist else p.module for p in several]
+    if len(several) > 1:
+        found, said = None, ""
+        reason = f"more than one package adds {name!r}: {', '.join(packages)}"
+    else:
+        found, reason, said = _loaded(several[0])
+        reason = reason or _one_line(wrong(found, name))
+    if reason:
+        print(f"plumbob: {packages[0]} is left out: {reason}", file=sys.stderr)
+        return Addition(name, packages[0], None, reason)
+    if said:
+        print(f"plumbob: {packages[0]} prints when it is imported: {said}", file=sys.stderr)
+    return Addition(name, packages[0], found)
+
+
+def _loaded(point: metadata.EntryPoint) -> tuple[Any, str, str]:
+    """What an entry point names, why it cannot be had, and what was printed meanwhile."""
+    done: list[tuple[Any, str]] = []
+
+    def load() -> None:
+        try:
+            done.append((point.load(), ""))
+        except (Exception, SystemExit) as error:
+            done.append((None, f"{type(error).__name__} on import: {error}"))
+
+    with captured() as said:
+        thread = threading.Thread(target=load, daemon=True)
+        thread.start()
+        thread.join(LONGEST)
+    if not done:
+        _end(thread)
+        return None, f"its import takes more than {LONGEST:g} s", ""
+    found, reason = done[0]
+    return found, _one_line(reason), _one_line(said[0])
+
+
+def _end(thread: threading.Thread) -> None:
+    """Have a thread raise SystemExit when it next runs Python code."""
+    import ctypes
+
+    assert thread.ident is not None
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(
+        ctypes.c_ulong(thread.ident), ctypes.py_object(SystemExit)
+    )
+
+
+@contextmanager
+def captured() -> Iterator[list[str]]:
+    """Take what is written to stdout and stderr, by Python or by a library in C; the list holds it
+    as one text afterwards."""
+    import tempfile
+
+    said: list[str] = []
+    text = io.StringIO()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    with tempfile.TemporaryFile() as file:
+        kept = [(number, os.dup(number)) for number in (1, 2) if _open(number)]
+        try:
+            for number, _ in kept:
+                os.dup2(file.fileno(), number)
+            with redirect_stdout(text), redirect_stderr(text):
+                yield said
+        finally:
+            for number, copy in kept:
+                os.dup2(copy, number)
+                os.close(copy)
+            file.seek(0)
+            said.append(text.getvalue() + file.read().decode("utf-8", "replace"))
+
+
+def _open(number: int) -> bool:
+    try:
+        os.fstat(number)
+    except OSError:
+        return False
+    return True
+
+
+def _one_line(text: str) -> str:
+    """`text` without line breaks, and no longer than two lines of a terminal."""
+    line = " ".join(text.split())
+    return line if len(line) <= 160 else f"{line[:157]}..."

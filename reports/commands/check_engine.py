@@ -1,0 +1,51 @@
+"""plumbob check-engine: whether an engine's adapter does what plumbob expects of it."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from dataclasses import asdict
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.method import meant
+from plumbob.engines.registry import engine_of, installed
+from plumbob.engines.registry import methods as find_methods
+from plumbob.models.registry import scenes as find_scenes
+from plumbob.reports.judge.engine_check import Checked, check_engine
+
+MISSING = 3
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("name", metavar="NAME", help="an engine, or a pattern of its methods")
+    parser.add_argument("--scenes", metavar="GLOB", default="*", help="only these; commas allowed")
+    parser.add_argument("--json", action="store_true", help="print one JSON object a check")
+
+
+def command(chosen: argparse.Namespace) -> int:
+    """Print one line a check as it is made; returns 1 where one fails, 3 where the engine's package
+    is not installed."""
+    methods = find_methods(chosen.name)
+    scenes = find_scenes(chosen.scenes, "quick")
+    for method in methods:
+        if not installed(engine := engine_of(method)):
+            print(f"plumbob: {engine.package} is missing", file=sys.stderr)
+            return MISSING
+    if not any(meant(method, scene) for method in methods for scene in scenes):
+        raise ParameterError("scenes", chosen.scenes, f"some that {chosen.name} is meant for")
+    done: list[Checked] = []
+    for checked in check_engine(methods, scenes):
+        done.append(checked)
+        if not chosen.json:
+            print(_line(checked), flush=True)
+    if chosen.json:
+        json.dump([asdict(checked) for checked in done], sys.stdout, indent=1)
+        print()
+    return int(any(checked.status == "fail" for checked in done))
+
+
+def _line(checked: Checked) -> str:
+    """A check as a line of the terminal."""
+    return f"{checked.status:<11}  {checked.name:<20}  {checked.detail}"

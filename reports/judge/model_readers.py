@@ -1,0 +1,138 @@
+"""Which numbers of a model file (MJCF) engines' own readers take over, and which they drop, held to
+what MuJoCo reads of it."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Collection, Mapping
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from pathlib import Path
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.method import ModelFields
+from plumbob.engines.registry import engines, find_engine, installed
+from plumbob.engines.study.runner import pool_of
+from plumbob.models.entry_points import captured
+
+RULE = "mujoco"  # the reader whose format it is
+SAME, LEAST = 1e-5, 1e-12  # relative, absolute [SI]: what single precision and new frames leave
+OPTIONS = ("gravity", "timestep")  # that a reader may seem to read where its default is the same
+PROBE = """<mujoco model="probe"><option gravity="0.3 -0.4 -1.62" timestep="0.003"/>
+<worldbody><body name="body"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>"""
+
+
+@dataclass(frozen=True)
+class Reader:
+    """What an engine's reader takes from a file."""
+
+    engine: str
+    refuses: str = ""  # why it reads nothing, one line
+    read: tuple[str, ...] = ()  # fields that it takes over, of everything in the file
+    dropped: Mapping[str, str] | None = None  # {field: what is there instead}
+
+    def __str__(self) -> str:
+        if self.refuses:
+            return f"refuses the file: {self.refuses}"
+        text = f"reads {', '.join(self.read) or 'nothing'}"
+        if not self.dropped:
+            return text
+        lost = [f"{field} ({why})" if why else field for field, why in self.dropped.items()]
+        return f"{text}; not {', '.join(lost)}"
+
+
+def read_by(file: Path) -> tuple[Reader, ...]:
+    """What MuJoCo and every other installed engine with a reader take from `file`, each in a
+    process of its own, for some of them crash on what they do not know. Raises ParameterError."""
+    rule, wanted = _fields(RULE, str(file))
+    if rule:
+        raise ParameterError("FILE", str(file), f"a MuJoCo model file ({rule})")
+    stated = {key: values for key, values in wanted.items() if any(values)}
+    found = [Reader(RULE, read=tuple(dict.fromkeys(field for field, _ in stated)))]
+    for engine in engines().values():
+        if engine.name == RULE or engine.model_fields is None or not installed(engine):
+            continue
+        try:
+            with pool_of(None, 1) as pool:
+                assert pool is not None
+                refuses, given, ignored = pool.submit(_seen, engine.name, str(file)).result()
+        except BrokenProcessPool:
+            refuses, given, ignored = "its process ends", {}, ()
+        found.append(
+            Reader(engine.name, refuses)
+            if refuses
+            else compared(engine.name, stated, given, ignored)
+        )
+    return tuple(found)
+
+
+def compared(
+    engine: str, stated: ModelFields, given: ModelFields, ignored: Collection[str] = ()
+) -> Reader:
+    """Which of the numbers that a file states are among those that a reader gives, who has fields
+    of his own in place of those `ignored`."""
+    known = {field for field, _ in given}
+    read, dropped = [], {}
+    for field in dict.fromkeys(field for field, _ in stated):
+        of = {name: values for (of_field, name), values in stated.items() if of_field == field}
+        wrong = {n: v for n, v in of.items() if not _has(given, field, n, v)}
+        if not wrong and field not in ignored:
+            read.append(field)
+        elif not wrong:
+            dropped[field] = "its default is the same"
+        elif field not in known:
+            dropped[field] = ""
+        else:
+            name, values = next(iter(wrong.items()))
+            instead = given.get((field, name))
+            there = "nothing" if instead is None else _text(instead)
+            dropped[field] = f"{name}: {there} for {_text(values)}".removeprefix(": ")
+    return Reader(engine, "", tuple(read), dropped)
+
+
+def _fields(engine: str, file: str) -> tuple[str, ModelFields]:
+    """Why an engine's reader refuses a file, or empty, and what it takes from it."""
+    read = find_engine(engine).model_fields
+    assert read is not None
+    try:
+        with captured():
+            return "", dict(read(Path(file)))
+    except ParameterError as error:
+        return error.requirement, {}
+    except Exception as error:
+        return " ".join(f"{type(error).__name__}: {error}".split())[:200], {}
+
+
+def _ignored(engine: str) -> tuple[str, ...]:
+    """The options that an engine's reader takes from no file: those of a probe are not seen."""
+    with tempfile.TemporaryDirectory() as folder:
+        (probe := Path(folder) / "probe.xml").write_text(PROBE, "utf-8")
+        wanted, given = _fields(RULE, str(probe))[1], _fields(engine, str(probe))[1]
+    return tuple(f for f in OPTIONS if not _equal(wanted[f, ""], given.get((f, ""))))
+
+
+def _seen(engine: str, file: str) -> tuple[str, ModelFields, tuple[str, ...]]:
+    """What an engine's reader takes from a file, why it refuses it, and what it always ignores."""
+    refuses, given = _fields(engine, file)
+    return refuses, given, () if refuses else _ignored(engine)
+
+
+def _has(given: ModelFields, field: str, name: str, values: tuple[float, ...]) -> bool:
+    """Whether a reader gives these numbers; friction of any name where it does not know this one,
+    for some give it to bodies in place of geoms."""
+    if field == "friction" and (field, name) not in given:
+        return any(_equal(values, other) for (of, _), other in given.items() if of == field)
+    return _equal(values, given.get((field, name)))
+
+
+def _equal(values: tuple[float, ...], other: tuple[float, ...] | None) -> bool:
+    if other is None or len(values) != len(other):
+        return False
+    allowed = max(SAME * max(map(abs, values), default=0.0), LEAST)
+    pairs = zip(values, other, strict=True)
+    return all(math.isclose(a, b, rel_tol=SAME, abs_tol=allowed) for a, b in pairs)
+
+
+def _text(values: tuple[float, ...]) -> str:
+    return " ".join(f"{value:.4g}" for value in values)

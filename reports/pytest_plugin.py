@@ -1,0 +1,103 @@
+"""A pytest plugin: `plumbob validate` as tests in any repository, and `check` as a fixture. Nothing
+of plumbob is loaded unless an option or a test asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from plumbob.engines.method import Method
+    from plumbob.models.scene import Scene
+    from plumbob.reports.judge.verdict import Judgement
+
+OPTIONS = ("plumbob_scenes", "plumbob_methods", "plumbob_profile")
+
+
+class Unexpected(Exception):
+    """A verdict that is not the expected one; its text says which, and why."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add what chooses the runs: the same words as `plumbob validate`. With any of them, each
+    chosen pair of a scene and a method is a test."""
+    group = parser.getgroup("plumbob", "validation of physics engines (plumbob)")
+    group.addoption("--plumbob-scenes", metavar="GLOB", help="validate these scenes: 'cone-*'")
+    group.addoption("--plumbob-methods", metavar="GLOB", help="validate these methods: 'mujoco/*'")
+    group.addoption(
+        "--plumbob-profile", choices=("quick", "full"), help="validate the main scenes, or all"
+    )
+
+
+@pytest.fixture(scope="session")
+def plumbob_check() -> Callable[..., Judgement]:
+    """`plumbob.check`: plumbob_check("cone-pendulum", "mujoco/rk4", step=1e-3) raises
+    AssertionError where the verdict is not the expected one."""
+    from plumbob import check
+
+    return check
+
+
+@pytest.hookimpl(tryfirst=True)  # before -k and -m choose among the tests
+def pytest_collection_modifyitems(session: pytest.Session, items: list[pytest.Item]) -> None:
+    """Add a test for each pair that the options choose."""
+    scenes, methods, profile = (session.config.getoption(name) for name in OPTIONS)
+    if scenes is methods is profile is None:
+        return
+    from plumbob.analytic.parameters import ParameterError
+    from plumbob.engines.registry import engine_of, installed
+    from plumbob.engines.registry import methods as find_methods
+    from plumbob.engines.study.runner import pairs
+    from plumbob.models.registry import scenes as find_scenes
+
+    profile = profile or "quick"
+    try:
+        found = find_methods(methods or "*")
+        chosen = pairs(find_scenes(scenes or "*", profile), found)
+    except ParameterError as error:
+        raise pytest.UsageError(f"--plumbob-{error}") from None
+    for scene, method in chosen:
+        if methods is None and engine_of(method).optional and not installed(engine_of(method)):
+            continue
+        name = f"{scene.name}-{method.name}"
+        items.append(
+            Validation.from_parent(session, name=name, scene=scene, method=method, profile=profile)
+        )
+
+
+class Validation(pytest.Item):
+    """A scene with a method at all step sizes of a profile."""
+
+    def __init__(self, *, scene: Scene, method: Method, profile: str, **rest: Any) -> None:
+        super().__init__(**rest)
+        self.scene, self.method, self.profile = scene, method, profile
+
+    def runtest(self) -> None:
+        """Raises Unexpected; skips where the engine is not installed."""
+        from plumbob.engines.study.convergence import convergence_study
+        from plumbob.engines.study.runner import most_steps
+        from plumbob.models.registry import case_of
+        from plumbob.reports.judge.expectations import surprise
+        from plumbob.reports.judge.verdict import judge_convergence
+
+        found = convergence_study(self.scene, self.method, most_steps(self.scene, self.profile))
+        case = case_of(self.scene)
+        about = case.system.quantities(case)
+        judgement = judge_convergence(found, case.system, self.method, about)
+        if judgement.verdict == "missing":
+            pytest.skip(judgement.reason)
+        if why := surprise(self.scene, self.method, judgement):
+            raise Unexpected(f"{why} ({judgement.reason})" if judgement.reason else why)
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        """An unexpected verdict is one line; anything else has its traceback."""
+        if isinstance(excinfo.value, Unexpected):
+            return f"{self.scene.name} with {self.method.name}: {excinfo.value}"
+        return super().repr_failure(excinfo, style)
+
+    def reportinfo(self) -> tuple[Path, int | None, str]:
+        """Where the test is from, as pytest shows it."""
+        return self.path, None, f"plumbob {self.name}"

@@ -1,0 +1,266 @@
+"""An engine and a system of other packages take part in everything; what is broken costs a line."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from plumbob.models import entry_points
+from plumbob.reports.cli import main
+from plumbob.tests.commands.outcomes import validated, without_pages
+from plumbob.tests.outside.installed_packages import PACKAGES, install, install_folder, seen
+
+ROOT = Path(__file__).parents[2]
+ENGINE = (PACKAGES / "tiny_engine" / "tiny_engine.py").read_text("utf-8")
+SYSTEM = (PACKAGES / "falling_body" / "falling_body.py").read_text("utf-8")
+SWING, FALL = "simple-pendulum/free-large", "falling-body/from-rest"
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Path:
+    """A folder that packages are installed in."""
+    return tmp_path / "site"
+
+
+@pytest.fixture
+def both(site: Path) -> Iterator[Path]:
+    """The example packages, installed."""
+    install_folder(site, "tiny_engine")
+    install_folder(site, "falling_body")
+    with seen(site):
+        yield site
+
+
+def broken(site: Path, text: str, group: str = entry_points.ENGINES, name: str = "tiny") -> None:
+    """Install a package that adds `name` with a module of this text."""
+    what = "ENGINE" if group == entry_points.ENGINES else "SYSTEM"
+    install(site, "their-package", {group: {name: f"theirs:{what}"}}, theirs=text)
+
+
+def test_the_readme_shows_the_package_of_the_tests() -> None:
+    readme = (ROOT / "README.md").read_text("utf-8")
+    folder = PACKAGES / "tiny_engine"
+    assert f"```python\n{ENGINE}```" in readme
+    points = (folder / "pyproject.toml").read_text("utf-8").partition("[project.entry-points")[2]
+    shown = f"[project.entry-points{points.partition('[tool')[0].rstrip()}"
+    assert f"```toml\n{shown}\n```" in readme
+    assert len(ENGINE.splitlines()) <= 40
+
+
+def test_both_are_listed(both: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list"]) == 0
+    out, err = capsys.readouterr()
+    assert re.search(r"^  tiny/euler +semi-implicit-euler, order 1$", out, re.MULTILINE)
+    assert re.search(r"^  falling-body +Falling body with drag$", out, re.MULTILINE)
+    assert err == ""
+
+
+def test_both_are_measured_judged_and_recommended(
+    both: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With worker processes, which find the packages by themselves, and a page."""
+    monkeypatch.setenv("PYTHONPATH", str(both), prepend=":")
+    monkeypatch.chdir(tmp_path)
+    junit, chosen = tmp_path / "j.xml", f"{FALL},simple-pendulum/free-small"
+    words = ["validate", "--scenes", chosen, "--methods", "tiny,ode/euler", "--jobs", "2"]
+    assert main([*words, "--json", "--junitxml", str(junit)]) == 0
+    found = {(r["scene"], r["method"]): r for r in json.loads(capsys.readouterr().out)}
+    assert set(found) == {
+        (FALL, "ode/euler"),
+        ("simple-pendulum/free-small", "ode/euler"),
+        ("simple-pendulum/free-small", "tiny/euler"),
+    }
+    assert 'name="tiny/euler"' in junit.read_text("utf-8")
+    pages = "".join(p.read_text("utf-8") for p in (tmp_path / "plumbob-out").rglob("*.html"))
+    assert "tiny/euler" in pages
+    assert "Falling body with drag" in pages
+    assert "tiny-engine" in pages  # its version, among the others
+    assert main(["recommend", "falling-body", "--error", "1e-2", "--stored"]) == 0
+    assert "ode/euler" in capsys.readouterr().out
+    assert main(["recommend", "simple-pendulum/free-small", "--error", "0.1", "--stored"]) == 0
+    assert "tiny/euler" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("pendulum.gravity /", "1.01 * pendulum.gravity /"),
+        ("state[0] += step", "state[0] += 1.001 * step"),
+        ("state = [pendulum.theta,", "state = [1.0001 * pendulum.theta,"),
+    ],
+)
+def test_a_defect_of_an_added_engine_is_a_failure(right: str, wrong: str, site: Path) -> None:
+    from plumbob import check
+
+    assert right in ENGINE
+    broken(site, ENGINE.replace(right, wrong))
+    with seen(site), pytest.raises(AssertionError, match=r"(fail|not-converging), expected pass"):
+        check(SWING, "tiny/euler")
+
+
+LEFT_OUT = {
+    "raises": ("import plumbob_has_no_such_module\n", "ModuleNotFoundError on import: No module"),
+    "exits": ("raise SystemExit(3)\n", "SystemExit on import: 3"),
+    "hangs": ("while True:\n    pass\n", "its import takes more than 0.5 s"),
+    "no engine": ("ENGINE = 'tiny'\n", "str in place of a plumbob Engine"),
+    "no attribute": ("", "AttributeError on import"),
+    "other name": (ENGINE.replace('"tiny"', '"huge"'), "the engine is called 'huge'"),
+    "method": (ENGINE.replace('"tiny/euler"', '"huge/euler"'), "is not called tiny/..."),
+    "order": (ENGINE.replace("Scheme(EULER), 1,", "Scheme(EULER), None,"), "its order is None"),
+    "scheme": (ENGINE.replace("Scheme(EULER)", "'euler'"), "its scheme is str, not a Scheme"),
+    "systems": (ENGINE.replace('-*",)', '-*")'), "systems is str, not a tuple of patterns"),
+    "prepare": (ENGINE.replace("prepare=prepare", "prepare=3"), "its prepare is no function"),
+}
+
+
+@pytest.mark.parametrize("kind", LEFT_OUT)
+def test_a_broken_engine_costs_a_line(
+    kind: str, site: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The rest is listed; whoever asks for it is informed why not, with exit code 2."""
+    monkeypatch.setattr(entry_points, "LONGEST", 0.5)
+    text, why = LEFT_OUT[kind]
+    broken(site, text)
+    with seen(site):
+        assert main(["list", "methods"]) == 0
+        out, err = capfd.readouterr()
+        assert "ode/rk4" in out
+        assert "tiny" not in out
+        assert err.startswith("plumbob: their-package 1.0 is left out: ")
+        assert why in err
+        assert err.count("\n") == 1
+        for command in (
+            ["run", SWING, "tiny/euler", "--step", "1e-3"],
+            ["validate", "--methods", "tiny", "--out", str(site / "out")],
+        ):
+            assert main(command) == 2
+            said = capfd.readouterr().err
+            assert "their-package 1.0: " in said
+            assert why in said
+            assert said.count("\n") == 1
+        assert not (site / "out").exists()
+
+
+@pytest.mark.parametrize("printing", ["print('hello')", "import os; os.write(1, b'hello')"])
+def test_what_an_import_prints_is_a_line_on_stderr(
+    printing: str, site: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    broken(site, f"{printing}\n{ENGINE}")
+    with seen(site):
+        assert main(["list", "methods"]) == 0
+    out, err = capfd.readouterr()
+    assert "tiny/euler" in out
+    assert "hello" not in out
+    assert err == "plumbob: their-package 1.0 prints when it is imported: hello\n"
+
+
+def test_two_packages_with_one_name_are_left_out(
+    both: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    broken(both, ENGINE)
+    with seen(both):
+        assert main(["run", SWING, "tiny/euler", "--step", "1e-3"]) == 2
+    assert "more than one package adds 'tiny'" in capsys.readouterr().err
+
+
+def test_the_name_of_an_engine_of_ours_is_taken(
+    site: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    broken(site, ENGINE.replace("tiny", "ode"), name="ode")
+    with seen(site):
+        assert main(["list", "methods"]) == 0
+    out, err = capsys.readouterr()
+    assert "ode/rk4" in out
+    assert "plumbob has an engine called 'ode' itself" in err
+
+
+NO_TRAJECTORY = "type('Bad', (), {'run': lambda self: 3, 'stepped': lambda self, part: 3})()"
+WRONG_RUNS = {
+    "prepare raises": "raise RuntimeError('no licence')",
+    "no simulation": "return None",
+    "run raises": "return stepped(case, step, lambda: build()._replace())",
+    "no trajectory": f"return {NO_TRAJECTORY}",
+}
+
+
+@pytest.mark.parametrize("kind", WRONG_RUNS)
+def test_an_engine_that_raises_is_a_verdict(
+    kind: str, site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    """The study goes on: its other methods have their verdicts, and the exit code is 1."""
+    broken(site, ENGINE.replace("return stepped(case, step, build)", WRONG_RUNS[kind]))
+    without_pages(monkeypatch)
+    with seen(site):
+        found = validated(tmp_path, capsys, SWING, "tiny,ode/euler")
+    assert found.code == 1
+    assert "their-package 1.0: " in found.failure(SWING, "tiny/euler")
+    assert found.failure(SWING, "ode/euler") == ""
+
+
+def test_a_printing_run_leaves_stdout_alone(site: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    broken(site, ENGINE.replace("        state = [", "        print('hello')\n        state = ["))
+    with seen(site):
+        assert main(["run", SWING, "tiny/euler", "--step", "1e-2", "--json"]) == 0
+    out, err = capfd.readouterr()
+    assert json.loads(out)
+    assert "their-package 1.0 prints: hello" in out
+    assert err == ""
+
+
+BROKEN_SYSTEMS = {
+    "no system": (SYSTEM.replace("SYSTEM = System(", "SYSTEM = dict("), "dict in place of"),
+    "other name": (SYSTEM.replace('name="falling-body"', 'name="fall"'), "is called 'fall'"),
+    "default": (SYSTEM.replace('default="from-rest"', 'default="none"'), "no scene is called"),
+    "problem": (SYSTEM.replace('"drag_rate": 0.5', '"drag_rate": 0.0'), "drag_rate = 0.0: must"),
+    "observable": (SYSTEM.replace('"speed": speed}', '"rate": speed}'), "KeyError: 'speed'"),
+    "not finite": (SYSTEM.replace('"speed": speed}', '"speed": speed / 0}'), "ZeroDivisionError"),
+}
+
+
+@pytest.mark.parametrize("kind", BROKEN_SYSTEMS)
+def test_a_broken_system_costs_a_line(
+    kind: str, site: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text, why = BROKEN_SYSTEMS[kind]
+    text = text.replace("speed / 0}", "1 / 0 * speed}")
+    broken(site, text, entry_points.SYSTEMS, "falling-body")
+    with seen(site):
+        assert main(["list", "systems"]) == 0
+        out, err = capsys.readouterr()
+        assert "falling" not in out
+        assert why in err
+        assert err.count("\n") == 1
+        for command in (
+            ["solve", "falling-body", "--times", "1"],
+            ["validate", "--scenes", "falling-body/*", "--out", str(site / "out")],
+        ):
+            assert main(command) == 2
+            said = capsys.readouterr().err
+            assert why in said
+            assert said.count("\n") == 1
+
+
+LAZY = """
+import sys
+from plumbob.reports.cli import main
+code = main(["run", "simple-pendulum/free-large", "ode/rk4", "--step", "1e-2"])
+print("loaded:", "theirs" in sys.modules)
+sys.exit(code)
+"""
+
+
+def test_no_package_is_loaded_whose_methods_are_not_chosen(
+    site: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken(site, "raise RuntimeError\n")
+    monkeypatch.setenv("PYTHONPATH", str(site), prepend=":")
+    done = subprocess.run([sys.executable, "-c", LAZY], check=True, capture_output=True, text=True)
+    assert done.stdout.splitlines()[-1] == "loaded: False"
+    assert done.stderr == ""

@@ -1,0 +1,96 @@
+"""The validation runs from an installed package in anybody's repository, by pytest's options."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from plumbob.tests.outside.installed_packages import install, install_folder
+
+PLUGIN = "plumbob.reports.pytest_plugin"
+THEIRS = """
+import sys
+import models
+
+def test_nothing_is_loaded_that_nobody_asks_for():
+    assert models.NAME == "theirs"
+    loaded = {name.partition(".")[0] for name in sys.modules}
+    assert not loaded & {"numpy", "scipy", "mujoco"}
+    assert not any(n.startswith(("plumbob.models", "plumbob.engines")) for n in sys.modules)
+"""
+FIXTURE = """
+import pytest
+
+def test_a_run(plumbob_check):
+    assert plumbob_check("cone-pendulum", "ode/rk4", step=1e-3).verdict == "pass"
+
+def test_a_run_that_is_off(plumbob_check):
+    with pytest.raises(AssertionError, match="off the accuracy"):
+        plumbob_check("cone-pendulum", "ode/euler", step=1e-3, within=1e-9)
+"""
+
+
+@pytest.fixture
+def repository(tmp_path: Path) -> Path:
+    """A repository with a package called `models`, and an environment with plumbob's plugin and an
+    engine of theirs."""
+    (tmp_path / "repository" / "models").mkdir(parents=True)
+    (tmp_path / "repository" / "models" / "__init__.py").write_text("NAME = 'theirs'\n", "utf-8")
+    install_folder(tmp_path / "site", "tiny_engine")
+    install(tmp_path / "site", "plumbob-plugin", {"pytest11": {"plumbob": PLUGIN}})
+    return tmp_path / "repository"
+
+
+def session_of(repository: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    """pytest in the repository, which finds the plugin by its entry point, with options by its
+    name."""
+    path = [str(repository.parent / "site"), os.environ.get("PYTHONPATH", "")]
+    command = (sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-rA", *options)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path)}
+    if options:  # other plugins take as long to load as the rest
+        environment["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
+        command = (*command, "-p", PLUGIN)
+    return subprocess.run(
+        command, cwd=repository, env=environment,
+        check=False, capture_output=True, text=True,
+    )  # fmt: skip
+
+
+def test_a_plain_test_run_loads_nothing(repository: Path) -> None:
+    (repository / "test_theirs.py").write_text(THEIRS, "utf-8")
+    done = session_of(repository)
+    assert done.returncode == 0, done.stdout
+    assert "1 passed" in done.stdout
+
+
+def test_options_add_a_test_for_each_pair_and_the_fixture_is_there(repository: Path) -> None:
+    (repository / "test_theirs.py").write_text(FIXTURE, "utf-8")
+    chosen = ("--plumbob-scenes", "simple-pendulum/free-*", "--plumbob-methods", "tiny,ode/rk4")
+    done = session_of(repository, *chosen, "-k", "tiny or run", "-W", "error")
+    assert done.returncode == 0, done.stdout
+    for name in ("free-small-tiny/euler", "free-large-tiny/euler"):
+        assert f"simple-pendulum/{name}" in done.stdout
+    assert "4 passed, 2 deselected" in done.stdout
+    assert "no theory" not in done.stdout
+
+
+def test_an_unexpected_verdict_fails_with_a_line(repository: Path) -> None:
+    module = repository.parent / "site" / "tiny_engine.py"
+    text = module.read_text("utf-8")
+    module.write_text(text.replace("step * pendulum", "1.01 * step * pendulum"), "utf-8")
+    chosen = ("--plumbob-scenes", "simple-pendulum/free-large", "--plumbob-methods", "tiny")
+    done = session_of(repository, *chosen, "--junitxml", "found.xml")
+    assert done.returncode == 1
+    assert "with tiny/euler: not-converging, expected pass" in done.stdout
+    assert "Traceback" not in done.stdout
+    assert "tiny/euler" in (repository / "found.xml").read_text("utf-8")
+
+
+def test_a_wrong_name_is_wrong_use(repository: Path) -> None:
+    done = session_of(repository, "--plumbob-methods", "none/such")
+    assert done.returncode == pytest.ExitCode.USAGE_ERROR
+    assert "--plumbob-methods = 'none/such': must be one of" in done.stderr

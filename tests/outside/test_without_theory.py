@@ -1,0 +1,49 @@
+"""An engine whose scheme no theory covers converges where it reads a scene as it is, and not where
+it reads gravity or friction wrongly."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import MappingProxyType
+
+import pytest
+
+from plumbob.analytic.errors.schemes import Scheme
+from plumbob.engines import registry
+from plumbob.engines.study.convergence import convergence_study
+from plumbob.engines.study.runner import most_steps
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.reports.judge.verdict import judge_convergence
+from plumbob.tests.commands.outcomes import misread
+
+SWING, LINE = "simple-pendulum/free-large", "capsule-line/heading-030"
+
+
+@pytest.mark.parametrize(
+    ("scene", "method", "factors", "converges"),
+    [
+        (SWING, "mujoco/euler", {}, True),
+        (SWING, "mujoco/euler", {"gravity": 1.01}, False),
+        (SWING, "mujoco/euler", {"gravity": 1.0 + 1e-4}, False),
+        (LINE, "mujoco/euler+coulomb", {}, True),
+        (LINE, "mujoco/euler+coulomb", {"gravity": 1.01}, False),
+        (LINE, "mujoco/euler+coulomb", {"friction": 0.9}, False),
+    ],
+)
+def test_an_engine_without_theory(
+    scene: str, method: str, factors: dict[str, float], converges: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    chosen, how = find_scene(scene), registry.method(method)
+    assert set(factors) <= set(chosen.parameters)
+    own = Scheme("own")
+    engines = dict(registry.built_in())
+    engines["mujoco"] = replace(engines["mujoco"], scheme=lambda case, method: own)
+    monkeypatch.setattr(registry, "built_in", lambda: MappingProxyType(engines))
+    if factors:
+        misread(monkeypatch, "mujoco", factors)
+    case = case_of(chosen)
+    found = convergence_study(chosen, how, most_steps(chosen, "quick"))
+    verdict = judge_convergence(found, case.system, how, case.system.quantities(case)).verdict
+    assert (verdict == "converges") == converges, verdict
