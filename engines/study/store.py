@@ -156,6 +156,15 @@ def load(file: Path, number: int | None = None, scene: str | None = None) -> Stu
         return study
 
 
+def history(file: Path) -> dict[int, Provenance]:
+    """How each study in `file` was made, by its number; raises as above."""
+    if not file.exists():
+        return {}
+    with _opened(file) as store:
+        found = store.execute("select id, body from study order by id").fetchall()
+    return {number: from_json(body, _Head).provenance for number, body in found}
+
+
 def studies_of(file: Path, scene: str) -> tuple[Study, ...]:
     """What every study in `file` says of a scene, the oldest first, without extra runs. Raises
     ParameterError for a file that is no store, or one of another version."""

@@ -6,6 +6,7 @@ import argparse
 import json
 import math
 import os
+import shlex
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -21,6 +22,7 @@ from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import systems
 from plumbob.reports.commands import values
+from plumbob.reports.commands.report import html_file
 from plumbob.reports.judge.verdict import judge_study
 
 MOVED = 1e-9  # of an error, beside what rounding explains: the same code gives the same bits
@@ -37,14 +39,18 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="exit with 1 when an error has grown by more than this: 5%%, or 0.05",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument("--page", metavar="FILE.html", help="write a page of it too")
 
 
 def command(chosen: argparse.Namespace) -> int:
     """Print what moved; 1 when a verdict did, or an error grew by more than is allowed."""
     above = math.inf if chosen.above is None else _fraction(chosen.above)
+    file = None if chosen.page is None else html_file("page", chosen.page)
     old, new = _study("OLD", chosen.old), _study("NEW", chosen.new)
-    moved = [*_verdicts(old, new), *_presence(old, new), *_errors(old, new), *_costs(old, new)]
+    parts = _verdicts(old, new), _presence(old, new), list(_errors(old, new)), _costs(old, new)
+    moved = [row for part in parts for row in part]
     versions = _versions(old.provenance, new.provenance)
+    grown = [row for row in moved if row["growth"] is not None and row["growth"] > above]
     if chosen.json:
         json.dump(values.plain([*versions, *moved]), sys.stdout, indent=1)
         print()
@@ -57,12 +63,29 @@ def command(chosen: argparse.Namespace) -> int:
             print(f"{row['scene']} {row['method']}: {row['what']} {_said(row)}")
         if not moved:
             print("nothing has moved")
+    if file is not None:
+        from plumbob.reports.view.site.comparison import Comparison, write_comparison
+
+        ran = [{(c.scene, c.method) for c in study.convergence} for study in (old, new)]
+        found = Comparison(
+            (chosen.old, chosen.new), (old.provenance, new.provenance), versions, *parts,
+            sorted(ran[0] & ran[1]), chosen.above or "", len(grown),
+        )  # fmt: skip
+        page = write_comparison(found, file, _words(chosen))
+        if not chosen.json:
+            print(f"page: {page}")
     if any(row["what"] == "verdict" for row in moved):
         return 1
-    grown = [row for row in moved if row["growth"] is not None and row["growth"] > above]
     if grown and not chosen.json:
         print(f"{len(grown)} errors have grown by more than {chosen.above}")
     return 1 if grown else 0
+
+
+def _words(chosen: argparse.Namespace) -> str:
+    """The command that writes the page again."""
+    words = ["plumbob", "compare", chosen.old, chosen.new, "--page", chosen.page]
+    words += [] if chosen.above is None else ["--fail-above", chosen.above]
+    return shlex.join(words)
 
 
 def _fraction(text: str) -> float:

@@ -24,7 +24,7 @@ def command(chosen: argparse.Namespace) -> int:
     """Write the same pages that `validate` wrote, to the byte, or one file with the content of all
     of them, and print where it is."""
     number = None if chosen.study is None else values.count("study", chosen.study)
-    single = None if chosen.single is None else _one_file(chosen.single)
+    single = None if chosen.single is None else html_file("single", chosen.single)
     study = store.load(Path(chosen.out) / store.FILE, number)
     if study is None and number is None:
         raise ParameterError("OUT", chosen.out, "where `plumbob validate` has stored a study")
@@ -32,19 +32,22 @@ def command(chosen: argparse.Namespace) -> int:
         raise ParameterError("study", number, f"the number of a study in {chosen.out}")
     from plumbob.reports.findings import section
     from plumbob.reports.view.page import written
+    from plumbob.reports.view.site.versions import versions
     from plumbob.reports.view.site.writing import render, write_page
 
+    history = store.history(Path(chosen.out) / store.FILE)
     if single is None:
-        print(write_page(study, Path(chosen.out), section))
+        print(write_page(study, Path(chosen.out), section, history=history))
     else:
-        print(written(render(study, section), single.parent, single.name))
+        text = render(study, section, others=versions(history, chosen.out))
+        print(written(text, single.parent, single.name))
     return 0
 
 
-def _one_file(text: str) -> Path:
-    """A file .html that can be written; raises ParameterError."""
+def html_file(name: str, text: str) -> Path:
+    """A file .html that can be written; raises ParameterError with the `name` of the option."""
     file = Path(text)
     taken = os.path.lexists(file) and not file.is_file()
     if file.suffix != ".html" or taken or not os.access(file.parent, os.W_OK):
-        raise ParameterError("single", text, "a file .html in a folder that can be written to")
+        raise ParameterError(name, text, "a file .html in a folder that can be written to")
     return file

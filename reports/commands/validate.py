@@ -122,7 +122,7 @@ def _report(
             for pair, found in judged.items()
         }
     own = user_results(study, judged)
-    page = write_page(study, out, section, judged)
+    page = write_page(study, out, section, judged, store.history(out / store.FILE))
     if junit:
         write_junit(junit, study, judged)
     if chosen.json:

@@ -32,6 +32,7 @@ from plumbob.reports.view.content import (
 )
 from plumbob.reports.view.notation import number, short
 from plumbob.reports.view.palette import OF_METHODS
+from plumbob.reports.view.site.claims import ALIKE, at_most, between
 from plumbob.reports.view.traces import Trace, curve, figure, logarithmic, positive
 
 SCENE = "capsule-coast/translation"
@@ -61,7 +62,7 @@ def _stopping(study: Study) -> Sequence[Finding]:
     posed = problem(SCENE)
     speed = math.hypot(*posed.setup.velocity)
     distance = float(posed.motion.coasting.distance)
-    rows = []
+    rows, beyond = [], dict[str, float]()
     for name in METHODS:
         cells: list[Cell] = []
         for step in STEPS:
@@ -72,6 +73,7 @@ def _stopping(study: Study) -> Sequence[Finding]:
             half = 0.5 * speed * step
             predicted = _predicted_end(name, step, found.times)
             cells += [value((travelled - distance) / half, 4), value(predicted / half, 4)]
+            beyond[name] = float(travelled - distance - predicted) / half
         if len(cells) == 2 * len(STEPS):
             rows.append(row(method_cell(name), *cells))
     if not rows:
@@ -101,6 +103,10 @@ def _stopping(study: Study) -> Sequence[Finding]:
             (f"plumbob run {SCENE} mujoco/euler+coulomb --step 1e-4",
              f"plumbob run {SCENE} pymunk/feet --step 1e-4"),
             (_in_finite_time(speed, distance, len(rows)),),
+            claims=(
+                *(at_most(f"what theory leaves of the error of {name}, over v₀dt/2,", left, ALIKE)
+              for name, left in beyond.items() if name != DEFAULT),
+            ),
         ),
     )  # fmt: skip
 
@@ -133,7 +139,7 @@ def _spin(study: Study) -> Sequence[Finding]:
     and what default contacts do."""
     if not covers(study, SPIN):
         return ()
-    rows, traces, slopes = [], list[Trace](), dict[str, float]()
+    rows, traces, slopes, falls = [], list[Trace](), dict[str, float](), dict[str, float]()
     for name in SPINNING:
         found = [measured(study, SPIN, name, step) for step in DECADE]
         errors = [m.errors["heading"] for m in found if m is not None]
@@ -148,6 +154,7 @@ def _spin(study: Study) -> Sequence[Finding]:
         if name == DEFAULT or last is None:
             continue
         slope = slopes[name] = last.end / DECADE[-1]
+        falls[name] = ends[0] / ends[-1] if ends[-1] else 0.0
         ratios = [value(e / h, 4) for e, h in zip(ends, DECADE, strict=True)]
         rows.append(row(plain_method_cell(name), *ratios, value(slope, 4)))
         traces.append(
@@ -181,6 +188,11 @@ def _spin(study: Study) -> Sequence[Finding]:
                     logarithmic("step [s]"), logarithmic("|error of ψ| [rad]"), legend=True),),
             (f"plumbob validate --scenes {SPIN} --methods {','.join(SPINNING)}",
              f"plumbob run {SPIN} pymunk/feet --step 1e-4"),
+            claims=tuple(
+                between(f"the error of {name}, at ten times the step over at the step,", fall,
+                        0.5 * DECADE[0] / DECADE[-1], 2.0 * DECADE[0] / DECADE[-1])
+                for name, fall in falls.items()
+            ),
         ),
     )  # fmt: skip
 
@@ -192,10 +204,11 @@ def _spin_summary(slopes: dict[str, float], default: Table | None) -> str:
         f"rest is a coefficient times the step, in rad/s: {said}."
     )
     if default is not None:
-        sizes = [abs(float(line[1].text)) for line in default.rows]
+        sizes, missing = ([abs(float(line[i].text)) for line in default.rows] for i in (1, 3))
         summary += (
             f" With default contacts the error is {number(min(sizes), 2)} to "
-            f"{number(max(sizes), 2)} rad at these steps, and at most samples a contact is missing."
+            f"{number(max(sizes), 2)} rad at these steps, and a contact is missing at "
+            f"{number(100 * min(missing), 2)} % of the samples or more."
         )
     return summary
 

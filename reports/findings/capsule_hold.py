@@ -20,6 +20,7 @@ from plumbob.reports.view.content import (
     value,
 )
 from plumbob.reports.view.notation import number, short
+from plumbob.reports.view.site.claims import clear
 
 STEPS = (1e-3, 2e-3)  # [s]: the first that a study has is shown; the quick profile has the second
 HARDEST = "capsule-hold/0.999"
@@ -97,6 +98,12 @@ def _finding(
                    + (f"; in engines, steps of {short(step)} s: {said[0].lower()}{said[1:]}"
                       if known else ""),
                    "holds"),),
+        claims=(
+            (clear("the fastest drift and the slowest", max(known.values()), min(known.values()),
+                   "m"),)
+            if len(known) > 1
+            else ()
+        ),
     )  # fmt: skip
 
 

@@ -4,7 +4,7 @@ predicts."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,8 +20,9 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.findings.measurements import runs, scheme
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Figure, Table, method_cell, row, value
+from plumbob.reports.view.content import Claim, Figure, Table, method_cell, row, value
 from plumbob.reports.view.palette import styles
+from plumbob.reports.view.site.claims import as_predicted
 from plumbob.reports.view.traces import curve, logarithmic, over_time, positive
 
 LOST = 0.3  # of the available energy: more than this is not a drift
@@ -87,6 +88,21 @@ def drift(motion: PendulumMotion, method: str, step: float, found: Trajectory) -
     turn = np.linspace(-np.pi, np.pi, 721)
     available = float(values[0] - np.min(in_double(motion.potential).value(turn)))
     return Drift(found, tuple(errors.tolist()), float(rate), scatter, theory, noise, available)
+
+
+def drift_claims(
+    drifts: Mapping[str, Drift], symplectic: Sequence[str], secular: str
+) -> tuple[Claim, ...]:
+    """That symplectic methods keep the energy, and another lets it drift at the predicted rate."""
+    kept = [
+        Claim(f"the energy error of {name} is {drifts[name].fate}", not drifts[name].secular)
+        for name in symplectic
+        if name in drifts
+    ]
+    if secular not in drifts or drifts[secular].predicted is None:
+        return tuple(kept)
+    found, rate = drifts[secular], float(drifts[secular].predicted or 0.0)
+    return (*kept, as_predicted(f"the drift of {secular}", found.rate, rate, "J/s"))
 
 
 def energy(potential: TrigonometricPotential, inertia: float, run: Trajectory) -> Array:

@@ -13,7 +13,17 @@ from plumbob.engines.study.measurement import Measurement, reference_run, worst
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings.measurements import case, convergence_of, order_text
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Cell, Finding, Section, Table, method_cell, row, value
+from plumbob.reports.view.content import (
+    Cell,
+    Claim,
+    Finding,
+    Section,
+    Table,
+    method_cell,
+    row,
+    value,
+)
+from plumbob.reports.view.site.claims import ALIKE, as_predicted, at_most, between
 
 RK4: Final = ("mujoco/rk4", "ode/rk4")
 EULER: Final = ("mujoco/euler", "ode/euler", "mujoco/implicit", "mujoco/implicitfast",
@@ -78,6 +88,19 @@ def second_order(study: Study) -> Finding | None:
             f"plumbob validate --scenes {scene} --methods {','.join(RK4)}"
             for scene in dict.fromkeys(scene for scene, *_ in found)
         )[:2],
+        claims=(
+            *(
+                between(f"the order of {method} on {scene}", of.order.slope, 1.5, 2.5)
+                for scene, method, of, _ in found
+                if method == RK4[0] and of.order is not None
+            ),
+            *(
+                claim
+                for scene, method, _, run in found
+                if method == RK4[0]
+                for claim in _beside_second(study, scene, run)
+            ),
+        ),
     )
 
 
@@ -126,6 +149,7 @@ def energy(study: Study) -> Finding | None:
         (table,),
         (),
         (f"plumbob run {found[0][0]} {found[0][1]} --step 1e-3",),
+        claims=(at_most("the drift's distance from the predicted one, relative,", off, ALIKE),),
     )
 
 
@@ -141,6 +165,16 @@ def _runs(
             if (run := reference_run(of.measurements, find_method(method))) is not None:
                 found.append((scene, method, of, run))
     return found
+
+
+def _beside_second(study: Study, scene: str, run: Measurement) -> Sequence[Claim]:
+    """That the error is the predicted term of second order; nothing where there is none."""
+    quantity, relative = worst(run, study.quantities(scene))
+    predicted = run.errors[quantity.observable].predicted
+    if predicted is None or 2 not in predicted.terms:
+        return ()
+    term = predicted.terms[2] / quantity.scale
+    return (as_predicted(f"the relative error on {scene}", relative, term),)
 
 
 def _largest(found: Sequence[tuple[str, str, ConvergenceStudy, Measurement]], study: Study) -> str:

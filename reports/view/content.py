@@ -63,6 +63,15 @@ class Statement:
 
 
 @dataclass(frozen=True)
+class Claim:
+    """What a finding's words rest on: a measured figure, said so that it explains why they would
+    not hold, and whether they do."""
+
+    text: str
+    holds: bool
+
+
+@dataclass(frozen=True)
 class Finding:
     """Something that measuring showed: in a sentence, in full, and the commands that repeat it."""
 
@@ -75,6 +84,7 @@ class Finding:
     figures: tuple[Figure, ...] = ()
     commands: tuple[str, ...] = ()
     statements: tuple[Statement, ...] = ()  # of the sources, that it judges
+    claims: tuple[Claim, ...] = ()  # what its words rest on, of the stored study
 
 
 def _no_galleries(study: Study) -> Sequence[tuple[str, Sequence[Figure]]]:

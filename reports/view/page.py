@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import base64
+import gzip
 import json
 import os
+import re
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -16,6 +19,7 @@ if TYPE_CHECKING:
 
 TEMPLATES = Path(__file__).parent / "templates"
 NAME = "index.html"
+UNITS = re.compile(r"(?<=\d) (?=(?:%|m?s|[nµmk]?m|rad|N|J|W|°)(?![\w]))")  # no line ends before one
 STYLE, SCRIPT, PLOTLY = "page.css", "page.js", "plotly.js"
 
 
@@ -24,7 +28,7 @@ def filled(template: str, *, shared: str | None = None, **content: Any) -> str:
     site, the page loads the files of `shared_files` from there; without, it holds them."""
     from markupsafe import Markup
 
-    inside = {name: Markup(text) for name, text in shared_files().items()} if shared is None else {}
+    inside = {name: Markup(text) for name, text in _inside().items()} if shared is None else {}
     given: dict[str, Any] = {"styles": {}, "frame": "frame.html.jinja", "href": _same_page}
     return (
         _environment()
@@ -46,6 +50,7 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["kept"] = lambda text: UNITS.sub("\u00a0", text)
     environment.filters["figure_json"] = lambda figure: Markup(figure_json(figure))
     return environment
 
@@ -59,6 +64,15 @@ def shared_files() -> dict[str, str]:
         for kind in ("css", "js")
     )
     return {STYLE: styles, SCRIPT: scripts, PLOTLY: get_plotlyjs()}
+
+
+@cache
+def _inside() -> dict[str, str]:
+    """The same for a page that holds them: plotly compressed, in base64, which our script unpacks
+    when a plot is near."""
+    files = shared_files()
+    packed = base64.b64encode(gzip.compress(files[PLOTLY].encode("utf-8"), mtime=0))
+    return {**files, PLOTLY: packed.decode("ascii")}
 
 
 def written(text: str, folder: Path, name: str) -> Path:

@@ -18,6 +18,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes
 from plumbob.reports.cli import main
+from plumbob.tests.support.page_document import Document, broken_links
 
 # x stays at zero on the scene of the second system, but for rounding.
 SCENES, METHODS = (
@@ -170,3 +171,39 @@ def test_a_limit_that_is_none(
     store.save(study, tmp_path / "a")
     assert main(["compare", str(tmp_path / "a"), str(tmp_path / "a"), f"--fail-above={text}"]) == 2
     assert capsys.readouterr().err.startswith(f"plumbob: fail-above = '{text}': must be ")
+
+
+def test_a_page_of_it(study: Study, compare: Compare, tmp_path: Path) -> None:
+    """It says what moved, in the frame of all pages, with both studies' versions."""
+    file = tmp_path / "compared.html"
+    older = replace(study.provenance, versions={**study.provenance.versions, "mujoco": "3.1.4"})
+    code, said = compare(
+        changed(study, errors_times(1.5)), "--page", str(file), "--fail-above", "20%",
+        old=replace(study, provenance=older),
+    )  # fmt: skip
+    assert code == 1
+    assert f"page: {file}" in said
+    text = file.read_text("utf-8")
+    document = Document(text)
+    assert broken_links({file: document}) == []
+    for words in ("1 have an error that moved", "errors grew by more than 20%", "3.1.4",
+                  f"plumbob compare {tmp_path}"):  # fmt: skip
+        assert words in text, words
+    cells = " ".join(document.cells)
+    assert "theta error at 0.001" in cells
+    assert "+50 %" in cells
+    assert len(document.figures) == 1
+
+
+def test_a_page_without_changes(study: Study, compare: Compare, tmp_path: Path) -> None:
+    file = tmp_path / "compared.html"
+    assert compare(study, "--page", str(file))[0] == 0
+    text = file.read_text("utf-8")
+    assert "0 have an error that moved" in text
+    assert "<table>" in text
+    assert not Document(text).figures
+
+
+def test_a_page_is_an_html_file(study: Study, compare: Compare, tmp_path: Path) -> None:
+    assert compare(study, "--page", str(tmp_path / "page.txt"))[0] == 2
+    assert not (tmp_path / "page.txt").exists()

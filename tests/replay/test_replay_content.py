@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import chosen_step_sizes
@@ -58,7 +59,7 @@ def test_samples_follow_the_exact_motion_between_them(name: str) -> None:
     samples = np.linspace(0.0, data["seconds"], layer["count"])
     times = np.linspace(0.0, data["seconds"], 977)
     exact = motion(case, times) if data["kind"] == "capsule" else case.reference.observe(times)
-    for channel in ("theta", "theta_dot", "x", "y", "heading", "qx", "qy"):
+    for channel in ("theta", "theta_dot", "x", "y", "heading", "qx", "qy", *ATTITUDE):
         if channel not in layer["channels"]:
             continue
         values = decoded(layer["channels"][channel], layer["count"])

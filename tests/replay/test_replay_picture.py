@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from playwright.sync_api import Browser, Locator, Page
+from scipy.spatial.transform import Rotation
 
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.models.registry import case_of, system_of
@@ -26,10 +27,11 @@ NAMES = [scene.name for scene in plan().scenes if system_of(scene).family in PIC
 ONE_OF_EACH = (
     "capsule-coast/spin", "capsule-hold/0.999", "capsule-line/heading-030",
     "capsule-plan/near-free", "capsule-train/ten", "capsule-turn/0.3",
-    "cone-pendulum/rotating-base", "linear-pendulum/overdamped", "simple-pendulum/free-small",
+    "cone-pendulum/rotating-base", "free-body/flip", "linear-pendulum/overdamped",
+    "simple-pendulum/free-small",
 )  # fmt: skip
 PIXEL = 0.5  # the centre of a disc of whole pixels is known to better than this
-MOVED = ("theta", "theta_dot", "x", "y", "heading")
+MOVED = ("theta", "theta_dot", "x", "y", "heading", "attitude_x", "angular_velocity_x")
 CENTRE = """(canvas, [rect, colour]) => {
   const copy = document.createElement("canvas");
   [copy.width, copy.height] = [canvas.width, canvas.height];
@@ -129,6 +131,8 @@ def places(case: Case, time: float) -> dict[str, Any]:
         return {**seen, "x": spot[0], "y": spot[1], "picture": spot}
     if case.system.family == "cone_pendulum":
         return {**seen, "picture": centre_of_mass(case, seen["theta"], time)}
+    if case.system.family == "free_body":
+        return {**seen, "picture": corner_of_box(case, seen)}
     setup: CapsuleSetup = case.problem.setup
     line = setup.heading + setup.direction
     if "displacement" in seen:
@@ -144,12 +148,26 @@ def places(case: Case, time: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def corner_of_box(case: Case, seen: dict[str, float]) -> tuple[float, float]:
+    """Where the camera sees the corner of the free body's box: right and up, of its distance from
+    the centre."""
+    x, y, z = case.problem.inertia
+    half = np.sqrt([y + z - x, x + z - y, x + y - z])
+    turn = Rotation.from_quat([seen[f"attitude_{axis}"] for axis in "wxyz"], scalar_first=True)
+    return seen_by_camera(*turn.apply(half / np.linalg.norm(half)))
+
+
 def centre_of_mass(case: Case, theta: float, time: float) -> tuple[float, float]:
     """Where the camera sees the cone's centre of mass: right and up [m]."""
     problem, com = case.problem, case.problem.body.com_distance
     x, y = problem.pivot_x, problem.pivot_y + com * math.sin(theta)
     z, turn = problem.pivot_z - com * math.cos(theta), problem.platform_rate * time
     x, y = x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn)
+    return seen_by_camera(x, y, z)
+
+
+def seen_by_camera(x: float, y: float, z: float) -> tuple[float, float]:
+    """A place in the world as the camera sees it: right and up."""
     away = x * math.cos(AZIMUTH) + y * math.sin(AZIMUTH)
     right = y * math.cos(AZIMUTH) - x * math.sin(AZIMUTH)
     return right, z * math.cos(ELEVATION) - away * math.sin(ELEVATION)

@@ -15,6 +15,7 @@ from plumbob.models.scene import Quantity
 from plumbob.reports.findings.capsule_line.displacement import errors
 from plumbob.reports.judge.verdict import judge_study
 from plumbob.reports.view.content import Figure
+from plumbob.reports.view.page import UNITS
 from plumbob.reports.view.site import first_screen, matrix
 from plumbob.reports.view.site.pictures import picture
 from plumbob.reports.view.traces import curve, figure, linear, logarithmic
@@ -67,6 +68,16 @@ def test_settings_costs_and_results_stand_on_the_index(study: Study, index: Path
         assert said in words
     for count in first_screen.counts(study, judge_study(study)):
         assert f"{count.sign} {count.count} {count.name}" in words
+
+
+def test_no_line_ends_between_a_number_and_its_unit(index: Path) -> None:
+    text = index.read_text("utf-8").partition('id="findings"')[0]
+    answers = "".join(re.findall(r"<p>(.*?)</p>", text))
+    assert not re.search(r"\d (%|s|ms)\b|\d %", answers)
+    assert len(re.findall("\\d\u00a0%", answers)) > 3
+    assert UNITS.sub("_", "2 % 3 s 4 m 5 motions 6 ms 7 mm 1 step") == (
+        "2_% 3_s 4_m 5 motions 6_ms 7_mm 1 step"
+    )
 
 
 def test_the_answer_is_computed_from_the_study(study: Study) -> None:

@@ -25,6 +25,7 @@ from plumbob.reports.view.content import Finding, Section
 from plumbob.reports.view.page import figure_json
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.site import writing
+from plumbob.reports.view.site.versions import versions
 from plumbob.reports.view.site.writing import render, write_page
 from plumbob.reports.view.traces import MOST, curve, figure, linear, logarithmic
 from plumbob.tests.support.page_document import (
@@ -183,6 +184,48 @@ def test_nothing_is_half_written(tmp_path: Path) -> None:
     with pytest.raises(RuntimeError, match="broken finding"):
         write_page(quick(), tmp_path, section=lambda name: broken)
     assert [path.read_text("utf-8") for path in tmp_path.iterdir()] == ["old"]
+
+
+def test_an_engine_that_is_not_installed_is_a_line(tmp_path: Path) -> None:
+    """Its methods have no row each, in any table, and no curve."""
+    ran = Method("made/up", Scheme(RK4), 4)
+    gone = [Method(f"absent/{name}", Scheme(RK4), 4) for name in ("one", "two")]
+    study = made_up([(method, (1e-3, 1e-4), lambda h: h) for method in (ran, *gone)])
+    lacking = tuple(
+        replace(c, measurements=tuple(replace(m, status="missing", errors={})
+                                      for m in c.measurements))
+        if c.method.startswith("absent") else c
+        for c in study.convergence
+    )  # fmt: skip
+    index = write_page(replace(study, convergence=lacking), tmp_path, section=lambda name: None)
+    page = next(f for f in site_files(index) if f.stem == "cone-pendulum-rotating-base")
+    text = page.read_text("utf-8")
+    assert text.count("absent") == 1
+    assert "Not run, because not installed: absent (2 methods)." in text
+
+
+def test_versions_of_a_folder_and_the_command_that_compares_them(tmp_path: Path) -> None:
+    """The section is there where engines differ, and not where plumbob or numpy alone do."""
+    pairs = (("3.16.0", "1"), ("3.17.0", "1"), ("3.17.0", "2"))
+    made = [
+        Provenance({"mujoco": v, "numpy": n}, date=f"day {i}") for i, (v, n) in enumerate(pairs)
+    ]
+    history = dict(enumerate(made, 1))
+    found = versions(history, "my out")
+    assert found is not None
+    assert found.command == "plumbob compare 'my out#1' 'my out#3' --page compared.html"
+    assert [[cell.text for cell in line] for line in found.table.rows] == [
+        ["3", "day 2", "3.17.0"], ["2", "day 1", "3.17.0"], ["1", "day 0", "3.16.0"],
+    ]  # fmt: skip
+    assert versions({n: one for n, one in history.items() if n > 1}, "out") is None
+    index = write_page(_small(), tmp_path, lambda name: None, history=history)
+    text = index.read_text("utf-8")
+    assert 'id="versions"' in text
+    shown = html.unescape(re.findall(r"<code>(plumbob compare .*?)</code>", text)[0])
+    assert shown == f"plumbob compare {tmp_path}#1 {tmp_path}#3 --page compared.html"
+    assert 'id="versions"' not in write_page(
+        _small(), tmp_path, lambda name: None, history={1: made[0]}
+    ).read_text("utf-8")
 
 
 def _small(study_step: float = 1e-3) -> Study:

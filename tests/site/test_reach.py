@@ -10,6 +10,7 @@ import pytest
 
 from plumbob.models.registry import systems
 from plumbob.reports.cli import main
+from plumbob.reports.view.page import TEMPLATES
 from plumbob.tests.support.browser import Visit, visited
 from plumbob.tests.support.page_document import Document, broken_links, site_files
 
@@ -21,6 +22,10 @@ PHONE, DESK = 390, 1280  # [px]
 LOOKS = [(PHONE, "light"), (PHONE, "dark"), (DESK, "light"), (DESK, "dark")]
 NAMES = ["index", *sorted(systems())]
 SCENE = "capsule-line-ca1"  # of the scenes' pages the one with the most methods
+# Of axe-core's rules those that look at colours. The dark theme is nothing but other values of the
+# style sheets' colours, by the test below: every other rule sees there what it saw in the light.
+OF_COLOURS = ("color-contrast", "link-in-text-block")
+DARK = re.compile(r"@media \(prefers-color-scheme: dark\) \{(.*?)\n\}", re.S)
 # What can be reached with the tab key before the first heading.
 STOPS_BEFORE = """() => {
   const main = document.querySelector("main h1");
@@ -53,12 +58,26 @@ def test_nothing_is_out_of_reach(name: str, index: Path, browser: Browser) -> No
             if scheme == "light":
                 visit.scroll_through()
             where = (name, width, scheme)
-            assert visit.violations(*(["color-contrast"] if scheme == "dark" else [])) == [], where
+            assert visit.violations(*(OF_COLOURS if scheme == "dark" else ())) == [], where
             assert visit.ask("document.documentElement.scrollWidth") <= width, where
             assert visit.ask(CUT) == [], where
             assert visit.ask("document.querySelectorAll('*').length") <= NODES, where
         assert visit.console == []
         assert all(url.startswith("file:") for url in visit.requests)
+
+
+def test_the_dark_theme_changes_colours_alone() -> None:
+    """Each declaration in it is one of a colour by its own name, on an element that is there."""
+    sheets = {path.name: path.read_text("utf-8") for path in TEMPLATES.glob("*.css")}
+    blocks = {name: DARK.findall(text) for name, text in sheets.items()}
+    assert blocks["page.css"]
+    for name, text in sheets.items():
+        assert text.count("prefers-color-scheme") == len(blocks[name]), name
+        for block in blocks[name]:
+            declared = re.sub(r"[^{}]*\{([^{}]*)\}", r"\1", block).split(";")
+            assert all(re.match(r"\s*(--[a-z-]+: |$)", one) for one in declared), (name, declared)
+            sizes = [one for one in declared if re.search(r"\d(px|em|rem|%)(?! *$)", one)]
+            assert sizes == [], (name, sizes)
 
 
 def test_sensitivity_of_the_checks(index: Path, browser: Browser) -> None:

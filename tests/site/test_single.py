@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from plumbob.models.registry import systems
 from plumbob.reports.view.page import written
 from plumbob.reports.view.site.writing import Content, one_file
 from plumbob.tests.support.browser import visited
@@ -16,7 +17,11 @@ from plumbob.tests.support.page_document import site_files
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-MEGABYTES = 14.0
+MEGABYTES = 12.0
+SIZE_OF_PICTURE = """() => {
+  const box = document.querySelector(".model image").getBBox();
+  return [box.width, box.height];
+}"""
 
 
 @pytest.fixture(scope="module")
@@ -26,6 +31,45 @@ def single(shown: Content, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_it_is_small(single: Path) -> None:
     assert single.stat().st_size < MEGABYTES * 1e6
+
+
+def test_nothing_large_is_in_it_twice(single: Path) -> None:
+    """Each model's picture and each replay is held by one page, and others take it from there."""
+    text = single.read_text("utf-8")
+    pictures = re.findall(r'"data:image/png;base64,([^"]+)"', text)
+    replays = re.findall(r'<figure class="replay" id="([^"]+)"', text)
+    assert len(pictures) == len(set(pictures)) > 1
+    assert len(replays) == len(set(replays)) > len(systems())
+    taken = re.findall(r'data-from="([^"]+)"', text)
+    assert len(taken) > len(systems())
+    assert all(text.count(f' id="{name}"') == 1 for name in taken)
+    assert not re.search(
+        r"</t[dhr]>", re.sub(r"<table>\n<caption>Symbols.*?</table>", "", text, flags=re.S)
+    )
+
+
+def test_a_page_takes_what_another_holds(single: Path, browser: Browser) -> None:
+    """Two systems with the same picture show it, and both the moving canvas of their replay."""
+    for name in ("capsule-line", "capsule-turn"):
+        with visited(browser, single, f"#{name}") as visit:
+            visit.page.locator(f"h1#{name}").wait_for()
+            assert visit.ask(SIZE_OF_PICTURE) == [480, 360]
+            visit.page.locator(".replay canvas").wait_for()
+            assert visit.console == []
+
+
+def _whole(html: str, text: str) -> str:
+    """A page of the file `text` with what it takes from others."""
+
+    def held(gap: re.Match[str]) -> str:
+        name = re.escape(gap[1])
+        found = re.search(
+            rf'<figure[^>]* id="{name}".*?</figure>|<image id="{name}"[^>]*/>', text, re.S
+        )
+        assert found is not None, gap[1]
+        return found[0]
+
+    return re.sub(r'<(?:figure|image) data-from="([^"]+)"(?:></figure>|/>)', held, html)
 
 
 def _text(html: str) -> list[str]:
@@ -40,7 +84,7 @@ def test_it_has_the_content_of_every_page(single: Path, index: Path) -> None:
     first, *others = site_files(index)
     assert set(parts) == {file.stem for file in others}
     for file in others:
-        assert _text(parts[file.stem]) == _text(file.read_text("utf-8")), file.name
+        assert _text(_whole(parts[file.stem], text)) == _text(file.read_text("utf-8")), file.name
     assert _text(text.partition("<template")[0]) == _text(first.read_text("utf-8"))
 
 

@@ -30,6 +30,7 @@ from plumbob.reports.view.content import (
 )
 from plumbob.reports.view.notation import number, short
 from plumbob.reports.view.palette import OF_METHODS
+from plumbob.reports.view.site.claims import at_most, clear
 from plumbob.reports.view.traces import (
     Trace,
     curve,
@@ -47,6 +48,9 @@ TURNED = ("mujoco/euler", "mujoco/euler+elliptic", "mujoco/euler+coulomb", "pymu
 HEADINGS, ALL_HEADINGS = (0, 30, 105, 225), tuple(range(0, 360, 15))  # [degrees]; quick, full
 STATICS, STATICS_STEP = "capsule-line/at-123", 1e-4
 STATICS_METHODS = ("mujoco/euler+coulomb", "pymunk/side")
+ALIKE_AT_ALL = 1e-4  # of the displacement: headings that differ by less do not tell
+CHATTERS = 1e-3  # of the samples: a contact is missing in many times that
+TRUSTED = 1e-3  # of a normal force: what is nearer to statics can be trusted
 SETTLED = 60  # steps: contacts of damping 0.3 have come to rest
 
 
@@ -85,6 +89,7 @@ def chatter(study: Study) -> Finding | None:
              "fraction of samples with a contact missing while it slides", "fewest contacts",
              "smallest ΣNᵢ over the weight", "largest")  # fmt: skip
     jump, missing = (float(rows[1][i].text) for i in (3, 4))
+    fine = [float(rows[i][2].text) for i in (1, 3)]  # relative errors of both, at the finer step
     at = f"At a step of {short(STEPS[-1])} s."
     return Finding(
         "capsule-contact-chatter",
@@ -115,6 +120,10 @@ def chatter(study: Study) -> Finding | None:
                       linear("ΣNᵢ / (M+m)g"), wide=True, height=280),
         ),
         (f"plumbob validate --scenes {LINE} --methods {DEFAULT},{CONVERGENT}",),
+        claims=(
+            clear("errors with default contacts, and with those that converge", fine[0], fine[1]),
+            clear("the part of samples with a contact missing, and 0.001", missing, CHATTERS),
+        ),
     )  # fmt: skip
 
 
@@ -155,7 +164,7 @@ def isotropy(study: Study) -> Finding | None:
         seen = (
             f" Over the headings the displacement varies by {number(100 * default, 2)} % with "
             f"MuJoCo's default contacts and by {number(100 * convergent, 2)} % with convergent "
-            "ones, which every robot should take (settings: the index)."
+            "ones, which every robot should take (plumbob settings prints them)."
         )
     heads = ("method", "step [s]", "headings", "lowest error", "highest error", "spread")
     return Finding(
@@ -176,6 +185,12 @@ def isotropy(study: Study) -> Finding | None:
                 wide=True),),
         ("plumbob validate --profile full --scenes 'capsule-line/heading-*' --methods "
          f"{','.join(TURNED)}",),
+        claims=(
+            (clear("the spread over headings, with default contacts and with convergent ones",
+                   default, max(convergent, ALIKE_AT_ALL)),)
+            if default is not None and convergent is not None
+            else ()
+        ),
     )  # fmt: skip
 
 
@@ -246,6 +261,9 @@ def normal_forces(study: Study) -> Finding | None:
                 f"at rest within {number(max(resting), 2)}, relative, in the engines",
                 "holds",
             ),
+        ),
+        claims=(
+            at_most("the largest distance from statics at rest, relative,", max(resting), TRUSTED),
         ),
     )  # fmt: skip
 

@@ -39,6 +39,7 @@ from plumbob.reports.view.content import (
 )
 from plumbob.reports.view.notation import number, short
 from plumbob.reports.view.palette import GREY, OF_METHODS
+from plumbob.reports.view.site.claims import ALIKE, at_most, clear
 from plumbob.reports.view.traces import (
     Trace,
     curve,
@@ -137,6 +138,17 @@ def errors(study: Study) -> Finding | None:
                 "holds",
             ),
         ),
+        claims=(
+            (
+                clear(
+                    "errors of contacts that do not converge, and of those that do",
+                    min(bad),
+                    max(good),
+                ),
+            )
+            if good and bad
+            else ()
+        ),
     )
 
 
@@ -214,7 +226,7 @@ def sawtooth(study: Study) -> Finding | None:
         curve(phi, parabola, colour=GREY, width=2.0, name="½φ(1–φ)"),
         curve(phi, parabola + raised, colour=GREY, dash="dash", name="with contact deflection"),
     ]
-    rows = []
+    rows, left = [], dict[str, float]()
     for name in METHODS:
         found = _on_parabola(study, name)
         if not found:
@@ -223,10 +235,11 @@ def sawtooth(study: Study) -> Finding | None:
         traces.append(marks(places, measured_errors, OF_METHODS[name], name))
         theory = 0.5 * places * (1 - places)
         used = theory > PART / 8
+        left[name] = float(np.abs((measured_errors - deflections) / theory - 1)[used].max())
         rows.append(
             row(plain_method_cell(name), value(float(len(found))),
                 value(float(np.abs(measured_errors / theory - 1)[used].max())),
-                value(float(np.abs((measured_errors - deflections) / theory - 1)[used].max())))
+                value(left[name]))
         )  # fmt: skip
     if not rows:
         return None
@@ -254,6 +267,10 @@ def sawtooth(study: Study) -> Finding | None:
                 linear("φ = frac(t* / dt)"), linear("–error / ((μw₂+fg) dt²)"), legend=True,
                 wide=True),),
         tuple(f"plumbob run {LINE} {name} --step 0.00061" for name in (FULL, "pymunk/feet")),
+        claims=(
+            *(at_most(f"the distance of {name} from the parabola, relative,", one, ALIKE)
+              for name, one in left.items()),
+        ),
     )  # fmt: skip
 
 

@@ -26,9 +26,11 @@ from plumbob.reports.view.content import (
 )
 from plumbob.reports.view.notation import number, short
 from plumbob.reports.view.palette import GREY, OF_METHODS
+from plumbob.reports.view.site.claims import at_most
 from plumbob.reports.view.traces import Trace, curve, linear, marks, over_time
 
 EPSILONS, RADIUS = (0.3, 0.1, 0.03), 0.12  # of turns, and of the slider's circle [m]
+WITHIN = 1e-2  # of the force's peak: what theory may leave unpredicted
 EVERY = 4  # samples to a mark
 NOT_COULOMB = ("pymunk/pivots",)  # three bare joints, whose friction no step brings to Coulomb's
 
@@ -110,6 +112,11 @@ def finding(study: Study) -> Finding | None:
                 f"manoeuvre.{seen}",
                 "extended",
             ),),
+        claims=(
+            (at_most("the distance from the predicted force, over its peak,", max(errors), WITHIN),)
+            if errors
+            else ()
+        ),
     )  # fmt: skip
 
 

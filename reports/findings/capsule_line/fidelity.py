@@ -31,6 +31,7 @@ from plumbob.reports.view.content import (
 )
 from plumbob.reports.view.notation import number, short
 from plumbob.reports.view.palette import GREY, OF_METHODS
+from plumbob.reports.view.site.claims import at_most, clear
 from plumbob.reports.view.traces import Trace, curve, linear, over_time
 
 TILTED, TILTED_STEPS = "capsule-line/at-123", (1e-3, 1e-4)  # [s]
@@ -40,6 +41,9 @@ FREE, FREE_STEP = "capsule-line/frictionless", 1e-3
 FREE_METHODS = ("mujoco/euler+coulomb", "mujoco/euler", "mujoco/euler+reduced", "pymunk/feet",
                 "pymunk/side")  # fmt: skip
 FULL, REDUCED = "mujoco/euler+coulomb", "mujoco/euler+reduced"
+KEPT = 1e-3  # of the body's way: how far the common centre of mass may go
+CHEAPER = 0.9  # of a cost: more is the scatter of timings
+HARDLY = 1e-2  # of a displacement: a change that is hardly one
 PAIRS = ((FULL, REDUCED), ("mujoco/rk4+coulomb", "mujoco/rk4+reduced"))
 SAVING_STEP = 1e-4  # [s]
 TIMED_STEPS, REPEATS = 300, 7  # the push, so often
@@ -124,6 +128,10 @@ def heights(study: Study) -> Finding | None:
                 "extended",
             ),
         ),
+        claims=(
+            at_most(f"the change of Δx at {short(fine)} s, relative,", change[fine], HARDLY),
+            clear("the shift of N₂, and a thousandth of a newton", shift, 1e-3, "N"),
+        ),
     )  # fmt: skip
 
 
@@ -151,6 +159,10 @@ def momentum(study: Study) -> Finding | None:
                ("method", "common centre of mass moves by [m]"), rows),),
         (),
         (f"plumbob validate --scenes {FREE}",),
+        claims=(
+            at_most("the way of the common centre of mass, over the body's,",
+                    max(shifts.values()) / travelled, KEPT),
+        ),
     )  # fmt: skip
 
 
@@ -196,6 +208,9 @@ def saving(study: Study) -> Finding | None:
         (Table(f"Cost of ca1, and its error at {short(SAVING_STEP)} s", heads, tuple(rows)),),
         (),
         (f"plumbob validate --scenes {LINE} --methods {FULL},{REDUCED}",),
+        claims=(
+            at_most("the cost of a reduced step, over a full one,", reduced / full, CHEAPER),
+        ),
     )  # fmt: skip
 
 

@@ -15,10 +15,12 @@ from plumbob.reports.findings.sources import CHERNOUSKO
 from plumbob.reports.view.content import Cell, Figure, Finding, Statement, Table, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import GREY, OF_METHODS, RED
+from plumbob.reports.view.site.claims import at_most
 from plumbob.reports.view.traces import Trace, curve, linear, marks, over_time
 
 STEP = 1e-3  # [s]
 ENGINES = (("mujoco/euler+coulomb", "MuJoCo"), ("pymunk/side", "pymunk"))  # of Fig. 2
+STRAIGHT = 1e-3  # [rad]: a body that turns by less goes along a line
 EVERY = 5  # samples to a mark
 MISPRINTS = "mujoco/euler+coulomb"
 LINES = tuple(f"capsule-line/{name}" for name in ("ca1", "ca2", "ca3", "at-50", "at-123", "at-222"))
@@ -177,5 +179,8 @@ def any_line(study: Study) -> Finding:
                 "rad at most",
                 "extended",
             ),
+        ),
+        claims=(
+            at_most("the largest turn of the body in an engine", max(turned), STRAIGHT, "rad"),
         ),
     )  # fmt: skip

@@ -21,9 +21,19 @@ from plumbob.reports.findings.capsule_turn.turns import (
     seen,
     turn,
 )
-from plumbob.reports.view.content import Cell, Figure, Finding, Table, plain_method_cell, row, value
+from plumbob.reports.view.content import (
+    Cell,
+    Claim,
+    Figure,
+    Finding,
+    Table,
+    plain_method_cell,
+    row,
+    value,
+)
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import GREY, OF_METHODS, OLIVE, PLUM
+from plumbob.reports.view.site.claims import at_most, clear
 from plumbob.reports.view.traces import Trace, curve, figure, logarithmic, positive
 
 ASKED, FROM = 1e-4, 0.03  # [rad], for epsilon of so much and more
@@ -32,6 +42,7 @@ WHY = MappingProxyType({
     "mujoco/euler+coulomb": "semi-implicit Euler loses angular momentum",
 })  # fmt: skip
 EULER, RK4, DEFAULT = "mujoco/euler+coulomb", "mujoco/rk4+coulomb", "mujoco/euler"
+HARM = 1e-3  # [rad] added to a turn
 DEFLECTION = "contact deflection"  # the reason of its model-error bound
 Errors = dict[tuple[float, str], tuple[float | None, float | None]]
 
@@ -88,6 +99,7 @@ def angle(study: Study) -> Finding | None:
             "--methods mujoco/euler*,mujoco/rk4+coulomb,pymunk/feet",
             f"plumbob run capsule-turn/0.3 {RK4} --step {turn(0.3).half_time / JUDGED:.17g}",
         ),
+        claims=(*_claims(errors),),
     )
 
 
@@ -108,12 +120,29 @@ def _judged(epsilon: float, name: str, stop: float | None, rest: float | None) -
     return (Cell("not met", "fail"), Cell(WHY.get(name, ""), "reason"))
 
 
-def _summary(errors: Errors) -> str:
-    held = {
+def _held(errors: Errors) -> dict[str, float | None]:
+    """The largest error [rad] of each method at the ε that it is asked for."""
+    return {
         name: max((_worst(*pair) for (e, n), pair in errors.items() if n == name and e >= FROM),
                   default=None)
         for name in METHODS
     }  # fmt: skip
+
+
+def _claims(errors: Errors) -> tuple[Claim, ...]:
+    """That Euler steps are far less accurate than RK4 and pymunk's feet."""
+    held = _held(errors)
+    euler = held.get(EULER)
+    pairs = [(name, held[name]) for name in (RK4, "pymunk/feet") if name in held]
+    return tuple(
+        clear(f"the error of {EULER}, and of {name},", euler, one, "rad")
+        for name, one in pairs
+        if euler is not None and one is not None
+    )
+
+
+def _summary(errors: Errors) -> str:
+    held = _held(errors)
     good = [f"{name} ({number(w, 2)})" for name, w in held.items() if w is not None and w <= ASKED]
     bad = [f"{name} ({number(w, 2)})" for name, w in held.items() if w is not None and w > ASKED]
     parts = []
@@ -277,6 +306,11 @@ def deflection(study: Study) -> Finding | None:
         (),
         ("plumbob validate --profile full --scenes capsule-turn/0.3,capsule-turn/0.001 "
          f"--methods {DEFAULT},{EULER}",),
+        claims=(
+            at_most("what contacts that go with the step add", max(beyond[EULER]), HARM, "rad"),
+            clear("vertical displacements, on default contacts and on those of the step",
+                  max(vertical[DEFAULT]), 0.1 * max(vertical[EULER]), "m"),
+        ),
     )  # fmt: skip
 
 

@@ -24,6 +24,7 @@ from plumbob.reports.findings.sources import SUDAKOV
 from plumbob.reports.view.content import Figure, Finding, Statement, Table, method_cell, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, GREEN, GREY, ORANGE, PINK, RED
+from plumbob.reports.view.site.claims import AGREES, at_most
 from plumbob.reports.view.traces import Trace, curve, figure, linear, logarithmic, marks, positive
 
 STEP = 2e-4  # [s]
@@ -160,6 +161,14 @@ def finding(study: Study) -> Finding:
                 f"{number(max(gaps, default=0.0), 2)}, relative; I constant to "
                 f"{number(max(drifts, default=0.0), 2)}",
                 "extended",
+            ),
+        ),
+        claims=(
+            at_most(
+                "the largest difference of a period, relative,", max(gaps, default=np.nan), AGREES
+            ),
+            at_most(
+                "the largest change of an action, relative,", max(drifts, default=np.nan), AGREES
             ),
         ),
     )

@@ -23,6 +23,7 @@ from plumbob.reports.findings.sources import SUDAKOV
 from plumbob.reports.view.content import Figure, Finding, Statement, Table, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, GREEN, GREY, ORANGE, PINK, RED
+from plumbob.reports.view.site.claims import clear
 from plumbob.reports.view.traces import Trace, curve, linear, marks, over_time
 
 # So light that its own energy leaves the body's with eight digits, so heavy that its rate changes
@@ -73,7 +74,7 @@ def finding(study: Study) -> Finding:
         row("T + U less the work of the drive, exact",
             value(float(np.ptp(exact.total - exact.work))), ""),
     ]  # fmt: skip
-    said = ""
+    said, gap = "", 0.0
     if seen is not None:
         body, given = seen
         gap = float(np.abs(body - exact.total).max())
@@ -141,6 +142,15 @@ def finding(study: Study) -> Finding:
                 "above; without it the rate would change",
                 "refuted",
             ),
+        ),
+        claims=(
+            (
+                clear(
+                    "the change of T + U, and the distance of MuJoCo's own energy", swing, gap, "J"
+                ),
+            )
+            if seen is not None
+            else ()
         ),
     )
 

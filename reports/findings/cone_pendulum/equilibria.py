@@ -18,6 +18,7 @@ from plumbob.reports.findings.sources import SUDAKOV
 from plumbob.reports.view.content import Figure, Finding, Statement, Table, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, RED
+from plumbob.reports.view.site.claims import AGREES, at_most
 from plumbob.reports.view.traces import figure, linear, marks
 
 PIVOTS = (0.0, 0.09)  # [m]
@@ -76,6 +77,7 @@ def finding(study: Study) -> Finding:
         )  # fmt: skip
     heads = ("Y [m]", "ω [rad/s]", "θ of the equilibrium [rad]", "rate, exact [rad/s]",
              "rate, MuJoCo [rad/s]", "relative difference")  # fmt: skip
+    within = f"{number(max(gaps, default=0.0), 2)}, relative"
     fork, node = number(level.pitchfork_rate, 6), number(offset.saddle_node_rate, 6)
     return Finding(
         "equilibria",
@@ -84,8 +86,8 @@ def finding(study: Study) -> Finding:
         "Above a critical platform rate hanging straight down is no longer stable: linearise "
         "about another point. "
         f"With the pivot on the platform's axis hanging stops being stable at {fork} rad/s; with "
-        f"Y = {number(PIVOTS[1])} m a second pair appears at {node} rad/s. Rates of small swings "
-        f"in MuJoCo agree to {number(max(gaps, default=0.0), 2)}, relative.",
+        f"Y = {number(PIVOTS[1])} m a second pair appears at {node} rad/s."
+        + (f" Rates of small swings in MuJoCo agree to {within}." if gaps else ""),
         (
             "The source recalls that the singular points and the rates of small oscillation about "
             "them are what is usually found, and that there may be two on a moving base. V' and "
@@ -105,9 +107,14 @@ def finding(study: Study) -> Finding:
                 "introduction",
                 "On a moving base there may be two stable equilibria, with small oscillations",
                 "two",
-                f"two from {fork} rad/s (Y = 0) and {node} rad/s (Y = {number(PIVOTS[1])} m); "
-                f"rates in MuJoCo within {number(max(gaps, default=0.0), 2)}, relative",
+                f"two from {fork} rad/s (Y = 0) and {node} rad/s (Y = {number(PIVOTS[1])} m)"
+                + (f"; rates in MuJoCo within {within}" if gaps else ""),
                 "extended",
+            ),
+        ),
+        claims=(
+            at_most(
+                "the largest difference of a rate, relative,", max(gaps, default=np.nan), AGREES
             ),
         ),
     )

@@ -36,9 +36,11 @@ from plumbob.reports.view.content import (
 )
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, GREEN, ORANGE, RED
+from plumbob.reports.view.site.claims import at_most
 from plumbob.reports.view.traces import Trace, curve, figure, linear, marks, over_time
 
 SPEED = 60.0  # [rad/s], from theta = 0: half of the action is left when it comes to the barrier
+WITHIN = 1e-2  # of the action: what first-order averaging leaves
 DECAY = 0.16  # xi times the duration: what the action falls by
 STEP, TOLERANCE = 2e-4, 1e-11
 TURNS = (("quick", 65.0), ("full", 1100.0))  # of the longest run of a profile
@@ -173,6 +175,13 @@ def finding(study: Study) -> Finding:
                 f"{', '.join(line[-1].text for line in drive_rows)} at A = "
                 f"{', '.join(line[0].text for line in drive_rows)} kg m²",
                 "holds",
+            ),
+        ),
+        claims=(
+            at_most(
+                "the largest difference of an action from the averaged one, relative,",
+                worst,
+                WITHIN,
             ),
         ),
     )

@@ -20,6 +20,7 @@ from plumbob.reports.findings.sources import SUDAKOV
 from plumbob.reports.view.content import Cell, Figure, Finding, Statement, Table, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, GREY, PINK, RED
+from plumbob.reports.view.site.claims import clear
 from plumbob.reports.view.traces import (
     Trace,
     curve,
@@ -106,6 +107,14 @@ def finding(study: Study) -> Finding:
                 f"V = –a sin²θ – b sin θ – c cos θ: {_end(both.correct):.6f} rad, "
                 f"{both.correct.period:.6f} s; independent methods within {number(worst)} rad",
                 "refuted" if worst < off else "holds",
+            ),
+        ),
+        claims=(
+            clear(
+                "distances of the methods from the printed form and from the correct one",
+                off,
+                worst,
+                "rad",
             ),
         ),
     )

@@ -15,6 +15,7 @@ from plumbob.reports.findings.energy_drift import energy
 from plumbob.reports.view.content import Figure, Finding, Table, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, GREY, RED
+from plumbob.reports.view.site.claims import as_predicted
 from plumbob.reports.view.traces import Trace, curve, linear, over_time
 
 METHOD, STEP, DURATION = "pymunk/torque", 2e-4, 2.0  # [s]
@@ -98,6 +99,12 @@ def finding(study: Study) -> Finding:
         ),
         _figures(found, predicted),
         (f"plumbob validate --scenes {ROTATING} --methods {METHOD}",),
+        claims=(
+            (as_predicted("the rate of the energy, with the torque set before the step,",
+                          slopes["before"], predicted, "J/s"),)
+            if "before" in slopes
+            else ()
+        ),
     )  # fmt: skip
 
 

@@ -34,6 +34,7 @@ from plumbob.reports.view.content import (
     value,
 )
 from plumbob.reports.view.notation import number
+from plumbob.reports.view.site.claims import clear
 
 NEAR = (0.05, 0.10)  # of the initial speed
 SAMPLES = 20_000  # over a period: fractions of it to four digits
@@ -61,11 +62,12 @@ def inertia(study: Study) -> Finding:
         row("closed form with I_y", _digits(with_y), ""),
         row("closed form with the printed I_x", _digits(with_x), value(with_x - with_y)),
     ]
-    said = "the Lagrangian gives the formula with I_y"
+    said, apart = "the Lagrangian gives the formula with I_y", 0.0
     if engine is not None:
         final = float(engine.observables["theta"][-1])
         rows.append(row("MuJoCo's full model", _digits(final), value(final - with_y)))
-        said = f"MuJoCo agrees with I_y to {notation.number(abs(final - with_y))} rad"
+        apart = abs(final - with_y)
+        said = f"MuJoCo agrees with I_y to {notation.number(apart)} rad"
     table = Table(
         f"A body with I_y = I_x + {notation.number(spread)} kg m²",
         ("motion", f"θ({END} s) [rad]", "difference from the formula with I_y [rad]"),
@@ -94,6 +96,14 @@ def inertia(study: Study) -> Finding:
                 f"I_x: θ({END} s) = {with_x:.6f} rad with I_y = I_x + {notation.number(spread)}",
                 f"I_y: {with_y:.6f} rad; {said}",
                 "corrected",
+            ),
+        ),
+        claims=(
+            clear(
+                "distances of the printed formula, and of MuJoCo, from that with I_y,",
+                with_x - with_y,
+                apart,
+                "rad",
             ),
         ),
     )

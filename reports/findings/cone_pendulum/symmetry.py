@@ -22,6 +22,7 @@ from plumbob.reports.findings.cone_pendulum.hamiltonian import (
 from plumbob.reports.findings.sources import SUDAKOV
 from plumbob.reports.view.content import Cell, Finding, Statement, Table, row, value
 from plumbob.reports.view.notation import number
+from plumbob.reports.view.site.claims import clear
 
 PRODUCT = 0.029  # [kg m^2]: no body with the cone's other moments has more than 0.0294
 TILTED: Changes = (("inertia_yz", PRODUCT),)
@@ -123,6 +124,14 @@ def finding(study: Study) -> Finding:
                 else "none: in MuJoCo, with X = 0.5 m and "
                 f"Z = –0.7 m, θ({END} s) changes by {number(carried)} rad",
                 "holds",
+            ),
+        ),
+        claims=(
+            clear(
+                "the motion by the product of inertia, and the engines' distance,",
+                moved,
+                worst,
+                "rad",
             ),
         ),
     )

@@ -12,7 +12,13 @@ from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.findings.energy_drift import Drift, EnergyRuns, drift_table, energy
+from plumbob.reports.findings.energy_drift import (
+    Drift,
+    EnergyRuns,
+    drift_claims,
+    drift_table,
+    energy,
+)
 from plumbob.reports.findings.measurements import case, scheme
 from plumbob.reports.findings.simple_pendulum.notebook import SIMPLE
 from plumbob.reports.view import notation
@@ -74,6 +80,7 @@ def finding(study: Study) -> Finding:
             f"plumbob validate --profile full --scenes {MILLION} --methods {','.join(METHODS)}",
             f"plumbob run {SCENE} pymunk/default --step 1e-3",
         ),
+        claims=(*drift_claims(drifts, METHODS[:2], METHODS[2]),),
     )
 
 

@@ -11,7 +11,7 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings.measurements import case, measured
 from plumbob.reports.findings.sources import NOTEBOOK
-from plumbob.reports.view.content import Figure, Finding, Statement, Table, row, value
+from plumbob.reports.view.content import Claim, Figure, Finding, Statement, Table, row, value
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.palette import BLUE, GREY, RED
 from plumbob.reports.view.traces import Trace, curve, figure, linear, marks, over_time
@@ -118,6 +118,7 @@ def finding(study: Study) -> Finding:
         )  # fmt: skip
     heads = ("case", "scene", "start", "error of RK4 [rad]", "predicted [rad]",
              "error of RK4, linear [rad]", "linear less non-linear motion [rad]")  # fmt: skip
+    linear = {label: _difference(name) for label, name, _ in CASES}
     best, worst = min(largest, key=lambda c: largest[c]), max(largest, key=lambda c: largest[c])
     factor = round(largest[worst] / largest[best], -2)
     return Finding(
@@ -158,6 +159,14 @@ def finding(study: Study) -> Finding:
                 f"(case {worst})",
                 "extended",
             ),
+        ),
+        claims=tuple(
+            Claim(
+                f"in case {label} the error of RK4 is {number(largest[label])} rad, of the linear "
+                f"equation {number(of)} rad",
+                not largest[label] >= of,
+            )
+            for label, of in linear.items()
         ),
     )
 

@@ -16,6 +16,7 @@ from plumbob.reports.findings.simple_pendulum.notebook import CASES, FORCED, SIM
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Figure, Finding, Table, method_cell, row, value
 from plumbob.reports.view.palette import styles
+from plumbob.reports.view.site.claims import ALIKE, at_most, between
 from plumbob.reports.view.traces import curve, figure, logarithmic, positive
 
 METHODS = ("ode/rk4", "ode/leapfrog", "mujoco/euler", "pymunk/default", "pymunk/tight")
@@ -23,6 +24,10 @@ REACH = 0.5  # nonlinearity above which an error is no longer a series in the st
 Pair = tuple[Order, Order]
 FORCED_LARGE = f"{SIMPLE}forced-large"
 STEPS, DURATION = (2e-2, 1e-2, 5e-3, 2.5e-3), 10.0  # of an extra convergence study
+EXPECTED: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {"mujoco/rk4": (0.5, 1.5), "mujoco/rk4+midpoint": (1.5, 2.5), "ode/rk4": (3.0, 5.0)}
+)
+"""The range of the order of RK4 with a control that is held, held from mid-step, and followed."""
 READ: Mapping[str, str] = MappingProxyType(
     {
         "ode/rk4": "at its own stages: start, middle, end",
@@ -99,6 +104,11 @@ def orders(study: Study) -> Finding | None:
             f"plumbob validate --profile full --scenes {SIMPLE}{name} --methods {','.join(methods)}"
             for name in list(shown)[:2]
         ),
+        claims=(
+            at_most(
+                "the largest difference of an order from the predicted one", _gap(shown), ALIKE
+            ),
+        ),
     )
 
 
@@ -137,9 +147,13 @@ def _cells(own: Mapping[str, Pair | None], methods: Sequence[str]) -> list[Cell]
 
 
 def _worst(shown: Mapping[str, Mapping[str, Pair | None]]) -> str:
+    return f", with a largest difference of {_gap(shown):.3f}"
+
+
+def _gap(shown: Mapping[str, Mapping[str, Pair | None]]) -> float:
+    """The largest difference of an observed order from the predicted one."""
     pairs = [pair for own in shown.values() for pair in own.values() if pair]
-    gap = max(abs(observed.slope - predicted.slope) for observed, predicted in pairs)
-    return f", with a largest difference of {gap:.3f}"
+    return max(abs(observed.slope - predicted.slope) for observed, predicted in pairs)
 
 
 def held_control(study: Study) -> Finding:
@@ -176,7 +190,8 @@ def held_control(study: Study) -> Finding:
         "engine limit",
         "A controller that sets its torque once a step, for the step's start, makes RK4 a "
         "method of first order: set it for the middle. "
-        f"A pendulum pushed by A sin(Ωt): RK4's observed order is {said}.",
+        "The pendulum here is pushed by A sin(Ωt)"
+        + (f": RK4's observed order is {said}." if said else "."),
         (
             "MuJoCo reads ctrl once a step and holds it, through all four stages of RK4. Held from "
             "the start, the push is late by half a step: an error of first order, whatever the "
@@ -197,6 +212,10 @@ def held_control(study: Study) -> Finding:
         (_plot(found_by),),
         tuple(f"plumbob run {FORCED_LARGE} {m} --step 5e-3" for m in
               ("mujoco/rk4", "mujoco/rk4+midpoint", "ode/rk4")),
+        claims=(
+            *(between(f"the order of {method}", slopes[method], low, high)
+              for method, (low, high) in EXPECTED.items() if method in slopes),
+        ),
     )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ from plumbob.reports.findings.sources import NOTEBOOK
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure, Finding, Statement, Table, method_cell, row, value
 from plumbob.reports.view.palette import GREY, PERIWINKLE, RED
+from plumbob.reports.view.site.claims import clear
 from plumbob.reports.view.traces import Trace, curve, linear, marks, over_time
 
 SCENES = (f"{SIMPLE}free-large", f"{SIMPLE}rotating-fast", f"{SIMPLE}forced-large")
@@ -58,6 +59,7 @@ def finding(study: Study) -> Finding:
             rows.append(
                 row(scene.partition("/")[2], method_cell(method), source, *map(value, numbers))
             )
+    both = any("mujoco" in line[1].text for line in rows) and late > 0.0
     coarse, fine = (f"{notation.short(step)} s" for step in STEPS)
     return Finding(
         "rod-tension",
@@ -101,6 +103,12 @@ def finding(study: Study) -> Finding:
                 f"MuJoCo's sensor, at its own state, within {notation.number(sensor)} N",
                 "holds",
             ),),
+        claims=(
+            (clear("distances of pymunk's impulse and of MuJoCo's sensor from the state's tension",
+                   late, sensor, "N"),)
+            if both
+            else ()
+        ),
     )  # fmt: skip
 
 

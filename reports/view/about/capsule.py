@@ -12,9 +12,9 @@ BODY = (
     "mass Q, the slider, and its reaction moves the body against friction."
 )
 COMMON = (
-    Symbol("C", "centre of mass of the body without the slider"),
-    Symbol("Q", "the slider"),
-    Symbol("A₁, A₂, A₃", "the points of support"),
+    Symbol("C", "centre of mass of the body without the slider", "–"),
+    Symbol("Q", "the slider", "–"),
+    Symbol("A₁, A₂, A₃", "the points of support", "–"),
     Symbol("Nᵢ", "normal force of the plane at Aᵢ", "N"),
     Symbol("M, m", "mass of the body; of the slider", "kg"),
     Symbol("μ", "m/(M + m): the slider's part of all mass; not the friction"),

@@ -17,6 +17,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Scene
 from plumbob.reports.view import notation
 from plumbob.reports.view.replay import observables
+from plumbob.reports.view.replay.body import body
 from plumbob.reports.view.replay.capsule import capsule
 from plumbob.reports.view.replay.cone import cone
 from plumbob.reports.view.replay.pendulums import companion, pendulum
@@ -26,7 +27,7 @@ from plumbob.reports.view.replay.samples import Samples, coded, floats, sampled
 from plumbob.reports.view.replay.strip import Strip, strip
 
 PICTURES = MappingProxyType(
-    {"capsule": capsule, "cone_pendulum": cone, "simple_pendulum": pendulum}
+    {"capsule": capsule, "cone_pendulum": cone, "free_body": body, "simple_pendulum": pendulum}
 )  # by the family of the system
 WORDS: Mapping[Role, str] = MappingProxyType({
     "default": "default settings", "user": "your settings", "recommended": "recommended settings",
@@ -86,12 +87,17 @@ def replay(study: Study, scene: Scene) -> Replay:
     layers = [Layer("exact", "exact answer", "")]
     coded_layers = [_exact("exact", exact, picture)]
     runs: list[tuple[str, Samples]] = []
-    lacking = []
+    lacking: list[str] = []
+    missing = {  # engines that are not installed: the page says that once
+        c.method
+        for c in study.convergence
+        if c.scene == scene.name and {m.status for m in c.measurements} == {"missing"}
+    }
     for shown in shown_runs(StudyPlan(study.profile, study.scenes, study.methods), scene):
         run = study.recording(shown.run) if shown.run in study.extras else None
         name = f"{shown.run.method}, {_step(shown.run.step, shown.control)}"
         if run is None:
-            lacking.append(name)
+            lacking += [name] if shown.run.method not in missing else []
             continue
         samples = Samples(run.times, picture.deviations(run))
         slot = "second" if shown.role == "recommended" or runs else "first"

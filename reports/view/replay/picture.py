@@ -13,7 +13,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.view.notation import number, seconds
 from plumbob.reports.view.replay.samples import Channels
 
-Kind = Literal["pendulum", "cone", "capsule", "chart"]
+Kind = Literal["pendulum", "cone", "capsule", "body", "chart"]
 State = Mapping[str, float]  # channels at one moment
 Box = tuple[float, float, float, float]  # left, right, bottom, top
 MARGIN = 0.08  # of a chart's range, beyond it

@@ -16,6 +16,7 @@ from plumbob.reports.judge.verdict import Judgements
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Figure, Finding, Table, row
 from plumbob.reports.view.settings import Pasted, written_for
+from plumbob.reports.view.site.claims import NOT_SHOWN
 from plumbob.reports.view.site.matrix import SIGNS, in_order, meaning
 from plumbob.reports.view.site.pictures import names, picture
 
@@ -88,11 +89,12 @@ def answers(study: Study) -> tuple[Answer, ...]:
 
 
 def cards(findings: Sequence[Finding]) -> tuple[Card, ...]:
-    """The findings that matter most; where a study lacks one, others that have a figure."""
-    known = {finding.name: finding for finding in findings}
+    """The findings that matter most; where a study lacks one, or does not show it, others that have
+    a figure."""
+    known = {finding.name: finding for finding in findings if finding.judgement != NOT_SHOWN}
     wanted = [(known[n], place) for n, place in KEY_FINDINGS if n in known]
     first = {finding.name for finding, _ in wanted}
-    rest = [(finding, 0) for finding in findings if finding.name not in first]
+    rest = [(finding, 0) for name, finding in known.items() if name not in first]
     found = []
     for finding, place in (*wanted, *rest):
         if place >= len(finding.figures) or not (drawn := picture(finding.figures[place])):

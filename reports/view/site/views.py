@@ -23,6 +23,7 @@ from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plots import budget_bars, scene_figures
 from plumbob.reports.view.replay import Replay, replay
 from plumbob.reports.view.site import matrix
+from plumbob.reports.view.site.claims import as_measured
 from plumbob.reports.view.trimming import trimming
 
 Sections = Callable[[str], Section | None]  # what there is to say of one system alone, by its name
@@ -40,6 +41,7 @@ class SceneView:
     scene: Scene
     anchor: str
     counts: tuple[tuple[str, int], ...]  # verdicts, and how many methods have each
+    missing: tuple[str, ...]  # engines that are not installed, with the number of their methods
     methods: tuple[str, ...]  # those that ran
     at_first: tuple[str, ...]  # those whose curves are drawn before a reader chooses others
     first: tuple[Table, ...]
@@ -86,7 +88,7 @@ def system_view(study: Study, system: System, found: Judgements, section: Sectio
         described(system.name),
         picture if picture.is_file() else None,
         tuple(own.figures(study)) if own else (),
-        tuple(own.findings(study)) if own else (),
+        as_measured(own.findings(study)) if own else (),
         tuple(scene_view(study, system, scene, found, own) for scene in scenes),
         matrix.by_engine(study, found, scenes),
         _hard(study, scenes, found),
@@ -98,7 +100,9 @@ def scene_view(
 ) -> SceneView:
     """One scene of `study`, with what the section of its system shows of a hard one."""
     methods = {method.name: method for method in study.methods}
-    convergence = [c for c in study.convergence if c.scene == scene.name]
+    every = [c for c in study.convergence if c.scene == scene.name]
+    missing = [c.method for c in every if found[scene.name, c.method].whole.verdict == "missing"]
+    convergence = [c for c in every if c.method not in missing]
     judged = {c.method: found[scene.name, c.method] for c in convergence}
     costs = {name: cost for (of, name), cost in study.costs.items() if of == scene.name}
     ran = [c.method for c in convergence if any(m.status == "done" for m in c.measurements)]
@@ -125,6 +129,7 @@ def scene_view(
         scene,
         anchor(scene.name),
         _counts(judged.values()),
+        _by_engine(missing),
         tuple(ran),
         at_first,
         tuple(t for t in first if t),
@@ -141,6 +146,12 @@ def scene_view(
             f"plumbob validate --scenes {scene.name}",
         ),
     )
+
+
+def _by_engine(methods: Sequence[str]) -> tuple[str, ...]:
+    """Engines of methods, each with how many of them it has."""
+    counted = Counter(name.partition("/")[0] for name in methods)
+    return tuple(f"{engine} ({notation.plural(n, 'method')})" for engine, n in counted.items())
 
 
 def _repeated(run: Measurement) -> tuple[str]:

@@ -11,8 +11,10 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
+from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import systems
 from plumbob.reports.advice.user_settings import user_results
@@ -23,11 +25,13 @@ from plumbob.reports.view.palette import styles
 from plumbob.reports.view.settings import pasted
 from plumbob.reports.view.site import first_screen, matrix
 from plumbob.reports.view.site.links import Links, page_file
+from plumbob.reports.view.site.versions import Versions, versions
 from plumbob.reports.view.site.views import Sections, SystemView, system_view
 from plumbob.reports.view.user_settings import table as own_table
 
 FOLDER = re.compile(r"site-[0-9a-f]{12}")
 SOURCES, TOLERANCES = "sources", "tolerances"  # names of pages
+NO_HISTORY: Mapping[int, Provenance] = MappingProxyType({})
 BARE, FRAME = "bare.html.jinja", "frame.html.jinja"
 Page = tuple[str, str, dict[str, Any]]  # its name, its template and what fills that
 
@@ -46,12 +50,14 @@ def write_page(
     folder: Path,
     section: Sections,
     judged: Judgements | None = None,
+    history: Mapping[int, Provenance] = NO_HISTORY,
 ) -> Path:
     """Write the site of `study` into `folder` and return the path of its index; `section` finds
     what there is to say of one system alone, `judged` are the study's verdicts where they are known
-    already. The index is replaced last, in one step: until then an older site stays whole. Raises
-    OSError where the folder cannot be written."""
-    return site(content(study, section, judged), folder)
+    already, `history` how each study in the folder's store was made. The index is replaced last, in
+    one step: until then an older site stays whole. Raises OSError where the folder cannot be
+    written."""
+    return site(content(study, section, judged, versions(history, str(folder))), folder)
 
 
 def site(content: Content, folder: Path) -> Path:
@@ -68,10 +74,15 @@ def site(content: Content, folder: Path) -> Path:
     return page
 
 
-def render(study: Study, section: Sections, judged: Judgements | None = None) -> str:
-    """The whole site of `study` as one HTML file: a function of the study alone, which runs no
+def render(
+    study: Study,
+    section: Sections,
+    judged: Judgements | None = None,
+    others: Versions | None = None,
+) -> str:
+    """The whole site of `study` as one HTML file: a function of what is stored, which runs no
     engine. The pages beside the index stand in templates, which our script shows."""
-    return one_file(content(study, section, judged))
+    return one_file(content(study, section, judged, others))
 
 
 def one_file(content: Content) -> str:
@@ -103,8 +114,14 @@ def _files(content: Content) -> tuple[Mapping[str, bytes], Callable[[str], str]]
     return files, index
 
 
-def content(study: Study, section: Sections, judged: Judgements | None = None) -> Content:
-    """What the pages of `study` show; the arguments are those of `write_page`."""
+def content(
+    study: Study,
+    section: Sections,
+    judged: Judgements | None = None,
+    others: Versions | None = None,
+) -> Content:
+    """What the pages of `study` show; the arguments are those of `write_page`, `others` the studies
+    with other engines."""
     found = judge_study(study) if judged is None else judged
     known = systems()
     ran = {scene.system for scene in study.scenes}
@@ -122,6 +139,7 @@ def content(study: Study, section: Sections, judged: Judgements | None = None) -
         "counts": first_screen.counts(study, found),
         "runs": first_screen.runs(study),
         "answers": answers,
+        "versions": others,
         "settings": [one for one in pasted(study) if one.settings.method not in said],
         "user_settings": own_table(user_results(study, found)),
         "matrix": matrix.by_engine(study, found, scenes),

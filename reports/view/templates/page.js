@@ -8,10 +8,19 @@
   const NEAR = "400px", FAR = "1200px", MOST = 8, PRINTED = {half: 330, wide: 680}, ROWS = 12;
   let hidden = new Set(), drawn = new Set(), areas = [];
 
+  // A page that stands alone holds plotly compressed.
+  const packed = document.getElementById("plotly");
+  const unpacked = async () => {
+    const bytes = Uint8Array.from(atob(packed.textContent), (one) => one.charCodeAt(0));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+    const text = await new Response(stream).text();
+    document.head.append(Object.assign(document.createElement("script"), {textContent: text}));
+  };
+
   let loading = null;
   const plotly = () => {
     if (window.Plotly) return Promise.resolve();
-    loading = loading || new Promise((done, failed) => {
+    loading = loading || (packed ? unpacked() : null) || new Promise((done, failed) => {
       const script = document.createElement("script");
       script.src = document.documentElement.dataset.plotly;
       script.onload = done;
@@ -277,6 +286,14 @@
   const home = others.length ? page.cloneNode(true) : null;
   const title = document.title;
   let current = "";
+  // What several pages show is held by one of them.
+  const whole = (content) => {
+    for (const gap of content.querySelectorAll("[data-from]")) {
+      const held = others.map((one) => one.content.getElementById(gap.dataset.from)).find(Boolean);
+      gap.replaceWith(held.cloneNode(true));
+    }
+    return content;
+  };
   const turn = (name, content) => {
     if (name === current) return;
     current = name;
@@ -289,7 +306,7 @@
   const turned = (id) => {
     if (!others.length || !id || id === "main" || document.getElementById(id)) return;
     const from = others.find((one) => one.content.getElementById(id));
-    if (from) turn(from.dataset.page, from.content.cloneNode(true));
+    if (from) turn(from.dataset.page, whole(from.content.cloneNode(true)));
     else if (home.querySelector(`#${CSS.escape(id)}`)) {
       const copy = document.createDocumentFragment();
       copy.append(...home.cloneNode(true).childNodes);

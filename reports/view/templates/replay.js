@@ -8,6 +8,8 @@
   const FONT = "12px system-ui, sans-serif";
   const TURN = 2 * Math.PI;
   const SUBSCRIPTS = ["₁", "₂", "₃"];
+  const ATTITUDE = ["w", "x", "y", "z"].map((axis) => `attitude_${axis}`);
+  const RATES = ["x", "y", "z"].map((axis) => `angular_velocity_${axis}`);
   let playing = null;  // one replay at a time
 
   const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
@@ -114,6 +116,9 @@
         state.y = -shape.length * Math.cos(state.theta);
       } else if (data.kind === "capsule") {
         state.displacement = state.x * Math.cos(shape.along) + state.y * Math.sin(shape.along);
+      } else if (data.kind === "body") {
+        const size = Math.hypot(...ATTITUDE.map((name) => state[name]));
+        for (const name of ATTITUDE) state[name] /= size;
       }
       return state;
     };
@@ -132,6 +137,7 @@
       const of = (name) => valueAt(layer, name, at, smooth);
       if (data.kind === "capsule") return {size: Math.hypot(of("x"), of("y")), turn: of("heading")};
       if (data.kind === "chart") return {size: Math.abs(of(Object.keys(layer.channels)[0])), turn: 0};
+      if (data.kind === "body") return {size: 0, turn: 2 * Math.hypot(...ATTITUDE.map(of))};
       return {size: 0, turn: of("theta")};
     };
     const outside = (layer, at) => {
@@ -385,6 +391,57 @@
       label("S", [s[0] - 20, s[1] - 6], ink.label);
     };
 
+    // The free body: places in its own axes, turned by its attitude.
+    const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    const turnedBy = (state, p) => {
+      const [w, ...u] = ATTITUDE.map((name) => state[name]), once = cross(u, p), twice = cross(u, once);
+      return p.map((value, i) => value + 2 * (w * once[i] + twice[i]));
+    };
+    const drawBody = (truth, shown) => {
+      const on = (state, p) => seen(turnedBy(state, p), t), corner = shape.half;
+      const sides = [0, 1, 2].flatMap((axis) => [-1, 1].map((sign) => [axis, sign]));
+      const facing = (state) => sides.map(([axis, sign]) => {
+        const n = turnedBy(state, [0, 1, 2].map((k) => (k === axis ? sign : 0)));
+        const corners = [[1, 1], [-1, 1], [-1, -1], [1, -1]].map(([a, b]) => {
+          const p = [0, 0, 0];
+          [p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]] = [sign, a, b];
+          return p.map((value, k) => value * corner[k]);
+        });
+        return {n, corners, toward: dot(n, towards)};
+      }).filter((side) => side.toward > 0);
+      const [from, to] = [-1, 1].map((sign) => seen(shape.momentum.map((v) => sign * v), t));
+      thin([from, to], ink.quiet, 1, [3, 3]);
+      label("L", [to[0] + 10, to[1] - 4]);
+      if (exact.on) {
+        for (const {n, corners, toward} of facing(truth)) {
+          pen.beginPath();
+          for (const p of corners) pen.lineTo(...on(truth, p));
+          pen.closePath();
+          pen.fillStyle = `hsl(${ink.solid} ${Math.round(46 + 26 * (0.5 * n[2] + 0.45 * toward + 0.3 * dot(n, across)))}%)`;
+          pen.fill();
+        }
+      }
+      trailOf(shape.trail, (s) => on(s, corner));
+      for (const {layer, state} of shown) {
+        const edges = facing(state).flatMap(({corners}) => [...corners, corners[0]].map((p) => on(state, p)).concat([null]));
+        stroke(layer.role, edges);
+      }
+      if (exact.on) {
+        ["x", "y", "z"].forEach((name, k) => {
+          const axis = [0, 1, 2].map((i) => (i === k ? 1 : 0));
+          const [root, tip, text] = [corner[k], corner[k] + 0.18, corner[k] + 0.27].map((far) => on(truth, axis.map((v) => far * v)));
+          thin([root, tip], ink.quiet, 1.5);
+          label(name, text, ink.label);
+        });
+        const rates = turnedBy(truth, RATES.map((name) => truth[name])), tip = seen(rates.map((v) => v * shape.arrow), t);
+        arrow(seen([0, 0, 0], t), tip, ink.drive, 2.5);
+        label("ω", [tip[0] - 4, tip[1] + 14], ink.drive);
+      }
+      for (const {layer, state} of shown) mark(layer.role, on(state, corner));
+      const p = on(truth, corner);
+      label("P", [p[0] + 16, p[1] - 8], ink.label);
+    };
+
     const fastest = () => {
       let most = 0;
       const {vx, vy, rate} = exact.channels;
@@ -514,7 +571,7 @@
         thin([[rect.x, y], [rect.x + rect.w, y]], ink.grid);
         label(tick(value, level.step), [rect.x - 5, y], ink.quiet, "right");
       }
-      const along = ticks(box[0], box[1], Math.max(2, rect.w / 70));
+      const along = ticks(box[0], box[1], Math.max(3, rect.w / 60));
       for (const value of along.values) {
         const [x] = spot(k, box, value, box[2]);
         label(tick(value, along.step) + (chart.x === "t" ? " s" : ""), [x, rect.y + rect.h + 10]);
@@ -556,7 +613,7 @@
       if (chart.exact_alone) {
         chart.y.forEach((name, j) => {
           const [x, y] = spot(k, box, t, truth[name]);
-          label(`N${SUBSCRIPTS[j]}`, [Math.min(x + 15, rect.x + rect.w - 8), y - 8], ink.label);
+          label(`N${SUBSCRIPTS[j]}`, [Math.min(x + 15, rect.x + rect.w - 8), y + (j === 2 ? 11 : -8)], ink.label);
         });
       }
     };
@@ -574,7 +631,7 @@
       pen = front;
     };
 
-    const DRAW = {pendulum: drawPendulum, cone: drawCone, capsule: drawCapsule};
+    const DRAW = {pendulum: drawPendulum, cone: drawCone, capsule: drawCapsule, body: drawBody};
     const draw = () => {
       if (!plan) return;
       if (!backdrop) makeBackdrop();
@@ -589,7 +646,7 @@
         pen.rect(0, 0, plan.picture.width, plan.picture.height);
         pen.clip();
         DRAW[data.kind](truth, shown);
-        ruler();
+        if (data.kind !== "body") ruler();
         pen.restore();
       }
       data.charts.forEach((chart, k) => {

@@ -1,0 +1,52 @@
+"""The index's section on studies that a store holds of more than one version of an engine."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from plumbob.engines.study.provenance import PACKAGES, PEERS, Provenance
+from plumbob.reports.view.content import Cell, Table, row
+
+NO_ENGINES = ("numpy", "scipy", "numpy-quaddtype", "plotly", "jax")
+ENGINES = tuple(name for name in (*PACKAGES, *PEERS) if name not in NO_ENGINES)
+UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True)
+class Versions:
+    """The studies of a store, and the command that compares the last two versions."""
+
+    table: Table
+    command: str
+
+
+def versions(history: Mapping[int, Provenance], folder: str) -> Versions | None:
+    """What was installed in each study of the store in `folder`, the newest first; None where all
+    had the same engines. `history` has the studies by number."""
+    had = {number: _engines(one) for number, one in history.items()}
+    names = [n for n in ENGINES if len({found.get(n, UNKNOWN) for found in had.values()}) > 1]
+    if not names:
+        return None
+    rows = [
+        row(Cell(str(number), "number"), history[number].date or "no date",
+            *(found.get(name, UNKNOWN) for name in names))
+        for number, found in sorted(had.items(), reverse=True)
+    ]  # fmt: skip
+    newest = max(had)
+    older = max(n for n, found in had.items() if _differ(found, had[newest], names))
+    command = shlex.join(
+        ["plumbob", "compare", f"{folder}#{older}", f"{folder}#{newest}", "--page", "compared.html"]
+    )
+    table = Table("Studies that this folder holds, and what they were made with",
+                  ("study", "date", *names), tuple(rows))  # fmt: skip
+    return Versions(table, command)
+
+
+def _engines(found: Provenance) -> Mapping[str, str]:
+    return {name: found.versions[name] for name in ENGINES if name in found.versions}
+
+
+def _differ(one: Mapping[str, str], other: Mapping[str, str], names: Sequence[str]) -> bool:
+    return any(one.get(name, UNKNOWN) != other.get(name, UNKNOWN) for name in names)

@@ -1,0 +1,188 @@
+"""Findings say what the stored study shows: another stored figure, another page; and what the
+figures do not show is not claimed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plumbob.engines.study.extra_runs import ExtraRun, Request, Result
+from plumbob.engines.study.results import Study
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import systems
+from plumbob.reports.findings import section
+from plumbob.reports.findings.cone_pendulum import equilibria
+from plumbob.reports.findings.measurements import plan_of
+from plumbob.reports.view.content import Claim, Finding
+from plumbob.reports.view.site.claims import (
+    ALIKE,
+    CLEAR,
+    NOT_SHOWN,
+    as_measured,
+    as_predicted,
+    at_most,
+    between,
+    clear,
+)
+from plumbob.reports.view.site.first_screen import KEY_FINDINGS, cards
+
+COMPUTED = (  # from the sources and the exact motions alone: no figure of theirs is measured
+    "capsule-mean-speed", "capsule-plan-poses",
+    "capsule-turn-second-order", "capsule-turn-course",
+    "capsule-turn-left-over", "capsule-turn-touch", "capsule-turn-source", "claims", "source-text",
+    "uniformity", "euler-order", "equilibria", "notebook-claims", "notebook-bob",
+    "references", "near-top",
+)  # fmt: skip
+MEASURED = (
+    "capsule-stopping-distance", "capsule-spin", "capsule-stiction-drift", "capsule-misprints",
+    "capsule-any-line", "capsule-line-source", "capsule-displacement", "capsule-sawtooth",
+    "capsule-contact-chatter", "capsule-isotropy", "capsule-loads", "capsule-driving-force",
+    "capsule-tipping", "capsule-heights", "capsule-momentum", "capsule-saving", "capsule-plan-legs",
+    "capsule-plan-open-loop", "capsule-train-total", "capsule-turn-angle", "capsule-turn-leak",
+    "capsule-turn-deflection", "printed-hamiltonian", "inertia-y", "no-symmetry", "action-phase",
+    "drive-work", "special-functions", "generating-solution", "pymunk-torque",
+    "energy", "free-body-rk4-second-order", "notebook-rk4", "orders", "held-control",
+    "pendulum-energy", "rod-tension",
+)  # fmt: skip
+UNITED = 0.5  # every error of a spoiled study, at every step
+FAR = 0.7  # by how much its recordings depart by their end, in SI
+
+
+@pytest.fixture(scope="module")
+def spoiled(study: Study) -> Study:
+    """The study with the same large error in every run and recording, and other costs."""
+    return replace(
+        study,
+        convergence=tuple(
+            replace(
+                c,
+                measurements=tuple(
+                    replace(
+                        m,
+                        errors={
+                            name: replace(e, largest=UNITED, end=UNITED)
+                            for name, e in m.errors.items()
+                        },
+                        channels={name: 3.0 * v for name, v in m.channels.items()},
+                    )
+                    for m in c.measurements
+                ),
+            )
+            for c in study.convergence
+        ),
+        costs={
+            pair: replace(cost, ns_per_step=cost.ns_per_step * (1.0 + 0.1 * (place % 7)))
+            for place, (pair, cost) in enumerate(study.costs.items())
+        },
+        extras={request: _far(found) for request, found in study.extras.items()},
+    )
+
+
+def _far(found: Result | None) -> Result | None:
+    """A recording that departs from where it was, ever faster, with energies of its own."""
+    if not isinstance(found, Trajectory):
+        return found
+    gone = FAR * (found.times / found.times[-1]) ** 2
+    seen = {name: values + gone for name, values in found.observables.items()}
+    energies = {"kinetic": gone, "potential": gone, "platform_rate": 1.0 + gone}
+    channels = {name: np.asarray(values) + gone for name, values in found.channels.items()}
+    return replace(found, observables=seen, channels=channels | energies)
+
+
+def _findings(study: Study) -> dict[str, Finding]:
+    own = [one for name in systems() if (one := section(name)) is not None]
+    return {f.name: f for one in own for f in one.findings(study)}
+
+
+@pytest.fixture(scope="module")
+def before(study: Study) -> dict[str, Finding]:
+    return _findings(study)
+
+
+@pytest.fixture(scope="module")
+def after(spoiled: Study) -> dict[str, Finding]:
+    return _findings(spoiled)
+
+
+def test_every_finding_is_named_here(before: dict[str, Finding]) -> None:
+    assert set(before) == {*COMPUTED, *MEASURED}
+
+
+@pytest.mark.parametrize("name", MEASURED)
+def test_another_figure_in_the_store_is_another_on_the_page(
+    name: str, before: dict[str, Finding], after: dict[str, Finding]
+) -> None:
+    assert replace(before[name], claims=()) != replace(after[name], claims=())
+
+
+@pytest.mark.parametrize("name", COMPUTED)
+def test_what_is_computed_stays(
+    name: str, before: dict[str, Finding], after: dict[str, Finding]
+) -> None:
+    assert before[name].summary == after[name].summary
+    assert before[name].claims == () or name == "equilibria"  # its swings were not invented
+
+
+@pytest.mark.parametrize(("quicker", "shown"), [(1.0, True), (1.01, False)])
+def test_rates_of_small_swings_are_looked_up(study: Study, quicker: float, shown: bool) -> None:
+    extras: dict[Request, Result] = {}
+    for request, (_, _, centre) in zip(
+        equilibria.requests(plan_of(study)), equilibria.centres(), strict=True
+    ):
+        assert isinstance(request, ExtraRun)
+        times = np.linspace(0.0, request.duration or 1.0, 400)
+        phase = quicker * centre.rate * times
+        swing = {"theta": centre.theta - 1e-3 * np.cos(phase),
+                 "theta_dot": 1e-3 * quicker * centre.rate * np.sin(phase)}  # fmt: skip
+        extras[request] = Trajectory(times, swing, {}, steps=400)
+    (found,) = as_measured([equilibria.finding(replace(study, extras=extras))])
+    assert (found.judgement != NOT_SHOWN) is shown
+
+
+def _claiming(*found: dict[str, Finding]) -> Iterator[str]:
+    for name in MEASURED:
+        if any(one[name].claims for one in found):
+            yield name
+
+
+def test_what_is_not_shown_is_not_claimed(
+    before: dict[str, Finding], after: dict[str, Finding]
+) -> None:
+    """In one or the other of two studies whose contacts all do alike, whose recordings depart, each
+    finding that rests on a figure is no longer claimed."""
+    shown = {f.name: f for both in (before, after) for f in as_measured(both.values())
+             if f.judgement == NOT_SHOWN}  # fmt: skip
+    assert set(_claiming(before, after)) - set(shown) == set()
+    for name, finding in shown.items():
+        assert finding.title == f"Not shown by this study: {before[name].title}"
+        assert finding.statements == ()
+        assert any(char.isdigit() for char in finding.summary)
+
+
+def test_a_key_finding_that_is_not_shown_leaves_the_first_screen(
+    before: dict[str, Finding], after: dict[str, Finding]
+) -> None:
+    chosen: Sequence[Finding] = as_measured(after.values())
+    hidden = {f.name for f in chosen if f.judgement == NOT_SHOWN}
+    assert {"capsule-isotropy", "capsule-displacement"} <= hidden
+    assert {card.finding.name for card in cards(chosen)} & hidden == set()
+    assert {name for name, _ in KEY_FINDINGS} & hidden
+
+
+@pytest.mark.parametrize(
+    ("holding", "failing"),
+    [
+        (at_most("x", -1.0, 1.0), at_most("x", -1.01, 1.0)),
+        (at_most("x", 0.0, 1.0), at_most("x", float("nan"), 1.0)),
+        (clear("x", -CLEAR, 1.0), clear("x", 0.99 * CLEAR, 1.0)),
+        (clear("x", 1.0, 0.0), clear("x", 0.0, 0.0)),
+        (as_predicted("x", -1.0 - 0.99 * ALIKE, -1.0), as_predicted("x", 1.0, -1.0)),
+        (between("x", 1.0, 1.0, 2.0), between("x", 2.01, 1.0, 2.0)),
+    ],
+)
+def test_claims_are_held_from_both_sides(holding: Claim, failing: Claim) -> None:
+    assert holding.holds
+    assert not failing.holds
