@@ -93,7 +93,8 @@ class ContactAudit:
         steps are apart."""
         if self.exact is not None or len(self.pasted) < 2:
             return 0.0 if self.exact is not None else math.inf
-        return float(np.nanmax(np.abs(self.pasted[-1].distances - self.pasted[-2].distances)))
+        apart = np.abs(self.pasted[-1].distances - self.pasted[-2].distances)
+        return math.inf if np.isnan(apart).all() else float(np.nanmax(apart))
 
     def errors(self, found: Measured) -> Array:
         """Of stopping distances [m], by heading; infinite where the body does not stop."""

@@ -13,7 +13,7 @@ from plumbob.engines.adapters.mujoco import settings_to_paste, user_contacts
 from plumbob.engines.adapters.mujoco.own_model import rigid_piece
 from plumbob.engines.audit.contacts import HEADINGS, ContactAudit
 from plumbob.reports.judge.audit import audit_contacts
-from plumbob.tests.audit.bodies_on_planes import (
+from plumbob.tests.audit.contacts.bodies_on_planes import (
     EXACT,
     FLAT,
     FLOOR,
