@@ -125,7 +125,7 @@ def audited(
         beyond = math.isfinite(horizon(found, reference, script, BEYOND))
         if beyond and np.isfinite(states).all():
             progress("starts nearby")
-            means = likely(model, script, found.own.parts, ENSEMBLE * budget, clock)
+            means = likely(model, script, found.own.parts, ENSEMBLE * budget, clock, executor)
         read = balances(model, states, reference.course.states, found.index)
         error = found.own.at(found.index)
         progress("what can be left out")

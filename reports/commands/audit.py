@@ -302,6 +302,8 @@ def contact_data(found: ContactAudit) -> dict[str, Any]:
         "known_to": found.known,
         "turn": found.exact_turn,
         "turn_not_determined": found.why_turn,
+        "turn_compared_with": found.turn,
+        "turn_known_to": found.turn_known,
         "own": [run(one) for one in found.own],
         "pasted": [run(one, found.predicted(one)) for one in found.pasted],
         "not_run": found.failed,
