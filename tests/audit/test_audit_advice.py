@@ -51,6 +51,9 @@ def test_what_is_advised_depends_on_the_error(found: Audit) -> None:
     assert choosing(replace(found, clamped={"geom_solref": 2})).endswith(
         "; before another step, raise geom_solref to 20 ms in the file"
     )
+    assert found.found is not None
+    capped = replace(found.found, own=replace(found.found.own, remarks=("at its cap",)))
+    assert "give the solver more iterations" in to_do(replace(found, found=capped))
     assert to_do(replace(found, found=None)).startswith("try a shorter --duration")
 
 

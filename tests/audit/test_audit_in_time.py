@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -109,3 +110,19 @@ def test_a_start_that_is_hardly_meant_is_said() -> None:
     assert own_model(ball(0.0995), "ball").notes == ()
     (note,) = own_model(ball(0.05), "ball").notes
     assert note == "it starts with contacts 0.05 m deep: is that posture meant?"
+
+
+def test_a_model_that_diverges_prints_nothing_and_writes_no_log(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = """<mujoco><option timestep=".02"/>
+      <worldbody><body><joint axis="0 1 0" stiffness="1e6"/><geom size=".05" pos=".2 0 0"/></body>
+      </worldbody><keyframe><key qpos="1"/></keyframe></mujoco>"""
+    own = own_model(mujoco.MjModel.from_xml_string(text), "stiff", 0)
+    motion = script(own, duration=0.2)
+    assert own.stepped(motion, "euler", 1).why.startswith("diverged")
+    own.changes(motion)
+    assert len(own.touching(motion).times) < 10
+    assert capfd.readouterr() == ("", "")
+    assert not list(tmp_path.iterdir())

@@ -174,7 +174,8 @@ def _model(found: Audit) -> str:
     clamping = f"refsafe clamps nothing at {step}"
     if clamped:
         fields = ", ".join(found.clamped)
-        clamping = f"refsafe raises {clamped} time constants at {step} ({fields})"
+        many = "1 time constant" if clamped == 1 else f"{clamped} time constants"
+        clamping = f"refsafe raises {many} at {step} ({fields})"
     remarks = found.found.own.remarks if found.found else ()
     return "; ".join([clamping, *found.notes, *remarks])
 
@@ -196,6 +197,8 @@ def to_do(found: Audit) -> str:
     if not parts:
         nearer = min(TARGETS) < found.error
         parts = ["no step that was run is reliably nearer" if nearer else "keep the step"]
+    if steps.own.remarks:
+        parts.append("give the solver more iterations, or choose Newton's")
     if found.clamped:
         least, fields = duration(2.0 * found.step), ", ".join(found.clamped)
         parts.append(f"before another step, raise {fields} to {least} in the file")

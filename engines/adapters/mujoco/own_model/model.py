@@ -139,8 +139,9 @@ class MujocoModel:
     def changes(self, script: Script) -> tuple[Change, ...]:
         """See `OwnModel`."""
         met = set[tuple[int, int]]()
-        for data in self._looks(script):
-            met.update((min(p), max(p)) for p in data.contact.geom.tolist())
+        with silent():
+            for data in self._looks(script):
+                met.update((min(p), max(p)) for p in data.contact.geom.tolist())
         return tuple(left_out.changes(self.effective, self.idle, met))
 
     def touching(self, script: Script) -> Touching:
