@@ -29,6 +29,7 @@ FIRST, PARTS = 0.4, 3  # of the budget, for the first method; a third of the res
 FINER = 1e-2  # times both tolerances, where those do not resolve the step's error
 RESOLVED = 5.0  # times the reference's uncertainty: an error from there on is quoted
 REFINING = 0.1  # of the budget, at most; a finer pair takes up to 2.5 times as long
+OUT_OF_TIME = "the time given for it ended"
 Clock = Callable[[], float]
 
 
@@ -238,7 +239,7 @@ def integrated(
                 if not many and _chatters(events):
                     raise NotCertifiable(f"contacts chatter from {events[-CHATTER - 1]:.4g} s on")
                 if clock() > ends:
-                    raise NotCertifiable(f"the time given for it ended at {run.t:.4g} s")
+                    raise NotCertifiable(f"{OUT_OF_TIME} at {run.t:.4g} s")
             y = field.normalised(run.y)
             if not np.isfinite(y).all():
                 raise NotCertifiable(f"the motion has no bounds from {end:.4g} s on")

@@ -182,6 +182,9 @@ def unlike(found: Compared, reference: Reference, script: Script) -> str:
         least = min(s.step for s in found.steps)
         return f"every step that was run diverges, down to {least:.3g} s"
     some = f"; {diverge} of {len(found.steps)} runs diverge" if diverge else ""
+    own = found.own
+    if not any(s.integrator == own.integrator and s.step < own.step / 2 for s in found.steps):
+        some += f"; the time was enough for {len(found.steps)} runs only"
     return (
         f"the model's own steps do not tend to what was integrated: {best.integrator} at "
         f"{best.step:.3g} s comes nearest, {best.at(index):.2g} m at {script.times[index]:.3g} s, "

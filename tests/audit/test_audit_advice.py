@@ -12,6 +12,7 @@ import pytest
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
+from plumbob.engines.audit.reference import OUT_OF_TIME
 from plumbob.engines.audit.steps import Cheapest, StepError, cheapest, held, observed_order
 from plumbob.reports.view.audit.text import to_do
 from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, pendulum, ready
@@ -54,6 +55,11 @@ def test_what_is_advised_depends_on_the_error(found: Audit) -> None:
     assert found.found is not None
     capped = replace(found.found, own=replace(found.found.own, remarks=("at its cap",)))
     assert "give the solver more iterations" in to_do(replace(found, found=capped))
+    ended = replace(found.reference, why=f"{OUT_OF_TIME} at 0.25 s")
+    short = replace(found.found, index=10, cheapest=(same, near))
+    assert to_do(replace(found, found=short, reference=ended)).endswith(
+        "(×2) up to 0.2 s; a larger --budget tells more"
+    )
     assert to_do(replace(found, found=None)).startswith("try a shorter --duration")
 
 

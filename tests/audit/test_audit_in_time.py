@@ -92,6 +92,8 @@ def test_steps_that_do_not_tend_to_a_reference_are_said_to() -> None:
     why = unlike(replace(found, steps=(*gone, best)), known, motion)
     assert f"{best.integrator} at {best.step:.3g} s comes nearest, 0.25 m at 0.1 s" in why
     assert f"; {len(gone)} of {len(gone) + 1} runs diverge" in why
+    few = unlike(replace(found, steps=found.steps[:2]), known, motion)
+    assert few.endswith("; the time was enough for 2 runs only")
 
 
 def test_a_solver_at_its_cap_is_said() -> None:

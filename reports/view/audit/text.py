@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.ensemble import FINER, MEANS, STANDS_OUT, Likely
-from plumbob.engines.audit.reference import RESOLVED
+from plumbob.engines.audit.reference import OUT_OF_TIME, RESOLVED
 from plumbob.engines.audit.steps import (
     TARGETS,
     Balance,
@@ -192,11 +192,16 @@ def to_do(found: Audit) -> str:
     enough = [c for c in steps.cheapest if c.target >= found.error + found.uncertainty]
     if better is not None:
         parts.append(_choice(found.model, better, "for"))
-    if enough and enough[-1].cost < CHEAPER:
+    whole = found.until >= found.script.duration * (1 - 1e-9)
+    if whole and enough and enough[-1].cost < CHEAPER:
         parts.append(_choice(found.model, enough[-1], "enough for"))
     if not parts:
         nearer = min(TARGETS) < found.error
         parts = ["no step that was run is reliably nearer" if nearer else "keep the step"]
+    if not whole:
+        parts[-1] += f" up to {found.until:.3g} s"
+    if OUT_OF_TIME in found.reference.why:
+        parts.append("a larger --budget tells more")
     if steps.own.remarks:
         parts.append("give the solver more iterations, or choose Newton's")
     if found.clamped:
