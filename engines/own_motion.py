@@ -78,6 +78,28 @@ class Stepped:
     states: Array
     ns_per_second: float  # [ns] of processor time per simulated second
     why: str = ""  # it ended before its time
+    remarks: tuple[str, ...] = ()  # what was noticed on the way
+
+
+@dataclass(frozen=True)
+class Touching:
+    """Which pairs of geoms touch at some times of a motion."""
+
+    times: Array  # [s], shape (n,): the model's own steps, or every few where they are many
+    pairs: Mapping[str, Array]  # by name, whether they touch then, shape (n,)
+
+    @property
+    def events(self) -> int:
+        """How often a pair begins or ceases to touch."""
+        return sum(int(np.count_nonzero(np.diff(on.astype(int)))) for on in self.pairs.values())
+
+    def intervals(self, pair: str) -> Array:
+        """Begins and ends [s] of the times at which a pair touches, shape (k, 2); it ends at the
+        first look at which it no longer does."""
+        edges = np.diff(np.concatenate([[0], self.pairs[pair].astype(int), [0]]))
+        last = self.times[-1:] + np.diff(self.times[-2:])
+        times = np.concatenate([self.times, last if last.size else self.times[-1:]])
+        return np.stack([times[edges == 1], times[edges == -1]], axis=1)
 
 
 @dataclass(frozen=True)
@@ -142,6 +164,15 @@ class OwnModel(Protocol):
         """Of the controls, shape (actuators, 2), not numbers where there is none."""
         ...
 
+    @property
+    def shortest(self) -> float:
+        """The shortest time constant [s] of its contacts and limits, infinite where it has none."""
+        ...
+
+    def option(self, integrator: str, step: float) -> str:
+        """What to write into its file for another integrator and step [s], contacts unchanged."""
+        ...
+
     def field(self, width: float = 0.0) -> Field:
         """Its continuous motion; contacts that begin over a layer of `width` [m], if given."""
         ...
@@ -167,8 +198,8 @@ class OwnModel(Protocol):
         name, each of shape (len(states),); what the model cannot have is left out."""
         ...
 
-    def touching(self, states: Array) -> Mapping[str, Array]:
-        """Which pairs touch in states, by their names, each of shape (len(states),)."""
+    def touching(self, script: Script) -> Touching:
+        """Which pairs touch when along its own steps."""
         ...
 
     def picture(self) -> bytes | None:

@@ -6,18 +6,26 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
 from plumbob.engines.audit.ensemble import Likely, likely
 from plumbob.engines.audit.reference import RESOLVED, Reference, certified, refined
-from plumbob.engines.audit.steps import Balance, Compared, balances, compared, held, horizon
+from plumbob.engines.audit.steps import (
+    Balance,
+    Compared,
+    balances,
+    compared,
+    held,
+    horizon,
+    unlike,
+)
 from plumbob.engines.audit.trims import Trims, trims
-from plumbob.engines.own_motion import OwnModel, Script
+from plumbob.engines.own_motion import OwnModel, Script, Touching
 
-REFERENCE, TRIMS, ENSEMBLE = 0.6, 0.1, 0.2  # of the budget
+REFERENCE, TRIMS, ENSEMBLE = 0.6, 0.1, 0.1  # of the budget
+AFTER = TRIMS + ENSEMBLE
 BEYOND = 0.01  # [m]: a motion that no step predicts to that is described by means of many starts
 
 
@@ -38,7 +46,7 @@ class Audit:
     trims: Trims | None = None  # None where no error is known
     balances: tuple[Balance, ...] = ()
     likely: Likely | None = None  # beyond what can be predicted; None where all can be
-    touching: Mapping[str, Array] = field(default_factory=dict)  # at the ends of the periods
+    touching: Touching | None = None  # which pairs when, at the own step
     model: OwnModel | None = None
     slides: str = ""  # a free body that rests on a plane, of which a contact audit can tell more
 
@@ -99,25 +107,25 @@ def audited(
     wall time; the integrators run in an `executor`, if given."""
     begin = clock()
     progress("the continuous motion, by two methods")
-    reference = certified(model, script, REFERENCE * budget, clock)
+    reference = certified(model, script, REFERENCE * budget, clock, executor)
     found = None
     if reference.until >= script.duration * (1 - 1e-9):
         own = round(script.period / model.step)
         error = held(model, script, reference, model.integrator, own).at(-1)
-        reference = refined(model, script, reference, error, budget, clock)
+        reference = refined(model, script, reference, error, budget, clock, executor)
     if reference.until > 0.0:
-        left = max(budget - (clock() - begin), 0.2 * budget)
+        left = max((1.0 - AFTER) * budget - (clock() - begin), AFTER * budget)
         found = compared(model, script, reference, left, clock, executor, progress)
         if not found.index:
-            found, why = None, "the model's own steps do not tend to what was integrated"
-            reference = replace(reference, why=why)
+            reference = replace(reference, why=unlike(found, reference, script))
+            found = None
     left_out, read, means = None, tuple[Balance, ...](), None
     if found is not None:
         states = model.stepped(script, model.integrator, found.own.parts).states
         beyond = math.isfinite(horizon(found, reference, script, BEYOND))
         if beyond and np.isfinite(states).all():
             progress("starts nearby")
-            means = likely(model, script, found.own.parts, ENSEMBLE * budget, clock)
+            means = likely(model, script, found.own.parts, ENSEMBLE * budget, clock, executor)
         read = balances(model, states, reference.course.states, found.index)
         error = found.own.at(found.index)
         progress("what can be left out")
@@ -125,5 +133,5 @@ def audited(
     return Audit(
         model.name, model.integrator, model.step, script, control, reference, found,
         model.clamped, model.notes, clock() - begin, left_out, read, means,
-        model.touching(reference.course.states), model,
+        model.touching(script), model,
     )  # fmt: skip

@@ -93,7 +93,8 @@ class ContactAudit:
         steps are apart."""
         if self.exact is not None or len(self.pasted) < 2:
             return 0.0 if self.exact is not None else math.inf
-        return float(np.nanmax(np.abs(self.pasted[-1].distances - self.pasted[-2].distances)))
+        apart = np.abs(self.pasted[-1].distances - self.pasted[-2].distances)
+        return math.inf if np.isnan(apart).all() else float(np.nanmax(apart))
 
     def errors(self, found: Measured) -> Array:
         """Of stopping distances [m], by heading; infinite where the body does not stop."""
@@ -130,6 +131,15 @@ class ContactAudit:
             return self.exact_turn
         last = self.pasted[-1].turning if self.pasted else None
         return last.turn if last is not None and last.rests else math.nan
+
+    @property
+    def turn_known(self) -> float:
+        """[rad] to which that turn is known: 0 for Coulomb's; else how far the two finest steps are
+        apart, which is what is left where halving the step halves the error."""
+        if self.exact_turn is not None:
+            return 0.0
+        turns = [s.turn for one in self.pasted[-2:] if (s := one.turning) is not None and s.rests]
+        return abs(turns[1] - turns[0]) if len(turns) == 2 else math.inf
 
     def assert_within(self, metres: float) -> None:
         """Raise AssertionError unless the model's own stopping distances are known and within
@@ -243,9 +253,13 @@ def undetermined_turn(standing: Standing, centred: float) -> str:
     if standing.torsion:
         return "contacts resist turns by moments of their own (condim above 3)"
     if len(standing.points) != 3:
-        return f"{len(standing.points)} points share the load as their stiffness decides"
+        share = f"{len(standing.points)} points share the load as their stiffness decides"
+        return f"{share}, which Coulomb's law leaves open"
     if standing.coefficient * standing.height > FLAT * centred:
-        return f"the centre of mass is {standing.height:.3g} m high, so loads change with the slip"
+        return (
+            f"the centre of mass is {standing.height:.3g} m high, so loads change with the slip, "
+            "for which there is no closed form"
+        )
     return ""
 
 

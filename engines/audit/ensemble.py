@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -45,19 +46,18 @@ def likely(
     parts: int,
     budget: float,
     clock: Callable[[], float] = time.perf_counter,
+    executor: Executor | None = None,
 ) -> Likely | None:
     """Means at the end over `STARTS` starts near that of `script`, at `parts` steps in a period and
-    at more; None where that would take longer than `budget` [s], or runs diverge."""
+    at more; None where that would take longer than `budget` [s], or runs diverge. Starts run beside
+    each other in an `executor`, if given."""
     starts = model.starts(STARTS, SIZE)
     begin, found = clock(), []
+    tasks = [executor.submit(pair, model, script, parts, s) for s in starts] if executor else []
     for done, start in enumerate(starts, start=1):
-        moved = replace(script, start=start)
-        pair = [
-            _means(model, start, model.stepped(moved, model.integrator, n).states[-1])
-            for n in (parts, FINER * parts)
-        ]
-        found.append(pair)
+        found.append(tasks[done - 1].result() if tasks else pair(model, script, parts, start))
         if (clock() - begin) / done * STARTS > budget:
+            [task.cancel() for task in tasks]
             return None
     values = np.array(found)  # shape (starts, 2, means)
     if not np.isfinite(values).all():
@@ -67,6 +67,15 @@ def likely(
     # how far means may be apart by chance in both cases.
     errors = (values[:, 0] - values[:, 1]).std(axis=0, ddof=1) / math.sqrt(STARTS)
     return Likely(STARTS, tuple(own.tolist()), tuple(finer.tolist()), tuple(errors.tolist()))
+
+
+def pair(model: OwnModel, script: Script, parts: int, start: Array) -> list[Array]:
+    """Means at the end, from one start, at `parts` steps in a period and at more."""
+    moved = replace(script, start=start)
+    return [
+        _means(model, start, model.stepped(moved, model.integrator, n).states[-1])
+        for n in (parts, FINER * parts)
+    ]
 
 
 def _means(model: OwnModel, start: Array, end: Array) -> Array:

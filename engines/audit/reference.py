@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -24,10 +25,22 @@ TIGHT, LOOSE = 1e-10, 1e-8  # relative and absolute tolerances of the two smooth
 WIDTHS = (1e-5, 1e-6, 3e-7)  # [m] of the layer
 IN_LAYER, OTHER_IN_LAYER = 1e-7, 1e-6  # tolerances there
 CHATTER, WITHIN = 20, 0.05  # events, within [s]: more are chatter
+FIRST, PARTS = 0.4, 3  # of the budget, for the first method; a third of the rest confirms it
 FINER = 1e-2  # times both tolerances, where those do not resolve the step's error
 RESOLVED = 5.0  # times the reference's uncertainty: an error from there on is quoted
 REFINING = 0.1  # of the budget, at most; a finer pair takes up to 2.5 times as long
+OUT_OF_TIME = "the time given for it ended"
 Clock = Callable[[], float]
+
+
+@dataclass(frozen=True)
+class _Run:
+    """One computation of the motion."""
+
+    method: str
+    tolerance: float
+    width: float  # [m] of the layer over which contacts begin; 0: at once
+    seconds: float  # that it may take
 
 
 @dataclass(frozen=True)
@@ -55,39 +68,37 @@ class Reference:
 
 
 def certified(
-    model: OwnModel, script: Script, budget: float, clock: Clock = time.perf_counter
+    model: OwnModel,
+    script: Script,
+    budget: float,
+    clock: Clock = time.perf_counter,
+    executor: Executor | None = None,
 ) -> Reference:
-    """The reference of `model` under `script`, computed within about `budget` [s] of wall time.
-    Where nothing can be certified, its uncertainty is infinite after the start and `why` says so.
-    """
+    """The reference of `model` under `script`, computed within about `budget` [s] of wall time; its
+    confirmation runs beside it in an `executor` of two processes or more, if given, with the same
+    bits. Where nothing can be certified, its uncertainty is infinite after the start and `why` says
+    so."""
     ends = clock() + budget
-    first = integrated(model.field(), script, "DOP853", TIGHT, clock() + 0.4 * budget, clock)
+    loose = _Run("RK45", LOOSE, 0.0, (1.0 - FIRST) * budget)
+    beside = executor.submit(computed, model, script, loose, clock) if executor else None
+    first = computed(model, script, _Run("DOP853", TIGHT, 0.0, FIRST * budget), clock)
     if not first.why:
-        second = integrated(model.field(), script, "RK45", LOOSE, ends, clock)
+        second = computed(model, script, loose, clock) if beside is None else beside.result()
         return _compared(model, first, second, ())
-    courses: list[Course] = []
-    layers_ended = ""
-    for done, width in enumerate(WIDTHS if first.decided else ()):
-        until = clock() + (ends - clock()) / (len(WIDTHS) + 1 - done)
-        found = integrated(model.field(width), script, "RK45", IN_LAYER, until, clock, many=True)
-        layers_ended = layers_ended or found.why
-        if found.until <= 0.0:
-            break
-        courses.append(replace(found, how=f"{found.how}, contacts over {width:g} m"))
-    layered = None
-    if len(courses) > 1:
-        layered = _compared(model, courses[-1], courses[-2], WIDTHS[: len(courses)])
-        # Where no contact is met within the layers, both widths give the same bits.
-        field = model.field(WIDTHS[len(courses) - 1])
-        again = integrated(field, script, "RK45", OTHER_IN_LAYER, ends, clock, many=True)
-        layered = _at_most(layered, _compared(model, courses[-1], again, layered.widths))
     # What came before the chatter may be known better, and longer.
     smooth = None
+    if beside is not None:
+        second = beside.result()
+    elif first.until > 0.0:
+        some = replace(loose, seconds=(ends - clock()) / PARTS)
+        second = computed(model, _up_to(script, first.until), some, clock)
     if first.until > 0.0:
-        second = integrated(model.field(), _up_to(script, first.until), "RK45", LOOSE, ends, clock)
-        smooth = _compared(model, first, _lengthened(second, first), ())
+        smooth = _compared(model, first, _cut(second, script, first.until), ())
+    layered, ended = None, ""
+    if first.decided:
+        layered, ended = _layered(model, script, ends, clock, executor)
     known = [r for r in (layered, smooth) if r is not None and r.until > 0.0]
-    after = f"; with contacts over a layer, {layers_ended}" if layers_ended else ""
+    after = f"; with contacts over a layer, {ended}" if ended else ""
     if not known:
         return _none(model, script, replace(first, why=first.why + after))
     best = max(known, key=lambda r: r.until)
@@ -96,7 +107,43 @@ def certified(
     best = replace(best, not_smooth=first.why if best.widths else "")
     if best.until >= script.duration * (1 - 1e-9):
         return best
-    return replace(best, why=best.why if best.widths else first.why + after)
+    return replace(best, why=best.why or ended if best.widths else first.why + after)
+
+
+def _layered(
+    model: OwnModel, script: Script, ends: float, clock: Clock, executor: Executor | None
+) -> tuple[Reference | None, str]:
+    """The motion with contacts that set in over layers, which shrink, and why one of them ended;
+    none where fewer than two are computed."""
+    runs = [*((width, IN_LAYER) for width in WIDTHS), (WIDTHS[-1], OTHER_IN_LAYER)]
+    pace = 1 if executor is None else 2
+    groups = [runs[i : i + pace] for i in range(0, len(runs), pace)]
+    done: dict[tuple[float, float], Course] = {}
+    ended = ""
+    for k, group in enumerate(groups):
+        if not all(course.until > 0.0 for course in done.values()):
+            break
+        seconds = (ends - clock()) / (len(groups) - k)
+        # What one of them does not reach is not known: the others need not go on for longer.
+        short = _up_to(script, min((c.until for c in done.values()), default=script.duration))
+        asked = [_Run("RK45", tolerance, width, seconds) for width, tolerance in group]
+        for key, course in zip(group, _beside(model, short, asked, clock, executor), strict=True):
+            done[key], ended = course, ended or course.why
+    layers = [(w, done[w, IN_LAYER]) for w in WIDTHS if (w, IN_LAYER) in done]
+    layers = [(w, course) for w, course in layers if course.until > 0.0]
+    if len(layers) < 2:
+        return None, ended
+    (_, other), (width, best) = layers[-2:]
+    # Where no contact is met within the layers, both widths give the same bits.
+    again = done.get((width, OTHER_IN_LAYER))
+    if again is None:
+        short = _up_to(script, min(best.until, other.until))
+        last = _Run("RK45", OTHER_IN_LAYER, width, ends - clock())
+        again = computed(model, short, last, clock)
+    best, other, again = (_cut(c, script, script.duration) for c in (best, other, again))
+    widths = tuple(w for w, _ in layers)
+    pairs = (_compared(model, best, one, widths) for one in (other, again))
+    return _at_most(*pairs), ended
 
 
 def refined(
@@ -106,6 +153,7 @@ def refined(
     error: float,
     budget: float,
     clock: Clock = time.perf_counter,
+    executor: Executor | None = None,
 ) -> Reference:
     """The reference of a smooth motion at finer tolerances, where it is not known to a fifth of the
     step's `error` [m] and a part of `budget` [s] suffices; else as it was."""
@@ -116,13 +164,37 @@ def refined(
         return reference
     if 2.5 * (reference.course.seconds + other.seconds) > REFINING * budget:
         return reference
-    ends = clock() + REFINING * budget
-    first = integrated(model.field(), script, "DOP853", FINER * TIGHT, ends, clock)
-    second = integrated(model.field(), script, "RK45", FINER * LOOSE, ends, clock)
+    asked = [
+        _Run(method, FINER * tolerance, 0.0, REFINING * budget)
+        for method, tolerance in (("DOP853", TIGHT), ("RK45", LOOSE))
+    ]
+    first, second = _beside(model, script, asked, clock, executor)
     if first.why or second.why:
         return reference
     finer = _compared(model, first, second, ())
     return finer if finer.uncertainty[index] < reference.uncertainty[index] else reference
+
+
+def computed(
+    model: OwnModel, script: Script, run: _Run, clock: Clock = time.perf_counter
+) -> Course:
+    """The motion of `model` under `script` by one method, for as long as it is given."""
+    many = run.width > 0.0
+    found = integrated(
+        model.field(run.width), script, run.method, run.tolerance, clock() + run.seconds, clock,
+        many,
+    )  # fmt: skip
+    return replace(found, how=f"{found.how}, contacts over {run.width:g} m") if many else found
+
+
+def _beside(
+    model: OwnModel, script: Script, runs: Sequence[_Run], clock: Clock, executor: Executor | None
+) -> list[Course]:
+    """Some runs, each in a process of its own where there is an executor."""
+    if executor is None:
+        return [computed(model, script, run, clock) for run in runs]
+    tasks = [executor.submit(computed, model, script, run, clock) for run in runs]
+    return [task.result() for task in tasks]
 
 
 def integrated(
@@ -167,7 +239,7 @@ def integrated(
                 if not many and _chatters(events):
                     raise NotCertifiable(f"contacts chatter from {events[-CHATTER - 1]:.4g} s on")
                 if clock() > ends:
-                    raise NotCertifiable(f"the time given for it ended at {run.t:.4g} s")
+                    raise NotCertifiable(f"{OUT_OF_TIME} at {run.t:.4g} s")
             y = field.normalised(run.y)
             if not np.isfinite(y).all():
                 raise NotCertifiable(f"the motion has no bounds from {end:.4g} s on")
@@ -197,7 +269,8 @@ def _compared(model: OwnModel, best: Course, other: Course, widths: tuple[float,
 
 def _joined(first: Reference, then: Reference) -> Reference:
     """The first reference as far as it is the better known, then the second."""
-    better = np.flatnonzero(first.uncertainty <= then.uncertainty)
+    known_first = np.isfinite(first.uncertainty)
+    better = np.flatnonzero(known_first & (first.uncertainty <= then.uncertainty))
     count = int(better[-1]) + 1
     assert first.confirmed_by is not None
     assert then.confirmed_by is not None
@@ -248,8 +321,12 @@ def _up_to(script: Script, until: float) -> Script:
     return replace(script, controls=script.controls[:count])
 
 
-def _lengthened(course: Course, like: Course) -> Course:
-    """A course padded with unknown states to as many as another has."""
-    states = np.full_like(like.states, np.nan)
-    states[: len(course.states)] = course.states
-    return replace(course, states=states)
+def _cut(course: Course, script: Script, until: float) -> Course:
+    """A course up to `until` [s], its states as many as the whole of `script` has, unknown beyond
+    that."""
+    states = np.full((len(script.controls) + 1, script.start.size), np.nan)
+    known = min(len(course.states), round(until / script.period) + 1)
+    states[:known] = course.states[:known]
+    reached = course.until >= until * (1 - 1e-9)
+    why = "" if reached else course.why
+    return replace(course, states=states, until=min(course.until, until), why=why)

@@ -41,6 +41,7 @@ class StepError:
     worst: str  # the body that is furthest off at the end
     ns_per_second: float  # [ns] of processor time per simulated second
     why: str = ""  # it ended early
+    remarks: tuple[str, ...] = ()  # what was noticed on the way
 
     def at(self, index: int) -> float:
         """Error [m] at the end of a period; infinite where the run had ended."""
@@ -128,14 +129,17 @@ def halved(
     progress: Callable[[str], None] = lambda what: None,
 ) -> list[StepError]:
     """Runs of some integrators, in turns, coarse to fine, so that what the time allows is spread
-    over all: about `budget` [s]."""
+    over all: about `budget` [s]; the model's own step whatever that takes."""
     reached = known(reference)
     ends, own = clock() + budget, round(script.period / model.step)
     found: list[StepError] = []
     going = {name: own // 2 if own % 2 == 0 else own for name in integrators}
-    while going and (not found or clock() < ends):
+    while going:
         for name, parts in list(going.items()):
-            begin = clock()
+            begin, due = clock(), name == model.integrator and parts <= own
+            if found and begin >= ends and not due:
+                del going[name]
+                continue
             progress(f"{name} at {script.period / parts:.3g} s")
             found.append(held(model, script, reference, name, parts))
             last = found[-1].at(reached)
@@ -167,6 +171,25 @@ def tends(steps: Sequence[StepError], own: StepError, reference: Reference) -> i
     good &= ~_level(steps, own, floor)
     mostly = np.cumsum(good) >= MOSTLY * np.arange(1, len(good) + 1)
     return int(np.flatnonzero(good & mostly)[-1])
+
+
+def unlike(found: Compared, reference: Reference, script: Script) -> str:
+    """Why the steps that were run do not tend to the reference."""
+    index = known(reference)
+    best = min(found.steps, key=lambda s: s.at(index))
+    diverge = sum(math.isinf(s.at(index)) for s in found.steps)
+    if diverge == len(found.steps):
+        least = min(s.step for s in found.steps)
+        return f"every step that was run diverges, down to {least:.3g} s"
+    some = f"; {diverge} of {len(found.steps)} runs diverge" if diverge else ""
+    own = found.own
+    if not any(s.integrator == own.integrator and s.step < own.step / 2 for s in found.steps):
+        some += f"; the time was enough for {len(found.steps)} runs only"
+    return (
+        f"the model's own steps do not tend to what was integrated: {best.integrator} at "
+        f"{best.step:.3g} s comes nearest, {best.at(index):.2g} m at {script.times[index]:.3g} s, "
+        f"which is known to {reference.uncertainty[index]:.1g} m{some}"
+    )
 
 
 def _level(steps: Sequence[StepError], own: StepError, floor: Array) -> Any:
@@ -250,5 +273,5 @@ def held(
     worst = model.bodies[int(np.argmax(apart[: both[-1] + 1].max(axis=0)))]
     return StepError(
         integrator, run.step, parts, largest(apart), largest(np.abs(off)), worst,
-        run.ns_per_second, run.why,
+        run.ns_per_second, run.why, run.remarks,
     )  # fmt: skip

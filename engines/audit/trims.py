@@ -64,11 +64,22 @@ def trims(
     for chosen in (useful, [t for t in useful if t.same_bits]):
         if not chosen:
             continue
-        together = tuple(change for trim in chosen for change in trim.changes)
-        (found,) = _tried(model, script, parts, index, [together], ends, clock)
-        if found.accepted(error):
-            return Trims(each, found)
+        together = strictest([change for trim in chosen for change in trim.changes])
+        found = _tried(model, script, parts, index, [together], ends, clock)
+        if found and found[0].accepted(error) and found[0].cost < SAVES:
+            return Trims(each, found[0])
     return Trims(each, None)
+
+
+def strictest(changes: Sequence[Change]) -> tuple[Change, ...]:
+    """These changes without those that a later one undoes: the same number, set to another value.
+    Flags add up."""
+    last = {(name, at): k for k, c in enumerate(changes) for name, at, _ in c.sets}
+    return tuple(
+        change
+        for k, change in enumerate(changes)
+        if any(name == "disableflags" or last[name, at] == k for name, at, _ in change.sets)
+    )
 
 
 def _tried(
@@ -80,17 +91,22 @@ def _tried(
     ends: float,
     clock: Callable[[], float],
 ) -> tuple[Trim, ...]:
+    """The first of `offered` that the time allows, each run in turns."""
     models = [model, *(model.changed(changes) for changes in offered)]
     spent: list[list[float]] = [[] for _ in models]
     runs: list[Stepped] = []
     for turn in range(ROUNDS):
-        if turn and clock() > ends:
+        if clock() > ends:
             break
-        for k, one in enumerate(models):
+        for k, one in enumerate(models[: len(runs)] if turn else models):
+            if not turn and clock() > ends:
+                break
             run = one.stepped(script, one.integrator, parts)
             spent[k].append(run.ns_per_second)
             runs += [run] if not turn else []
-    whole, *costs = [statistics.median(values) for values in spent]
+    if len(runs) < 2:
+        return ()
+    whole, *costs = [statistics.median(values) for values in spent[: len(runs)]]
     return tuple(
         Trim(
             changes,
@@ -98,7 +114,7 @@ def _tried(
             _moved(model, runs[0].states[: index + 1], run.states[: index + 1]),
             cost / whole,
         )
-        for changes, run, cost in zip(offered, runs[1:], costs, strict=True)
+        for changes, run, cost in zip(offered, runs[1:], costs, strict=False)
     )
 
 

@@ -23,7 +23,7 @@ from plumbob.engines.audit.controls import KINDS
 from plumbob.engines.registry import find_engine
 from plumbob.reports.commands import values
 from plumbob.reports.judge.audit import BUDGET, audit, audit_contacts
-from plumbob.reports.view.audit.text import lines
+from plumbob.reports.view.audit.text import lines, to_do
 
 MISSED = 1  # the accuracy asked for
 _LARGEST = 100_000_000  # bytes of a control file
@@ -91,16 +91,36 @@ def command(chosen: argparse.Namespace) -> int:
         )  # fmt: skip
     if target is not None:
         trimmed_file(found, Path(chosen.model), target)
-    if chosen.out is not None:
-        from plumbob.reports.view.audit.page import write_audit_page
+    from plumbob.reports.view.audit.page import write_audit_page
 
-        print(page(partial(write_audit_page, found), found, chosen), file=sys.stderr)
+    return _answered(
+        found,
+        chosen,
+        numbers.get("absolute"),
+        lines(found),
+        as_data(found),
+        partial(write_audit_page, found),
+    )
+
+
+def _answered(
+    found: Audit | ContactAudit,
+    chosen: argparse.Namespace,
+    metres: float | None,
+    text: list[str],
+    data: dict[str, Any],
+    write: Callable[[Path, str, bytes | None], Path],
+) -> int:
+    """Print an audit as text or JSON, and write its page where one is wanted; returns the exit
+    code."""
+    if chosen.out is not None:
+        print(page(write, found, chosen), file=sys.stderr)
     if chosen.json:
-        json.dump(values.plain(as_data(found)), sys.stdout, indent=1)
+        json.dump(values.plain(data), sys.stdout, indent=1)
         print()
     else:
-        print("\n".join(lines(found)))
-    return _within(found, numbers.get("absolute"))
+        print("\n".join(text))
+    return _within(found, metres)
 
 
 def _within(found: Audit | ContactAudit, metres: float | None) -> int:
@@ -131,14 +151,10 @@ def _contacts(chosen: argparse.Namespace, numbers: dict[str, float]) -> int:
         Path(chosen.model), speed=numbers.get("speed", SPEED), body=chosen.body,
         friction=numbers.get("friction"), keyframe=chosen.keyframe,
     )  # fmt: skip
-    if chosen.out is not None:
-        print(page(partial(write_contact_page, found), found, chosen), file=sys.stderr)
-    if chosen.json:
-        json.dump(values.plain(contact_data(found)), sys.stdout, indent=1)
-        print()
-    else:
-        print("\n".join(contact_lines(found)))
-    return _within(found, numbers.get("absolute"))
+    return _answered(
+        found, chosen, numbers.get("absolute"), contact_lines(found), contact_data(found),
+        partial(write_contact_page, found),
+    )  # fmt: skip
 
 
 def page(
@@ -230,7 +246,8 @@ def as_data(found: Audit) -> dict[str, Any]:
         "layer_widths": found.reference.widths,
         "events": found.reference.course.events,
         "clamped": found.clamped,
-        "notes": found.notes,
+        "notes": (*found.notes, *(steps.own.remarks if steps else ())),
+        "to_do": to_do(found),
         "worst_body": steps.own.worst if steps else None,
         "order": None if not steps or not steps.order else steps.order.__dict__,
         "steps": []
@@ -285,6 +302,8 @@ def contact_data(found: ContactAudit) -> dict[str, Any]:
         "known_to": found.known,
         "turn": found.exact_turn,
         "turn_not_determined": found.why_turn,
+        "turn_compared_with": found.turn,
+        "turn_known_to": found.turn_known,
         "own": [run(one) for one in found.own],
         "pasted": [run(one, found.predicted(one)) for one in found.pasted],
         "not_run": found.failed,

@@ -9,7 +9,7 @@ import pytest
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
-from plumbob.tests.audit.bodies_on_planes import texts
+from plumbob.tests.audit.contacts.bodies_on_planes import texts
 from plumbob.tests.audit.scenes_as_models import ball, ready
 
 FALLING = """<mujoco><option timestep="0.01" integrator="{}"/><worldbody>

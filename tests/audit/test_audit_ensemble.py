@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import mujoco
 import numpy as np
 
@@ -36,6 +38,15 @@ def test_large_step_stands_out_and_an_accurate_one_does_not() -> None:
     assert large.most[1] > STANDS_OUT
     k = int(np.argmax(np.abs(np.array(large.own) - large.finer)))
     assert abs(large.own[k] - large.finer[k]) > 100 * abs(accurate.own[k] - accurate.finer[k])
+
+
+def test_starts_beside_each_other_give_the_same_means() -> None:
+    model = ready(ball())
+    motion = script(model, duration=0.04)
+    with ThreadPoolExecutor(1) as executor:
+        beside = likely(model, motion, 20, 60.0, executor=executor)
+        assert likely(model, motion, 20, 0.0, executor=executor) is None
+    assert beside == likely(model, motion, 20, 60.0)
 
 
 def test_no_time_is_no_answer() -> None:

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import mujoco
+import numpy as np
 import pytest
 
 import plumbob
 from plumbob.engines.adapters.mujoco.own_model.field import ZEROS
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import audit as audit_module
+from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
+from plumbob.engines.audit.reference import Reference, certified
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.cli import main
+from plumbob.tests.audit.scenes_as_models import ball
 
 BUDGET = 60.0  # [s], far more than these take
 
@@ -65,8 +71,33 @@ def test_integrators_in_processes_give_the_same_errors(capsys: pytest.CaptureFix
         [(s.integrator, s.step, *s.errors) for s in found.steps] for found in (one.found, two.found)
     )
     assert here == there
+    assert same_bits(one.reference, two.reference)
     assert main(["audit", "my.xml", "--jobs", "0"]) == 2
     assert "jobs = '0': must be a whole number" in capsys.readouterr().err
+
+
+def same_bits(one: Reference, other: Reference) -> bool:
+    pairs = (
+        (one.course.states, other.course.states), (one.uncertainty, other.uncertainty),
+        (one.uncertainty_coordinates, other.uncertainty_coordinates),
+    )  # fmt: skip
+    return all(np.array_equal(here, there) for here, there in pairs)
+
+
+@pytest.mark.parametrize("chatter", [0, 20])
+def test_a_confirmation_beside_its_reference_has_the_same_bits(
+    chatter: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a ball that bounces, sharp or, where its contacts are taken for chatter, over layers."""
+    monkeypatch.setattr(reference_module, "CHATTER", chatter)
+    own = own_model(ball(0.13), "ball")
+    motion = script(own, duration=0.2)
+    alone = certified(own, motion, BUDGET)
+    with ThreadPoolExecutor(2) as executor:
+        beside = certified(own, motion, BUDGET, executor=executor)
+    assert bool(alone.widths) == (chatter == 0)
+    assert same_bits(alone, beside)
+    assert (alone.why, alone.widths) == (beside.why, beside.widths)
 
 
 def test_a_gap_of_zero_is_said() -> None:

@@ -15,6 +15,7 @@ import pytest
 from plumbob.engines.adapters.mujoco.own_model import picture as picture_module
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
+from plumbob.engines.own_motion import Touching
 from plumbob.reports.advice.work_precision import front
 from plumbob.reports.cli import main
 from plumbob.reports.view.audit.page import contact_timeline, render, write_audit_page
@@ -48,9 +49,25 @@ def test_figures_are_drawn_from_the_audit(found: Audit) -> None:
     timeline = contact_timeline(found)
     assert timeline is not None
     assert [t["name"] for t in timeline.traces] == ["floor – geom 1"]
-    touching = found.touching["floor – geom 1"]
-    assert not touching[:3].any()  # it falls 2 cm first, for 0.064 s
-    assert touching[4:6].any()
+    assert found.touching is not None
+    lasting = found.touching.intervals("floor – geom 1")
+    assert lasting[0, 0] == pytest.approx(0.064, abs=1.5e-3)  # it falls 2 cm first
+    assert lasting[-1, 1] == pytest.approx(0.2)
+    assert timeline.traces[0]["x"][:2] == pytest.approx(lasting[0])
+    ends = found.touching.events
+    assert ends == 2 * len(lasting) - (lasting[-1, 1] >= 0.2)
+    assert f"{ends / 0.2:.3g} begin or cease to in a second" in timeline.caption
+
+
+def test_contacts_are_looked_for_at_each_own_step() -> None:
+    looks = np.asarray(0.1 * np.arange(5), dtype=float)
+    touching = Touching(looks, {"a – b": np.array([False, True, True, False, True])})
+    assert touching.intervals("a – b") == pytest.approx(np.array([[0.1, 0.3], [0.4, 0.5]]))
+    assert touching.events == 3
+    model = ready(ball(0.12))
+    found = model.touching(script(model, duration=0.04))
+    assert found.times == pytest.approx(0.001 * np.arange(40))
+    assert found.pairs == {}
 
 
 def test_front_leaves_out_what_is_worse(found: Audit) -> None:

@@ -176,5 +176,6 @@ def _turn(found: ContactAudit) -> str:
     if found.exact_turn is not None:
         return f"{start}; Coulomb: {math.degrees(found.exact_turn):.3g}°"
     known = math.isfinite(found.turn)
-    tends = f"pasted tend to {math.degrees(found.turn):.3g}°; " if known else ""
+    doubt = f" (± {math.degrees(found.turn_known):.2g}°)" if math.isfinite(found.turn_known) else ""
+    tends = f"pasted tend to {math.degrees(found.turn):.3g}°{doubt}; " if known else ""
     return f"{start}; {tends}not determined: {found.why_turn}"

@@ -140,22 +140,27 @@ def error_against_cost(steps: Compared) -> Figure:
 
 
 def contact_timeline(found: Audit) -> Figure | None:
-    """Which pairs touch when along the reference; None where none does."""
-    pairs = [(name, on) for name, on in found.touching.items() if on.any()][:MOST_PAIRS]
-    if not pairs:
+    """Which pairs touch when at the own step; None where none does."""
+    touching = found.touching
+    if touching is None or not any(on.any() for on in touching.pairs.values()):
         return None
-    times = found.script.times
-    traces = [
-        curve(times, np.where(on, float(k), np.nan), colour=COLOURS[0], width=5.0, name=name)
-        for k, (name, on) in enumerate(pairs)
-    ]
-    names = {"tickvals": list(range(len(pairs))), "ticktext": [name for name, _ in pairs]}
+    pairs = list(touching.pairs)[:MOST_PAIRS]
+    traces = []
+    for k, name in enumerate(pairs):
+        apart = np.full((len(lasting := touching.intervals(name)), 1), np.nan)
+        times = np.hstack([lasting, apart]).ravel()
+        traces.append(
+            curve(times, np.full(times.size, float(k)), colour=COLOURS[0], width=5.0, name=name)
+        )
+    names = {"tickvals": list(range(len(pairs))), "ticktext": pairs}
     seconds = max(found.until, found.script.period)
     events = sum(1 for t in found.reference.course.events if t <= seconds)
+    lasted = float(touching.times[-1]) + found.step
     return figure(
         "Contacts",
-        f"Pairs that touch at the ends of the control periods. {events / seconds:.3g} contacts and "
-        "limits begin or end in a second of the reference.",
+        f"Pairs that touch at each of the model's own steps of {duration(found.step)}: "
+        f"{touching.events / lasted:.3g} begin or cease to in a second. Along the reference "
+        f"{events / seconds:.3g} contacts and limits begin or cease to act in a second.",
         traces,
         linear("time [s]"),
         linear("", automargin=True, **names),

@@ -8,12 +8,21 @@ from types import MappingProxyType
 
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.ensemble import FINER, MEANS, STANDS_OUT, Likely
-from plumbob.engines.audit.reference import RESOLVED
-from plumbob.engines.audit.steps import TARGETS, Balance, Compared, StepError, horizon
+from plumbob.engines.audit.reference import OUT_OF_TIME, RESOLVED
+from plumbob.engines.audit.steps import (
+    TARGETS,
+    Balance,
+    Cheapest,
+    Compared,
+    StepError,
+    horizon,
+)
 from plumbob.engines.audit.trims import Trim
+from plumbob.engines.own_motion import OwnModel
 
 UNITS = MappingProxyType({"momentum": "kg m/s", "penetration": "m", "slip": "m/s"})
 NOTICED = 1e-6  # [m]: a smaller error at an earlier time is not mentioned
+CHEAPER = 0.9  # of the cost: what saves less is not proposed
 WIDTH = 13  # of the first column
 
 
@@ -31,7 +40,7 @@ def rows(found: Audit) -> list[tuple[str, str]]:
     said += [("reference", _reference(found))]
     if found.found is not None:
         said += list(_compared(found, found.found))
-    said += [("model", _model(found))]
+    said += [("to do", to_do(found)), ("model", _model(found))]
     if found.slides:
         said += [("more", f"{found.slides} rests on a plane: --contacts tells how it slides")]
     beyond = "" if found.found is None else f"; t > {found.until:.3g} s"
@@ -165,8 +174,45 @@ def _model(found: Audit) -> str:
     clamping = f"refsafe clamps nothing at {step}"
     if clamped:
         fields = ", ".join(found.clamped)
-        clamping = f"refsafe raises {clamped} time constants at {step} ({fields})"
-    return "; ".join([clamping, *found.notes])
+        many = "1 time constant" if clamped == 1 else f"{clamped} time constants"
+        clamping = f"refsafe raises {many} at {step} ({fields})"
+    remarks = found.found.own.remarks if found.found else ()
+    return "; ".join([clamping, *found.notes, *remarks])
+
+
+def to_do(found: Audit) -> str:
+    """What the answer means for the model's file, or for the next audit."""
+    steps = found.found
+    if steps is None or found.model is None:
+        return "try a shorter --duration, a larger --budget, another --keyframe or --ctrl"
+    if not found.error:
+        return "move it: --ctrl sines, or a file of controls"
+    parts = []
+    better = next((c for c in steps.cheapest if c.target < found.error), None)
+    enough = [c for c in steps.cheapest if c.target >= found.error + found.uncertainty]
+    if better is not None:
+        parts.append(_choice(found.model, better, "for"))
+    whole = found.until >= found.script.duration * (1 - 1e-9)
+    if whole and enough and enough[-1].cost < CHEAPER:
+        parts.append(_choice(found.model, enough[-1], "enough for"))
+    if not parts:
+        nearer = min(TARGETS) < found.error
+        parts = ["no step that was run is reliably nearer" if nearer else "keep the step"]
+    if not whole:
+        parts[-1] += f" up to {found.until:.3g} s"
+    if OUT_OF_TIME in found.reference.why:
+        parts.append("a larger --budget tells more")
+    if steps.own.remarks:
+        parts.append("give the solver more iterations, or choose Newton's")
+    if found.clamped:
+        least, fields = duration(2.0 * found.step), ", ".join(found.clamped)
+        parts.append(f"before another step, raise {fields} to {least} in the file")
+    return "; ".join(parts)
+
+
+def _choice(model: OwnModel, chosen: Cheapest, what: str) -> str:
+    option = model.option(chosen.integrator, chosen.step)
+    return f"{what} {length(chosen.target)}: {option} (×{chosen.cost:.2g})"
 
 
 def length(metres: float) -> str:

@@ -27,7 +27,9 @@ def changes(model: Any, idle: int, met: set[tuple[int, int]]) -> Iterator[Change
     never = tuple(int(i) for i in np.flatnonzero(collides) if int(i) not in touched)
     if never:
         off = (("geom_contype", never, 0), ("geom_conaffinity", never, 0))
-        yield Change(f"collisions of {len(never)} geoms that never touch", off)
+        which = "1 geom that never touches"
+        which = which if len(never) == 1 else f"{len(never)} geoms that never touch"
+        yield Change(f"collisions of {which}", off)
     pairs = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1)
     apart = tuple(i for i, (one, other) in enumerate(pairs.tolist()) if (one, other) not in met)
     if apart:

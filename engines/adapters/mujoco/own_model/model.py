@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 import mujoco
@@ -18,16 +19,18 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.own_model import left_out
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, exact_solver
 from plumbob.engines.adapters.mujoco.own_model.picture import picture
-from plumbob.engines.adapters.mujoco.own_model.readings import readings, touching
-from plumbob.engines.own_motion import Change, NotCertifiable, Script, Stepped
+from plumbob.engines.adapters.mujoco.own_model.readings import readings, touching, unlikely
+from plumbob.engines.own_motion import Change, NotCertifiable, Script, Stepped, Touching
 
 INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
+WRITTEN = MappingProxyType({"euler": "Euler", "rk4": "RK4"})  # in a file; the others as they are
 # Every array of time constants that refsafe raises to two steps.
 TIME_CONSTANTS = (
     "geom_solref", "jnt_solref", "dof_solref", "eq_solref", "pair_solref", "pair_solreffriction",
     "tendon_solref_lim", "tendon_solref_fri", "flex_solref",
 )  # fmt: skip
 CALLBACKS = ("act_bias", "act_dyn", "act_gain", "contactfilter", "control", "passive", "sensor")
+LOOKS = 50_000  # steps, at most, at which one looks what touches
 SAFE = 2.0  # steps: the shortest time constant that refsafe leaves
 _BAD = (
     mujoco.mjtWarning.mjWARN_BADQPOS,
@@ -77,6 +80,23 @@ class MujocoModel:
         limited = np.array(model.actuator_ctrllimited, bool)
         return np.where(limited[:, None], model.actuator_ctrlrange, np.nan)
 
+    @property
+    def shortest(self) -> float:
+        """See `OwnModel`."""
+        model = self.effective
+        arrays = ((name, getattr(model, name, np.zeros((0, 2)))) for name in TIME_CONSTANTS)
+        used = [values[_in_use(model, name), 0] for name, values in arrays if values.size]
+        return min((float(v) for values in used for v in values if v > 0.0), default=math.inf)
+
+    def option(self, integrator: str, step: float) -> str:
+        """See `OwnModel`."""
+        words = [f'timestep="{step:.6g}"']
+        if integrator != self.integrator:
+            words.append(f'integrator="{WRITTEN.get(integrator, integrator)}"')
+        if step > self.step and SAFE * step > self.shortest:
+            return f'<option {" ".join(words)}><flag refsafe="disable"/></option>'
+        return f"<option {' '.join(words)}/>"
+
     def field(self, width: float = 0.0) -> ContinuousField:
         """See `OwnModel`."""
         return ContinuousField(exact_solver(copy.copy(self.effective)), self.start, width)
@@ -96,30 +116,55 @@ class MujocoModel:
         data.qpos[:], data.qvel[:] = script.start[:nq], script.start[nq : nq + nv]
         data.act[:] = script.start[nq + nv :]
         states = np.full((len(script.controls) + 1, script.start.size), np.nan)
-        states[0], spent, why = script.start, 0.0, ""
+        states[0], spent, why, capped = script.start, 0.0, "", 0
         for k, control in enumerate(script.controls):
             data.ctrl[:] = control
             begin = time.process_time()
             mujoco.mj_step(model, data, parts)
             spent += time.process_time() - begin
+            capped += bool(data.nefc) and data.solver_niter.max() >= model.opt.iterations
             if any(data.warning[bad].number for bad in _BAD) or not np.isfinite(data.qpos).all():
                 why = f"diverged within {(k + 1) * script.period:g} s"
                 break
             states[k + 1] = np.concatenate([data.qpos, data.qvel, data.act])
-        return Stepped(integrator, model.opt.timestep, states, 1e9 * spent / script.duration, why)
+        remarks = (
+            f"the solver stops at its cap of {model.opt.iterations} iterations in {capped} of "
+            f"{len(script.controls)} control periods",
+        )
+        return Stepped(
+            integrator, model.opt.timestep, states, 1e9 * spent / script.duration, why,
+            remarks if capped else (),
+        )  # fmt: skip
 
     def changes(self, script: Script) -> tuple[Change, ...]:
         """See `OwnModel`."""
-        model, nq, nv = self.effective, self.effective.nq, self.effective.nv
-        data, met = self._begun(model), set[tuple[int, int]]()
+        met = set[tuple[int, int]]()
+        with silent():
+            for data in self._looks(script):
+                met.update((min(p), max(p)) for p in data.contact.geom.tolist())
+        return tuple(left_out.changes(self.effective, self.idle, met))
+
+    def touching(self, script: Script) -> Touching:
+        """See `OwnModel`."""
+        with silent():
+            return touching(self.effective, self._looks(script))
+
+    def _looks(self, script: Script) -> Iterator[Any]:
+        """The mjData after each own step, or every few where they are many: its contacts are those
+        at the beginning of the last step."""
+        model, nq, nv = copy.copy(self.effective), self.effective.nq, self.effective.nv
+        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+        data, own = self._begun(model), round(script.period / self.step)
         data.qpos[:], data.qvel[:] = script.start[:nq], script.start[nq : nq + nv]
         data.act[:] = script.start[nq + nv :]
+        several = max(1, own * len(script.controls) // LOOKS)
         for control in script.controls:
             data.ctrl[:] = control
-            for _ in range(round(script.period / self.step)):
-                mujoco.mj_step(model, data)
-                met.update((min(p), max(p)) for p in data.contact.geom.tolist())
-        return tuple(left_out.changes(model, self.idle, met))
+            for done in range(0, own, several):
+                mujoco.mj_step(model, data, min(several, own - done))
+                if any(data.warning[bad].number for bad in _BAD):
+                    return
+                yield data
 
     def changed(self, changes: Sequence[Change]) -> MujocoModel:
         """See `OwnModel`."""
@@ -150,10 +195,6 @@ class MujocoModel:
     def readings(self, states: Array) -> Mapping[str, Array]:
         """See `OwnModel`."""
         return readings(self.effective, self._begun(self.effective), states)
-
-    def touching(self, states: Array) -> Mapping[str, Array]:
-        """See `OwnModel`."""
-        return touching(self.effective, self._begun(self.effective), states)
 
     def picture(self) -> bytes | None:
         """See `OwnModel`."""
@@ -188,12 +229,15 @@ def own_model(model: Any, name: str, keyframe: int | str | None = None) -> Mujoc
         raise ParameterError("model", name, f"one with a step above 0, not {model.opt.timestep:g}")
     refused(model)
     data = started(model, keyframe)
+    numbers = (data.qpos, data.qvel, data.act, data.xipos, data.qacc)
+    if not all(np.isfinite(values).all() for values in numbers):
+        raise NotCertifiable("at its start something is not a number")
     step = float(model.opt.timestep)
     effective, clamped = clamped_for(model, step)
     integrator = next((n for n in INTEGRATORS if int(_kind(n)) == int(model.opt.integrator)), "")
     if not integrator:
         raise NotCertifiable(f"its integrator is {mujoco.mjtIntegrator(model.opt.integrator).name}")
-    return MujocoModel(name, effective, data, step, integrator, clamped, _notes(model))
+    return MujocoModel(name, effective, data, step, integrator, clamped, _notes(model, data))
 
 
 def started(model: Any, keyframe: int | str | None) -> Any:
@@ -284,11 +328,12 @@ def _keyframe(model: Any, keyframe: int | str) -> int:
     raise ParameterError("keyframe", keyframe, f"one of {offered}")
 
 
-def _notes(model: Any) -> tuple[str, ...]:
+def _notes(model: Any, start: Any) -> tuple[str, ...]:
     flags = mujoco.mjtDisableBit.__members__.items()
     disabled = [
         name.removeprefix("mjDSBL_").lower()
         for name, bit in flags
         if name.startswith("mjDSBL_") and model.opt.disableflags & int(bit)
     ]
-    return (f"disabled: {', '.join(disabled)}",) if disabled else ()
+    notes = [f"disabled: {', '.join(disabled)}"] if disabled else []
+    return (*notes, *unlikely(start))

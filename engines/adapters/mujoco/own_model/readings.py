@@ -2,29 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.own_motion import Touching
 
 ENERGY, MOMENTUM, DEPTH, SLIP = "energy", "momentum", "penetration", "slip"
 LIMITS, EQUALITIES = "limits exceeded", "equalities missed"
+KINDS = mujoco.mjtConstraint
+LIMIT_KINDS = (KINDS.mjCNSTR_LIMIT_JOINT, KINDS.mjCNSTR_LIMIT_TENDON)
+DEEP = 0.01  # [m or rad] of contacts, and beyond limits, that a start is hardly meant to have
 
 
-def touching(model: Any, data: Any, states: Array) -> Mapping[str, Array]:
-    """{pair of geoms: in which of `states`, shape (n, ...), it touches, shape (n,)}."""
-    found: dict[str, Array] = {}
-    for k, state in enumerate(states):
-        if np.isfinite(state).all():
-            data.qpos[:] = state[: model.nq]
-            mujoco.mj_fwdPosition(model, data)
-            for pair in data.contact.geom[data.contact.dist <= 0.0]:
-                name = pair_name(model, pair)
-                found.setdefault(name, np.zeros(len(states), bool))[k] = True
-    return found
+def touching(model: Any, looks: Iterable[Any]) -> Touching:
+    """Which pairs of geoms touch along a motion, given the mjData after the steps that one looks
+    at, whose contacts are those at the beginning of the step."""
+    times: list[float] = []
+    found: dict[tuple[int, ...], list[int]] = {}  # at which looks
+    for k, data in enumerate(looks):
+        times.append(data.time - model.opt.timestep)
+        for pair in {tuple(p) for p in data.contact.geom[data.contact.dist <= 0.0].tolist()}:
+            found.setdefault(pair, []).append(k)
+    pairs: dict[str, Array] = {}
+    for pair, at in found.items():
+        on = pairs.setdefault(pair_name(model, pair), np.zeros(len(times), bool))
+        on[at] = True
+    return Touching(np.array(times), pairs)
 
 
 def pair_name(model: Any, pair: Any) -> str:
@@ -37,8 +44,6 @@ def readings(model: Any, data: Any, states: Array) -> Mapping[str, Array]:
     deepest penetration [m], fastest slip of geoms that touch [m/s], the most by which a joint or
     tendon exceeds its limit and an equality is missed [m or rad]; only what the model can have, not
     numbers where a state has none, each of shape (n,)."""
-    kinds = mujoco.mjtConstraint
-    limits = (int(kinds.mjCNSTR_LIMIT_JOINT), int(kinds.mjCNSTR_LIMIT_TENDON))
     names = (ENERGY, MOMENTUM, DEPTH, SLIP, LIMITS, EQUALITIES)
     found = {name: np.full(len(states), np.nan) for name in names}
     for k, state in enumerate(states):
@@ -54,9 +59,8 @@ def readings(model: Any, data: Any, states: Array) -> Mapping[str, Array]:
         found[MOMENTUM][k] = np.linalg.norm(data.subtree_linvel[0]) * model.body_subtreemass[0]
         found[SLIP][k] = _slip(model, data)
         found[DEPTH][k] = max([0.0, *(-data.contact.dist)])
-        types, places = data.efc_type, data.efc_pos
-        found[LIMITS][k] = max([0.0, *(-places[np.isin(types, limits)])])
-        found[EQUALITIES][k] = max([0.0, *np.abs(places[types == int(kinds.mjCNSTR_EQUALITY)])])
+        found[LIMITS][k] = max([0.0, *(-_places(data, *LIMIT_KINDS))])
+        found[EQUALITIES][k] = max([0.0, *np.abs(_places(data, KINDS.mjCNSTR_EQUALITY))])
     has = {
         ENERGY: True,
         MOMENTUM: bool((model.jnt_type == int(mujoco.mjtJoint.mjJNT_FREE)).any()),
@@ -66,6 +70,21 @@ def readings(model: Any, data: Any, states: Array) -> Mapping[str, Array]:
         EQUALITIES: bool(model.neq),
     }
     return {name: values for name, values in found.items() if has[name]}
+
+
+def unlikely(start: Any) -> tuple[str, ...]:
+    """What is hardly meant of a `start`, an mjData whose constraints are known: geoms deep inside
+    each other, limits far exceeded."""
+    depth = max([0.0, *(-start.contact.dist)])
+    beyond = max([0.0, *(-_places(start, *LIMIT_KINDS))])
+    what = [f"contacts {depth:.2g} m deep"] if depth > DEEP else []
+    what += [f"limits exceeded by {beyond:.2g} m or rad"] if beyond > DEEP else []
+    return (f"it starts with {' and '.join(what)}: is that posture meant?",) if what else ()
+
+
+def _places(data: Any, *kinds: Any) -> Array:
+    """Distances [m or rad] of the constraints of some kinds, shape (n,)."""
+    return np.asarray(data.efc_pos[np.isin(data.efc_type, [int(kind) for kind in kinds])])
 
 
 def _slip(model: Any, data: Any) -> float:

@@ -14,7 +14,7 @@ from plumbob.reports.cli import main
 from plumbob.reports.judge.audit import audit_contacts
 from plumbob.reports.view.audit.contact_page import render_contacts
 from plumbob.reports.view.audit.contacts import contact_rows, paste_command
-from plumbob.tests.audit.bodies_on_planes import FLOOR, jointed_stand, model_text, texts
+from plumbob.tests.audit.contacts.bodies_on_planes import FLOOR, jointed_stand, model_text, texts
 
 BOX = '<geom name="box" type="box" size=".1 .2 .02"/>'
 BALL = '<geom name="ball" size=".1"/>'

@@ -1,0 +1,130 @@
+"""What an audit says when its time runs out: all that was certified by then, and its own step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob.engines.adapters.mujoco.own_model.model import own_model
+from plumbob.engines.audit import reference as reference_module
+from plumbob.engines.audit.audit import audited
+from plumbob.engines.audit.controls import script
+from plumbob.engines.audit.reference import _joined, certified
+from plumbob.engines.audit.steps import compared, halved, unlike
+from plumbob.engines.audit.trims import strictest, trims
+from plumbob.engines.own_motion import Change
+from plumbob.tests.audit.scenes_as_models import ball, pendulum
+
+SECOND = 1000  # readings of a clock
+
+
+def clock() -> Callable[[], float]:
+    """A clock that goes on by the same at each reading: what runs out does so at the same place."""
+    readings = count()
+    return lambda: next(readings) / SECOND
+
+
+@pytest.mark.parametrize(("budget", "least"), [(0.1, 0.06), (0.2, 0.1)])
+def test_what_is_certified_when_time_runs_out_is_kept(
+    budget: float, least: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A ball bounces, its contacts taken for chatter: layers end where their time does."""
+    monkeypatch.setattr(reference_module, "CHATTER", 0)
+    own = own_model(ball(0.13), "ball")
+    found = certified(own, script(own, duration=0.4), budget, clock())
+    assert least <= found.until < 0.4
+    assert np.isfinite(found.uncertainty[: round(found.until / 0.02) + 1]).all()
+    assert "the time given for it ended" in found.why
+
+
+def test_two_references_are_joined_where_the_first_is_known() -> None:
+    own = own_model(pendulum(), "rod")
+    whole = certified(own, script(own, duration=0.2), 20.0)
+    unknown = np.where(np.arange(11) > 5, np.inf, 1e-3 * np.arange(11))
+    first = replace(whole, uncertainty=np.where(np.arange(11) > 2, np.inf, 0.0))
+    joined = _joined(first, replace(whole, uncertainty=unknown))
+    assert joined.uncertainty.tolist() == [0.0, 0.0, 0.0, *unknown[3:]]
+
+
+def test_the_own_step_is_run_whatever_the_time() -> None:
+    own = own_model(pendulum(), "rod")
+    motion = script(own, duration=0.2)
+    known = certified(own, motion, 20.0)
+    steps = halved(own, motion, known, own.integrators, 0.0, clock())
+    assert [(s.integrator, s.parts) for s in steps] == [("euler", 1), ("euler", 2)]
+    found = audited(own, motion, "rest", 1e-9, clock())
+    assert found.found is None
+    assert "the time given for it ended" in found.reference.why
+
+
+def test_trims_end_with_their_time() -> None:
+    own = own_model(pendulum(), "rod")
+    motion = script(own, duration=0.2)
+    assert trims(own, motion, 2, 10, 1.0, 0.0, clock()).each == ()
+    assert len(trims(own, motion, 2, 10, 1.0, 0.004, clock()).each) == 2
+
+
+def test_all_that_is_left_out_is_said_once() -> None:
+    many, few, off = (
+        Change("iterations above 20", (("iterations", (), 20),)),
+        Change("iterations above 5", (("iterations", (), 5),)),
+        Change("island", (("disableflags", (), 1),)),
+    )
+    warm = Change("warmstart", (("disableflags", (), 2),))
+    assert strictest([many, few, off, warm]) == (few, off, warm)
+
+
+def test_steps_that_do_not_tend_to_a_reference_are_said_to() -> None:
+    own = own_model(pendulum(), "rod")
+    motion = script(own, duration=0.1)
+    known = certified(own, motion, 20.0)
+    found = compared(own, motion, known, 20.0)
+    gone = [replace(s, errors=np.full(6, np.inf)) for s in found.steps]
+    why = unlike(replace(found, steps=tuple(gone)), known, motion)
+    assert why == "every step that was run diverges, down to 7.81e-05 s"
+    best = replace(gone[3], errors=np.full(6, 0.25))
+    why = unlike(replace(found, steps=(*gone, best)), known, motion)
+    assert f"{best.integrator} at {best.step:.3g} s comes nearest, 0.25 m at 0.1 s" in why
+    assert f"; {len(gone)} of {len(gone) + 1} runs diverge" in why
+    few = unlike(replace(found, steps=found.steps[:2]), known, motion)
+    assert few.endswith("; the time was enough for 2 runs only")
+
+
+def test_a_solver_at_its_cap_is_said() -> None:
+    model = ball(0.0995)
+    model.opt.solver, model.opt.iterations = mujoco.mjtSolver.mjSOL_PGS, 1
+    own = own_model(model, "ball")
+    run = own.stepped(script(own, duration=0.1), "euler", 20)
+    assert run.remarks == ("the solver stops at its cap of 1 iterations in 5 of 5 control periods",)
+    model.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    model.opt.iterations = 100
+    own = own_model(model, "ball")
+    assert own.stepped(script(own, duration=0.1), "euler", 20).remarks == ()
+
+
+def test_a_start_that_is_hardly_meant_is_said() -> None:
+    assert own_model(ball(0.0995), "ball").notes == ()
+    (note,) = own_model(ball(0.05), "ball").notes
+    assert note == "it starts with contacts 0.05 m deep: is that posture meant?"
+
+
+def test_a_model_that_diverges_prints_nothing_and_writes_no_log(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = """<mujoco><option timestep=".02"/>
+      <worldbody><body><joint axis="0 1 0" stiffness="1e6"/><geom size=".05" pos=".2 0 0"/></body>
+      </worldbody><keyframe><key qpos="1"/></keyframe></mujoco>"""
+    own = own_model(mujoco.MjModel.from_xml_string(text), "stiff", 0)
+    motion = script(own, duration=0.2)
+    assert own.stepped(motion, "euler", 1).why.startswith("diverged")
+    own.changes(motion)
+    assert len(own.touching(motion).times) < 10
+    assert capfd.readouterr() == ("", "")
+    assert not list(tmp_path.iterdir())
