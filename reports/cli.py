@@ -21,7 +21,7 @@ from plumbob import __version__
 USAGE, DEFECT, INTERRUPTED = 2, 4, 130
 COMMANDS = (
     "list", "validate", "report", "solve", "run", "recommend", "settings", "audit", "compare",
-    "plan", "models", "cite",
+    "sweep", "worst", "plan", "models", "cite",
 )  # fmt: skip
 
 
