@@ -38,16 +38,12 @@ class Sweep:
     counts: tuple[int, ...]
     methods: tuple[Method, ...]
     steps: tuple[float, ...]
+    chunk: int  # points in one piece of work
 
     @property
     def points(self) -> int:
         """The number of points of the grid."""
         return math.prod(self.counts)
-
-    @property
-    def chunk(self) -> int:
-        """The points in one piece of work."""
-        return max(CHUNK_RUNS // (len(self.methods) * len(self.steps)), 1)
 
     @property
     def chunks(self) -> int:
@@ -110,7 +106,8 @@ def sweep_of(
         )
     if math.prod(counts) > MOST_POINTS:
         raise ParameterError("vary", math.prod(counts), f"at most {MOST_POINTS} points in all")
-    return Sweep(box, tuple(counts), tuple(methods), tuple(steps))
+    chunk = max(CHUNK_RUNS // (len(methods) * len(steps)), 1)
+    return Sweep(box, tuple(counts), tuple(methods), tuple(steps), chunk)
 
 
 def sweep(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import csv
 import json
-import os
 import shlex
 import sys
 from collections.abc import Sequence
@@ -36,7 +35,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     values.add_changes(parser)
     values.name_parameters(parser)
-    parser.add_argument("--jobs", metavar="N", help="processes (default: all cores)")
+    values.add_workers(parser)
     parser.add_argument(
         "--out", metavar="DIR", default="plumbob-out",
         help="where its page goes, and where its runs are kept: a sweep that was cut off goes on",
@@ -62,12 +61,14 @@ def command(chosen: argparse.Namespace) -> int:
     with values.representable(changed):
         around = box(chosen.scene, changed, [one for one, _ in varied])
     asked = sweep_of(around, [count for _, count in varied], methods, steps)
-    jobs = values.count("jobs", chosen.jobs) if chosen.jobs else len(os.sched_getaffinity(0))
     line = shlex.join(["plumbob", *sys.argv[1:]])
     file = Path(chosen.out) / store.FILE
-    there = store.begun(file, asked, line)
-    with progress() as show, store.keeping(file, asked) as keep:
-        found = sweep(asked, there, keep, jobs, progress=lambda n, of: show(asked.box.scene, n, of))
+    with values.workers(chosen) as (executor, jobs):
+        there = store.begun(file, asked, line)
+        with progress() as show, store.keeping(file, asked) as keep:
+            found = sweep(
+                asked, there, keep, jobs, executor, lambda n, of: show(asked.box.scene, n, of)
+            )
     page = write_sweep_page(found, Path(chosen.out), provenance(line), store.key_of(asked))
     if chosen.csv:
         _write_csv(Path(chosen.csv), found)

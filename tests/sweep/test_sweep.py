@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -26,9 +27,10 @@ RUNS = (
 
 
 def small(step: float = 1e-3) -> Sweep:
-    """Twelve points of the capsule on a line, two of them without an exact answer."""
+    """Twelve points of the capsule on a line, three of them without an exact answer, in three
+    pieces."""
     around = box("capsule-line", {}, [HEADING, Side("friction", 0.2, 0.5)])
-    return sweep_of(around, (3, 4), [method("mujoco/euler")], [step])
+    return replace(sweep_of(around, (3, 4), [method("mujoco/euler")], [step]), chunk=5)
 
 
 def forgotten(number: int, chunk: Chunk) -> None:
@@ -54,16 +56,14 @@ def test_every_point_is_the_run_of_its_own_parameters() -> None:
     assert found.errors.ravel()[point] == largest
 
 
-def test_two_processes_give_the_same_to_the_bit(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_two_processes_give_the_same_to_the_bit() -> None:
     alone = sweep(small(), {}, forgotten)
-    monkeypatch.setattr("plumbob.engines.sweep.sweep.CHUNK_RUNS", 5)
     shared = sweep(small(), {}, forgotten, jobs=2)
     assert np.array_equal(alone.errors, shared.errors, equal_nan=True)
     assert alone.reasons == shared.reasons
 
 
-def test_a_sweep_that_was_cut_off_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("plumbob.engines.sweep.sweep.CHUNK_RUNS", 5)
+def test_a_sweep_that_was_cut_off_goes_on(tmp_path: Path) -> None:
     asked, file, made = small(), tmp_path / store.FILE, []
     store.begun(file, asked, "")
     with store.keeping(file, asked) as keep:
