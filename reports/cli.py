@@ -20,7 +20,7 @@ USAGE, DEFECT, INTERRUPTED = 2, 4, 130
 GRACE = 1.2  # [s] for Python to see an interrupt and to end
 COMMANDS = (
     "list", "validate", "report", "solve", "run", "recommend", "settings", "audit", "compare",
-    "plan", "models", "check-engine", "cite",
+    "sweep", "worst", "plan", "models", "check-engine", "cite",
 )  # fmt: skip
 
 

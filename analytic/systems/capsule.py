@@ -108,7 +108,7 @@ def direction_to(capsule: Capsule, support: int) -> float:
 
     Raises ParameterError if `support` is not 1, 2 or 3, or lies at C.
     """
-    if isinstance(support, bool) or support not in (1, 2, 3):
+    if type(support) is not int or support not in (1, 2, 3):
         raise ParameterError("support", support, "1, 2 or 3")
     x, y = capsule.supports[support - 1]
     if x == 0.0 == y:

@@ -14,7 +14,6 @@ from types import MappingProxyType
 
 from plumbob.engines.method import Method
 from plumbob.engines.registry import engine_of
-
 from plumbob.models.entry_points import versions as added_versions
 
 PACKAGES = ("numpy", "scipy", "numpy-quaddtype", "mujoco", "pymunk", "heyoka", "plotly")

@@ -32,6 +32,7 @@ def record(
         "scene": found.scene,
         "method": found.method,
         "step": found.step,
+        "relative_error": judgement.errors.get(found.step),
         "errors": {name: error.largest for name, error in found.errors.items()},
         "errors_at_end": {name: error.end for name, error in found.errors.items()},
         "predicted": {n: e.predicted.end for n, e in found.errors.items() if e.predicted},

@@ -37,6 +37,7 @@ MORE = (
 # largest, one in a hundred times all are below 1/1.2 of that.
 SCATTER = 1.2
 _STRAIGHT = 0.05  # relative: errors nearer to a line on logarithmic axes lie on it
+_SMALLEST = 1e-9  # of the smallest step that was run
 _SHALLOW = 0.3  # a curve of errors with a smaller slope promises nothing
 _TRIES = 40
 _FEWEST = 8  # steps of a run
@@ -275,7 +276,9 @@ def _finer(evidence: Evidence, method: Method, wanted: float, failing: float) ->
     slope = math.log(high / low) / math.log(every[1] / every[0])
     if slope < _SHALLOW:
         return None
-    return _digits(min(failing, every[0]) * min(0.8, 0.9 * (wanted / low) ** (1.0 / slope)))
+    factor = min(0.8, 0.9 * (wanted / low) ** (1.0 / slope))
+    # Nobody can afford steps below that, which may have no digits either.
+    return _digits(min(failing, every[0]) * factor) if factor > _SMALLEST else None
 
 
 def _affordable(evidence: Evidence, method: Method, step: float) -> bool:

@@ -20,6 +20,7 @@ from plumbob.reports.commands import values
 from plumbob.reports.commands.like import add_like, own_method
 from plumbob.reports.judge.expectations import run_surprise
 from plumbob.reports.judge.verdict import Judgement, judge
+from plumbob.reports.view.notation import relative
 
 INCOMPLETE = 3
 
@@ -89,6 +90,8 @@ def _print(case: Case, method: Method, found: Measurement, judgement: Judgement)
     reason = f" ({judgement.reason})" if judgement.reason else ""
     print(f"{found.scene} with {method.name} at {found.step:g}: {judgement.verdict}{reason}")
     units = {o.name: o.unit for o in case.system.observables}
+    if (worst := judgement.errors.get(found.step)) is not None:
+        print(f"  relative error {relative(worst)}, of what the scene is about")
     decided = _decided(found, judgement)
     for name, error in found.errors.items():
         bound = judgement.tolerances.get(name)

@@ -5,16 +5,20 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
 from plumbob.models.registry import systems
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
 
 NAMES = "{names}"  # in an epilog: what --set takes
 
@@ -92,6 +96,31 @@ def _names() -> str:
         for name, system in systems().items()
     )  # fmt: skip
     return "\n".join(("parameters that --set takes:", *each))
+
+
+def add_workers(parser: argparse.ArgumentParser) -> None:
+    """Let a command take --jobs and --scheduler."""
+    parser.add_argument("--jobs", metavar="N", help="processes (default: all cores)")
+    parser.add_argument(
+        "--scheduler", metavar="tcp://HOST:PORT",
+        help="run on the workers of this Dask scheduler instead (extra: distributed)",
+    )  # fmt: skip
+
+
+@contextmanager
+def workers(chosen: argparse.Namespace) -> Iterator[tuple[Executor | None, int]]:
+    """What runs pieces of work: a cluster's executor or none, and how many at a time; raises
+    ParameterError."""
+    jobs = (os.cpu_count() or 1) if chosen.jobs is None else count("jobs", chosen.jobs)
+    if chosen.scheduler is None:
+        yield None, jobs
+        return
+    if chosen.jobs is not None:
+        raise ParameterError("jobs", chosen.jobs, "left out where --scheduler is given")
+    from plumbob.engines.study.cluster import cluster
+
+    with cluster(chosen.scheduler) as found:
+        yield found
 
 
 @contextmanager

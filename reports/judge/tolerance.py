@@ -53,6 +53,18 @@ def tolerance(found: Measurement, method: Method, observable: str, unit: str) ->
     return Tolerance(unit, (*step_terms, *model, *_double_precision(error, found.steps)))
 
 
+def used(error: ObservedError, allowed: Tolerance) -> float:
+    """How much of what theory leaves open an error uses up: above 1 where it fails for it. Of a
+    predicted error it is the difference from the prediction, of another the error itself."""
+    if error.controlled is not None and error.controlled.beyond > 0.0:
+        return 1.0 + error.controlled.beyond / max(error.largest, error.controlled.largest)
+    predicted, left = error.predicted, error.left_open
+    if predicted is None or not left:
+        return error.largest / allowed.bound if allowed.bound else float(error.largest > 0.0)
+    further = predicted.beyond - error.model_error
+    return 1.0 + further / left if further > 0.0 else min(predicted.difference / left, 1.0)
+
+
 def missed(error: ObservedError) -> str | None:
     """Why an error is not the predicted one, or None: at no sample may it differ from the
     prediction, with its sign, by more than theory leaves open there (a series' remainder, rounding)

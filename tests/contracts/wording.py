@@ -21,7 +21,12 @@ TERMS = (  # pattern, what to write in its place; a space stands for any white s
     (r"hop(s|ped|ping)?", "contact chatter"),
     (r"heave(s|d)?|heaving", "vertical displacement"),
     (r"slips? felt", "tangential-normal coupling"),
-    (r"sweep(s|ing)?|swept", "solver iterations"),
+    # A sweep over parameters is the field's own term.
+    (r"(solver|impulse|seidel|pymunk)(.s)? sweep(s|ing)?", "solver iterations"),
+    (
+        r"(sweep(s|ing)?|swept) (of|over) (the )?(impulses|contacts|constraints)",
+        "solver iterations",
+    ),
     (r"kink(s|ed|ing)?|bends", "acceleration discontinuities"),
     (r"chords", "position-first stepping"),
     (r"stretch(es)?", "smooth segment"),
@@ -49,7 +54,6 @@ TERMS = (  # pattern, what to write in its place; a space stands for any white s
     (r"whence|thence|thereof|whereof|wherein|amiss|lest", "plain English"),
 )
 EXCEPTIONS = (  # names that users type
-    r"plumbob sweep",
     r"capsule-hold|capsule-train|capsule_train",
     r"mujoco/mine",
 )

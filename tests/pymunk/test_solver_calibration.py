@@ -70,3 +70,19 @@ def test_roundings_from_positions_to_a_velocity() -> None:
     bound = sum(force.model.values())
     assert force.model["rounding of positions"] > 0.99 * bound
     assert 0.25 * bound < force.predicted.beyond < bound
+
+
+@pytest.mark.parametrize(("after", "least", "most"), [(3e-3, 0.02, 1.0), (0.5, 0.0, 1e-6)])
+def test_what_bare_pivots_leave_where_rest_falls_next_to_the_end_of_a_step(
+    after: float, least: float, most: float
+) -> None:
+    """The body turns about C and comes to rest this fraction of a step after the end of one: the
+    solver pushes it aside by a thirtieth of the bound, and by nothing in the middle of a step."""
+    step, pivots = 1e-3, METHODS["pivots"]
+    usual = scene("capsule-coast/rotation")
+    coasting = system_of(usual).case(usual).problem.motion.coasting
+    rate = coasting.deceleration * step * (round(coasting.duration / step) + after)
+    changed = scene("capsule-coast/rotation", {"heading_rate": rate})
+    aside = measure(system_of(changed).case(changed), pivots, step)[0].errors["velocity_y"]
+    bound = aside.model["solver iterations"]
+    assert least * bound <= aside.largest < most * bound

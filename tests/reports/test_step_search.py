@@ -140,3 +140,8 @@ def test_an_error_that_stays_is_not_searched_for_ever() -> None:
     choice = best(diverging, 1e-3)
     assert choice is not None
     assert 1e-3 / RESOLVED / 1.01 <= choice.step <= 1e-3
+
+
+@pytest.mark.parametrize("wanted", [1e-12, 1e-300, 5e-324])
+def test_an_error_that_no_affordable_step_reaches(wanted: float) -> None:
+    assert best(evidence(lambda scene, method, h: h), wanted) is None

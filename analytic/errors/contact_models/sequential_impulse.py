@@ -11,6 +11,7 @@ in the plane that have none. Derivations: THEORY.md, section 10.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ from plumbob.analytic.systems.capsule import Capsule
 
 TARGET = 1e-5  # residual fraction of a velocity at the end of a step: a choice
 MOST_ITERATIONS = 5000  # in a step, which take half a millisecond: a choice
+LASTING = 1.0 - 1e-9  # of a velocity: what an iteration leaves as it is, but for rounding
 ROUNDINGS = 8  # from positions to a velocity: calibrated, see THEORY.md, section 10
 
 
@@ -60,11 +62,16 @@ def convergence_factor(masses: Sequence[float], joints: Sequence[Array]) -> floa
     which it acts as rows, shape (k, n). An iteration is the product of the joints' projections,
     I - M^-1 A_j^T (A_j M^-1 A_j^T)^-1 A_j.
     """
+    return float(np.abs(np.linalg.eigvals(_iteration(masses, joints))).max())
+
+
+def _iteration(masses: Sequence[float], joints: Sequence[Array]) -> Array:
+    """What one iteration makes of the velocities, shape (n, n)."""
     inverse, product = np.diag(1.0 / np.asarray(masses)), np.eye(len(masses))
     for joint in joints:
         pull = inverse @ joint.T
         product = product - pull @ np.linalg.solve(joint @ pull, joint @ product)
-    return float(np.abs(np.linalg.eigvals(product)).max())
+    return np.asarray(product)
 
 
 def iterations_needed(factor: float, least: int) -> int:
@@ -98,6 +105,28 @@ def slipping_feet_factor(capsule: Capsule, foot_mass: float, sticking: int) -> f
     masses = [capsule.body_mass - 3 * foot_mass, capsule.slider_mass, *[foot_mass] * 3]
     pins = [unit[:1] - unit[i : i + 1] for i in range(1, 5)]
     return convergence_factor(masses, [*pins, *(unit[i : i + 1] for i in range(2, 2 + sticking))])
+
+
+def pivots_factor(capsule: Capsule, slider: Array) -> float:
+    """Convergence factor of a body with the slider pinned at `slider` from C [m], shape (2,), on
+    three friction joints of its own, in the slowest state that it can come to rest in.
+
+    A joint sticks; or its force is at the limit and turns, so that it asks for rest across its arm
+    alone; or its force is as good as fixed. Velocities that no joint asks to end are left out.
+    """
+    states = []
+    for corner in capsule.supports:
+        sticking = _pin(5, np.asarray(corner), 3)
+        sticking[:, 3:] = 0.0
+        turning = [np.asarray([corner]) @ sticking] if any(corner) else []
+        states.append([[sticking], [], *([one] for one in turning)])
+    masses = [*[capsule.body_mass] * 2, capsule.inertia, *[capsule.slider_mass] * 2]
+    pin = _pin(5, np.asarray(slider), 3)
+    left = [
+        np.abs(np.linalg.eigvals(_iteration(masses, [pin, *itertools.chain(*state)])))
+        for state in itertools.product(*states)
+    ]
+    return max(float(factors[factors < LASTING].max(initial=0.0)) for factors in left)
 
 
 def contacts_factor(

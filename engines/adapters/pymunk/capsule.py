@@ -16,6 +16,7 @@ from plumbob.analytic.errors.contact_models.sequential_impulse import (
     contacts_factor,
     feet_factor,
     iterations_needed,
+    pivots_factor,
     slipping_feet_factor,
 )
 from plumbob.analytic.reference import Array
@@ -67,7 +68,8 @@ def described(problem: CapsuleProblem, method: Method, step: float) -> Sequentia
     capsule, reach = problem.setup.capsule, foot_reach(problem.setup)
     model, least = method.settings["model"], int(method.settings["iterations"])
     if model == "pivots":
-        return SequentialImpulse(model, step, least, reach)
+        slowest = pivots_factor(capsule, np.asarray(problem.setup.slider))
+        return SequentialImpulse(model, step, least, reach, slowest, slowest)
     if model == "side":
         moment = side_moment(problem.setup)
         ends = [along(problem.setup, (x, y)) for x, y in problem.slider_ends]

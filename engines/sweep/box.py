@@ -1,0 +1,98 @@
+"""A box of parameters of a scene: its sides, the points of its grid, and their cases."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError, known
+from plumbob.analytic.reference import Array
+from plumbob.models.registry import case_of, system_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Case
+
+
+class NoAnswer(Exception):
+    """A point without an exact answer; its text is the reason, one line."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """A parameter that is varied from `low` to `high` (SI units, radians), both included."""
+
+    name: str
+    low: float
+    high: float
+    logarithmic: bool = False  # whether values are spaced by ratios
+
+    def at(self, fraction: float) -> float:
+        """The value at a fraction of the side, 0 to 1."""
+        if fraction in (0.0, 1.0):
+            return self.high if fraction else self.low
+        if self.logarithmic:
+            value = math.exp(_between(math.log(self.low), math.log(self.high), fraction))
+        else:
+            value = _between(self.low, self.high, fraction)
+        return min(max(value, self.low), self.high)
+
+    def values(self, count: int) -> Array:
+        """`count` values from end to end, shape (count,)."""
+        return np.array([self.at(k / max(count - 1, 1)) for k in range(count)])
+
+
+@dataclass(frozen=True)
+class Box:
+    """A scene, some of its parameters changed, others varied along sides."""
+
+    scene: str
+    changes: tuple[tuple[str, Any], ...]
+    sides: tuple[Side, ...]
+
+    def parameters(self, place: Sequence[float]) -> Mapping[str, Any]:
+        """The changes at a place of the box: a fraction of each side, shape (sides,)."""
+        varied = {s.name: s.at(x) for s, x in zip(self.sides, place, strict=True)}
+        return {**dict(self.changes), **varied}
+
+    def case(self, place: Sequence[float]) -> Case:
+        """The case at a place; raises NoAnswer where the equations, or double precision, have
+        none."""
+        try:
+            with answering():
+                return case_of(find_scene(self.scene, self.parameters(place)))
+        except ParameterError as error:
+            raise NoAnswer(f"{error.name} must be {error.requirement}") from error
+
+
+def box(scene: str, changes: Mapping[str, Any], sides: Sequence[Side]) -> Box:
+    """The box of a scene with these changes and sides. Raises ParameterError for an unknown scene
+    or name, a parameter that is no single number, a side named twice or also changed."""
+    found = find_scene(scene, changes)
+    known({side.name: side.low for side in sides}, system_of(found).parameters)
+    for k, side in enumerate(sides):
+        if side.name in changes:
+            raise ParameterError("set", side.name, "a parameter that is not varied")
+        if side.name in [other.name for other in sides[:k]]:
+            raise ParameterError("vary", side.name, "given once")
+        usual = found.parameters.get(side.name, side.low)
+        if isinstance(usual, bool) or not isinstance(usual, (int, float)):
+            raise ParameterError("vary", side.name, f"a parameter with one number, not {usual!r}")
+    return Box(found.name, tuple(changes.items()), tuple(sides))
+
+
+@contextmanager
+def answering() -> Iterator[None]:
+    """Raises NoAnswer where double precision does not hold an exact solution."""
+    try:
+        with np.errstate(all="ignore"):
+            yield
+    except (ArithmeticError, np.linalg.LinAlgError, RuntimeError) as error:
+        raise NoAnswer("double precision does not hold the exact solution") from error
+
+
+def _between(low: float, high: float, fraction: float) -> float:
+    return low + fraction * (high - low)

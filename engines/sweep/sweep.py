@@ -1,0 +1,241 @@
+"""A sweep: methods and steps at all points of a grid of parameters, in chunks that stand alone."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.engines.method import Method, Unsupported, meant
+from plumbob.engines.registry import engine_of, installed
+from plumbob.engines.sweep.box import Box, NoAnswer, answering
+from plumbob.engines.workers import Work, Workers
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Case
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+CHUNK_RUNS = 200  # in one piece of work: a second or few
+AHEAD = 3  # pieces a process that are handed out at a time, so that memory stays flat
+LONGEST = 1800.0  # [s] that a piece may take: far more than one with a long scene does
+MOST_POINTS = 100_000_000
+NUMBER = re.compile(r"(?<![\w.^])[-+]?\d+\.?\d*(e[-+]?\d+)?(?![\w.])")
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Methods with steps ([s], or relative tolerances) at `counts` values of each side of a box."""
+
+    box: Box
+    counts: tuple[int, ...]
+    methods: tuple[Method, ...]
+    steps: tuple[float, ...]
+    chunk: int  # points in one piece of work
+
+    @property
+    def points(self) -> int:
+        """The number of points of the grid."""
+        return math.prod(self.counts)
+
+    @property
+    def chunks(self) -> int:
+        """The number of pieces of work."""
+        return -(-self.points // self.chunk)
+
+    def place(self, point: int) -> tuple[float, ...]:
+        """Where in the box a point of the grid is: a fraction of each side; the last side runs
+        fastest."""
+        indices = np.unravel_index(point, self.counts)
+        return tuple(int(k) / max(n - 1, 1) for k, n in zip(indices, self.counts, strict=True))
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """What some neighbouring points gave."""
+
+    errors: Array  # relative, shape (methods, steps, points); NaN: none, infinite: diverged
+    reasons: Mapping[str, int] = field(default_factory=dict)  # {why there is none: how often}
+
+
+@dataclass(frozen=True)
+class Swept:
+    """The relative errors of a whole sweep."""
+
+    sweep: Sweep
+    errors: Array  # shape (methods, steps, *counts); NaN: none, infinite: diverged
+    reasons: Mapping[str, int]  # {why there is no error: of how many runs}
+    lost: Mapping[int, str] = field(default_factory=dict)  # {piece: why its worker ended}
+
+    def worst(self, method: int, step: int, most: int) -> list[tuple[int, float]]:
+        """The points with the largest errors of a method, by place, and a step, by place; those of
+        runs that diverged first."""
+        errors = self.errors[method, step].ravel()
+        order = np.argsort(-np.where(np.isnan(errors), -1.0, errors), kind="stable")[:most]
+        return [(int(k), float(errors[k])) for k in order if not math.isnan(errors[k])]
+
+
+Keep = Callable[[int, Chunk], None]
+Progress = Callable[[int, int], None]  # how many points are done, of how many
+
+
+def sweep_of(
+    box: Box, counts: Sequence[int], methods: Sequence[Method], steps: Sequence[float]
+) -> Sweep:
+    """The sweep of a box; raises ParameterError for a method that is not meant for the scene, or
+    whose engine is missing, for steps of two kinds, and for too many points."""
+    scene = find_scene(box.scene)
+    for method in methods:
+        if not installed(engine_of(method)):
+            raise ParameterError(
+                "method",
+                method.name,
+                f"of an engine that is installed ({engine_of(method).package} is missing)",
+            )
+        if not meant(method, scene):
+            raise ParameterError("method", method.name, f"meant for {scene.name}")
+    if len({method.control for method in methods}) > 1:
+        raise ParameterError(
+            "method", ", ".join(m.name for m in methods), "all with steps, or all with tolerances"
+        )
+    if math.prod(counts) > MOST_POINTS:
+        raise ParameterError("vary", math.prod(counts), f"at most {MOST_POINTS} points in all")
+    chunk = max(CHUNK_RUNS // (len(methods) * len(steps)), 1)
+    return Sweep(box, tuple(counts), tuple(methods), tuple(steps), chunk)
+
+
+def sweep(
+    asked: Sweep,
+    there: Mapping[int, Chunk],
+    keep: Keep,
+    jobs: int = 1,
+    executor: Executor | None = None,
+    progress: Progress = lambda done, of: None,
+) -> Swept:
+    """Run what is not `there` yet, in `jobs` processes or by `executor`, each piece handed to
+    `keep` at once; a piece whose worker ends twice is lost. Raises ParameterError where no point
+    has an error."""
+    errors = np.full((len(asked.methods), len(asked.steps), asked.points), math.nan)
+    reasons: Counter[str] = Counter()
+    lost: dict[int, str] = {}
+    done = 0
+
+    def placed(number: int, found: Chunk) -> None:
+        nonlocal done
+        first = number * asked.chunk
+        errors[:, :, first : first + found.errors.shape[2]] = found.errors
+        reasons.update(found.reasons)
+        done += found.errors.shape[2]
+        progress(done, asked.points)
+
+    def made(number: int, found: Chunk) -> None:
+        keep(number, found)
+        placed(number, found)
+
+    for number, found in there.items():
+        placed(number, found)
+    missing = [number for number in range(asked.chunks) if number not in there]
+    if executor is not None:
+        _by_executor(asked, missing, made, executor, AHEAD * jobs)
+    elif jobs > 1 and len(missing) > 1:
+        _by_workers(asked, missing, made, lost, min(jobs, len(missing)))
+    else:
+        for number in missing:
+            made(number, chunk_of(asked, number))
+    if np.isnan(errors).all() and not lost:
+        why = reasons.most_common(1)[0][0] if reasons else "nothing was run"
+        names = [side.name for side in asked.box.sides]
+        raise ParameterError("vary", names, f"such that an error exists ({why})")
+    whole = errors.reshape(*errors.shape[:2], *asked.counts)
+    return Swept(asked, whole, dict(reasons), lost)
+
+
+def _by_workers(
+    asked: Sweep, missing: Sequence[int], made: Keep, lost: dict[int, str], jobs: int
+) -> None:
+    """Make the pieces of these numbers in processes of this machine."""
+    left = iter(missing)
+
+    def take(last: Hashable | None) -> tuple[Hashable, Work] | None:
+        number = next(left, None)
+        return None if number is None else (number, Work(chunk_of, (asked, number), LONGEST))
+
+    with Workers(jobs) as workers:
+        workers.work_out(
+            take,
+            lambda number, found: made(cast(int, number), found),
+            lambda number, why: lost.__setitem__(cast(int, number), why),
+        )
+
+
+def _by_executor(
+    asked: Sweep, missing: Sequence[int], made: Keep, pool: Executor, ahead: int
+) -> None:
+    """Make the pieces of these numbers on a cluster, so many handed out at a time."""
+    running: dict[Future[Chunk], int] = {}
+    for number in missing:
+        running[pool.submit(chunk_of, asked, number)] = number
+        if len(running) >= ahead:
+            _finished(running, made)
+    while running:
+        _finished(running, made)
+
+
+def _finished(running: dict[Future[Chunk], int], made: Keep) -> None:
+    """Wait for some of the pieces that run, and take them out of them."""
+    done, _ = wait(running, return_when=FIRST_COMPLETED)
+    for future in done:
+        made(running.pop(future), future.result())
+
+
+def chunk_of(asked: Sweep, number: int) -> Chunk:
+    """Run the points of one piece."""
+    first = number * asked.chunk
+    points = range(first, min(first + asked.chunk, asked.points))
+    errors = np.full((len(asked.methods), len(asked.steps), len(points)), math.nan)
+    reasons: Counter[str] = Counter()
+    for k, point in enumerate(points):
+        try:
+            case = asked.box.case(asked.place(point))
+        except NoAnswer as why:
+            reasons[_without_numbers(why)] += len(asked.methods) * len(asked.steps)
+            continue
+        for i, method in enumerate(asked.methods):
+            for j, step in enumerate(asked.steps):
+                try:
+                    errors[i, j, k] = run_error(case, method, step)
+                except (NoAnswer, Unsupported) as why:
+                    reasons[_without_numbers(why)] += 1
+    return Chunk(errors, dict(reasons))
+
+
+def _without_numbers(why: Exception) -> str:
+    """A reason that is the same for neighbouring points."""
+    return NUMBER.sub("…", str(why))
+
+
+def run_error(case: Case, method: Method, step: float) -> float:
+    """The relative error of one run: the worst of the quantities of interest, relative to their
+    scales; infinite where it diverged. Raises NoAnswer, and Unsupported."""
+    run = engine_of(method).prepare(case, method, step).run()
+    if run.diverged_at is not None or len(run.times) < 2:
+        return math.inf
+    with answering():
+        exact, largest = case.reference.observe(run.times), 0.0
+        for quantity in case.system.quantities(case):
+            if quantity.observable not in run.observables:
+                raise NoAnswer(f"{method.name} leaves {quantity.observable} out")
+            error = np.abs(run.observables[quantity.observable] - exact[quantity.observable])
+            size = error[-1] if quantity.when == "end" else error.max()
+            largest = max(largest, float(size) / quantity.scale)
+    if math.isnan(largest):
+        raise NoAnswer("the exact solution is not a number")
+    return largest

@@ -1,0 +1,139 @@
+"""plumbob sweep: methods over a grid of parameters: maps of the error, and the worst points."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.registry import method as find_method
+from plumbob.reports.commands import values
+
+INCOMPLETE = 3
+
+if TYPE_CHECKING:
+    from plumbob.engines.sweep.box import Side
+    from plumbob.engines.sweep.sweep import Swept
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("scene", metavar="SCENE", help="system/case, or a system's default case")
+    parser.add_argument("method", metavar="METHOD", nargs="+", help="engine/name; several allowed")
+    parser.add_argument(
+        "--vary", metavar="NAME=LO:HI:N[:log]", action="append", required=True,
+        help="N values of a parameter from LO to HI (SI units, radians), spaced by ratios with "
+        "log; may be repeated",
+    )  # fmt: skip
+    parser.add_argument(
+        "--step", metavar="DT", action="append",
+        help="step [s], or rtol (adaptive); may be repeated (default: 1 ms, or the tightest)",
+    )  # fmt: skip
+    values.add_changes(parser)
+    values.name_parameters(parser)
+    values.add_workers(parser)
+    parser.add_argument(
+        "--out", metavar="DIR", default="plumbob-out",
+        help="where its page goes, and where its runs are kept: a sweep that was cut off goes on",
+    )  # fmt: skip
+    parser.add_argument("--csv", metavar="FILE", help="write every point with its errors as CSV")
+    parser.add_argument("--json", action="store_true", help="print JSON")
+
+
+def command(chosen: argparse.Namespace) -> int:
+    """Run what is not stored yet, print the errors, write the page."""
+    from plumbob.engines.study.provenance import provenance
+    from plumbob.engines.sweep import store
+    from plumbob.engines.sweep.box import box
+    from plumbob.engines.sweep.sweep import sweep, sweep_of
+    from plumbob.reports.commands.validate import progress
+    from plumbob.reports.view.sweep.page import write_sweep_page
+    from plumbob.reports.view.sweep.text import lines
+
+    varied = [side(text) for text in chosen.vary]
+    methods = [find_method(name) for name in dict.fromkeys(chosen.method)]
+    steps = _steps(chosen.step, methods[0].step_sizes)
+    changed = values.changes(chosen.changes)
+    with values.representable(changed):
+        around = box(chosen.scene, changed, [one for one, _ in varied])
+    asked = sweep_of(around, [count for _, count in varied], methods, steps)
+    line = shlex.join(["plumbob", *sys.argv[1:]])
+    file = Path(chosen.out) / store.FILE
+    with values.workers(chosen) as (executor, jobs):
+        there = store.begun(file, asked, line)
+        with progress() as show, store.keeping(file, asked) as keep:
+            found = sweep(
+                asked, there, keep, jobs, executor, lambda n, of: show(asked.box.scene, n, of)
+            )
+    page = write_sweep_page(found, Path(chosen.out), provenance(line), store.key_of(asked))
+    if chosen.csv:
+        _write_csv(Path(chosen.csv), found)
+    for number, why in found.lost.items():
+        print(f"plumbob: points from {number * asked.chunk} on are missing: {why}", file=sys.stderr)
+    if chosen.json:
+        _print_json(found, page)
+    else:
+        if there:
+            stored = min(len(there) * asked.chunk, asked.points)
+            print(f"{stored} of {asked.points} points were stored")
+        print(*lines(found), "", f"page: {page}", sep="\n")
+    return INCOMPLETE if found.lost else 0
+
+
+def side(text: str) -> tuple[Side, int]:
+    """NAME=LO:HI:N[:log] as a side of a box and its number of values; raises ParameterError."""
+    name, equals, rest = text.partition("=")
+    parts = rest.split(":")
+    if not (equals and name and len(parts) in (3, 4)) or parts[3:] not in ([], ["log"]):
+        raise ParameterError("vary", text, "NAME=LO:HI:N, or NAME=LO:HI:N:log")
+    return interval("vary", name, parts[0], parts[1], bool(parts[3:])), values.count(name, parts[2])
+
+
+def interval(argument: str, name: str, low: str, high: str, logarithmic: bool) -> Side:
+    """A side of a box from the texts of its ends; raises ParameterError."""
+    from plumbob.engines.sweep.box import Side
+
+    ends = values.number(name, low), values.number(name, high)
+    if ends[0] >= ends[1]:
+        raise ParameterError(argument, f"{name}={low}:{high}", "with the smaller value first")
+    if logarithmic and ends[0] <= 0.0:
+        raise ParameterError(argument, f"{name}={low}:{high}:log", "above 0 where spaced by ratios")
+    return Side(name, *ends, logarithmic)
+
+
+def _steps(given: Sequence[str] | None, own: Sequence[float]) -> list[float]:
+    if given:
+        return list(dict.fromkeys(values.positive_number("step", text) for text in given))
+    return [own[-1] if own else 1e-3]
+
+
+def _write_csv(file: Path, found: Swept) -> None:
+    of = found.sweep
+    heads = [f"{m.name} at {h:g}" for m in of.methods for h in of.steps]
+    flat = found.errors.reshape(len(heads), of.points)
+    with open(file, "w", newline="", encoding="utf-8") as target:
+        writer = csv.writer(target)
+        writer.writerow([*(s.name for s in of.box.sides), *heads])
+        for point in range(of.points):
+            at = [s.at(x) for s, x in zip(of.box.sides, of.place(point), strict=True)]
+            writer.writerow([*at, *flat[:, point].tolist()])
+
+
+def _print_json(found: Swept, page: Path) -> None:
+    from dataclasses import asdict
+
+    from plumbob.reports.view.sweep.text import rows
+
+    answer = {
+        "scene": found.sweep.box.scene, "points": found.sweep.points,
+        "rows": [asdict(row) for row in rows(found)], "without_error": found.reasons,
+        "page": str(page),
+    }  # fmt: skip
+    json.dump(values.plain(answer), sys.stdout, indent=1)
+    print()

@@ -1,0 +1,154 @@
+"""plumbob worst: the parameters in a box for which a method is worst."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import shlex
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.registry import method as find_method
+from plumbob.reports.commands import values
+from plumbob.reports.commands.sweep import interval
+
+if TYPE_CHECKING:
+    from plumbob.engines.method import Method
+    from plumbob.engines.sweep.box import Side
+    from plumbob.engines.sweep.worst import Found
+    from plumbob.models.scene import Case
+
+BUDGET = 200  # runs
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("scene", metavar="SCENE", help="system/case, or a system's default case")
+    parser.add_argument("method", metavar="METHOD", help="engine/name: see `plumbob list methods`")
+    parser.add_argument(
+        "--within", metavar="NAME=LO:HI[:log]", action="append", required=True,
+        help="a parameter and where to look (SI units, radians), with log by ratios; may be "
+        "repeated",
+    )  # fmt: skip
+    parser.add_argument("--step", metavar="DT", help="step [s], or rtol (default: 1 ms, tightest)")
+    parser.add_argument(
+        "--budget", metavar="RUNS", default=str(BUDGET), help=f"runs at most (default: {BUDGET})"
+    )
+    parser.add_argument(
+        "--by", choices=("error", "tolerance"), default="error",
+        help="the largest relative error (default), or the largest error over what is allowed: a "
+        "value above 1 is a defect of the engine, or of plumbob",
+    )  # fmt: skip
+    values.add_changes(parser)
+    values.name_parameters(parser)
+    parser.add_argument("--out", metavar="DIR", default="plumbob-out", help="where it is kept")
+    parser.add_argument("--json", action="store_true", help="print JSON")
+
+
+def command(chosen: argparse.Namespace) -> int:
+    """Search, keep what was found, print it with the command that repeats it."""
+    from plumbob.engines.sweep import store
+    from plumbob.engines.sweep.box import box
+    from plumbob.engines.sweep.sweep import run_error, sweep_of
+    from plumbob.engines.sweep.worst import search
+    from plumbob.reports.commands.validate import progress
+
+    sides = [_side(text) for text in chosen.within]
+    method, changed = find_method(chosen.method), values.changes(chosen.changes)
+    budget = values.count("budget", chosen.budget)
+    own = method.step_sizes[-1:] or (1e-3,)
+    step = values.positive_number("step", chosen.step) if chosen.step else own[0]
+    with values.representable(changed):
+        around = box(chosen.scene, changed, sides)
+    sweep_of(around, [1 for _ in sides], [method], [step])  # raises for what cannot be run
+    score = run_error if chosen.by == "error" else of_tolerance
+    with progress() as show:
+        found = search(
+            around, method, step, budget, score,
+            progress=lambda made, of, worst: show(f"worst so far {worst:.3g}", made, of),
+        )  # fmt: skip
+    line = shlex.join(["plumbob", *sys.argv[1:]])
+    store.keep_worst(Path(chosen.out) / store.FILE, found, line)
+    if chosen.json:
+        json.dump(values.plain(_as_json(found)), sys.stdout, indent=1)
+        print()
+    else:
+        print(*_lines(found, method, chosen.by), sep="\n")
+    return 0
+
+
+def of_tolerance(case: Case, method: Method, step: float) -> float:
+    """The most of its tolerance that an observable's error uses up in a run: above 1 its verdict is
+    `fail`; 0 where nothing is judged, infinite where the run diverged."""
+    from plumbob.engines.study.measurement import measure
+    from plumbob.reports.judge.tolerance import used
+    from plumbob.reports.judge.verdict import judge
+
+    found, _ = measure(case, method, step)
+    if found.status != "done":
+        return math.inf if found.status == "diverged" else 0.0
+    allowed = judge(found, case.system, method, case.system.quantities(case)).tolerances
+    return max((used(found.errors[n], bound) for n, bound in allowed.items()), default=0.0)
+
+
+def _side(text: str) -> Side:
+    """NAME=LO:HI[:log] as a side of a box; raises ParameterError."""
+    name, equals, rest = text.partition("=")
+    parts = rest.split(":")
+    if not (equals and name and len(parts) in (2, 3)) or parts[2:] not in ([], ["log"]):
+        raise ParameterError("within", text, "NAME=LO:HI, or NAME=LO:HI:log")
+    return interval("within", name, parts[0], parts[1], bool(parts[2:]))
+
+
+def _lines(found: Found, method: Method, by: str) -> list[str]:
+    from plumbob.reports.view.notation import number, plural
+    from plumbob.reports.view.notation import step as step_text
+    from plumbob.reports.view.sweep.text import place, size
+
+    at = step_text(found.step, method.control)
+    lines = [
+        f"{found.box.scene} with {found.method} at {at}: the worst of {plural(found.runs, 'run')}",
+        f"  {place(found.parameters)}",
+        f"  relative error {size(found.error)}",
+    ]
+    if by == "tolerance":
+        lines.append(f"  uses {number(found.score)} of its tolerance")
+    if found.without:
+        lines.append(f"  {plural(found.without, 'run')} had no exact answer, or no model")
+    lines.append(f"  the exact answer there: {_certificate(found)}")
+    lines.append(f"  {_repeated(found)}")
+    return lines
+
+
+def _certificate(found: Found) -> str:
+    """How sure the exact answer is, in words."""
+    from plumbob.reports.view.notation import relative, short
+
+    held = found.certificate
+    if held is None:
+        return "no other computation runs this scene"
+    sure = "confirmed" if found.certain else "not confirmed"
+    return (
+        f"{sure}: {held.method} at {short(held.step)} ends within {relative(held.distance)} of it"
+    )
+
+
+def _repeated(found: Found) -> str:
+    from plumbob.reports.view.sweep.text import command as repeated
+
+    parameters = {**dict(found.box.changes), **found.parameters}
+    return repeated(found.box.scene, found.method, found.step, parameters)
+
+
+def _as_json(found: Found) -> dict[str, Any]:
+    return {
+        "scene": found.box.scene, "method": found.method, "step": found.step,
+        "parameters": dict(found.parameters), "error": found.error, "score": found.score,
+        "runs": found.runs, "without_error": found.without, "certain": found.certain,
+        "certificate": None if found.certificate is None else asdict(found.certificate),
+        "command": _repeated(found),
+    }  # fmt: skip

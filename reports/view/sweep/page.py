@@ -1,0 +1,195 @@
+"""The page of a sweep: maps of the relative error over the parameters, and the worst points."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.study.provenance import Provenance
+from plumbob.engines.sweep.box import Side
+from plumbob.engines.sweep.sweep import Swept
+from plumbob.reports.view.content import Cell, Figure, Table, row
+from plumbob.reports.view.notation import number, plural
+from plumbob.reports.view.notation import step as step_text
+from plumbob.reports.view.page import filled, shared_files, written
+from plumbob.reports.view.sweep.text import place, rows, sides, size
+from plumbob.reports.view.traces import ZERO, curve, figure, linear, logarithmic, positive, rounded
+
+MOST = 160  # columns and rows of a map: the worst of some neighbours stands for them
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+SCALE = "Viridis"  # read alike by those who do not tell red from green
+
+
+def write_sweep_page(found: Swept, folder: Path, made: Provenance, key: str) -> Path:
+    """Write `sweep-SCENE-KEY.html` into `folder`, and beside it the files that such pages share,
+    and return its path. Raises OSError where the folder cannot be written."""
+    files = shared_files()
+    shared = "shared-" + hashlib.sha256("".join(files.values()).encode()).hexdigest()[:12]
+    for name, text in files.items():
+        if not (folder / shared / name).exists():
+            written(text, folder / shared, name)
+    name = f"sweep-{found.sweep.box.scene.replace('/', '-')}-{key[:8]}.html"
+    return written(render(found, made, f"{shared}/"), folder, name)
+
+
+def render(found: Swept, made: Provenance, shared: str | None = None) -> str:
+    """The page of a sweep as HTML, which loads its style and scripts from the folder `shared`, or
+    holds them."""
+    of, runs = found.sweep, math.prod(found.errors.shape)
+    return filled(
+        "sweep.html.jinja",
+        shared=shared,
+        title=f"{of.box.scene} over {' and '.join(s.name for s in of.box.sides)}",
+        lead=f"{plural(runs, 'run')}: {sides(of.box.sides)} (SI units, radians), "
+        f"{plural(of.points, 'point')} in all"
+        + "".join(f", {name} {value}" for name, value in of.box.changes)
+        + ". Every run is held against the exact answer for its own parameters; errors are "
+        "relative to the characteristic scale of what the scene is about.",
+        summary=_summary(found),
+        figures=_figures(found),
+        worst=_worst(found),
+        reasons=[f"{plural(count, 'run')}: {why}" for why, count in found.reasons.items()],
+        command=made.command,
+        date=made.date,
+        versions=", ".join(f"{name} {value}" for name, value in made.versions.items()),
+    )
+
+
+def _summary(found: Swept) -> Table:
+    heads = ("method", "step", "median error", "nine of ten below", "worst", "diverged", "at")
+    return Table(
+        "Relative errors over all points",
+        heads,
+        tuple(
+            row(
+                Cell(r.method, "name"),
+                Cell(step_text(r.step, r.control), "number"),
+                *(Cell(size(e), "number") for e in (r.median, r.ninety, r.largest)),
+                Cell(str(r.diverged), "number"),
+                Cell(place(r.worst[0].parameters) if r.worst else "", "text"),
+            )
+            for r in rows(found)
+        ),
+    )
+
+
+def _worst(found: Swept) -> tuple[Table, ...]:
+    return tuple(
+        Table(
+            f"The worst points of {r.method} at {step_text(r.step, r.control)}",
+            ("where", "relative error", "to repeat it"),
+            tuple(
+                row(
+                    Cell(place(w.parameters), "text"),
+                    Cell(size(w.error), "number"),
+                    Cell(w.command, "code"),
+                )
+                for w in r.worst
+            ),
+            folded=True,
+        )
+        for r in rows(found)
+        if r.worst
+    )
+
+
+def _figures(found: Swept) -> tuple[Figure, ...]:
+    """A map each of the first two sides where there are two or more, and curves over every other
+    side; where there is one side alone, curves over that."""
+    axes = found.sweep.box.sides
+    if len(axes) == 1:
+        return (_curves(found, 0),)
+    finite = found.errors[np.isfinite(found.errors)]
+    low, high = (math.log10(max(float(f(finite)), ZERO)) for f in (np.min, np.max))
+    maps = tuple(
+        _map(found, i, j, low, high)
+        for i in range(len(found.sweep.methods))
+        for j in range(len(found.sweep.steps))
+    )
+    return (*maps, *(_curves(found, k) for k in range(2, len(axes))))
+
+
+def _map(found: Swept, i: int, j: int, low: float, high: float) -> Figure:
+    of, (x, y) = found.sweep, found.sweep.box.sides[:2]
+    errors = found.errors[i, j]
+    flat = _largest(errors.reshape(*errors.shape[:2], -1), (2,))
+    xs, ys = x.values(of.counts[0]), y.values(of.counts[1])
+    across, along = -(-len(xs) // MOST), -(-len(ys) // MOST)
+    flat = _blocks(_blocks(flat, across).T, along)  # rows are values of y
+    z = np.log10(np.maximum(flat, ZERO))
+    shown = [rounded(np.where(np.isposinf(line), high + 1.0, line)) for line in z]
+    trace = {
+        "type": "heatmap", "x": rounded(xs[::across]), "y": rounded(ys[::along]), "z": shown,
+        "zmin": low, "zmax": max(high, low + 0.1), "colorscale": SCALE,
+        "colorbar": {"title": {"text": "error"}, **_ticks(low, high)},
+        "hovertemplate": f"{x.name} %{{x}}, {y.name} %{{y}}: 10^%{{z:.2f}}<extra></extra>",
+        "name": of.methods[i].name,
+    }  # fmt: skip
+    name = f"{of.methods[i].name} at {step_text(of.steps[j], of.methods[i].control)}"
+    rest = "; the worst over what else is varied" if len(of.counts) > 2 else ""
+    caption = f"Relative error over {x.name} and {y.name}{rest}; all maps have one scale."
+    return figure(name, caption, [trace], _axis(x), _axis(y), height=420)
+
+
+def _curves(found: Swept, side: int) -> Figure:
+    of, axis = found.sweep, found.sweep.box.sides[side]
+    xs, traces = axis.values(of.counts[side]), []
+    for i, method in enumerate(of.methods):
+        for j, step in enumerate(of.steps):
+            errors = found.errors[i, j]
+            others = tuple(k for k in range(errors.ndim) if k != side)
+            largest = _largest(errors, others)
+            name = f"{method.name}, {step_text(step, method.control)}"
+            colour = COLOURS[(i * len(of.steps) + j) % len(COLOURS)]
+            traces.append(
+                curve(
+                    xs,
+                    np.where(np.isfinite(largest), positive(largest), np.nan),
+                    colour=colour,
+                    name=name,
+                    marks=len(xs) <= 60,
+                )
+            )
+    rest = ", the worst over what else is varied" if len(of.counts) > 1 else ""
+    return figure(
+        f"Error over {axis.name}", f"Relative error{rest}. A gap: a run diverged, or has no exact "
+        "answer.", traces, _axis(axis), logarithmic("relative error"), legend=True, wide=True,
+    )  # fmt: skip
+
+
+def _largest(errors: Array, axes: tuple[int, ...]) -> Array:
+    """The largest over some axes of those that are numbers; NaN where there is none."""
+    if not axes:
+        return errors
+    none = np.isnan(errors).all(axis=axes)
+    largest = np.where(np.isnan(errors), -np.inf, errors).max(axis=axes)
+    return np.asarray(np.where(none, np.nan, largest))
+
+
+def _blocks(errors: Array, size: int) -> Array:
+    """The largest of every `size` rows, shape (n, m) to (ceil(n / size), m)."""
+    missing = -len(errors) % size
+    padded = np.vstack([errors, np.full((missing, errors.shape[1]), np.nan)])
+    return _largest(padded.reshape(-1, size, errors.shape[1]), (1,))
+
+
+def _axis(side: Side) -> dict[str, object]:
+    return dict(logarithmic(side.name) if side.logarithmic else linear(side.name))
+
+
+def _ticks(low: float, high: float) -> dict[str, object]:
+    """Labels of a colour bar in errors, where the scale is in powers of ten."""
+    places = _marks(low, high)
+    return {"tickvals": list(places), "ticktext": [number(10.0**p, 2) for p in places]}
+
+
+def _marks(low: float, high: float) -> Sequence[float]:
+    if high - low < 2.0:
+        return [float(p) for p in np.linspace(low, max(high, low + 0.1), 5)]
+    every = max(1, math.ceil((high - low) / 8))
+    return [float(p) for p in range(math.ceil(low), math.floor(high) + 1, every)]

@@ -1,0 +1,125 @@
+"""A sweep in words: what was run, errors of each method and step, and the worst points."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plumbob.engines.sweep.box import Side
+from plumbob.engines.sweep.sweep import Swept
+from plumbob.reports.view.notation import number, plural, relative
+from plumbob.reports.view.notation import step as step_text
+
+MOST = 10  # worst points that are listed of a method and a step
+
+
+@dataclass(frozen=True)
+class Worst:
+    """A point with a large error, and the command that repeats it."""
+
+    parameters: Mapping[str, float]  # the varied ones
+    error: float  # relative; infinite where the run diverged
+    command: str
+
+
+@dataclass(frozen=True)
+class Row:
+    """What a method and a step gave over all points."""
+
+    method: str
+    step: float  # [s], or relative tolerance
+    control: str  # what the step means
+    median: float  # relative error, of the runs that have one
+    ninety: float  # that nine runs of ten do not exceed
+    largest: float
+    diverged: int  # runs
+    without: int  # points without an error: no exact answer, or no model
+    worst: tuple[Worst, ...]
+
+
+def rows(found: Swept) -> tuple[Row, ...]:
+    """Every method with every step, in the order in which they were asked for."""
+    return tuple(
+        _row(found, i, j)
+        for i in range(len(found.sweep.methods))
+        for j in range(len(found.sweep.steps))
+    )
+
+
+def _row(found: Swept, i: int, j: int) -> Row:
+    method, step = found.sweep.methods[i], found.sweep.steps[j]
+    errors = found.errors[i, j].ravel()
+    there = errors[~np.isnan(errors)]
+    median, ninety, largest = (
+        float(np.quantile(there, q, method="lower")) if len(there) else np.nan
+        for q in (0.5, 0.9, 1.0)
+    )
+    worst = tuple(
+        _worst(found, point, error, method.name, step) for point, error in found.worst(i, j, MOST)
+    )
+    return Row(
+        method.name, step, method.control, median, ninety, largest,
+        int(np.isinf(there).sum()), int(np.isnan(errors).sum()), worst,
+    )  # fmt: skip
+
+
+def _worst(found: Swept, point: int, error: float, method: str, step: float) -> Worst:
+    place = found.sweep.place(point)
+    varied = {s.name: s.at(x) for s, x in zip(found.sweep.box.sides, place, strict=True)}
+    return Worst(
+        varied,
+        error,
+        command(found.sweep.box.scene, method, step, found.sweep.box.parameters(place)),
+    )
+
+
+def command(scene: str, method: str, step: float, parameters: Mapping[str, Any]) -> str:
+    """The command that repeats one run, every parameter to its last bit."""
+    words = ["plumbob", "run", scene, method, "--step", repr(step)]
+    for name, value in parameters.items():
+        words += ["--set", f"{name}={json.dumps(value)}"]
+    return shlex.join(words)
+
+
+def size(error: float) -> str:
+    """A relative error, or that the run diverged."""
+    return "diverged" if np.isinf(error) else relative(error)
+
+
+def place(parameters: Mapping[str, float]) -> str:
+    """Varied parameters with their values."""
+    return ", ".join(f"{name} {number(value, 5)}" for name, value in parameters.items())
+
+
+def sides(of: Sequence[Side]) -> str:
+    """What is varied between which values."""
+    return " and ".join(f"{s.name} from {number(s.low, 4)} to {number(s.high, 4)}" for s in of)
+
+
+def lines(found: Swept) -> list[str]:
+    """The sweep as the terminal shows it."""
+    shown = [
+        f"{found.sweep.box.scene}: {sides(found.sweep.box.sides)}, "
+        f"{plural(found.sweep.points, 'point')}; relative errors"
+    ]
+    for row in rows(found):
+        of = f"{row.method} at {step_text(row.step, row.control)}"
+        shown.append(
+            f"  {of}: median {size(row.median)}, nine of ten below {size(row.ninety)}, worst "
+            f"{size(row.largest)}"
+        )
+        if row.diverged:
+            shown.append(f"    {plural(row.diverged, 'run')} diverged")
+        if row.worst:
+            shown += [
+                f"    the worst at {place(row.worst[0].parameters)}:",
+                f"    {row.worst[0].command}",
+            ]
+    for reason, count in found.reasons.items():
+        shown.append(f"  no error of {plural(count, 'run')}: {reason}")
+    return shown

@@ -1,0 +1,266 @@
+"""Random command lines and damaged studies: one line and the right code, never a defect.
+
+A few examples here; HYPOTHESIS_PROFILE=search runs thousands.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import signal
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from functools import cache
+from pathlib import Path
+from types import FrameType
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from plumbob.engines.study import store
+from plumbob.reports.cli import COMMANDS, main, parser
+
+EXAMPLES = {"search": 2500}.get(os.environ.get("HYPOTHESIS_PROFILE", ""), 20)
+LONGEST = 60  # [s] for one command
+SCENES = (
+    "simple-pendulum",
+    "simple-pendulum/free-large",
+    "cone-pendulum",
+    "capsule-line",
+    "capsule-turn/0.3",
+)
+METHODS = (
+    "ode/dop853",
+    "mujoco/euler",
+    "mujoco/rk4",
+    "pymunk/default",
+    "exact/closed-form",
+    "ode/rk4",
+)
+NUMBERS = (
+    "0", "1", "-1", "0.01", "1e-3", "1e300", "1e-300", "nan", "inf", "-0.0", "1e999", "0x10", "²", "1_0",
+    "٣", "1e", "--", " 1", "9" * 25,
+)  # fmt: skip
+TEXTS = (
+    "",
+    "*",
+    "ä",
+    "\ud800",
+    "a b",
+    "-",
+    "--json",
+    "=",
+    "#",
+    "'",
+    "%s",
+    "x" * 3000,
+    "\n",
+    "../..",
+    "nothing",
+)
+CHANGES = (
+    "gravity=9.8", "theta=2.9", "heading=1", "friction=0.35", "gravity=nan", "gravity=1e308", "theta=-1e-308",
+    "mass=[1,2]", "gravity", "=1", "gravity={}", 'gravity="1"', "supports=[[0,0],[1,1],[2,2]]", "colour=1",
+    "theta=1e17", "length=1e-200", "gravity=[[[[", "gravity=true", "gravity=null", "support=2", "start=[1]",
+)  # fmt: skip
+BOXES = (
+    "theta=0.1:0.2:2",
+    "heading=0:1:2",
+    "theta=0:1",
+    "theta=1:0:3",
+    "theta=0:nan:2",
+    "=::",
+    "theta=0:1:2:log",
+    ":",
+)
+FILES = (
+    "there.xml",
+    "bad.xml",
+    "empty.xml",
+    "bytes.xml",
+    "folder",
+    "fifo",
+    "missing/file",
+    "/dev/null",
+    "dangling",
+    "store.sqlite3",
+)
+SLOW = ("validate", "audit", "recommend", "worst", "sweep")  # kept to one small scene and method
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with files of all kinds, and a small stored study."""
+    made = tmp_path_factory.mktemp("files")
+    (made / "there.xml").write_text(
+        "<mujoco><worldbody><body><joint type='hinge' axis='0 1 0'/>"
+        "<geom size='0.1' pos='0 0 -1'/></body></worldbody></mujoco>"
+    )
+    (made / "bad.xml").write_text("<mujoco><worldbody>")
+    (made / "empty.xml").write_text("")
+    (made / "bytes.xml").write_bytes(bytes(range(256)) * 9)
+    (made / "folder").mkdir()
+    os.mkfifo(made / "fifo")
+    (made / "dangling").symlink_to(made / "nowhere")
+    (made / "store.sqlite3").write_bytes(b"SQLite format 3\0" + b"\0" * 200)
+    wanted = [
+        "--scenes",
+        "simple-pendulum/free-large",
+        "--methods",
+        "ode/dop853,mujoco/rk4",
+        "--jobs",
+        "1",
+    ]
+    assert main(["validate", *wanted, "--out", str(made / "out")]) == 0
+    return made
+
+
+@cache
+def _actions() -> dict[str, list[argparse.Action]]:
+    """The arguments of every command."""
+    top = parser(COMMANDS)
+    commands = next(a for a in top._actions if isinstance(a, argparse._SubParsersAction))
+    return {
+        name: [a for a in one._actions if not isinstance(a, argparse._HelpAction)]
+        for name, one in commands.choices.items()
+    }
+
+
+def _value(action: argparse.Action, chosen: random.Random, command: str) -> str:
+    """A value for an argument: most often of the right kind."""
+    if action.choices and chosen.random() < 0.8:
+        return str(chosen.choice(list(action.choices)))
+    name = action.dest
+    if chosen.random() < 0.08:
+        return chosen.choice((*TEXTS, *NUMBERS, *CHANGES, *FILES))
+    if name in ("scene", "scenes"):
+        return chosen.choice(SCENES[:2] if command in SLOW else SCENES)
+    if name in ("method", "methods"):
+        return chosen.choice(METHODS[:3] if command in SLOW else METHODS)
+    if name == "changes":
+        return chosen.choice(CHANGES)
+    if name in ("vary", "within") and command in ("sweep", "worst"):
+        return chosen.choice(BOXES)
+    if name in ("budget", "duration"):
+        return chosen.choice(("3", "1", "0.1", "0", "x"))
+    if name in ("out", "folders", "a", "b", "old", "new", "first", "second"):
+        return chosen.choice(
+            ("out", "folder", "made", "fifo", "there.xml", "out#1", "out#²", "out#9")
+        )
+    if name in ("like", "file", "model", "junitxml", "check", "single", "csv", "ctrl"):
+        return chosen.choice(FILES)
+    return chosen.choice(NUMBERS)
+
+
+def _words(command: str, chosen: random.Random) -> list[str]:
+    """A command line."""
+    words = [command]
+    for action in _actions()[command]:
+        likely = 0.95 if not action.option_strings else 1.0 if action.required else 0.25
+        if action.dest in ("scenes", "methods", "budget", "duration", "jobs") and command in SLOW:
+            likely = 1.0
+        if chosen.random() > likely or action.dest == "profile":
+            continue
+        counts = {None: 1, 0: 0, "?": 1, "*": 2, "+": 1}
+        count = action.nargs if isinstance(action.nargs, int) else counts.get(action.nargs, 1)
+        if isinstance(action, argparse._StoreTrueAction):
+            count = 0
+        values = [_value(action, chosen, command) for _ in range(int(count))]
+        words += [*(action.option_strings[-1:]), *values]
+    return words
+
+
+@contextmanager
+def _limited() -> Iterator[None]:
+    """Raises TimeoutError in a command that takes too long."""
+
+    def late(number: int, frame: FrameType | None) -> None:
+        raise TimeoutError(f"not done after {LONGEST} s")
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.alarm(LONGEST)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def _code(words: list[str]) -> int:
+    """The exit code of a command, SystemExit included."""
+    with _limited():
+        try:
+            return main(words)
+        except SystemExit as ended:
+            return int(ended.code or 0)
+
+
+@settings(max_examples=EXAMPLES, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(command=st.sampled_from(COMMANDS), seed=st.integers(0, 2**32))
+def test_no_command_line_is_a_defect(
+    command: str,
+    seed: int,
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(folder)
+    words = _words(command, random.Random(seed))
+    code = _code(words)
+    said = capsys.readouterr()
+    assert code in (0, 1, 2, 3), f"{words}: {said.err}"
+    if code == 2:
+        assert len(said.err.strip().splitlines()) == 1, f"{words}: {said.err}"
+
+
+def _damage(file: Path, chosen: random.Random) -> None:
+    """Change a stored study: bytes of the file, or a text in one of its tables."""
+    if chosen.random() < 0.3:
+        data = bytearray(file.read_bytes())
+        for _ in range(chosen.randint(1, 40)):
+            data[chosen.randrange(len(data))] = chosen.randrange(256)
+        file.write_bytes(data[: chosen.choice((None, None, chosen.randrange(len(data))))])
+        return
+    with closing(sqlite3.connect(file)) as opened, opened:
+        tables = [
+            n for (n,) in opened.execute("select name from sqlite_master where type = 'table'")
+        ]
+        table = chosen.choice(sorted(tables))
+        columns = [row[1] for row in opened.execute(f"pragma table_info({table})")]
+        column = chosen.choice(columns)
+        (before,) = opened.execute(f"select {column} from {table}").fetchone() or ("",)
+        text = str(before)
+        at = chosen.randrange(len(text) + 1)
+        after = chosen.choice((
+            None, 0, "", "{}", "[]", "null", b"\xff\xfe", text[:at], text[:at] + "9" + text[at:],
+            text.replace("0", "NaN", 1), text.replace(":", ":-", 1), text.replace('"', "", 1),
+        ))  # fmt: skip
+        try:
+            opened.execute(f"update {table} set {column} = ?", (after,))
+        except sqlite3.IntegrityError:
+            opened.execute(f"delete from {table}")
+
+
+READERS = (
+    ("report", "."), ("recommend", "simple-pendulum", "--error", "1e-3", "--stored", "--out", "."),
+    ("compare", ".", "."), ("report", ".", "--single", "one.html"),
+)  # fmt: skip
+
+
+@settings(max_examples=EXAMPLES, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(reader=st.sampled_from(READERS), seed=st.integers(0, 2**32))
+def test_no_damaged_study_is_a_defect(
+    reader: tuple[str, ...], seed: int, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    file = tmp_path / store.FILE
+    file.write_bytes((folder / "out" / store.FILE).read_bytes())
+    _damage(file, random.Random(seed))
+    before = file.read_bytes()
+    monkeypatch.chdir(tmp_path)
+    code = _code(list(reader))
+    assert code in (0, 1, 2, 3), f"{reader}, {seed}: {capsys.readouterr().err}"
+    assert file.read_bytes() == before

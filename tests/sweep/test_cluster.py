@@ -1,0 +1,67 @@
+"""A cluster on this machine: one worker of two is killed, and nothing is lost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.registry import method
+from plumbob.engines.study import cluster as module
+from plumbob.engines.study.cluster import cluster
+from plumbob.engines.study.provenance import provenance
+from plumbob.engines.sweep.box import Side, box
+from plumbob.engines.sweep.sweep import Chunk, sweep, sweep_of
+
+if TYPE_CHECKING:
+    from distributed import LocalCluster
+
+
+@pytest.fixture(scope="module")
+def workers() -> Iterator[LocalCluster]:
+    """Two workers, a process each."""
+    distributed = pytest.importorskip("distributed", reason="the extra `distributed` is missing")
+    settings = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    with distributed.LocalCluster(**settings) as found:
+        yield found
+
+
+def test_a_worker_that_is_killed_loses_nothing(workers: LocalCluster) -> None:
+    headings = box("capsule-line", {}, [Side("heading", 0.0, 6.0)])
+    asked = replace(sweep_of(headings, [40], [method("mujoco/euler")], [1e-3]), chunk=4)
+    kept: list[int] = []
+
+    def keep(number: int, chunk: Chunk) -> None:
+        kept.append(number)
+        if len(kept) == 2:
+            workers.workers[0].process.process._process.kill()
+
+    with cluster(workers.scheduler_address) as (executor, count):
+        assert count == 2
+        found = sweep(asked, {}, keep, count, executor)
+    assert sorted(kept) == list(range(10))
+    alone = sweep(asked, {}, lambda number, chunk: None)
+    assert np.array_equal(found.errors, alone.errors)
+
+
+def test_workers_with_other_versions_are_refused(
+    workers: LocalCluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "provenance", lambda command: replace(_now, versions=_older))
+    with pytest.raises(ParameterError, match=r"mujoco .* \(here 2\.0\.0\) on 2 of 2"):
+        module.cluster(workers.scheduler_address).__enter__()
+
+
+def test_nothing_at_an_address_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed", reason="the extra `distributed` is missing")
+    monkeypatch.setattr(module, "PATIENCE", 0.5)
+    with pytest.raises(ParameterError, match="the address of one that runs"):
+        module.cluster("tcp://127.0.0.1:9").__enter__()
+
+
+_now = provenance("")
+_older = {**_now.versions, "mujoco": "2.0.0"}

@@ -1,0 +1,136 @@
+"""A sweep's errors are those of single runs, however it is cut into pieces and resumed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.registry import method
+from plumbob.engines.study.measurement import measure, relative_error
+from plumbob.engines.sweep import store
+from plumbob.engines.sweep.box import NoAnswer, Side, box
+from plumbob.engines.sweep.sweep import Chunk, Sweep, run_error, sweep, sweep_of
+from plumbob.models.registry import case_of, scene
+
+HEADING = Side("heading", 0.0, 6.0)
+RUNS = (
+    ("capsule-line", "mujoco/euler"),
+    ("capsule-hold", "mujoco/euler+coulomb"),
+    ("simple-pendulum", "pymunk/default"),
+    ("cone-pendulum", "mujoco/rk4"),
+)
+
+
+def small(step: float = 1e-3) -> Sweep:
+    """Twelve points of the capsule on a line, three of them without an exact answer, in three
+    pieces."""
+    around = box("capsule-line", {}, [HEADING, Side("friction", 0.2, 0.5)])
+    return replace(sweep_of(around, (3, 4), [method("mujoco/euler")], [step]), chunk=5)
+
+
+def forgotten(number: int, chunk: Chunk) -> None:
+    """Keep nothing."""
+
+
+@pytest.mark.parametrize(("name", "tried"), RUNS)
+def test_the_error_of_a_run_is_the_study_s(name: str, tried: str) -> None:
+    case, chosen = case_of(scene(name)), method(tried)
+    found, _ = measure(case, chosen, 2e-3)
+    assert run_error(case, chosen, 2e-3) == relative_error(found, case.system.quantities(case))
+
+
+def test_every_point_is_the_run_of_its_own_parameters() -> None:
+    found = sweep(small(), {}, forgotten)
+    assert found.errors.shape == (1, 1, 3, 4)
+    assert found.reasons == {"w2 must be at most f g/mu = … m/s^2": 3}
+    assert np.isnan(found.errors[0, 0, :, 0]).all()
+    chosen = case_of(scene("capsule-line", {"heading": 3.0, "friction": 0.4}))
+    assert found.errors[0, 0, 1, 2] == run_error(chosen, method("mujoco/euler"), 1e-3)
+    (point, largest), *_ = found.worst(0, 0, 3)
+    assert largest == np.nanmax(found.errors)
+    assert found.errors.ravel()[point] == largest
+
+
+def test_two_processes_give_the_same_to_the_bit() -> None:
+    alone = sweep(small(), {}, forgotten)
+    shared = sweep(small(), {}, forgotten, jobs=2)
+    assert np.array_equal(alone.errors, shared.errors, equal_nan=True)
+    assert alone.reasons == shared.reasons
+
+
+def test_a_sweep_that_was_cut_off_goes_on(tmp_path: Path) -> None:
+    asked, file, made = small(), tmp_path / store.FILE, []
+    store.begun(file, asked, "")
+    with store.keeping(file, asked) as keep:
+
+        def cut(number: int, chunk: Chunk) -> None:
+            keep(number, chunk)
+            raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt):
+            sweep(asked, {}, cut)
+    there = store.begun(file, asked, "")
+    assert list(there) == [0]
+    found = sweep(asked, there, lambda number, chunk: made.append(number))
+    assert made == [1, 2]
+    assert np.array_equal(found.errors, sweep(asked, {}, forgotten).errors, equal_nan=True)
+    assert store.begun(file, small(2e-3), "") == {}  # another step is another sweep
+
+
+@pytest.mark.parametrize("kind", ["text", "another program's", "a trigger", "a folder"])
+def test_a_foreign_file_is_left_alone(kind: str, tmp_path: Path) -> None:
+    import sqlite3
+
+    file = tmp_path / store.FILE
+    if kind == "a folder":
+        file.mkdir()
+    elif kind == "text":
+        file.write_text("not a database, and longer than a header of a hundred bytes " * 3)
+    else:
+        if kind == "a trigger":
+            store.begun(file, small(), "")
+        with sqlite3.connect(file) as other:
+            other.execute("create table other (x)")
+            if kind == "a trigger":
+                other.execute("create trigger t after insert on chunk begin delete from chunk; end")
+        other.close()
+    before = file.read_bytes() if file.is_file() else b""
+    with pytest.raises(ParameterError, match="a file of sweeps"):
+        store.begun(file, small(), "")
+    assert (file.read_bytes() if file.is_file() else b"") == before
+
+
+@pytest.mark.parametrize(
+    ("sides", "changes", "name"),
+    [
+        ([Side("supports", 0.0, 1.0)], {}, "vary"),
+        ([Side("heading", 0.0, 1.0), Side("heading", 0.0, 2.0)], {}, "vary"),
+        ([HEADING], {"heading": 1.0}, "set"),
+        ([Side("colour", 0.0, 1.0)], {}, "colour"),
+    ],
+)
+def test_a_box_that_is_none(sides: list[Side], changes: dict[str, float], name: str) -> None:
+    with pytest.raises(ParameterError) as raised:
+        box("capsule-line", changes, sides)
+    assert raised.value.name == name
+
+
+def test_a_sweep_without_an_answer_says_why() -> None:
+    around = box("capsule-line", {}, [Side("friction", 0.01, 0.02)])
+    with pytest.raises(ParameterError, match="w2 must be at most"):
+        sweep(sweep_of(around, [2], [method("mujoco/euler")], [1e-3]), {}, forgotten)
+    with pytest.raises(NoAnswer):
+        around.case((0.5,))
+
+
+def test_values_of_a_side() -> None:
+    assert Side("x", 1.0, 3.0).values(3).tolist() == [1.0, 2.0, 3.0]
+    spaced = Side("x", 1e-3, 1e3, logarithmic=True).values(7)
+    assert np.allclose(np.diff(np.log10(spaced)), 1.0, rtol=0.0, atol=1e-14)
+    assert (spaced[0], spaced[-1]) == (1e-3, 1e3)
+    assert all(math.isfinite(v) for v in spaced)

@@ -1,0 +1,95 @@
+"""The commands `sweep` and `worst`: what they print and write, and what they refuse."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plumbob.engines.registry import method
+from plumbob.engines.study.provenance import Provenance
+from plumbob.engines.sweep.box import Side, box
+from plumbob.engines.sweep.sweep import Swept, sweep_of
+from plumbob.reports.cli import main
+from plumbob.reports.view.sweep.page import MOST, render
+from plumbob.reports.view.sweep.text import lines
+
+SWEEP = ["sweep", "capsule-line", "mujoco/euler", "mujoco/euler+coulomb", "--jobs", "1"]
+VARY = ["--vary", "heading=0:1.5:3", "--vary", "friction=0.3:0.6:2:log"]
+
+
+def test_a_sweep_is_printed_written_and_kept(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "all.csv"
+    words = [*SWEEP, *VARY, "--out", str(tmp_path), "--csv", str(table)]
+    assert main([*words, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert [row["method"] for row in answer["rows"]] == ["mujoco/euler", "mujoco/euler+coulomb"]
+    assert answer["rows"][0]["largest"] > 0.1 > 1e-3 > answer["rows"][1]["largest"]
+    text = table.read_text("utf-8").splitlines()
+    assert text[0] == "heading,friction,mujoco/euler at 0.001,mujoco/euler+coulomb at 0.001"
+    assert len(text) == 7
+    page = Path(answer["page"]).read_text("utf-8")
+    assert "heatmap" in page
+    assert answer["rows"][0]["worst"][0]["command"] in page
+    assert main(words) == 0
+    assert "6 of 6 points were stored" in capsys.readouterr().out
+
+
+def test_the_command_of_a_worst_point_gives_its_error(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["worst", "capsule-line", "mujoco/euler+coulomb", "--within", "friction=0.3:0.4"]
+    assert main([*words, "--budget", "5", "--out", str(tmp_path), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["certain"]
+    main([*found["command"].split()[1:], "--json"])
+    again = json.loads(capsys.readouterr().out)
+    assert again["relative_error"] == found["error"]
+
+
+BAD = {
+    "no interval": ["--vary", "heading=0:1"],
+    "an empty interval": ["--vary", "heading=1:1:3"],
+    "ratios from zero": ["--vary", "heading=0:1:3:log"],
+    "no count": ["--vary", "heading=0:1:0"],
+    "no number": ["--vary", "heading=a:1:3"],
+    "an unknown name": ["--vary", "colour=0:1:3"],
+    "too many points": ["--vary", "heading=0:1:99999999", "--vary", "friction=0.3:0.4:9"],
+    "no step": [*VARY, "--step", "0"],
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_what_cannot_be_swept_is_one_line(
+    case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    assert main([*SWEEP, *BAD[case], "--out", str(out)]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert len(said.err.splitlines()) == 1
+    assert not out.exists()
+
+
+def drawn(counts: tuple[int, ...]) -> Swept:
+    """A sweep of so many points whose errors are made up, one of them much the largest."""
+    names = ("heading", "friction", "gravity")[: len(counts)]
+    around = box("capsule-line", {}, [Side(name, 0.3, 0.6) for name in names])
+    asked = sweep_of(around, counts, [method("mujoco/euler")], [1e-3])
+    errors = np.random.default_rng(7).uniform(1e-6, 1e-3, (1, 1, *counts))
+    errors[0, 0].flat[asked.points // 3] = 0.5
+    return Swept(asked, errors, {})
+
+
+@pytest.mark.parametrize("counts", [(7,), (1000, 100), (5, 4, 3)])
+def test_a_map_shows_the_largest_error_and_stays_small(counts: tuple[int, ...]) -> None:
+    found = drawn(counts)
+    page = render(found, Provenance(), "shared/")
+    assert len(page.encode()) < 3e6
+    assert "-0.301" in page or "0.5" in page  # its logarithm on a map, itself on a curve
+    assert "worst 50 %" in "\n".join(lines(found))
+    assert MOST < 1000
