@@ -158,9 +158,9 @@ def load(file: Path, number: int | None = None, scene: str | None = None) -> Stu
 
 def history(file: Path) -> dict[int, Provenance]:
     """How each study in `file` was made, by its number; raises as above."""
-    if not file.exists():
+    if not os.path.lexists(file):
         return {}
-    with _opened(file) as store:
+    with reading(file) as store:
         found = store.execute("select id, body from study order by id").fetchall()
     return {number: from_json(body, _Head).provenance for number, body in found}
 

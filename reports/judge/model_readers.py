@@ -13,7 +13,7 @@ from pathlib import Path
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import ModelFields
 from plumbob.engines.registry import engines, find_engine, installed
-from plumbob.engines.study.runner import pool_of
+from plumbob.engines.workers import pool_of
 from plumbob.models.entry_points import captured
 
 RULE = "mujoco"  # the reader whose format it is

@@ -26,68 +26,35 @@ from plumbob.reports.cli import COMMANDS, main, parser
 EXAMPLES = {"search": 2500}.get(os.environ.get("HYPOTHESIS_PROFILE", ""), 20)
 LONGEST = 60  # [s] for one command
 SCENES = (
-    "simple-pendulum",
-    "simple-pendulum/free-large",
-    "cone-pendulum",
-    "capsule-line",
+    "simple-pendulum", "simple-pendulum/free-large", "cone-pendulum", "capsule-line",
     "capsule-turn/0.3",
-)
+)  # fmt: skip
 METHODS = (
-    "ode/dop853",
-    "mujoco/euler",
-    "mujoco/rk4",
-    "pymunk/default",
-    "exact/closed-form",
+    "ode/dop853", "mujoco/euler", "mujoco/rk4", "pymunk/default", "exact/closed-form",
     "ode/rk4",
-)
+)  # fmt: skip
 NUMBERS = (
-    "0", "1", "-1", "0.01", "1e-3", "1e300", "1e-300", "nan", "inf", "-0.0", "1e999", "0x10", "²", "1_0",
-    "٣", "1e", "--", " 1", "9" * 25,
+    "0", "1", "-1", "0.01", "1e-3", "1e300", "1e-300", "nan", "inf", "-0.0", "1e999", "0x10",
+    "²", "1_0", "٣", "1e", "--", " 1", "9" * 25,
 )  # fmt: skip
 TEXTS = (
-    "",
-    "*",
-    "ä",
-    "\ud800",
-    "a b",
-    "-",
-    "--json",
-    "=",
-    "#",
-    "'",
-    "%s",
-    "x" * 3000,
-    "\n",
-    "../..",
-    "nothing",
-)
+    "", "*", "ä", "\ud800", "a b", "-", "--json", "=", "#", "'", "%s", "x" * 3000, "\n",
+    "../..", "nothing",
+)  # fmt: skip
 CHANGES = (
-    "gravity=9.8", "theta=2.9", "heading=1", "friction=0.35", "gravity=nan", "gravity=1e308", "theta=-1e-308",
-    "mass=[1,2]", "gravity", "=1", "gravity={}", 'gravity="1"', "supports=[[0,0],[1,1],[2,2]]", "colour=1",
-    "theta=1e17", "length=1e-200", "gravity=[[[[", "gravity=true", "gravity=null", "support=2", "start=[1]",
+    "gravity=9.8", "theta=2.9", "heading=1", "friction=0.35", "gravity=nan", "gravity=1e308",
+    "theta=-1e-308", "mass=[1,2]", "gravity", "=1", "gravity={}", 'gravity="1"',
+    "supports=[[0,0],[1,1],[2,2]]", "colour=1", "theta=1e17", "length=1e-200", "gravity=[[[[",
+    "gravity=true", "gravity=null", "support=2", "start=[1]",
 )  # fmt: skip
 BOXES = (
-    "theta=0.1:0.2:2",
-    "heading=0:1:2",
-    "theta=0:1",
-    "theta=1:0:3",
-    "theta=0:nan:2",
-    "=::",
-    "theta=0:1:2:log",
-    ":",
-)
+    "theta=0.1:0.2:2", "heading=0:1:2", "theta=0:1", "theta=1:0:3", "theta=0:nan:2", "=::",
+    "theta=0:1:2:log", ":",
+)  # fmt: skip
 FILES = (
-    "there.xml",
-    "bad.xml",
-    "empty.xml",
-    "bytes.xml",
-    "folder",
-    "fifo",
-    "missing/file",
-    "/dev/null",
-    "dangling",
-    "store.sqlite3",
-)
+    "there.xml", "bad.xml", "empty.xml", "bytes.xml", "folder", "fifo", "missing/file",
+    "/dev/null", "dangling", "store.sqlite3",
+)  # fmt: skip
 SLOW = ("validate", "audit", "recommend", "worst", "sweep")  # kept to one small scene and method
 
 
@@ -253,8 +220,8 @@ READERS = (
 @settings(max_examples=EXAMPLES, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(reader=st.sampled_from(READERS), seed=st.integers(0, 2**32))
 def test_no_damaged_study_is_a_defect(
-    reader: tuple[str, ...], seed: int, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    reader: tuple[str, ...], seed: int, folder: Path, tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
     file = tmp_path / store.FILE
     file.write_bytes((folder / "out" / store.FILE).read_bytes())
