@@ -8,10 +8,11 @@ import os
 import shlex
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD, Method
@@ -23,6 +24,7 @@ from plumbob.engines.study.runner import pairs, run_study
 from plumbob.engines.study.unfinished import measured_into
 from plumbob.engines.study.working import Progress
 from plumbob.models.registry import scenes as find_scenes
+from plumbob.models.scene import Scene
 from plumbob.reports.advice.records import records
 from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.commands import values
@@ -32,6 +34,9 @@ from plumbob.reports.commands.like import add_like, beside, own_method
 from plumbob.reports.judge.expectations import accurate, as_expected
 from plumbob.reports.judge.verdict import Judgements, judge_study
 from plumbob.reports.view.junit import write_junit
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
 
 INCOMPLETE = 3
 Pair = tuple[str, str]  # scene, method
@@ -52,7 +57,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--within", metavar="X",
         help="also fail every pair whose relative error, at the finest step, exceeds this",
     )  # fmt: skip
-    parser.add_argument("--jobs", metavar="N", help="processes for errors (default: all cores)")
+    values.add_workers(parser)
     parser.add_argument(
         "--fresh", action="store_true",
         help="measure all of it anew, where a study of the same scenes and methods was cut off",
@@ -71,8 +76,21 @@ def command(chosen: argparse.Namespace) -> int:
     methods = _methods(chosen.methods, chosen.like)
     if chosen.like:
         scenes = tuple(beside(scene, methods[0]) for scene in scenes)
-    jobs = _jobs(chosen.jobs)
     within = None if chosen.within is None else values.positive_number("within", chosen.within)
+    with values.workers(chosen) as (executor, jobs):
+        return _validated(chosen, scenes, methods, within, executor, jobs)
+
+
+def _validated(
+    chosen: argparse.Namespace,
+    scenes: Sequence[Scene],
+    methods: Sequence[Method],
+    within: float | None,
+    executor: Executor | None,
+    jobs: int,
+) -> int:
+    """Measure these scenes with these methods, the errors on the executor or in so many processes,
+    and report; returns the exit code."""
     from plumbob.reports.findings import requests
     from plumbob.reports.view.page import NAME
 
@@ -86,7 +104,7 @@ def command(chosen: argparse.Namespace) -> int:
     with measured_into(out / store.FILE, chosen.fresh, _noted) as kept, progress() as show:
         try:
             measured = run_study(
-                scenes, methods, chosen.profile, jobs,
+                scenes, methods, chosen.profile, jobs, executor,
                 progress=show, requests=requests, command=line, kept=kept,
             )  # fmt: skip
             number, given_up = kept.finished(measured)
@@ -179,10 +197,6 @@ def _print(study: Study, judged: Judgements, verbose: bool) -> None:
 
 def _noted(what: str) -> None:
     print(f"plumbob: {what}", file=sys.stderr)
-
-
-def _jobs(text: str | None) -> int:
-    return (os.cpu_count() or 1) if text is None else values.count("jobs", text)
 
 
 def _replaceable(name: str, file: Path) -> Path:

@@ -11,11 +11,15 @@ import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import method
+from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import cluster as module
 from plumbob.engines.study.cluster import cluster
+from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.provenance import provenance
+from plumbob.engines.study.runner import run_study
 from plumbob.engines.sweep.box import Side, box
 from plumbob.engines.sweep.sweep import Chunk, sweep, sweep_of
+from plumbob.models.registry import scenes as find_scenes
 
 if TYPE_CHECKING:
     from distributed import LocalCluster
@@ -46,6 +50,20 @@ def test_a_worker_that_is_killed_loses_nothing(workers: LocalCluster) -> None:
     assert sorted(kept) == list(range(10))
     alone = sweep(asked, {}, lambda number, chunk: None)
     assert np.array_equal(found.errors, alone.errors)
+
+
+def test_a_study_on_a_cluster_is_the_local_one_to_the_bit(workers: LocalCluster) -> None:
+    scenes = find_scenes("simple-pendulum/free-small,capsule-hold/0.5", "full")
+    tried = find_methods("mujoco/rk4,mujoco/euler+coulomb,ode/dop853")
+    with cluster(workers.scheduler_address) as (executor, count):
+        far = run_study(scenes, tried, "quick", count, executor, timed=False)
+    near = run_study(scenes, tried, "quick", 1, timed=False)
+    assert [_figures(c) for c in far.convergence] == [_figures(c) for c in near.convergence]
+
+
+def _figures(found: ConvergenceStudy) -> object:
+    """A convergence study but for how long it took."""
+    return [replace(m, seconds=0.0, compile_seconds=0.0) for m in found.measurements]
 
 
 def test_workers_with_other_versions_are_refused(
