@@ -44,7 +44,7 @@ benchmark: .venv/.peers  ## time the references and adapters (ARGS go to pytest)
 
 peers: .venv/.peers  ## add the optional engines and integrators to .venv
 
-heyoka: .venv/.heyoka  ## add heyoka alone, the smallest of them to wait for
+heyoka: .venv/.heyoka  ## add heyoka and dask, the smallest of them to wait for
 
 clean:  ## remove .venv and everything that a build or a run leaves
 	rm -rf .venv build dist *.egg-info plumbob-out MUJOCO_LOG.TXT
@@ -73,8 +73,8 @@ clean:  ## remove .venv and everything that a build or a run leaves
 	@touch $@ .venv/.run
 
 .venv/.heyoka: .venv/.develop
-	@echo "plumbob: installing heyoka into .venv (once; some 250 MB)"
-	@$(PIP) --editable '.[heyoka]'
+	@echo "plumbob: installing heyoka and dask into .venv (once; some 250 MB)"
+	@$(PIP) --editable '.[heyoka,distributed]'
 	@touch $@
 
 .venv/.peers: .venv/.develop
