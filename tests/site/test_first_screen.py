@@ -89,6 +89,16 @@ def test_the_answer_is_computed_from_the_study(study: Study) -> None:
     assert "39 %" in _said(_with_error(study, LINE, DEFAULT, 0.39))
 
 
+def test_settings_that_are_no_better_are_not_advised(study: Study) -> None:
+    changed = study
+    for scene in study.scenes:
+        if scene.system == "capsule-line":
+            changed = _with_error(changed, scene.name, CONVERGENT, 0.9)
+    assert "Use MuJoCo with an elliptic cone" in _said(study)
+    assert _said(changed).startswith("In this study contacts written for the step are no better")
+    assert "up to 90 %" in _said(changed)
+
+
 def test_costs_are_computed_from_the_study(study: Study) -> None:
     cost = study.costs[LINE, CONVERGENT]
     costs = {

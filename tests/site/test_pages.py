@@ -222,7 +222,7 @@ def test_versions_of_a_folder_and_the_command_that_compares_them(tmp_path: Path)
     text = index.read_text("utf-8")
     assert 'id="versions"' in text
     shown = html.unescape(re.findall(r"<code>(plumbob compare .*?)</code>", text)[0])
-    assert shown == f"plumbob compare {tmp_path}#1 {tmp_path}#3 --page compared.html"
+    assert shown == f"plumbob compare '{tmp_path}#1' '{tmp_path}#3' --page compared.html"
     assert 'id="versions"' not in write_page(
         _small(), tmp_path, lambda name: None, history={1: made[0]}
     ).read_text("utf-8")

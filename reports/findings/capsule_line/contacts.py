@@ -163,7 +163,7 @@ def isotropy(study: Study) -> Finding | None:
     if default is not None and convergent is not None:
         seen = (
             f" Over the headings the displacement varies by {number(100 * default, 2)} % with "
-            f"MuJoCo's default contacts and by {number(100 * convergent, 2)} % with convergent "
+            f"MuJoCo's default contacts and by {_little(convergent)} with convergent "
             "ones, which every robot should take (plumbob settings prints them)."
         )
     heads = ("method", "step [s]", "headings", "lowest error", "highest error", "spread")
@@ -192,6 +192,11 @@ def isotropy(study: Study) -> Finding | None:
             else ()
         ),
     )  # fmt: skip
+
+
+def _little(part: float) -> str:
+    """A relative spread as text: what no robot would notice is not given in digits."""
+    return "less than a millionth" if part < 1e-6 else f"{number(100 * part, 2)} %"
 
 
 def _of_default(study: Study) -> str:

@@ -125,7 +125,13 @@ def _contacts(study: Study) -> Answer | None:
         f"line then stops with an error of {notation.relative(line[euler][1])}{cost}. With default "
         f"contacts the error is {usual}."
     ]
-    if rk4 in ratios and all(rk4 in of for of in found.values()):
+    if line[euler][1] > line[default][1]:
+        sentences = [
+            "In this study contacts written for the step are no better than MuJoCo's default ones: "
+            f"at 1 ms a robot that slides on a line stops with an error of up to "
+            f"{notation.relative(line[euler][1])}, with default contacts of {usual}."
+        ]
+    elif rk4 in ratios and all(rk4 in of for of in found.values()):
         worst_of_all = max(of[rk4][1] for of in found.values())
         sentences.append(
             "Where the robot also turns or coasts, take the same contacts with RK4: at most "
@@ -155,6 +161,12 @@ def _joints(study: Study) -> Answer | None:
         f"they are {notation.relative(min(of[default][0] for of in both))} to "
         f"{notation.relative(max(of[default][1] for of in both))}.",
     ]
+    most, usual = (max(of[name][1] for of in both) for name in (rk4, default))
+    if most > usual:
+        sentences = [
+            'In this study integrator="RK4" is no better than the default Euler steps: at 1 ms its '
+            f"errors are up to {notation.relative(most)}, theirs up to {notation.relative(usual)}."
+        ]
     if (held := _held_control(study)) is not None:
         sentences.append(
             "Set a control for the middle of the step and not for its start: a torque that is held "
