@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 from dataclasses import replace
 
 import mujoco
@@ -12,7 +13,7 @@ import pytest
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.reference import OUT_OF_TIME
+from plumbob.engines.audit.reference import OUT_OF_TIME, certified
 from plumbob.engines.audit.steps import Cheapest, StepError, cheapest, held, observed_order
 from plumbob.reports.view.audit.text import to_do
 from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, pendulum, ready
@@ -21,7 +22,7 @@ from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, pendulum, ready
 @pytest.fixture(name="found", scope="module")
 def _found() -> Audit:
     model = ready(pendulum())
-    return audited(model, script(model, duration=0.4), "rest", 20.0)
+    return audited(model, script(model, duration=0.4), "rest", 20.0, time.process_time)
 
 
 def choosing(found: Audit, *chosen: Cheapest) -> str:
@@ -43,10 +44,10 @@ def test_the_option_said_does_what_was_measured(found: Audit) -> None:
 def test_what_is_advised_depends_on_the_error(found: Audit) -> None:
     assert 1e-3 < found.error < 1e-2
     near = Cheapest(1e-3, "rk4", 0.005, 1e-4, 2.0)
-    same = Cheapest(1e-2, "euler", 0.008, 9e-3, 0.5)
+    same = Cheapest(1e-2, "euler", 0.02, 9e-3, 0.5)
     assert choosing(found, same, near) == (
         'for 1 mm: <option timestep="0.005" integrator="RK4"/> (×2); '
-        'enough for 1 cm: <option timestep="0.008"/> (×0.5)'
+        'enough for 1 cm: <option timestep="0.02"><flag refsafe="disable"/></option> (×0.5)'
     )
     assert choosing(found) == "no step that was run is reliably nearer"
     assert choosing(replace(found, clamped={"geom_solref": 2})).endswith(
@@ -60,6 +61,9 @@ def test_what_is_advised_depends_on_the_error(found: Audit) -> None:
     assert to_do(replace(found, found=short, reference=ended)).endswith(
         "(×2) up to 0.2 s; a larger --budget tells more"
     )
+    as_large = Cheapest(1e-2, "implicitfast", 0.01, 9e-3, 0.6)
+    assert choosing(found, as_large) == "no step that was run is reliably nearer"
+    assert "enough for 1 cm" in choosing(found, replace(as_large, cost=0.4))
     assert to_do(replace(found, found=None)).startswith("try a shorter --duration")
 
 
@@ -96,7 +100,8 @@ def test_the_worst_body_is_the_one_that_is_furthest_off() -> None:
     )
     model = ready(mujoco.MjModel.from_xml_string(text))
     motion = script(model, duration=0.2)
-    assert audited(model, motion, "rest", 20.0).found.own.worst == "tip"  # type: ignore[union-attr]
+    known = certified(model, motion, 20.0, time.process_time)
+    assert held(model, motion, known, "euler", 2).worst == "tip"
 
 
 def test_an_order_is_that_of_errors_that_the_reference_resolves(found: Audit) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
@@ -45,7 +46,7 @@ def test_what_is_certified_when_time_runs_out_is_kept(
 
 def test_two_references_are_joined_where_the_first_is_known() -> None:
     own = own_model(pendulum(), "rod")
-    whole = certified(own, script(own, duration=0.2), 20.0)
+    whole = certified(own, script(own, duration=0.2), 20.0, time.process_time)
     unknown = np.where(np.arange(11) > 5, np.inf, 1e-3 * np.arange(11))
     first = replace(whole, uncertainty=np.where(np.arange(11) > 2, np.inf, 0.0))
     joined = _joined(first, replace(whole, uncertainty=unknown))
@@ -55,7 +56,7 @@ def test_two_references_are_joined_where_the_first_is_known() -> None:
 def test_the_own_step_is_run_whatever_the_time() -> None:
     own = own_model(pendulum(), "rod")
     motion = script(own, duration=0.2)
-    known = certified(own, motion, 20.0)
+    known = certified(own, motion, 20.0, time.process_time)
     steps = halved(own, motion, known, own.integrators, 0.0, clock())
     assert [(s.integrator, s.parts) for s in steps] == [("euler", 1), ("euler", 2)]
     found = audited(own, motion, "rest", 1e-9, clock())
@@ -83,8 +84,8 @@ def test_all_that_is_left_out_is_said_once() -> None:
 def test_steps_that_do_not_tend_to_a_reference_are_said_to() -> None:
     own = own_model(pendulum(), "rod")
     motion = script(own, duration=0.1)
-    known = certified(own, motion, 20.0)
-    found = compared(own, motion, known, 20.0)
+    known = certified(own, motion, 20.0, time.process_time)
+    found = compared(own, motion, known, 20.0, time.process_time)
     gone = [replace(s, errors=np.full(6, np.inf)) for s in found.steps]
     why = unlike(replace(found, steps=tuple(gone)), known, motion)
     assert why == "every step that was run diverges, down to 7.81e-05 s"

@@ -22,7 +22,8 @@ from plumbob.engines.own_motion import OwnModel
 
 UNITS = MappingProxyType({"momentum": "kg m/s", "penetration": "m", "slip": "m/s"})
 NOTICED = 1e-6  # [m]: a smaller error at an earlier time is not mentioned
-CHEAPER = 0.9  # of the cost: what saves less is not proposed
+# Of the cost, which is measured once: what saves less is not proposed, at larger steps and others.
+CHEAPER, MUCH_CHEAPER = 0.7, 0.5
 WIDTH = 13  # of the first column
 
 
@@ -186,14 +187,18 @@ def to_do(found: Audit) -> str:
     if steps is None or found.model is None:
         return "try a shorter --duration, a larger --budget, another --keyframe or --ctrl"
     if not found.error:
-        return "move it: --ctrl sines, or a file of controls"
+        driven = found.control not in ("rest", "zero")
+        return (
+            f"move it: {'another --keyframe' if driven else '--ctrl sines'}, or a file of controls"
+        )
     parts = []
     better = next((c for c in steps.cheapest if c.target < found.error), None)
     enough = [c for c in steps.cheapest if c.target >= found.error + found.uncertainty]
+    saves = enough and enough[-1].cost < (CHEAPER if enough[-1].step > found.step else MUCH_CHEAPER)
     if better is not None:
         parts.append(_choice(found.model, better, "for"))
     whole = found.until >= found.script.duration * (1 - 1e-9)
-    if whole and enough and enough[-1].cost < CHEAPER:
+    if whole and saves:
         parts.append(_choice(found.model, enough[-1], "enough for"))
     if not parts:
         nearer = min(TARGETS) < found.error
