@@ -21,7 +21,7 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import HEADINGS, SPEED, ContactAudit, Measured
 from plumbob.engines.audit.controls import KINDS
 from plumbob.engines.registry import find_engine
-from plumbob.reports.commands import values
+from plumbob.reports.commands.arguments import values
 from plumbob.reports.judge.audit import BUDGET, audit, audit_contacts
 from plumbob.reports.view.audit.text import lines, to_do
 

@@ -21,7 +21,7 @@ from plumbob.engines.study.measurement import Measurement, floor
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import systems
-from plumbob.reports.commands import values
+from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.report import html_file
 from plumbob.reports.judge.verdict import judge_study
 

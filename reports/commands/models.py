@@ -12,7 +12,7 @@ from pathlib import Path
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import find_engine
 from plumbob.models.registry import systems
-from plumbob.reports.commands.values import positive_number
+from plumbob.reports.commands.arguments.values import positive_number
 
 CONTACTS = b"solreffriction"  # in every file whose friction goes with the time step
 

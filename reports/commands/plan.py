@@ -22,7 +22,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.models.tripod_capsule.parameters import BODY, CHECK
 from plumbob.models.tripod_capsule.plan import LIMITS, planned
-from plumbob.reports.commands import values
+from plumbob.reports.commands.arguments import values
 from plumbob.reports.findings.plan_errors import (
     PoseError,
     PoseErrors,

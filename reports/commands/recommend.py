@@ -20,7 +20,7 @@ from plumbob.engines.study.merged import SEARCH, LeftOut, merged, searched_runs
 from plumbob.engines.study.merged import with_installed_versions as current
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
-from plumbob.reports.commands import values
+from plumbob.reports.commands.arguments import values
 
 if TYPE_CHECKING:
     from plumbob.engines.study.working import Progress
@@ -270,7 +270,7 @@ def _store(answer: Answer, scenes: Sequence[Scene], file: Path, changed: bool) -
 
 
 def _own(path: str) -> Method:
-    from plumbob.reports.commands.like import own_method
+    from plumbob.reports.commands.arguments.like import own_method
 
     return own_method(path)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
-from plumbob.reports.commands import values
+from plumbob.reports.commands.arguments import values
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

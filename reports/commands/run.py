@@ -16,8 +16,8 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Scene
 from plumbob.reports.advice.records import record
-from plumbob.reports.commands import values
-from plumbob.reports.commands.like import add_like, own_method
+from plumbob.reports.commands.arguments import values
+from plumbob.reports.commands.arguments.like import add_like, own_method
 from plumbob.reports.judge.expectations import run_surprise
 from plumbob.reports.judge.verdict import Judgement, judge
 from plumbob.reports.view.notation import relative

@@ -11,7 +11,7 @@ from textwrap import fill, indent
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import Method, Settings
 from plumbob.engines.registry import engine_of, installed, method
-from plumbob.reports.commands.values import positive_number
+from plumbob.reports.commands.arguments.values import positive_number
 
 CHECKED = "mujoco/euler+coulomb"  # what a file is held against unless a method is given
 

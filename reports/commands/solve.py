@@ -17,7 +17,7 @@ from plumbob.analytic.reference import Array, Reference
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Observable
-from plumbob.reports.commands import values
+from plumbob.reports.commands.arguments import values
 from plumbob.reports.findings import section
 from plumbob.reports.view.content import Table, row
 

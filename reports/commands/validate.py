@@ -27,10 +27,10 @@ from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.records import records
 from plumbob.reports.advice.user_settings import user_results
-from plumbob.reports.commands import values
-from plumbob.reports.commands.like import METHODS as LIKE_METHODS
-from plumbob.reports.commands.like import SCENES as LIKE_SCENES
-from plumbob.reports.commands.like import add_like, beside, own_method
+from plumbob.reports.commands.arguments import values
+from plumbob.reports.commands.arguments.like import METHODS as LIKE_METHODS
+from plumbob.reports.commands.arguments.like import SCENES as LIKE_SCENES
+from plumbob.reports.commands.arguments.like import add_like, beside, own_method
 from plumbob.reports.judge.expectations import accurate, as_expected
 from plumbob.reports.judge.verdict import Judgements, judge_study
 from plumbob.reports.view.junit import write_junit

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import method as find_method
-from plumbob.reports.commands import values
+from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.sweep import interval
 
 if TYPE_CHECKING:

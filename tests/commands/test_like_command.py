@@ -13,7 +13,7 @@ from plumbob.engines.study.measurement import measure, relative_error
 from plumbob.models.registry import case_of, scenes
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.cli import main
-from plumbob.reports.commands.like import SCENES, beside, own_method
+from plumbob.reports.commands.arguments.like import SCENES, beside, own_method
 from plumbob.reports.view import notation
 from plumbob.tests.commands.outcomes import without_pages
 

@@ -15,7 +15,7 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.cli import COMMANDS, parser
-from plumbob.reports.commands import values
+from plumbob.reports.commands.arguments import values
 
 
 class Document(HTMLParser):
