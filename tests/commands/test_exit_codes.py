@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import hashlib
 import io
 import os
 import re
@@ -10,6 +11,7 @@ import shlex
 import signal
 import sys
 import tempfile
+import threading
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -86,6 +88,28 @@ def test_an_interrupt_is_one_line(
     assert main(["cite"]) == 130
     assert capsys.readouterr().err == "plumbob: interrupted\n"
     assert signal.getsignal(signal.SIGINT) == usual
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_in_one_long_call_of_a_library(
+    number: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def calling(_: argparse.Namespace) -> int:
+        threading.Timer(0.1, os.kill, (os.getpid(), number)).start()
+        hashlib.pbkdf2_hmac("sha256", b"", b"", 2**31 - 1)  # many minutes without Python
+        return 0
+
+    monkeypatch.setattr(cite, "command", calling)
+    child = os.fork()
+    if not child:
+        try:
+            said = os.open(tmp_path / "said", os.O_WRONLY | os.O_CREAT)
+            os.dup2(said, 2)
+            main(["cite"])
+        finally:
+            os._exit(99)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 130
+    assert (tmp_path / "said").read_text().endswith("plumbob: interrupted\n")
 
 
 def test_an_interrupt_that_a_library_makes_an_error_of_its_own(

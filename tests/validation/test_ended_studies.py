@@ -1,0 +1,69 @@
+"""A study that is ended at random moments (`--profile full`): nothing is lost or done twice."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import time
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from plumbob.engines.study.store import FILE
+from plumbob.tests.study import disturbed
+
+MOMENTS = 20
+LATEST = 3.0  # [s] of the study, after the first piece is there or the processes have loaded
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the study as it is when nothing ends it."""
+    out = tmp_path_factory.mktemp("undisturbed")
+    assert disturbed.run_to_its_end(out, 2) == (0, "")
+    return out
+
+
+@pytest.fixture(autouse=True)
+def _takes_long(request: pytest.FixtureRequest) -> None:
+    if request.config.getoption("--profile") != "full":
+        pytest.skip("takes long: --profile full")
+
+
+@pytest.mark.parametrize("moment", range(MOMENTS))
+@pytest.mark.parametrize("target", ["parent", "worker", "group"])
+@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_a_study_goes_on(
+    number: signal.Signals, jobs: int, target: str, moment: int, tmp_path: Path, undisturbed: Path,
+    request: pytest.FixtureRequest,
+) -> None:  # fmt: skip
+    if (target, jobs) == ("worker", 1):
+        pytest.skip("one job has no worker")
+    chance = random.Random(request.node.name)
+    (tmp_path / "index.html").write_text("old")
+    study = disturbed.begun(tmp_path, jobs)
+    pieces = chance.randrange(7)
+    disturbed.until(lambda: len(disturbed.logged(tmp_path)) >= pieces, study)
+    time.sleep(chance.uniform(0.0, LATEST) if pieces == 0 else chance.uniform(0.0, 0.1))
+    if study.poll() is None:
+        disturbed.sent(study, number, target)
+    err, seconds = disturbed.ended(study)
+    if study.returncode != 0:
+        assert study.returncode in (130, -number)  # -number: while Python loads
+        assert seconds < disturbed.LOADED * disturbed.ENDS
+        assert study.returncode != 130 or "Traceback" not in err
+        code, said = disturbed.run_to_its_end(tmp_path, jobs)
+        assert code == 0, said
+    else:
+        assert (tmp_path / "index.html").read_text("utf-8") != "old"
+    assert disturbed.group(study.pid) == []
+    # A piece may be kept, and its process end before the list has it; none is there twice.
+    assert set(Counter(disturbed.logged(tmp_path)).values()) == {1}
+    assert disturbed.errors(disturbed.stored(tmp_path)) == disturbed.errors(
+        disturbed.stored(undisturbed)
+    )
+    hidden = [name for name in os.listdir(tmp_path) if name.startswith((".studies", "studies."))]
+    assert hidden == [FILE]
