@@ -18,7 +18,8 @@ from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
 
-FRICTION, GRAVITY, SPEED, DURATION = 0.3, 9.81, 1.0, 0.1
+FRICTION, GRAVITY, SPEED = 0.3, 9.81, 1.0
+DURATION = 0.06  # [s]: a friction that differs by 1e-3 shows by 5e-6 m, twenty uncertainties
 FOOT = """
 <mujoco>
   <option timestep="0.002" cone="{cone}"/>

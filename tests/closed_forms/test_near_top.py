@@ -18,8 +18,8 @@ from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
 from plumbob.tests.support.high_precision import PI, Orbit
 
 ULP = 2.0**-52
@@ -101,7 +101,7 @@ def test_scipy_loses_the_parameter_to_rounding() -> None:
 def test_engines_start_at_the_nearest_double(k: int, method: str) -> None:
     scene, how = find_scene(f"simple-pendulum/near-top-1e-{k}"), find_method(method)
     step = 1e-12 if how.control == "tolerance" else 2e-3
-    run = engine_of(how).prepare(system_of(scene).case(scene), how, step).run()
+    run = engine_of(how).prepare(case_of(scene), how, step).run()
     theta = float(run.observables["theta"][0])
     wanted = float(PI - mpfr(f"{10.0**-k!r}"))
     assert theta == wanted == problem(f"near-top-1e-{k}").started.theta
@@ -112,7 +112,7 @@ def test_the_error_bar_covers_rounding_of_the_start() -> None:
     pytest.importorskip("heyoka")
     for k, size in ((6, 3.6e-10), (9, 4.1e-7), (12, 4.2e-4)):
         scene, how = find_scene(f"simple-pendulum/near-top-1e-{k}"), find_method("heyoka/taylor")
-        error = measure(system_of(scene).case(scene), how, 1e-15)[0].errors["theta"]
+        error = measure(case_of(scene), how, 1e-15)[0].errors["theta"]
         assert error.largest == pytest.approx(size, rel=0.15)
         assert error.largest < error.uncertainty < 10 * error.largest
 

@@ -16,8 +16,8 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import scenes, system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.verdict import Judgement, judge
 from plumbob.tests.support.cases import held_against
@@ -38,7 +38,7 @@ def measured(
 ) -> tuple[Measurement, Trajectory]:
     """One run: what it measured, and its trajectory."""
     scene, how = run(name, method, step, **changes)
-    found, trajectory = measure(system_of(scene).case(scene), how, step)
+    found, trajectory = measure(case_of(scene), how, step)
     assert trajectory is not None
     return found, trajectory
 
@@ -47,7 +47,7 @@ def judged(name: str, method: str | Method, step: float, **changes: float) -> Ju
     """One run, judged."""
     scene, how = run(name, method, step, **changes)
     system = system_of(scene)
-    return judge(measure(system.case(scene), how, step)[0], system, how)
+    return judge(measure(case_of(scene), how, step)[0], system, how)
 
 
 # physics.md section 3: RK4, dt 0.05 s, 1000 steps; three digits, as measured with the same method
@@ -149,8 +149,8 @@ def test_a_parameter_error_of_a_millionth(name: str) -> None:
     scene = find_scene(SIMPLE + "damped-large")
     system, how = system_of(scene), find_method("mujoco/rk4")
     wrong = find_scene(scene.name, {name: scene.parameters[name] * (1 + 1e-6)})
-    other = held_against(system.case(scene), system.case(wrong))
-    assert judge(measure(system.case(scene), how, 5e-3)[0], system, how).verdict == "pass"
+    other = held_against(case_of(scene), case_of(wrong))
+    assert judge(measure(case_of(scene), how, 5e-3)[0], system, how).verdict == "pass"
     assert judge(measure(other, how, 5e-3)[0], system, how).verdict == "fail"
 
 
@@ -165,7 +165,7 @@ def test_a_forcing_shifted_by_half_a_step(method: str) -> None:
 def test_midpoint_methods_are_for_what_is_forced() -> None:
     scene, how = run(SIMPLE + "damped-large", "mujoco/rk4+midpoint", 1e-2)
     with pytest.raises(Unsupported, match="the same as mujoco/rk4"):
-        engine_of(how).prepare(system_of(scene).case(scene), how, 1e-2)
+        engine_of(how).prepare(case_of(scene), how, 1e-2)
 
 
 @pytest.mark.parametrize("case", ["rotating-fast", "free-large", "forced-large"])
@@ -230,7 +230,7 @@ def test_the_closed_form_is_a_method(name: str) -> None:
     assert found.errors["theta"].largest <= found.errors["theta"].uncertainty
     scene, how = run(SIMPLE + "damped-large", "exact/closed-form", 1e-9)
     with pytest.raises(Unsupported, match="no closed form"):
-        engine_of(how).prepare(system_of(scene).case(scene), how, 1e-9)
+        engine_of(how).prepare(case_of(scene), how, 1e-9)
 
 
 @pytest.mark.parametrize(
@@ -245,6 +245,6 @@ def test_heyoka_agrees_with_the_reference(name: str) -> None:
     assert found.errors["theta"].largest < 30 * found.errors["theta"].uncertainty
     scene = find_scene(name)
     wrong = find_scene(name, {"gravity": scene.parameters["gravity"] * (1 + 1e-11)})
-    system, how = system_of(scene), find_method("heyoka/taylor")
-    off, _ = measure(held_against(system.case(scene), system.case(wrong)), how, 1e-15)
+    how = find_method("heyoka/taylor")
+    off, _ = measure(held_against(case_of(scene), case_of(wrong)), how, 1e-15)
     assert off.errors["theta"].largest > 30 * off.errors["theta"].uncertainty

@@ -13,8 +13,8 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import scenes, system_of
 from plumbob.reports.judge.verdict import judge
 
 SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
@@ -46,7 +46,7 @@ def test_chaos_is_followed_within_its_horizon() -> None:
 def test_an_error_that_is_not_small_is_reported() -> None:
     # the second-order response grows with the error: ten times the error, ten times as nonlinear
     scene = find_scene(SIMPLE + "damped-rotating")
-    case = system_of(scene).case(scene)
+    case = case_of(scene)
     motion, times = case.reference, np.linspace(0.0, 20.0, 400)
     errors = case.errors.series(Scheme(RK4), times)[4]
     small = motion.nonlinearity(times, {n: 1e-9 * e for n, e in errors.items()})
@@ -85,7 +85,7 @@ def test_unusual_parameters_have_an_answer(system: str, changes: dict[str, float
         assert np.isfinite(values).all()
     step = 1e-4 if changes.get("length", 1.0) < 1.0 or "damping_rate" in changes else 1e-3
     how = find_method("mujoco/rk4")
-    found, _ = measure(owner.case(replace(scene, duration=2.0)), how, step)
+    found, _ = measure(case_of(replace(scene, duration=2.0)), how, step)
     verdict = judge(found, owner, how)
     assert verdict.verdict in ("pass", "pre-asymptotic"), verdict.reason
 

@@ -22,7 +22,7 @@ from plumbob.engines.study import store
 from plumbob.reports.cli import main
 from plumbob.reports.commands import cite
 
-VALIDATE = ("validate", "--scenes", "cone-pendulum/rotating-base", "--methods", "ode/rk4")
+VALIDATE = ("validate", "--scenes", "linear-pendulum/overdamped", "--methods", "ode/rk4")
 
 
 @pytest.fixture(autouse=True)

@@ -36,7 +36,7 @@ def test_validate_reports_the_error_and_better_methods(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     like, out = written(tmp_path, "Euler"), str(tmp_path / "out")
-    assert main([*VALIDATE, "--like", like, "--out", out, "--jobs", "2"]) == 0
+    assert main([*VALIDATE, "--like", like, "--out", out, "--jobs", "1"]) == 0
     answer = capsys.readouterr().out
     page = (tmp_path / "out" / "index.html").read_text("utf-8")
     assert "How large are the errors of your settings?" in page

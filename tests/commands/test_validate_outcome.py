@@ -32,6 +32,7 @@ from plumbob.tests.commands.outcomes import Outcome, break_engine, declare, vali
 
 CONE, LINE, TURN = "cone-pendulum/deep-well", "capsule-line/ca1", "capsule-turn/0.3"
 QUICK = "cone-pendulum/rotating-base"
+SMALL = "linear-pendulum/overdamped"  # of which the page shows few runs
 METHODS = "mujoco/euler,ode/rk4,exact/closed-form"
 
 
@@ -51,8 +52,8 @@ def validate(whole: Validate, monkeypatch: pytest.MonkeyPatch) -> Validate:
     return whole
 
 
-def test_all_as_expected(whole: Validate) -> None:
-    found = whole(f"{CONE},{LINE},{TURN}", METHODS)
+def test_all_as_expected(validate: Validate) -> None:
+    found = validate(f"{CONE},{LINE},{TURN}", METHODS)
     assert found.code == 0
     counts = {name: found.junit.get(name) for name in ("tests", "failures", "errors", "skipped")}
     cases = found.junit.findall("testcase")
@@ -68,6 +69,11 @@ def test_all_as_expected(whole: Validate) -> None:
     assert closed.attrib["message"].startswith("unsupported: ")
     assert found.case(CONE, "ode/rk4").find("skipped") is None
     assert "UNEXPECTED" not in found.out
+
+
+def test_a_study_as_expected_has_its_page(whole: Validate) -> None:
+    found = whole(SMALL, METHODS)
+    assert found.code == 0
     assert Path(found.out.splitlines()[-1].removeprefix("page: ")).is_file()
 
 

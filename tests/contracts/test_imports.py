@@ -12,12 +12,12 @@ import pytest
 
 from plumbob.engines.registry import engines, installed
 from plumbob.tests.contracts.second_copies import second_copies
-from plumbob.tests.contracts.tree import LAYERS, PACKAGE, module_name, python
+from plumbob.tests.contracts.tree import LAYERS, PACKAGE, files, module_name
 
 ROOT = Path(__file__).parents[2]
 MODULES = (
     PACKAGE,
-    *(module_name(path) for path, _ in python(ROOT) if path.parts[0] in LAYERS),
+    *(module_name(p) for p in files(ROOT) if p.suffix == ".py" and p.parts[0] in LAYERS),
 )
 ABSENT = tuple(  # parts of adapters, which import an engine that is not installed
     f"{PACKAGE}.engines.adapters.{engine.name}."

@@ -16,8 +16,8 @@ from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
 
 PLAIN = (
     Scheme(EULER),
@@ -74,7 +74,7 @@ def test_a_wrong_coefficient_leaves_more(scheme: Scheme) -> None:
 def stepped(name: str, method: str, step: float) -> tuple[SteppedErrors, dict[str, Array], int]:
     """What theory steps, the errors of the engine's run, and its number of steps."""
     scene, how = find_scene(name), find_method(method)
-    case = system_of(scene).case(scene)
+    case = case_of(scene)
     found, run = measure(case, how, step)
     assert run is not None
     truth = case.reference.observe(run.times)
@@ -115,7 +115,7 @@ def test_an_engine_takes_these_steps(name: str, method: str, step: float) -> Non
 def test_a_joint_s_moment_of_inertia_is_seen() -> None:
     name, step = "simple-pendulum/rotating-slow", 2e-2
     how, scene = find_method("pymunk/tight"), find_scene(name)
-    case = system_of(scene).case(scene)
+    case = case_of(scene)
     times = measure(case, how, step)[1].times  # type: ignore[union-attr]
     right, point = (
         case.errors.at_step(replace(how.scheme, jointed_moment=moment), step, times)
@@ -130,7 +130,7 @@ def test_the_uncertainty_is_that_of_the_stepped_orbit() -> None:
     # leapfrog stays next to the saddle for a while and then falls to the other side
     theory, _, _ = stepped("cone-pendulum/above-barrier-1e-6", "ode/leapfrog", 1e-4)
     scene = find_scene("cone-pendulum/above-barrier-1e-6")
-    case = system_of(scene).case(scene)
+    case = case_of(scene)
     exact = case.reference.uncertainty(np.array([scene.duration]))["theta"][0]
     assert theory.uncertainty is not None
     assert theory.uncertainty["theta"].max() > 5 * exact

@@ -14,7 +14,7 @@ from plumbob.analytic.errors.sliding_motion.plane_errors import euler_lead
 from plumbob.engines.adapters.mujoco.contacts import PLANE_SOFTENING, contacts
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.study.measurement import measure
-from plumbob.models.registry import scene, system_of, systems
+from plumbob.models.registry import case_of, scene, systems
 from plumbob.tests.support.mujoco_capsule import METHODS, problem, run, verdict
 
 TURN = systems()["capsule-turn"]
@@ -82,7 +82,7 @@ def test_a_heading_goes_on_where_its_angle_jumps(heading: float) -> None:
     # turns by 0.52 rad, through half a turn
     rate = 6.0 if heading > 0.0 else -6.0
     turned = scene("capsule-coast/rotation", {"heading": heading, "heading_rate": rate})
-    found, _ = measure(system_of(turned).case(turned), METHODS[EULER], 1e-3)
+    found, _ = measure(case_of(turned), METHODS[EULER], 1e-3)
     assert abs(found.errors["heading"].end) < 0.01
 
 
@@ -100,7 +100,7 @@ def test_implicitfast_takes_another_step_with_a_lone_body() -> None:
         **METHODS["implicitfast+coulomb"].settings, "integrator": "implicit",
     })  # fmt: skip
     case = scene("capsule-coast/spin")
-    found = compiled(system_of(case).case(case), other, 1e-3).run().observables["x"]
+    found = compiled(case_of(case), other, 1e-3).run().observables["x"]
     same = run("capsule-coast/spin", "implicitfast+coulomb", 1e-3)[1].observables["x"]
     np.testing.assert_allclose(found, same, rtol=0, atol=1e-14)
     lone = run("capsule-coast/spin", "implicitfast+coulomb", 1e-3)[0]
@@ -125,7 +125,7 @@ def test_armatures_of_a_turning_body_bring_no_force_of_their_own() -> None:
     errors = {}
     for method in (EULER, RK4):
         case = scene("capsule-turn/0.1-stop", {"friction": 1e-12})
-        moved = compiled(TURN.case(case), METHODS[method], step_of(case.name, 400)).run()
+        moved = compiled(case_of(case), METHODS[method], step_of(case.name, 400)).run()
         errors[method] = moved.observables["body_angle"][-1] - one.body_angle
         balance = moved.channels["momentum_residual"].max()
         assert balance < 1e-12 * 0.3 * 0.12 * (one.angular_acceleration * one.half_time) ** 2 * 1e2
@@ -176,7 +176,7 @@ def test_with_the_softening_of_a_line_a_fast_turn_chatters() -> None:
     case, method = scene("capsule-turn/0.01-stop"), METHODS[EULER]
     posed = problem(case.name)
     assert contacts(posed, method.settings).softening == PLANE_SOFTENING
-    simulation = compiled(TURN.case(case), method, step_of(case.name, 800))
+    simulation = compiled(case_of(case), method, step_of(case.name, 800))
     fine = simulation.run().channels["least_normal_force"]
     assert fine.min() > 2.5
     model = simulation.model
@@ -189,7 +189,7 @@ def test_with_the_softening_of_a_line_a_fast_turn_chatters() -> None:
 
 def test_the_file_turns_by_itself() -> None:
     model = mujoco.MjModel.from_xml_path(str(TURN.mjcf.with_name("turning.xml")))
-    rebuilt = compiled(TURN.case(scene("capsule-turn")), METHODS[EULER], 1e-4).model
+    rebuilt = compiled(case_of(scene("capsule-turn")), METHODS[EULER], 1e-4).model
     for name in (
         "body_mass",
         "body_inertia",
@@ -199,15 +199,15 @@ def test_the_file_turns_by_itself() -> None:
         "pair_friction",
     ):
         np.testing.assert_allclose(getattr(model, name), getattr(rebuilt, name), rtol=1e-12)
-    assert measure(TURN.case(scene("capsule-turn/0.3")), METHODS[RK4], 1e-2)[0].status == "done"
+    assert measure(case_of(scene("capsule-turn/0.3")), METHODS[RK4], 1e-2)[0].status == "done"
 
 
 @pytest.mark.parametrize("method", ["euler", "euler+coulomb"])
 def test_where_a_body_rests_is_kept_for_one_model_alone(method: str) -> None:
     """Contacts of `coulomb` are stiffer at a smaller step; MuJoCo's own are the same at each."""
-    case = TURN.case(scene("capsule-turn/0.3"))
+    case = case_of(scene("capsule-turn/0.3"))
     heights = [float(compiled(case, METHODS[method], h).translation.qpos[2]) for h in (1e-3, 5e-4)]
-    heavier = TURN.case(scene("capsule-turn/0.3", {"gravity": 12.0}))
+    heavier = case_of(scene("capsule-turn/0.3", {"gravity": 12.0}))
     lower = float(compiled(heavier, METHODS[method], 1e-3).translation.qpos[2])
     assert (heights[0] == heights[1]) == (method == "euler")
     assert lower < heights[0] < 0.0

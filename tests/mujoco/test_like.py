@@ -14,8 +14,8 @@ from plumbob.engines.adapters.mujoco.user_file import HALVINGS, user_method
 from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
 from plumbob.reports.judge.verdict import judge
 
 MODEL = """
@@ -103,13 +103,13 @@ def test_a_user_method_is_measured_as_any_other(
 ) -> None:
     scene = replace(find_scene(name), duration=0.5)
     system, found = system_of(scene), user_method(written(tmp_path, integrator, "0.0005", flags))
-    run, _ = measure(system.case(scene), found, found.step_sizes[0])
+    run, _ = measure(case_of(scene), found, found.step_sizes[0])
     assert judge(run, system, found).verdict == "pass"
     if name == "cone-pendulum" or integrator == "RK4":
         return
     # Explicit or implicit damping makes the difference: the error is that predicted for the one, up
     # to its nonlinear part, and not that of the other.
-    other, _ = measure(system.case(scene), _with_damping_the_other_way(found), found.step_sizes[0])
+    other, _ = measure(case_of(scene), _with_damping_the_other_way(found), found.step_sizes[0])
     error, wrong = run.errors["theta"].predicted, other.errors["theta"].predicted
     assert error is not None
     assert wrong is not None

@@ -13,8 +13,8 @@ from plumbob.engines.adapters.mujoco.user_file import user_method
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import case_of, system_of, systems
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of, systems
 
 LINE = "capsule-line/heading-030"
 BARE = "<mujoco><option {options}/><default><geom {geom}/></default></mujoco>"
@@ -38,10 +38,9 @@ def test_a_file_that_says_what_a_method_says_is_that_method(
     options: str, like: str, tmp_path: Path
 ) -> None:
     scene = replace(find_scene(LINE), duration=0.06)
-    system = system_of(scene)
-    user, _ = measure(system.case(scene), own(tmp_path, options), 1e-3)
-    same, _ = measure(system.case(scene), find_method(like), 1e-3)
-    other, _ = measure(system.case(scene), find_method("mujoco/euler+pyramidal"), 1e-3)
+    user, _ = measure(case_of(scene), own(tmp_path, options), 1e-3)
+    same, _ = measure(case_of(scene), find_method(like), 1e-3)
+    other, _ = measure(case_of(scene), find_method("mujoco/euler+pyramidal"), 1e-3)
     for name, error in same.errors.items():
         assert user.errors[name].largest == error.largest  # the same numbers, to the last bit
     assert user.errors["displacement"].largest != other.errors["displacement"].largest
@@ -61,8 +60,7 @@ FIELDS = (
 @pytest.mark.parametrize(("geom", "field", "value"), FIELDS)
 def test_every_contact_is_the_users(geom: str, field: str, value: object, tmp_path: Path) -> None:
     scene = find_scene(LINE)
-    system = system_of(scene)
-    model = compiled(system.case(scene), own(tmp_path, geom=geom), 1e-3).model
+    model = compiled(case_of(scene), own(tmp_path, geom=geom), 1e-3).model
     assert model.npair == 3
     for row in getattr(model, f"pair_{field}"):
         assert np.all(row == np.array(value))
@@ -75,11 +73,11 @@ def test_the_solver_ends_where_the_users_does(tmp_path: Path) -> None:
     scene = find_scene(LINE)
     found = {
         tolerance: compiled(
-            system_of(scene).case(scene), own(tmp_path, f'tolerance="{tolerance}"'), 1e-3
+            case_of(scene), own(tmp_path, f'tolerance="{tolerance}"'), 1e-3
         ).model.opt.tolerance
         for tolerance in (1e-8, 1e-11)
     }
-    default = compiled(system_of(scene).case(scene), find_method("mujoco/euler"), 1e-3).model
+    default = compiled(case_of(scene), find_method("mujoco/euler"), 1e-3).model
     assert found[1e-8] == default.opt.tolerance < 1e-15
     assert found[1e-11] == pytest.approx(1e-3 * found[1e-8])
 
@@ -93,13 +91,10 @@ def test_it_runs_on_every_system_that_mujoco_can_do(
     found = own(tmp_path, f'integrator="{integrator}" cone="elliptic"', 'solref="0.004 1"')
     short = replace(scene, duration=min(scene.duration, 40 * found.step_sizes[0]))
     try:
-        compiled(system_of(scene).case(short), find_method("mujoco/euler"), found.step_sizes[0])
+        compiled(case_of(short), find_method("mujoco/euler"), found.step_sizes[0])
     except Unsupported:
-        assert (
-            measure(system_of(scene).case(short), found, found.step_sizes[0])[0].status
-            == "unsupported"
-        )
+        assert measure(case_of(short), found, found.step_sizes[0])[0].status == "unsupported"
         return
-    run, _ = measure(system_of(scene).case(short), found, found.step_sizes[0])
+    run, _ = measure(case_of(short), found, found.step_sizes[0])
     assert run.status == "done"
     assert run.errors[system_of(scene).observables[0].name].largest < 10.0

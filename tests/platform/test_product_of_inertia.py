@@ -100,13 +100,13 @@ def test_engines_agree_and_a_small_defect_fails(method: str) -> None:
     the other sign, fails; the pivot elsewhere on the axle's line or higher does not."""
     scene, how = find_scene(TILTED), find_method(method)
     system, step = system_of(scene), 1e-12 if "dop" in method else 2e-5
-    right = system.case(scene)
+    right = case_of(scene)
     assert judge(measure(right, how, step)[0], system, how).verdict == "pass"
     product = scene.parameters["inertia_yz"]
     for wrong in (product * (1 + (1e-2 if "euler" in method else 1e-4)), -product):
-        other = held_against(right, system.case(find_scene(TILTED, {"inertia_yz": wrong})))
+        other = held_against(right, case_of(find_scene(TILTED, {"inertia_yz": wrong})))
         assert judge(measure(other, how, step)[0], system, how).verdict == "fail"
-    moved = system.case(find_scene(TILTED, {"pivot_x": 0.5, "pivot_z": -0.7}))
+    moved = case_of(find_scene(TILTED, {"pivot_x": 0.5, "pivot_z": -0.7}))
     same = held_against(right, moved)
     assert judge(measure(same, how, step)[0], system, how).verdict == "pass"
 

@@ -19,7 +19,7 @@ from plumbob.engines.adapters.pymunk.assembly import Assembly
 from plumbob.engines.adapters.pymunk.capsule_above import SetLimits, friction_limits
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
-from plumbob.models.registry import scene, system_of
+from plumbob.models.registry import case_of, scene, system_of
 from plumbob.reports.judge.verdict import judge
 from plumbob.tests.support.pymunk_capsule import run, verdict
 from plumbob.tests.support.random_capsules import CHECK
@@ -171,7 +171,7 @@ def test_a_switch_at_the_very_end_of_a_step(
     lasts, starts = which(slides)
     step = starts / (round(starts / 5e-5) + late)
     duration = step * math.ceil(problem.motion.duration / step + 1)
-    found, _ = measure(system.case(replace(short, duration=duration)), how, step)
+    found, _ = measure(case_of(replace(short, duration=duration)), how, step)
     assert judge(found, system, how).verdict == "pass"
     place = found.errors["x"]
     assert place.predicted is not None

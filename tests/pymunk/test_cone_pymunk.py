@@ -9,8 +9,8 @@ import pytest
 
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
 from plumbob.reports.findings.cone_pendulum import plane_engine
 from plumbob.reports.findings.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.reports.judge.verdict import judge
@@ -25,10 +25,10 @@ SCENES = ("rotating-base", "resting-base", "unequal-inertia", "product-of-inerti
 def test_its_errors_are_predicted_and_a_small_defect_fails(name: str) -> None:
     scene = find_scene(f"cone-pendulum/{name}")
     system = system_of(scene)
-    right = system.case(scene)
+    right = case_of(scene)
     assert judge(measure(right, TORQUE, 1e-4)[0], system, TORQUE).verdict == "pass"
     heavier = {"gravity": scene.parameters["gravity"] * 1.01}
-    other = held_against(right, system.case(find_scene(scene.name, heavier)))
+    other = held_against(right, case_of(find_scene(scene.name, heavier)))
     assert judge(measure(other, TORQUE, 1e-4)[0], system, TORQUE).verdict == "fail"
 
 
@@ -37,7 +37,7 @@ def test_a_torque_before_the_step_fails() -> None:
     scene = find_scene(ROTATING)
     system = system_of(scene)
     late = replace(TORQUE, settings={"torque": "before"})
-    assert judge(measure(system.case(scene), late, 1e-4)[0], system, late).verdict == "fail"
+    assert judge(measure(case_of(scene), late, 1e-4)[0], system, late).verdict == "fail"
 
 
 def test_the_energy_that_the_explicit_rule_gains() -> None:

@@ -14,8 +14,8 @@ from plumbob.engines.adapters.pymunk.methods import CLOSING_RATE
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
 from plumbob.reports.judge.verdict import judge
 from plumbob.tests.support.cases import held_against
 
@@ -30,7 +30,7 @@ def run(
     """One run of a scene of the simple pendulum, cut to `duration` [s]."""
     scene = replace(find_scene(f"simple-pendulum/{name}"), duration=duration)
     how = replace(method, settings={**method.settings, **settings})
-    found, trajectory = measure(system_of(scene).case(scene), how, step)
+    found, trajectory = measure(case_of(scene), how, step)
     assert trajectory is not None
     return found, trajectory
 
@@ -76,9 +76,9 @@ def test_a_parameter_error_of_a_thousandth(name: str, parameter: str) -> None:
     # first order: the budget at this step is a hundredth of an error of 1e-4 to 1e-3
     scene = replace(find_scene("simple-pendulum/forced-large"), duration=5.0)
     wrong = find_scene(scene.name, {parameter: scene.parameters[parameter] * 1.001})
-    system, how = system_of(scene), METHODS[name]
-    other = held_against(system.case(scene), system.case(wrong))
-    assert verdict(measure(system.case(scene), how, STEPS[name])[0], how) == "pass"
+    how = METHODS[name]
+    other = held_against(case_of(scene), case_of(wrong))
+    assert verdict(measure(case_of(scene), how, STEPS[name])[0], how) == "pass"
     assert verdict(measure(other, how, STEPS[name])[0], how) == "fail"
 
 
@@ -146,7 +146,7 @@ def test_the_sign_changes_where_the_rod_begins_to_pull(speed: float) -> None:
     scene = find_scene(
         "simple-pendulum/free-large", {"theta": np.radians(-101), "theta_dot": speed}
     )
-    _, trajectory = measure(system_of(scene).case(replace(scene, duration=0.02)), TIGHT, 4e-4)
+    _, trajectory = measure(case_of(replace(scene, duration=0.02)), TIGHT, 4e-4)
     assert trajectory is not None
     seen = {name: values[1:] for name, values in trajectory.observables.items()}
     own = tension(1.0, 9.8, seen["theta"], seen["theta_dot"])
@@ -166,7 +166,7 @@ def test_the_rounding_of_an_opening_is_bounded_and_not_loosely(step: float) -> N
 
 def test_runs_are_the_same_again() -> None:
     scene = replace(find_scene("simple-pendulum/forced-large"), duration=1.0)
-    simulation = prepare(system_of(scene).case(scene), TIGHT, 1e-3)
+    simulation = prepare(case_of(scene), TIGHT, 1e-3)
     first, second = simulation.run(), simulation.run()
     assert first.steps == 1000
     assert first.times[-1] == pytest.approx(1.0)

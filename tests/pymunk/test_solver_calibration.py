@@ -10,7 +10,7 @@ import pytest
 from plumbob.analytic.errors.contact_models.sequential_impulse_line import STALLED, USED_UP, LineRun
 from plumbob.engines.adapters.pymunk.capsule import described
 from plumbob.engines.study.measurement import measure
-from plumbob.models.registry import scene, system_of
+from plumbob.models.registry import case_of, scene, system_of
 from plumbob.tests.support.pymunk_capsule import METHODS, run
 
 USED_UP_SCENES = (
@@ -24,7 +24,7 @@ def residual(name: str, step: float, iterations: int, **changes: Any) -> tuple[f
     """Fraction of the change of velocity that feet leave in a step, and its bound with one sticking
     foot."""
     changed = scene(name, changes)
-    case = system_of(changed).case(changed)
+    case = case_of(changed)
     feet = METHODS["feet"]
     feet = replace(feet, settings={**feet.settings, "iterations": iterations})
     solver = described(case.problem, feet, step)

@@ -6,16 +6,16 @@ from pathlib import Path
 
 from playwright.sync_api import Browser
 
-from plumbob.reports.findings import section
 from plumbob.reports.view.overview import anchor
-from plumbob.reports.view.site.writing import content, one_file, site
+from plumbob.reports.view.site.writing import one_file, site
 from plumbob.tests.replay.in_browser import found, opened, set_time
+from plumbob.tests.site.whole_profile import small
 from plumbob.tests.support.page_document import site_files
 from plumbob.tests.support.studies import SCENE, quick
 
 
 def test_each_scene_of_a_site_has_its_replay(browser: Browser, tmp_path: Path) -> None:
-    whole = content(quick(), section)
+    whole = small()
     pages = {page.stem: page for page in site_files(site(whole, tmp_path))}
     single = tmp_path / "one.html"
     single.write_text(one_file(whole), "utf-8")

@@ -20,7 +20,7 @@ from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.adapters.mujoco.trimming import trimming
 from plumbob.engines.method import Unsupported
 from plumbob.engines.study.measurement import Measurement, measure
-from plumbob.models.registry import case_of, scene, system_of, systems
+from plumbob.models.registry import case_of, scene, systems
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.verdict import judge
 from plumbob.tests.support.mujoco_capsule import (
@@ -62,7 +62,7 @@ def test_friction_of_rk4_is_that_of_its_first_stage(name: str, method: str) -> N
     assert other is not None
     assert other.for_this_step
     assert other.beyond > allowed
-    case = system_of(scene(name)).case(scene(name))
+    case = case_of(scene(name))
     times = np.arange(160, dtype=np.float64) * step
     stages, mean = (
         case.errors.at_step(Scheme(scheme), step, times).errors["friction_force"]
@@ -82,7 +82,7 @@ def test_loads_swapped_between_two_supports(method: str) -> None:
 def test_the_reaction_on_the_body_dropped() -> None:
     # the slider's mass moved to the body: the weight is the same, without a reaction
     case = scene("capsule-line/ca1")
-    simulation = compiled(LINE.case(case), METHODS["euler+coulomb"], 1e-3)
+    simulation = compiled(case_of(case), METHODS["euler+coulomb"], 1e-3)
     model, data = simulation.model, mujoco.MjData(simulation.model)
     model.body_mass[model.body("body").id] += model.body_mass[model.body("slider").id]
     model.body_mass[model.body("slider").id] = 1e-12
@@ -93,8 +93,8 @@ def test_the_reaction_on_the_body_dropped() -> None:
 
 def test_a_step_twice_as_large_is_seen() -> None:
     case, method = scene("capsule-line/ca1"), METHODS["euler+coulomb"]
-    fine, _ = measure(LINE.case(case), method, 5e-4)
-    coarse, _ = measure(LINE.case(case), method, 1e-3)
+    fine, _ = measure(case_of(case), method, 5e-4)
+    coarse, _ = measure(case_of(case), method, 1e-3)
     pretended = {
         name: replace(error, largest=coarse.errors[name].largest)
         for name, error in fine.errors.items()
@@ -122,7 +122,7 @@ def test_bounds_are_not_loose(step: float) -> None:
 
 def test_the_slider_follows_its_control_but_for_its_armature() -> None:
     _, moved = run("capsule-line/ca1", "euler+coulomb", 1e-3)
-    case = LINE.case(scene("capsule-line/ca1"))
+    case = case_of(scene("capsule-line/ca1"))
     exact = case.reference
     predicted = case.errors.at_step(Scheme(EULER), 1e-3, moved.times).errors["stroke"]
     off = moved.observables["stroke"] - exact.observe(moved.times)["stroke"] - predicted
@@ -198,18 +198,18 @@ def test_a_solver_that_stops_early_exceeds_the_bounds_of_the_reduced_model() -> 
 @pytest.mark.parametrize("name", ["capsule-line/ca1", "capsule-hold/0.9"])
 def test_trimming_changes_no_bit(name: str, model: str) -> None:
     case = scene(name)
-    found = trimming(system_of(case).case(case), METHODS[model], 1e-4, steps=300, repeats=3)
+    found = trimming(case_of(case), METHODS[model], 1e-4, steps=300, repeats=3)
     assert found.identical
 
 
 def test_a_method_not_meant_for_a_scene_says_so() -> None:
-    found, trajectory = measure(LINE.case(scene("capsule-line/ca1")), METHODS["euler+planar"], 1e-3)
+    found, trajectory = measure(case_of(scene("capsule-line/ca1")), METHODS["euler+planar"], 1e-3)
     assert found.status == "unsupported"
     assert "not meant" in found.reason
     assert trajectory is None
     turning = scene("capsule-coast/rotation")
     with pytest.raises(Unsupported, match="one line"):
-        prepare(system_of(turning).case(turning), METHODS["euler+reduced"], 1e-3)
+        prepare(case_of(turning), METHODS["euler+reduced"], 1e-3)
 
 
 def test_an_unknown_profile_is_refused() -> None:
@@ -223,8 +223,8 @@ def test_an_unknown_profile_is_refused() -> None:
 
 def test_other_contacts_have_no_bounds() -> None:
     case = scene("capsule-line/ca1")
-    assert model_error(LINE.case(case), METHODS["euler"], 1e-3) == {}
-    assert model_error(LINE.case(case), METHODS["euler+coulomb"], 1e-3)
+    assert model_error(case_of(case), METHODS["euler"], 1e-3) == {}
+    assert model_error(case_of(case), METHODS["euler+coulomb"], 1e-3)
 
 
 @st.composite
@@ -267,7 +267,7 @@ def test_any_body_moves_as_predicted(given: dict[str, Any], method: str, fine: f
     assume(end * fine / given["t1"] < 3000)
     case = Scene("capsule-line/any", "", given, end, (), "")
     how = next(m for m in ENGINE.methods if m.name == f"mujoco/{method}")
-    found, _ = measure(LINE.case(case), how, given["t1"] / fine)
+    found, _ = measure(case_of(case), how, given["t1"] / fine)
     judgement = judge(found, LINE, how)
     assert judgement.verdict == "pass", judgement.reason
 
@@ -276,7 +276,7 @@ def test_an_unscaled_solver_tolerance_has_no_effect() -> None:
     # 1e-8 of a trace that is 1e10 because of the armature: the solver keeps the result of the last
     # step
     case, method = scene("capsule-line/ca1"), METHODS["implicitfast+coulomb"]
-    simulation = compiled(LINE.case(case), method, 1e-3)
+    simulation = compiled(case_of(case), method, 1e-3)
     simulation.model.opt.tolerance = 1e-12
     wrong = simulation.run().observables["displacement"][-1] + 0.0055917
     right, _ = displaced("capsule-line/ca1", "implicitfast+coulomb", 1e-3)

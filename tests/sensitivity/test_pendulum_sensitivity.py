@@ -16,8 +16,8 @@ from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
 from plumbob.reports.judge.verdict import judge
 
 # Jacobi functions, Taylor series damped and forced, closed form damped and forced: the error of RK4
@@ -42,7 +42,7 @@ Exact = tuple[Reference, ErrorTheory]
 def verdict(name: str, method: str, step: float, exact: Exact | None = None) -> str:
     """The verdict on one run, compared with its own reference or another."""
     scene, how = replace(find_scene(name), duration=DURATION), find_method(method)
-    case = system_of(scene).case(scene)
+    case = case_of(scene)
     if exact is not None:
         case = replace(case, reference=exact[0], errors=exact[1])
     return judge(measure(case, how, step)[0], case.system, how).verdict
@@ -56,7 +56,7 @@ def test_a_parameter_error_of_a_millionth(name: str, parameter: str) -> None:
     if not value:
         return
     wrong = find_scene(name, {parameter: value * (1 + 1e-6)})
-    wrong_case = system_of(wrong).case(wrong)
+    wrong_case = case_of(wrong)
     other = wrong_case.reference, wrong_case.errors
     assert verdict(name, "ode/rk4", step) == "pass"
     assert verdict(name, "ode/rk4", step, other) == "fail"
@@ -88,7 +88,7 @@ def test_pymunk_s_spring(parameter: str) -> None:
     name, step = "linear-pendulum/forced-large", 1e-3
     right = find_scene(name)
     wrong = find_scene(name, {parameter: right.parameters[parameter] * 1.01})
-    wrong_case = system_of(wrong).case(wrong)
+    wrong_case = case_of(wrong)
     other = wrong_case.reference, wrong_case.errors
     assert verdict(name, "pymunk/spring", step) == "pass"
     assert verdict(name, "pymunk/spring", step, other) == "fail"

@@ -15,8 +15,8 @@ from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import case_of as case_of_scene
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
 from plumbob.models.scene import Case
 from plumbob.reports.judge.verdict import judge
 
@@ -28,8 +28,7 @@ def case_of(name: str, **changes: float) -> Case:
     """A scene's case with some parameters multiplied by these."""
     given = find_scene(name)
     wrong = {n: given.parameters[n] * factor for n, factor in changes.items()}
-    scene = find_scene(name, wrong)
-    return system_of(scene).case(scene)
+    return case_of_scene(find_scene(name, wrong))
 
 
 def verdict(name: str, method: Method, step: float, **changes: float) -> str:

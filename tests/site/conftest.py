@@ -7,22 +7,20 @@ from pathlib import Path
 import pytest
 
 from plumbob.engines.study.results import Study
-from plumbob.reports.findings import requests, section
-from plumbob.reports.view.site.writing import Content, content, site
-from plumbob.tests.support.declared import invented_study
+from plumbob.reports.view.site.writing import Content, site
+from plumbob.tests.site import whole_profile
 
 
 @pytest.fixture(scope="session")
 def study() -> Study:
-    """Every scene and method of the quick profile with errors of first order: their places on the
-    pages are those of a measured study, and most are unexpected."""
-    return invented_study(requests)
+    """Every scene and method of the quick profile with errors of first order."""
+    return whole_profile.study()
 
 
 @pytest.fixture(scope="session")
-def shown(study: Study) -> Content:
+def shown() -> Content:
     """What its pages show."""
-    return content(study, section)
+    return whole_profile.shown()
 
 
 @pytest.fixture(scope="session")

@@ -26,8 +26,9 @@ from plumbob.reports.view.page import figure_json
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.site import writing
 from plumbob.reports.view.site.versions import versions
-from plumbob.reports.view.site.writing import render, write_page
+from plumbob.reports.view.site.writing import render, site, write_page
 from plumbob.reports.view.traces import MOST, curve, figure, linear, logarithmic
+from plumbob.tests.site.whole_profile import small
 from plumbob.tests.support.page_document import (
     Document,
     broken_links,
@@ -43,7 +44,7 @@ HOSTILE = "<script>alert('x')</script><img src=x onerror=alert(1)>"
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_page(quick(), tmp_path_factory.mktemp("page") / "new", section)
+    return site(small(), tmp_path_factory.mktemp("page") / "new")
 
 
 @pytest.fixture(scope="module")

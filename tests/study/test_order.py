@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import linregress
-from scipy.stats import t as student
 
 from plumbob.engines.study.order import fit_order
 
@@ -55,6 +53,9 @@ def test_noise_widens_the_interval_to_hold_the_truth() -> None:
 
 @given(st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=6))
 def test_the_interval_is_the_one_of_a_regression(noise: list[float]) -> None:
+    from scipy.stats import linregress  # takes a second: one process imports it, and not each
+    from scipy.stats import t as student
+
     steps = STEPS[: len(noise)]
     errors = steps**2 * np.exp(noise)
     found, fit = (

@@ -7,8 +7,8 @@ from dataclasses import replace
 from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
 from plumbob.models.scene import Case, Scene
 from plumbob.reports.judge.verdict import judge
 
@@ -22,10 +22,9 @@ def run_of(
     method: Method, scene: Scene, step: float, other: Scene | None = None
 ) -> tuple[Measurement, Trajectory]:
     """One run of a scene, compared with its own answer or that of `other`, and its samples."""
-    system = system_of(scene)
-    case = system.case(scene)
+    case = case_of(scene)
     if other is not None:
-        case = held_against(case, system.case(other))
+        case = held_against(case, case_of(other))
     found, trajectory = measure(case, method, step)
     assert trajectory is not None, found
     return found, trajectory

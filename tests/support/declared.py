@@ -30,9 +30,9 @@ from plumbob.engines.study.measurement import Measurement, ObservedError, Predic
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
-from plumbob.models.registry import system_of
 from plumbob.models.scene import Case
 
 SAMPLES, ERROR = 240, 1e-6  # of invented runs
@@ -83,7 +83,7 @@ def invented_study(wanted: Requests) -> Study:
 @cache
 def _posed(name: str) -> Case:
     scene = find_scene(name)
-    return system_of(scene).case(scene)
+    return case_of(scene)
 
 
 def _invented(request: Request) -> Result:

@@ -14,6 +14,7 @@ from itertools import pairwise
 from typing import Any
 
 import gmpy2
+import numpy as np
 from gmpy2 import mpfr
 
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
@@ -71,14 +72,13 @@ class Orbit:
     def critical(self) -> tuple[Number, ...]:
         """Angles in one turn, ascending, at which dV/dtheta changes its sign."""
         count = 2880
-        grid = [0.123 + 2 * math.pi * i / count for i in range(count + 1)]
+        grid = 0.123 + 2 * math.pi * np.arange(count + 1) / count
         a, b, c, d = (float(x) for x in (self.a, self.b, self.c, self.d))
-        slopes = [
-            c * math.sin(x) - (2 * a * math.sin(x) + b) * math.cos(x) - 2 * d * math.cos(2 * x)
-            for x in grid
-        ]
-        places = (i for i in range(count) if slopes[i] * slopes[i + 1] < 0)
-        return tuple(_root(self.slope, self.curvature, grid[i], grid[i + 1]) for i in places)
+        sine, cosine = np.sin(grid), np.cos(grid)
+        slopes = c * sine - (2 * a * sine + b) * cosine - 2 * d * np.cos(2 * grid)
+        places = np.flatnonzero(slopes[:-1] * slopes[1:] < 0)
+        ends = ((float(grid[i]), float(grid[i + 1])) for i in places)
+        return tuple(_root(self.slope, self.curvature, *pair) for pair in ends)
 
     @cached_property
     def crest(self) -> Number:

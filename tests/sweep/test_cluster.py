@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines import cluster as module
+from plumbob.engines.cluster import cluster
 from plumbob.engines.registry import method
 from plumbob.engines.registry import methods as find_methods
-from plumbob.engines.study import cluster as module
-from plumbob.engines.study.cluster import cluster
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.provenance import provenance
 from plumbob.engines.study.runner import run_study

@@ -47,8 +47,11 @@ FAR = Limits(acceleration=4000.0, stroke=1.0, radius=0.15)
 
 @cache
 def planned(name: str, track: str) -> Plan:
-    """One of the suite's plans, made once."""
-    return plan(CHECK, PLACES[name], track=track)  # type: ignore[arg-type]
+    """One of the suite's plans, made once in a process, with those that its scene is run with."""
+    made: Plan = problem(scene(f"capsule-plan/{name}-{track}").parameters).motion
+    assert (made.capsule, made.goal, made.track) == (CHECK, PLACES[name], track)
+    assert made.limits == Limits()
+    return made
 
 
 def ends_off(body: Capsule, made: Plan) -> float:

@@ -16,7 +16,7 @@ from plumbob.engines.study import store
 from plumbob.engines.study.measurement import measure
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
-from plumbob.models.registry import scenes, system_of
+from plumbob.models.registry import case_of, scenes
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.advice import Known
 from plumbob.reports.advice.recommend import Choice, cheapest
@@ -81,7 +81,7 @@ def test_a_fresh_run_reaches_it(scene: Scene, tmp_path: Path, pytestconfig: pyte
     study = _stored(scene, _option(pytestconfig, "methods", METHODS), tmp_path)
     for wanted in WANTED:
         for choice in _offered(study, scene.name, wanted):
-            run, _ = measure(system_of(scene).case(scene), find_method(choice.method), choice.step)
+            run, _ = measure(case_of(scene), find_method(choice.method), choice.step)
             error = error_of(run, study.quantities(scene.name))
             print(f"{wanted:g}: {choice.method} at {choice.step:g} error {error:.3g}")
             assert error <= wanted

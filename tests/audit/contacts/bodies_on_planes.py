@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import cache
 
+import mujoco
+
+from plumbob.engines.audit.contacts import ContactAudit
+from plumbob.reports.judge.audit import audit_contacts
 from plumbob.tests.mujoco.test_settings import BODIES
 
 FRICTION, GRAVITY, SPEED = 0.3, 9.81, 0.5
@@ -32,6 +37,12 @@ def model_text(
 def texts() -> Mapping[str, str]:
     """{name: model file} of the three bodies that settings are tried on."""
     return {name: model_text(geoms, height) for name, (geoms, height, _) in BODIES.items()}
+
+
+@cache
+def audited_once(text: str) -> ContactAudit:
+    """The contact audit of a model file with default options, made once in a process."""
+    return audit_contacts(mujoco.MjModel.from_xml_string(text))
 
 
 def jointed_stand() -> tuple[str, str]:

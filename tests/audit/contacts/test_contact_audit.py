@@ -19,6 +19,7 @@ from plumbob.tests.audit.contacts.bodies_on_planes import (
     FLAT,
     FLOOR,
     SPEED,
+    audited_once,
     jointed_stand,
     model_text,
     texts,
@@ -37,12 +38,12 @@ def audited(text: str, **options: object) -> ContactAudit:
 
 @pytest.fixture(name="found", scope="module", params=texts())
 def _found(request: pytest.FixtureRequest) -> ContactAudit:
-    return audited(texts()[request.param])
+    return audited_once(texts()[request.param])
 
 
 @pytest.fixture(name="flat", scope="module")
 def _flat() -> ContactAudit:
-    return audited(model_text(FLAT, 0.001))
+    return audited_once(model_text(FLAT, 0.001))
 
 
 def missed(found: ContactAudit) -> float:
@@ -152,7 +153,7 @@ def test_another_friction_than_that_of_the_feet_is_seen(monkeypatch: pytest.Monk
 
 def test_joints_are_locked_where_they_are() -> None:
     jointed, rigid = jointed_stand()
-    one, other = (audited(model_text(body, 0.21)) for body in (jointed, rigid))
+    one, other = (audited_once(model_text(body, 0.21)) for body in (jointed, rigid))
     assert (one.standing.locked, other.standing.locked) == (4, 0)
     assert one.standing.inertia == pytest.approx(other.standing.inertia, rel=1e-12)
     assert one.pasted[0].distances == pytest.approx(other.pasted[0].distances, rel=1e-9)
@@ -161,8 +162,8 @@ def test_joints_are_locked_where_they_are() -> None:
 
 def test_the_posture_is_that_of_the_keyframe() -> None:
     key = '<keyframe><key name="wide" qpos="0 0 .21 1 0 0 0 -.3 -.3 -.3 -.3"/></keyframe>'
-    text = model_text(jointed_stand()[0], 0.21, more=key)
-    narrow, wide = audited(text), audited(text, keyframe="wide")
+    narrow = audited_once(model_text(jointed_stand()[0], 0.21))
+    wide = audited(model_text(jointed_stand()[0], 0.21, more=key), keyframe="wide")
     assert wide.standing.height < 0.9 * narrow.standing.height
     assert missed(wide) < REST
 
@@ -178,7 +179,7 @@ def test_a_plane_may_stand_anywhere() -> None:
     )  # fmt: skip
     start = f'pos="1.5 2 4" euler="0 {math.degrees(angle)} 0"'
     tilted = tilted.replace(f'pos="0 0 {height}"', start)
-    one, other = audited(tilted), audited(model_text(geoms, height))
+    one, other = audited(tilted), audited_once(model_text(geoms, height))
     assert one.standing.points == pytest.approx(other.standing.points, abs=1e-6)
     assert one.pasted[0].distances == pytest.approx(other.pasted[0].distances, rel=1e-6)
 
@@ -209,7 +210,7 @@ def test_a_body_that_tips_is_judged_at_less_friction() -> None:
     assert found.exact is None
     assert "too high for friction 1.5" in found.why
     assert audited(text, friction=0.3).pasted[0].distances == pytest.approx(
-        audited(model_text(jointed, 0.21)).pasted[0].distances, rel=1e-9
+        audited_once(model_text(jointed, 0.21)).pasted[0].distances, rel=1e-9
     )
 
 

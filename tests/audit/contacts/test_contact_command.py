@@ -11,10 +11,15 @@ import pytest
 
 from plumbob.engines.audit.contacts import ContactAudit
 from plumbob.reports.cli import main
-from plumbob.reports.judge.audit import audit_contacts
 from plumbob.reports.view.audit.contact_page import render_contacts
 from plumbob.reports.view.audit.contacts import contact_rows, paste_command
-from plumbob.tests.audit.contacts.bodies_on_planes import FLOOR, jointed_stand, model_text, texts
+from plumbob.tests.audit.contacts.bodies_on_planes import (
+    FLOOR,
+    audited_once,
+    jointed_stand,
+    model_text,
+    texts,
+)
 
 BOX = '<geom name="box" type="box" size=".1 .2 .02"/>'
 BALL = '<geom name="ball" size=".1"/>'
@@ -52,9 +57,7 @@ REFUSED = {
 
 @pytest.fixture(name="found", scope="module")
 def _found() -> ContactAudit:
-    import mujoco
-
-    return audit_contacts(mujoco.MjModel.from_xml_string(texts()["four-footed box"]))
+    return audited_once(texts()["four-footed box"])
 
 
 @pytest.mark.parametrize("reason", REFUSED)
@@ -156,12 +159,10 @@ def test_settings_are_those_that_the_command_prints(
 
 def test_settings_pasted_into_the_file_give_what_is_said(found: ContactAudit) -> None:
     """The file with the snippet in it, read anew, is its own contact audit's pasted result."""
-    import mujoco
-
     text = texts()["four-footed box"]
     option = '<option timestep="0.002"/>'
     assert option in text
-    pasted = audit_contacts(mujoco.MjModel.from_xml_string(text.replace(option, found.snippet)))
+    pasted = audited_once(text.replace(option, found.snippet))
     own, there = pasted.own[0].distances, found.pasted[0].distances
     assert own == pytest.approx(there, rel=1e-6)
 
