@@ -62,7 +62,9 @@ def broken(name: str) -> str:
 def added_system(name: str) -> System | None:
     """The system that another package adds under this name; None where there is none, or it is
     broken."""
-    return None if name in built_in() else _usable(name)
+    # Where no package adds it, nothing needs to be loaded.
+    added = name in entry_points.points(entry_points.SYSTEMS) and name not in built_in()
+    return _usable(name) if added else None
 
 
 def _usable(name: str) -> System | None:

@@ -111,7 +111,7 @@ def test_commands_work(heading: str, tree: Path, tmp_path: Path) -> None:
         run(tree, tmp_path, sys.executable, "-c", IN_TURN, *commands)
     if heading == "A finding":
         pages = site_files(tmp_path / "plumbob-out" / "index.html")
-        page = "".join(file.read_text("utf-8") for file in pages)
+        page = "".join(file.read_text("utf-8") for file in pages).replace("\u00a0", " ")
         assert "The terminal speed is reached after seven time constants" in page
         assert "within 0.1 % of the terminal speed after 13.8 s" in page
 

@@ -117,7 +117,7 @@ def workers(chosen: argparse.Namespace) -> Iterator[tuple[Executor | None, int]]
         return
     if chosen.jobs is not None:
         raise ParameterError("jobs", chosen.jobs, "left out where --scheduler is given")
-    from plumbob.engines.cluster import cluster
+    from plumbob.engines.sweep.cluster import cluster
 
     with cluster(chosen.scheduler) as found:
         yield found
