@@ -26,22 +26,24 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-@pytest.fixture(autouse=True)
-def _takes_long(request: pytest.FixtureRequest) -> None:
-    if request.config.getoption("--profile") != "full":
-        pytest.skip("takes long: --profile full")
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """All ways to end a study at all moments, in the full profile; one job has no worker."""
+    ways = [
+        (number, jobs, target, moment)
+        for number in (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
+        for jobs in (1, 2)
+        for target in ("parent", "worker", "group")
+        for moment in range(MOMENTS)
+        if (target, jobs) != ("worker", 1)
+    ]
+    full = metafunc.config.getoption("--profile") == "full"
+    metafunc.parametrize(("number", "jobs", "target", "moment"), ways if full else [])
 
 
-@pytest.mark.parametrize("moment", range(MOMENTS))
-@pytest.mark.parametrize("target", ["parent", "worker", "group"])
-@pytest.mark.parametrize("jobs", [1, 2])
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
 def test_a_study_goes_on(
     number: signal.Signals, jobs: int, target: str, moment: int, tmp_path: Path, undisturbed: Path,
     request: pytest.FixtureRequest,
 ) -> None:  # fmt: skip
-    if (target, jobs) == ("worker", 1):
-        pytest.skip("one job has no worker")
     chance = random.Random(request.node.name)
     (tmp_path / "index.html").write_text("old")
     study = disturbed.begun(tmp_path, jobs)
