@@ -130,6 +130,11 @@ def stored(out: Path) -> Study:
     return found
 
 
+def is_whole(out: Path) -> bool:
+    """Whether the store of a folder has a study that was measured to its end."""
+    return (out / FILE).exists() and load(out / FILE) is not None
+
+
 def rows(out: Path, table: str) -> int:
     """How many rows a table of a folder's store has."""
     with closing(sqlite3.connect(f"file:{out / FILE}?mode=ro", uri=True)) as opened:
