@@ -7,7 +7,8 @@ LAYERS := analytic engines models reports
 # Bytecode, pytest's rewritten tests too, is kept for the processes that tests start.
 CACHED := PYTHONDONTWRITEBYTECODE= PYTHONPYCACHEPREFIX=$(CURDIR)/.venv/pycache
 # Neighbours run in one process, which share what is measured once; who is done takes over some.
-PARALLEL := --numprocesses auto --dist worksteal
+# One process more than there are cores: tests wait for browsers and for processes that they end.
+PARALLEL := --numprocesses $(shell python3 -c "import os; print(1 + len(os.sched_getaffinity(0)))" 2>/dev/null || echo auto) --dist worksteal
 ARGS ?=
 
 .DEFAULT_GOAL := help

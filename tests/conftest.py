@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import settings
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 settings.register_profile("repeatable", deadline=None, derandomize=True, print_blob=True)
 settings.register_profile("search", deadline=None, max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
+
+
+WORKED_OUT = ("plumbob.analytic", "plumbob.engines.adapters", "plumbob.engines.study.measurement")
 
 
 class _RootIsAFolder:
@@ -51,6 +54,37 @@ def _one_name_a_module() -> Iterator[None]:
     """Fail at the end of a run in which a module of ours was imported under a second name."""
     yield
     assert second_copies(sys.modules, Path(__file__).parents[1]) == []
+
+
+@pytest.fixture
+def monkeypatch(monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]:
+    """pytest's own; with a formula or an adapter that is replaced, and when it is back, what was
+    worked out by it is forgotten."""
+    usual, replaced = monkeypatch.setattr, []
+
+    def forgetting(target: Any, *rest: Any, **more: Any) -> None:
+        usual(target, *rest, **more)
+        module = getattr(target, "__module__", getattr(target, "__name__", target))
+        if str(module).startswith(WORKED_OUT):
+            replaced.append(module)
+            _forget()
+
+    monkeypatch.setattr = forgetting  # type: ignore[method-assign]
+    yield monkeypatch
+    monkeypatch.undo()
+    if replaced:
+        _forget()
+
+
+def _forget() -> None:
+    """Clear what is kept of references, theory and models."""
+    for name, module in list(sys.modules.items()):
+        if name.startswith(WORKED_OUT):
+            for kept in list(vars(module).values()):
+                if hasattr(kept, "cache_clear") and getattr(kept, "__module__", "") == name:
+                    kept.cache_clear()
+    if registry := sys.modules.get("plumbob.models.registry"):
+        registry._worked_out.cache_clear()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

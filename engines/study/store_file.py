@@ -129,9 +129,13 @@ def _rolled_back(file: Path) -> None:
 def _ours(store: sqlite3.Connection, file: Path) -> bool:
     """Whether there are studies' tables, and False for an empty file; raises ParameterError for a
     file of another schema, or with anything in it that is not ours."""
-    (schema,) = store.execute("pragma user_version").fetchone()
     query = "select type, name, sql from sqlite_master where name not like 'sqlite^_%' escape '^'"
-    there = {(kind, name): sql for kind, name, sql in store.execute(query).fetchall()}
+    store.execute("begin")  # another process may make the tables between two reads
+    try:
+        (schema,) = store.execute("pragma user_version").fetchone()
+        there = {(kind, name): sql for kind, name, sql in store.execute(query).fetchall()}
+    finally:
+        store.execute("rollback")
     if not there and not schema:
         return False
     if schema == 0 and ("table", "study") in there:  # from before schemas had numbers

@@ -107,13 +107,16 @@ def _opened(file: Path) -> Iterator[sqlite3.Connection]:
 def _ours(store: sqlite3.Connection, file: Path) -> None:
     """Make the tables of a new file; raises ParameterError for one that is not ours, or not of this
     version."""
-    (application,) = store.execute("pragma application_id").fetchone()
-    (schema,) = store.execute("pragma user_version").fetchone()
-    things = {kind for (kind,) in store.execute("select distinct type from sqlite_master")}
-    if not things and not application and not schema:
-        store.executescript(
-            f"begin; {_TABLES} pragma application_id = {APPLICATION}; "
-            f"pragma user_version = {SCHEMA}; commit;"
-        )
-    elif (application, schema) != (APPLICATION, SCHEMA) or things & {"trigger", "view"}:
-        raise ParameterError("store", str(file), "a file of sweeps of this version of plumbob")
+    query = "select distinct type from sqlite_master"
+    store.execute("begin immediate")  # another process may make the tables meanwhile
+    with store:
+        (application,) = store.execute("pragma application_id").fetchone()
+        (schema,) = store.execute("pragma user_version").fetchone()
+        things = {kind for (kind,) in store.execute(query).fetchall()}
+        if not things and not application and not schema:
+            for statement in _TABLES.split(";"):
+                store.execute(statement)
+            store.execute(f"pragma application_id = {APPLICATION}")
+            store.execute(f"pragma user_version = {SCHEMA}")
+        elif (application, schema) != (APPLICATION, SCHEMA) or things & {"trigger", "view"}:
+            raise ParameterError("store", str(file), "a file of sweeps of this version of plumbob")

@@ -119,9 +119,7 @@ def test_sensitivity_to_the_moment_about_the_combined_centre(
         return solved(body, motion, [place + centre for place in supports], *rest)
 
     monkeypatch.setattr(position_first, "_solved", about_com)
-    position_first.position_first_course.cache_clear()
     assert red("capsule-turn/0.3", step_of("capsule-turn/0.3", 200))
-    position_first.position_first_course.cache_clear()
 
 
 def still(set_limits: SetLimits) -> SetLimits:

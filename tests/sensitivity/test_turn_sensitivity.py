@@ -80,6 +80,4 @@ def test_sensitivity_to_the_moments_in_the_motion(monkeypatch: pytest.MonkeyPatc
         return rates, derivative
 
     monkeypatch.setattr(sliding_module, "sliding_rates", about_com)
-    three_point_motion.cache_clear()
     assert abs(turned(turn) - right) > 1e-4
-    three_point_motion.cache_clear()

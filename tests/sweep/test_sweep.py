@@ -128,6 +128,12 @@ def test_a_sweep_without_an_answer_says_why() -> None:
         around.case((0.5,))
 
 
+def test_a_box_keeps_what_is_changed() -> None:
+    around = box("capsule-line", {"friction": 0.4}, [HEADING])
+    assert around.parameters((0.5,)) == {"friction": 0.4, "heading": 3.0}
+    assert around.case((0.5,)).scene.parameters["friction"] == 0.4
+
+
 def test_values_of_a_side() -> None:
     assert Side("x", 1.0, 3.0).values(3).tolist() == [1.0, 2.0, 3.0]
     spaced = Side("x", 1e-3, 1e3, logarithmic=True).values(7)

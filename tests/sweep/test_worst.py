@@ -46,6 +46,9 @@ def test_the_worst_heading_for_default_contacts() -> None:
     assert found.error > 0.34
     assert found.runs <= 60
     assert found.certain
+    assert found.certificate is not None
+    assert not replace(found, certificate=replace(found.certificate, distance=0.1)).certain
+    assert not replace(found, certificate=None).certain
     # A box that opens in x and y alike is worst half-way between them.
     assert found.parameters["heading"] % (math.pi / 2) == pytest.approx(math.pi / 4, abs=1e-2)
 
