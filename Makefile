@@ -7,8 +7,7 @@ LAYERS := analytic engines models reports
 # Bytecode, pytest's rewritten tests too, is kept for the processes that tests start.
 CACHED := PYTHONDONTWRITEBYTECODE= PYTHONPYCACHEPREFIX=$(CURDIR)/.venv/pycache
 # Neighbours run in one process, which share what is measured once; who is done takes over some.
-# One process more than there are cores: tests wait for browsers and for processes that they end.
-PARALLEL := --numprocesses $(shell python3 -c "import os; print(1 + len(os.sched_getaffinity(0)))" 2>/dev/null || echo auto) --dist worksteal
+PARALLEL := --numprocesses auto --dist worksteal
 ARGS ?=
 
 .DEFAULT_GOAL := help
@@ -28,7 +27,7 @@ test: .venv/.develop  ## run the tests (ARGS go to pytest)
 
 test-long: .venv/.develop  ## mutations, the full profile, and a longer search by hypothesis: hours
 	$(BIN)/python -m plumbob.tests.validation.mutations
-	$(BIN)/python -m pytest --numprocesses auto tests/validation --profile full $(ARGS)
+	$(BIN)/python -m pytest --numprocesses auto tests/validation tests/site --profile full $(ARGS)
 	@$(PIP) --editable '.[robots]'
 	$(BIN)/python -m pytest --numprocesses auto tests/audit --profile full $(ARGS)
 	HYPOTHESIS_PROFILE=search $(BIN)/python -m pytest --numprocesses auto $(ARGS)

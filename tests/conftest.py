@@ -23,6 +23,11 @@ settings.register_profile("search", deadline=None, max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Those that take tens of seconds first: none is left for one process at the end."""
+    items.sort(key=lambda item: item.get_closest_marker("long") is None)
+
+
 WORKED_OUT = ("plumbob.analytic", "plumbob.engines.adapters", "plumbob.engines.study.measurement")
 
 

@@ -23,7 +23,7 @@ from hypothesis import strategies as st
 from plumbob.engines.study import store
 from plumbob.reports.cli import COMMANDS, main, parser
 
-EXAMPLES = {"search": 2500}.get(os.environ.get("HYPOTHESIS_PROFILE", ""), 20)
+EXAMPLES = {"search": 2500}.get(os.environ.get("HYPOTHESIS_PROFILE", ""), 8)
 LONGEST = 60  # [s] for one command
 SCENES = (
     "simple-pendulum", "simple-pendulum/free-large", "cone-pendulum", "capsule-line",

@@ -66,6 +66,7 @@ def test_what_is_not_stored_is_run_once(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 @pytest.mark.usefixtures("few")
+@pytest.mark.long
 def test_a_family_of_lines_takes_a_full_model_that_converges(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

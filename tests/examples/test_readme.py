@@ -56,6 +56,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.long
 def test_every_command_runs_as_it_is_written(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

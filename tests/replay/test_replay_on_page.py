@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Browser
 
 from plumbob.reports.view.overview import anchor
@@ -14,6 +15,7 @@ from plumbob.tests.support.page_document import site_files
 from plumbob.tests.support.studies import SCENE, quick
 
 
+@pytest.mark.long
 def test_each_scene_of_a_site_has_its_replay(browser: Browser, tmp_path: Path) -> None:
     whole = small()
     pages = {page.stem: page for page in site_files(site(whole, tmp_path))}

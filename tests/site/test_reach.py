@@ -21,6 +21,7 @@ NODES, KILOBYTES, SHEETS, STOPS = 8000, 400.0, 12, 60
 PHONE, DESK = 390, 1280  # [px]
 LOOKS = [(PHONE, "light"), (PHONE, "dark"), (DESK, "light"), (DESK, "dark")]
 NAMES = ["index", *sorted(systems())]
+FIRST = ["index", "capsule-line", "cone-pendulum", "free-body", "simple-pendulum"]
 SCENE = "capsule-line-ca1"  # of the scenes' pages the one with the most methods
 # Of axe-core's rules those that look at colours. The dark theme is nothing but other values of the
 # style sheets' colours, by the test below: every other rule sees there what it saw in the light.
@@ -45,7 +46,14 @@ def _page(index: Path, name: str) -> Path:
     return index if name == "index" else site_files(index)[1].parent / f"{name}.html"
 
 
-@pytest.mark.parametrize("name", [*NAMES, SCENE])
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Every page in the full profile; else one of each template, the fullest, and those that draw a
+    replay of another kind: the rest are made of the same parts."""
+    if metafunc.definition.name == "test_nothing_is_out_of_reach":
+        full = metafunc.config.getoption("--profile") == "full"
+        metafunc.parametrize("name", [*(NAMES if full else FIRST), SCENE])
+
+
 def test_nothing_is_out_of_reach(name: str, index: Path, browser: Browser) -> None:
     """No violation of axe-core, nothing wider than the window, and few elements, at two widths, in
     light and dark (where colours alone differ), with everything opened."""
