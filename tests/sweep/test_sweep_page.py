@@ -13,7 +13,7 @@ from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.sweep.box import Side, box
 from plumbob.engines.sweep.sweep import Swept, sweep_of
 from plumbob.reports.cli import main
-from plumbob.reports.view.sweep.page import MOST, render
+from plumbob.reports.view.sweep.page import MOST, figures, render
 from plumbob.reports.view.sweep.text import lines
 
 SWEEP = ["sweep", "capsule-line", "mujoco/euler", "mujoco/euler+coulomb", "--jobs", "1"]
@@ -91,5 +91,9 @@ def test_a_map_shows_the_largest_error_and_stays_small(counts: tuple[int, ...]) 
     page = render(found, Provenance(), "shared/")
     assert len(page.encode()) < 3e6
     assert "-0.301" in page or "0.5" in page  # its logarithm on a map, itself on a curve
+    for figure in figures(found):
+        for trace in figure.traces:
+            key, largest = ("z", np.log10(0.5)) if "z" in trace else ("y", 0.5)
+            assert np.array(trace[key], float).max() == pytest.approx(largest, rel=1e-3)
     assert "worst 50 %" in "\n".join(lines(found))
     assert MOST < 1000

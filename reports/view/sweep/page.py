@@ -51,7 +51,7 @@ def render(found: Swept, made: Provenance, shared: str | None = None) -> str:
         + ". Every run is held against the exact answer for its own parameters; errors are "
         "relative to the characteristic scale of what the scene is about.",
         summary=_summary(found),
-        figures=_figures(found),
+        figures=figures(found),
         worst=_worst(found),
         reasons=[f"{plural(count, 'run')}: {why}" for why, count in found.reasons.items()],
         command=made.command,
@@ -98,7 +98,7 @@ def _worst(found: Swept) -> tuple[Table, ...]:
     )
 
 
-def _figures(found: Swept) -> tuple[Figure, ...]:
+def figures(found: Swept) -> tuple[Figure, ...]:
     """A map each of the first two sides where there are two or more, and curves over every other
     side; where there is one side alone, curves over that."""
     axes = found.sweep.box.sides
