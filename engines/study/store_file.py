@@ -1,4 +1,4 @@
-"""The file that studies are stored in: opened to read or to write, and what is none refused.
+"""The files that results are stored in: opened to read or to write, and what is none refused.
 
 Readers open it read-only and change no byte of it. Nothing in it is run: a file with triggers or
 views, or with tables of another shape than ours, is refused.
@@ -10,6 +10,7 @@ import os
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
@@ -51,44 +52,57 @@ create index if not exists extra_of on piece_extra (unfinished, key);
 """
 
 
+@dataclass(frozen=True)
+class Kind:
+    """What is stored in a file: its name in messages, its schema, and its tables as SQL."""
+
+    holds: str
+    schema: int
+    tables: str  # that each of them has
+    more: str = ""  # that are made where it is written to
+
+
+STORED_STUDIES = Kind("stored studies", SCHEMA, STUDIES, UNFINISHED)
+
+
 @contextmanager
 def reading(file: Path) -> Iterator[sqlite3.Connection]:
     """A connection to an existing store that cannot change it; raises ParameterError for a file
     that is no store, is damaged or locked, or is of another version."""
     # Rows are fetched before they are read: a cursor left half-way by an error would keep a lock.
-    with _one_line(file):
-        _regular(file)
+    with _one_line(file, STORED_STUDIES):
+        _regular(file, STORED_STUDIES)
         try:
             with closing(_connection(file, "ro")) as store:
-                _ours(store, file)
+                _ours(store, file, STORED_STUDIES)
         except sqlite3.OperationalError as error:
             if error.sqlite_errorcode != sqlite3.SQLITE_READONLY_ROLLBACK:
                 raise
             _rolled_back(file)
         with closing(_connection(file, "ro")) as store:
-            _ours(store, file)
+            _ours(store, file, STORED_STUDIES)
             yield store
 
 
 @contextmanager
-def writing(file: Path) -> Iterator[sqlite3.Connection]:
+def writing(file: Path, kind: Kind = STORED_STUDIES) -> Iterator[sqlite3.Connection]:
     """A connection to a store, made if need be, without an open transaction; raises ParameterError
     as `reading` does, and for a file that cannot be written."""
-    with _one_line(file):
+    with _one_line(file, kind):
         if os.path.lexists(file):
-            _regular(file)
+            _regular(file, kind)
             if not os.access(file, os.W_OK):
                 raise ParameterError("store", str(file), "a file that can be written to")
         with closing(_connection(file, "rwc")) as store:
-            new = not _ours(store, file)
+            new = not _ours(store, file, kind)
             (found,) = store.execute("pragma quick_check(1)").fetchone()
             if found != "ok":
                 raise sqlite3.DatabaseError(found)
             with transaction(store):
-                for statement in f"{STUDIES}{UNFINISHED}".split(";"):
+                for statement in f"{kind.tables}{kind.more}".split(";"):
                     store.execute(statement)
                 if new:
-                    store.execute(f"pragma user_version = {SCHEMA}")
+                    store.execute(f"pragma user_version = {kind.schema}")
             yield store
 
 
@@ -114,9 +128,9 @@ def _connection(file: Path, mode: str) -> sqlite3.Connection:
     return store
 
 
-def _regular(file: Path) -> None:
+def _regular(file: Path, kind: Kind) -> None:
     if not file.is_file():
-        raise ParameterError("store", str(file), "a regular file")
+        raise ParameterError("store", str(file), f"a regular file, a file of {kind.holds}")
 
 
 def _rolled_back(file: Path) -> None:
@@ -126,14 +140,14 @@ def _rolled_back(file: Path) -> None:
         store.execute("select count(*) from sqlite_master").fetchone()
 
 
-def _ours(store: sqlite3.Connection, file: Path) -> bool:
-    """Whether there are studies' tables, and False for an empty file; raises ParameterError for a
-    file of another schema, or with anything in it that is not ours."""
+def _ours(store: sqlite3.Connection, file: Path, kind: Kind) -> bool:
+    """Whether there are the tables of this kind, and False for an empty file; raises ParameterError
+    for a file of another schema, or with anything in it that is not ours."""
     query = "select type, name, sql from sqlite_master where name not like 'sqlite^_%' escape '^'"
     store.execute("begin")  # another process may make the tables between two reads
     try:
         (schema,) = store.execute("pragma user_version").fetchone()
-        there = {(kind, name): sql for kind, name, sql in store.execute(query).fetchall()}
+        there = {(what, name): sql for what, name, sql in store.execute(query).fetchall()}
     finally:
         store.execute("rollback")
     if not there and not schema:
@@ -141,37 +155,32 @@ def _ours(store: sqlite3.Connection, file: Path) -> bool:
     if schema == 0 and ("table", "study") in there:  # from before schemas had numbers
         schema = 1
     if schema == 0:
-        raise ParameterError("store", str(file), "a file of stored studies (it holds other data)")
-    if schema != SCHEMA:
-        which = "an older" if 0 < schema < SCHEMA else "a newer"
+        raise ParameterError("store", str(file), f"a file of {kind.holds} (it holds other data)")
+    if schema != kind.schema:
+        which = "an older" if 0 < schema < kind.schema else "a newer"
         raise ParameterError(
             "store", str(file),
-            f"written by this version of plumbob (schema {SCHEMA}), and is by {which} one (schema "
-            f"{schema}): take another folder with --out, or measure again",
+            f"written by this version of plumbob (schema {kind.schema}), and is by {which} one "
+            f"(schema {schema}): take another folder with --out, or measure again",
         )  # fmt: skip
-    wanted = _as_made()
-    for (kind, name), sql in there.items():
-        if (kind, name) not in wanted or _plain(sql) != _plain(wanted[kind, name]):
-            raise ParameterError(
-                "store", str(file), f"a file of stored studies alone (it holds the {kind} {name!r})"
-            )
-    with closing(sqlite3.connect(":memory:")) as studies:
-        studies.executescript(STUDIES)
-        query = "select type, name from sqlite_master"
-        for kind, name in studies.execute(query).fetchall():
-            if (kind, name) not in there:
-                raise ParameterError(
-                    "store", str(file), f"a file of stored studies (the {kind} {name!r} is missing)"
-                )
+    wanted = _as_made(kind.tables + kind.more)
+    for (what, name), sql in there.items():
+        if (what, name) not in wanted or _plain(sql) != _plain(wanted[what, name]):
+            alone = f"a file of {kind.holds} alone (it holds the {what} {name!r})"
+            raise ParameterError("store", str(file), alone)
+    for what, name in _as_made(kind.tables):
+        if (what, name) not in there:
+            missing = f"a file of {kind.holds} (the {what} {name!r} is missing)"
+            raise ParameterError("store", str(file), missing)
     return True
 
 
-def _as_made() -> Mapping[tuple[str, str], str]:
-    """Every table and index of a store, as SQLite keeps its definition."""
+def _as_made(tables: str) -> Mapping[tuple[str, str], str]:
+    """Every table and index, as SQLite keeps its definition."""
     with closing(sqlite3.connect(":memory:")) as made:
-        made.executescript(STUDIES + UNFINISHED)
+        made.executescript(tables)
         query = "select type, name, sql from sqlite_master where sql is not null"
-        return {(kind, name): sql for kind, name, sql in made.execute(query).fetchall()}
+        return {(what, name): sql for what, name, sql in made.execute(query).fetchall()}
 
 
 def _plain(sql: str | None) -> str:
@@ -179,29 +188,29 @@ def _plain(sql: str | None) -> str:
 
 
 @contextmanager
-def _one_line(file: Path) -> Iterator[None]:
+def _one_line(file: Path, kind: Kind) -> Iterator[None]:
     """What SQLite says of a file, as a ParameterError."""
     try:
         yield
     except ParameterError:
         raise
     except sqlite3.DatabaseError as error:
-        raise ParameterError("store", str(file), _needed(error)) from None
+        raise ParameterError("store", str(file), _needed(error, kind)) from None
     except ValueError as error:
-        raise ParameterError("store", str(file), f"a file of stored studies ({error})") from None
+        raise ParameterError("store", str(file), f"a file of {kind.holds} ({error})") from None
 
 
-def _needed(error: sqlite3.DatabaseError) -> str:
+def _needed(error: sqlite3.DatabaseError, kind: Kind) -> str:
     """What a file must be where SQLite raised this."""
-    kind = getattr(error, "sqlite_errorcode", 0) & 0xFF
-    if kind in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
+    code = getattr(error, "sqlite_errorcode", 0) & 0xFF
+    if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
         return "a file that no other process has locked (try again)"
-    if kind == sqlite3.SQLITE_READONLY:
+    if code == sqlite3.SQLITE_READONLY:
         return f"a file that can be written to ({error})"
-    if kind in (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR):
+    if code in (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR):
         return f"on a disk with free space that can be written to ({error})"
-    if kind in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM, sqlite3.SQLITE_AUTH):
+    if code in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM, sqlite3.SQLITE_AUTH):
         return f"a file that can be opened ({error})"
-    if kind == sqlite3.SQLITE_CORRUPT:
-        return f"a whole file of stored studies ({error})"
-    return f"a file of stored studies ({error})"
+    if code == sqlite3.SQLITE_CORRUPT:
+        return f"a whole file of {kind.holds} ({error})"
+    return f"a file of {kind.holds} ({error})"

@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
@@ -16,6 +16,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
+from plumbob.engines.study.measurement import Measurement, ObservedError, relative_error
 from plumbob.engines.sweep.box import Box, NoAnswer, answering
 from plumbob.engines.workers import Work, Workers
 from plumbob.models.registry import scene as find_scene
@@ -92,6 +93,20 @@ def sweep_of(
 ) -> Sweep:
     """The sweep of a box; raises ParameterError for a method that is not meant for the scene, or
     whose engine is missing, for steps of two kinds, and for too many points."""
+    runnable(box, methods)
+    if len({method.control for method in methods}) > 1:
+        raise ParameterError(
+            "method", ", ".join(m.name for m in methods), "all with steps, or all with tolerances"
+        )
+    if math.prod(counts) > MOST_POINTS:
+        raise ParameterError("vary", math.prod(counts), f"at most {MOST_POINTS} points in all")
+    chunk = max(CHUNK_RUNS // (len(methods) * len(steps)), 1)
+    return Sweep(box, tuple(counts), tuple(methods), tuple(steps), chunk)
+
+
+def runnable(box: Box, methods: Sequence[Method]) -> None:
+    """Raises ParameterError for a method that is not meant for the scene of a box, or whose engine
+    is missing."""
     scene = find_scene(box.scene)
     for method in methods:
         if not installed(engine_of(method)):
@@ -102,14 +117,6 @@ def sweep_of(
             )
         if not meant(method, scene):
             raise ParameterError("method", method.name, f"meant for {scene.name}")
-    if len({method.control for method in methods}) > 1:
-        raise ParameterError(
-            "method", ", ".join(m.name for m in methods), "all with steps, or all with tolerances"
-        )
-    if math.prod(counts) > MOST_POINTS:
-        raise ParameterError("vary", math.prod(counts), f"at most {MOST_POINTS} points in all")
-    chunk = max(CHUNK_RUNS // (len(methods) * len(steps)), 1)
-    return Sweep(box, tuple(counts), tuple(methods), tuple(steps), chunk)
 
 
 def sweep(
@@ -226,16 +233,18 @@ def run_error(case: Case, method: Method, step: float) -> float:
     """The relative error of one run: the worst of the quantities of interest, relative to their
     scales; infinite where it diverged. Raises NoAnswer, and Unsupported."""
     run = engine_of(method).prepare(case, method, step).run()
-    if run.diverged_at is not None or len(run.times) < 2:
-        return math.inf
+    found = Measurement(case.scene.name, method.name, step, "diverged")
     with answering():
-        exact, largest = case.reference.observe(run.times), 0.0
-        for quantity in case.system.quantities(case):
-            if quantity.observable not in run.observables:
-                raise NoAnswer(f"{method.name} leaves {quantity.observable} out")
-            error = np.abs(run.observables[quantity.observable] - exact[quantity.observable])
-            size = error[-1] if quantity.when == "end" else error.max()
-            largest = max(largest, float(size) / quantity.scale)
-    if math.isnan(largest):
-        raise NoAnswer("the exact solution is not a number")
-    return largest
+        about = case.system.quantities(case)
+        if run.diverged_at is None and len(run.times) > 1:
+            exact, names = case.reference.observe(run.times), {q.observable for q in about}
+            off = {n: run.observables[n] - exact[n] for n in names if n in run.observables}
+            errors = {
+                n: ObservedError(float(np.abs(e).max()), float(e[-1]), 0.0, 0.0)
+                for n, e in off.items()
+            }
+            found = replace(found, status="done", errors=errors)
+        error = relative_error(found, about)
+    if math.isnan(error):
+        raise NoAnswer("the run leaves out what the scene is about, or it is not a number")
+    return error

@@ -56,13 +56,14 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.reports.view.sweep.page import write_sweep_page
     from plumbob.reports.view.sweep.text import lines
 
-    varied = [side(text) for text in chosen.vary]
+    varied = [side("vary", text, counted=True) for text in chosen.vary]
+    counts = [values.count(one.name, count) for one, count in varied]
     methods = [find_method(name) for name in dict.fromkeys(chosen.method)]
     steps = _steps(chosen.step, methods[0].step_sizes)
     changed = values.changes(chosen.changes)
     with values.representable(changed):
         around = box(chosen.scene, changed, [one for one, _ in varied])
-    asked = sweep_of(around, [count for _, count in varied], methods, steps)
+    asked = sweep_of(around, counts, methods, steps)
     line = shlex.join(["plumbob", *sys.argv[1:]])
     file = Path(chosen.out) / store.FILE
     with values.workers(chosen) as (executor, jobs):
@@ -71,7 +72,7 @@ def command(chosen: argparse.Namespace) -> int:
             found = sweep(
                 asked, there, keep, jobs, executor, lambda n, of: show(asked.box.scene, n, of)
             )
-    page = write_sweep_page(found, Path(chosen.out), provenance(line), store.key_of(asked))
+    page = write_sweep_page(found, Path(chosen.out), provenance(line), store.key_of_sweep(asked))
     if chosen.csv:
         _write_csv(Path(chosen.csv), found)
     for number, why in found.lost.items():
@@ -86,25 +87,24 @@ def command(chosen: argparse.Namespace) -> int:
     return INCOMPLETE if found.lost else 0
 
 
-def side(text: str) -> tuple[Side, int]:
-    """NAME=LO:HI:N[:log] as a side of a box and its number of values; raises ParameterError."""
-    name, equals, rest = text.partition("=")
-    parts = rest.split(":")
-    if not (equals and name and len(parts) in (3, 4)) or parts[3:] not in ([], ["log"]):
-        raise ParameterError("vary", text, "NAME=LO:HI:N, or NAME=LO:HI:N:log")
-    return interval("vary", name, parts[0], parts[1], bool(parts[3:])), values.count(name, parts[2])
-
-
-def interval(argument: str, name: str, low: str, high: str, logarithmic: bool) -> Side:
-    """A side of a box from the texts of its ends; raises ParameterError."""
+def side(argument: str, text: str, counted: bool = False) -> tuple[Side, str]:
+    """NAME=LO:HI, with :N where it is `counted`, and :log, as a side of a box and the text of N;
+    raises ParameterError."""
     from plumbob.engines.sweep.box import Side
 
-    ends = values.number(name, low), values.number(name, high)
+    form = "NAME=LO:HI:N" if counted else "NAME=LO:HI"
+    name, equals, rest = text.partition("=")
+    parts = rest.split(":")
+    wanted = 3 if counted else 2
+    if not (equals and name and len(parts) >= wanted) or parts[wanted:] not in ([], ["log"]):
+        raise ParameterError(argument, text, f"{form}, or {form}:log")
+    ends = values.number(name, parts[0]), values.number(name, parts[1])
     if ends[0] >= ends[1]:
-        raise ParameterError(argument, f"{name}={low}:{high}", "with the smaller value first")
+        raise ParameterError(argument, text, "with the smaller value first")
+    logarithmic = len(parts) > wanted
     if logarithmic and ends[0] <= 0.0:
-        raise ParameterError(argument, f"{name}={low}:{high}:log", "above 0 where spaced by ratios")
-    return Side(name, *ends, logarithmic)
+        raise ParameterError(argument, text, "above 0 where spaced by ratios")
+    return Side(name, *ends, logarithmic), parts[wanted - 1]
 
 
 def _steps(given: Sequence[str] | None, own: Sequence[float]) -> list[float]:

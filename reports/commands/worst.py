@@ -11,14 +11,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import method as find_method
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.sweep import interval
+from plumbob.reports.commands.sweep import side
 
 if TYPE_CHECKING:
     from plumbob.engines.method import Method
-    from plumbob.engines.sweep.box import Side
     from plumbob.engines.sweep.worst import Found
     from plumbob.models.scene import Case
 
@@ -53,18 +51,18 @@ def command(chosen: argparse.Namespace) -> int:
     """Search, keep what was found, print it with the command that repeats it."""
     from plumbob.engines.sweep import store
     from plumbob.engines.sweep.box import box
-    from plumbob.engines.sweep.sweep import run_error, sweep_of
+    from plumbob.engines.sweep.sweep import run_error, runnable
     from plumbob.engines.sweep.worst import search
     from plumbob.reports.commands.validate import progress
 
-    sides = [_side(text) for text in chosen.within]
+    sides = [side("within", text)[0] for text in chosen.within]
     method, changed = find_method(chosen.method), values.changes(chosen.changes)
     budget = values.count("budget", chosen.budget)
     own = method.step_sizes[-1:] or (1e-3,)
     step = values.positive_number("step", chosen.step) if chosen.step else own[0]
     with values.representable(changed):
         around = box(chosen.scene, changed, sides)
-    sweep_of(around, [1 for _ in sides], [method], [step])  # raises for what cannot be run
+    runnable(around, [method])
     score = run_error if chosen.by == "error" else of_tolerance
     with progress() as show:
         found = search(
@@ -93,15 +91,6 @@ def of_tolerance(case: Case, method: Method, step: float) -> float:
         return math.inf if found.status == "diverged" else 0.0
     allowed = judge(found, case.system, method, case.system.quantities(case)).tolerances
     return max((used(found.errors[n], bound) for n, bound in allowed.items()), default=0.0)
-
-
-def _side(text: str) -> Side:
-    """NAME=LO:HI[:log] as a side of a box; raises ParameterError."""
-    name, equals, rest = text.partition("=")
-    parts = rest.split(":")
-    if not (equals and name and len(parts) in (2, 3)) or parts[2:] not in ([], ["log"]):
-        raise ParameterError("within", text, "NAME=LO:HI, or NAME=LO:HI:log")
-    return interval("within", name, parts[0], parts[1], bool(parts[2:]))
 
 
 def _lines(found: Found, method: Method, by: str) -> list[str]:
