@@ -277,7 +277,7 @@ def _finer(evidence: Evidence, method: Method, wanted: float, failing: float) ->
     if slope < _SHALLOW:
         return None
     factor = min(0.8, 0.9 * (wanted / low) ** (1.0 / slope))
-    # Nobody can afford steps below that, which may have no digits either.
+    # Smaller steps take too long, and may underflow.
     return _digits(min(failing, every[0]) * factor) if factor > _SMALLEST else None
 
 
