@@ -17,7 +17,7 @@ from plumbob.reports.judge.verdict import judge_study
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.page import UNITS
 from plumbob.reports.view.site import first_screen, matrix
-from plumbob.reports.view.site.pictures import picture
+from plumbob.reports.view.site.pictures import names, picture
 from plumbob.reports.view.traces import curve, figure, linear, logarithmic
 
 LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.WITH_CONTACTS
@@ -161,3 +161,12 @@ def _drawn(values: list[float], logarithms: bool) -> Figure:
     axis = logarithmic if logarithms else linear
     line = curve([1.0, 2.0, 3.0][: len(values)], values, colour="#0072b2", name="one")
     return figure("t", "c", [line], linear("x [1]"), axis("y [1]"))
+
+
+def test_a_legend_tells_dashed_curves_from_solid_ones() -> None:
+    lines = [curve([1.0, 2.0], [1.0, 2.0], colour="#d55e00", dash=dash, name=dash)
+             for dash in ("solid", "dot", "dash")]  # fmt: skip
+    shown = names(figure("", "", lines, linear("x"), linear("y")))
+    assert [dashes for _, _, dashes in shown] == ["", "2 3", "6 4"]
+    drawn = picture(figure("", "", lines, linear("x"), linear("y")))
+    assert [f'stroke-dasharray="{dashes}"' in drawn for _, _, dashes in shown[1:]] == [True, True]

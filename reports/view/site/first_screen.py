@@ -64,7 +64,7 @@ class Card:
     finding: Finding
     figure: Figure
     picture: str
-    names: list[tuple[str, str]]
+    names: list[tuple[str, str, str]]  # of its curves, with colours and dashes
 
 
 def counts(study: Study, judged: Judgements) -> tuple[Count, ...]:

@@ -71,10 +71,10 @@ def picture(figure: Figure) -> str:
     )
 
 
-def names(figure: Figure) -> list[tuple[str, str]]:
-    """Names and colours of the curves of a picture."""
+def names(figure: Figure) -> list[tuple[str, str, str]]:
+    """Names, colours and dashes, empty for a solid line, of the curves of a picture."""
     traces = [t for t in figure.traces if _points(t, figure.layout)][:MOST_CURVES]
-    return [(t["name"], _colour(t)) for t in traces if t.get("name")]
+    return [(t["name"], _colour(t), _dashes(t)) for t in traces if t.get("name")]
 
 
 def _points(trace: Mapping[str, Any], layout: Mapping[str, Any]) -> list[tuple[float, float]]:
@@ -124,8 +124,7 @@ def _curve(
 ) -> str:
     places = [f"{across.at(x):.1f} {up.at(y):.1f}" for x, y in points]
     colour, line = _colour(trace), trace.get("line", {})
-    dash = DASHES.get(line.get("dash", ""), "")
-    dashes = f' stroke-dasharray="{dash}"' if dash else ""
+    dashes = f' stroke-dasharray="{dash}"' if (dash := _dashes(trace)) else ""
     mode, found = trace.get("mode", "lines"), ""
     if "lines" in mode:
         width = min(float(line.get("width", 1.6)), 6.0)
@@ -144,3 +143,7 @@ def _curve(
 
 def _colour(trace: Mapping[str, Any]) -> str:
     return str(trace.get("line", {}).get("color") or trace.get("marker", {}).get("color") or GREY)
+
+
+def _dashes(trace: Mapping[str, Any]) -> str:
+    return DASHES.get(trace.get("line", {}).get("dash", ""), "")
