@@ -16,10 +16,12 @@ from plumbob.reports.view.content import Figure
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+    from markupsafe import Markup
 
 TEMPLATES = Path(__file__).parent / "templates"
 NAME = "index.html"
 UNITS = re.compile(r"(?<=\d) (?=(?:%|m?s|[nµmk]?m|rad|N|J|W|°)(?![\w]))")  # no line ends before one
+EXPONENT = re.compile(r"-?\d[\d.]*e-\d+")  # a line may end after a hyphen
 STYLE, SCRIPT, PLOTLY = "page.css", "page.js", "plotly.js"
 
 
@@ -50,9 +52,17 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["kept"] = lambda text: UNITS.sub("\u00a0", text)
+    environment.filters["kept"] = _kept
     environment.filters["figure_json"] = lambda figure: Markup(figure_json(figure))
     return environment
+
+
+def _kept(text: str) -> Markup:
+    """A text in which no line ends inside a number, or before its unit."""
+    from markupsafe import Markup, escape
+
+    whole = str(escape(UNITS.sub("\u00a0", text)))
+    return Markup(EXPONENT.sub(r"<span class=nowrap>\g<0></span>", whole))
 
 
 def shared_files() -> dict[str, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import html
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.scene import Quantity
 from plumbob.reports.findings.capsule_line.displacement import errors
 from plumbob.reports.judge.verdict import judge_study
+from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.page import UNITS
 from plumbob.reports.view.site import first_screen, matrix
@@ -23,8 +25,12 @@ from plumbob.reports.view.traces import curve, figure, linear, logarithmic
 LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.WITH_CONTACTS
 
 
-def _with_error(study: Study, scene: str, method: str, error: float) -> Study:
-    """The study with another relative error of the displacement in every run of a pair."""
+def _with_error(
+    study: Study, scene: str, method: str, error: float | Callable[[float], float]
+) -> Study:
+    """The study with another relative error of the displacement in every run of a pair, or with
+    one that is a function of the step [s]."""
+    at = error if callable(error) else lambda step: error
     (quantity,) = _about(study, scene)
     changed = []
     for c in study.convergence:
@@ -32,8 +38,8 @@ def _with_error(study: Study, scene: str, method: str, error: float) -> Study:
             own = {
                 m.step: replace(
                     m.errors[quantity.observable],
-                    largest=error * quantity.scale,
-                    end=error * quantity.scale,
+                    largest=at(m.step) * quantity.scale,
+                    end=at(m.step) * quantity.scale,
                 )
                 for m in c.measurements
             }
@@ -97,6 +103,21 @@ def test_settings_that_are_no_better_are_not_advised(study: Study) -> None:
     assert "Use MuJoCo with an elliptic cone" in _said(study)
     assert _said(changed).startswith("In this study contacts written for the step are no better")
     assert "up to 90 %" in _said(changed)
+
+
+def test_an_error_that_is_smaller_at_this_step_alone_is_explained(study: Study) -> None:
+    assert first_screen.answers(study)[0].table.note == ""
+    growing = _with_error(study, LINE, DEFAULT, lambda step: 0.02 if step >= 1e-3 else 0.07)
+    for finest, said in (
+        (0.0456, "7 % with default contacts, 4.6 % with those written"),
+        (0.08, ""),
+    ):
+        changed = _with_error(
+            growing, LINE, CONVERGENT, lambda step, least=finest: 0.5 if step >= 1e-3 else least
+        )
+        note = first_screen.answers(changed)[0].table.note
+        assert said in note
+        assert bool(said) == bool(note)
 
 
 def test_costs_are_computed_from_the_study(study: Study) -> None:
@@ -170,3 +191,13 @@ def test_a_legend_tells_dashed_curves_from_solid_ones() -> None:
     assert [dashes for _, _, dashes in shown] == ["", "2 3", "6 4"]
     drawn = picture(figure("", "", lines, linear("x"), linear("y")))
     assert [f'stroke-dasharray="{dashes}"' in drawn for _, _, dashes in shown[1:]] == [True, True]
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [(0.0, "0"), (4.71e-8, "4.7e-8"), (1.1e-4, "0.011 %"), (0.0687, "6.9 %"), (1.43, "143 %"),
+     (9.99, "999 %"), (10.0, "10×"), (107.02, "110×"), (14959.0, "15000×"), (3e7, "3.0e7×"),
+     (float("inf"), "–")],
+)  # fmt: skip
+def test_relative_errors_have_digits_that_mean_something(error: float, said: str) -> None:
+    assert notation.relative(error) == said

@@ -210,3 +210,18 @@ def test_plots_are_drawn_when_near_and_taken_away_when_far(index: Path, browser:
         first.locator(".main-svg").first.wait_for(state="detached")
         first.scroll_into_view_if_needed()
         first.locator(".main-svg").first.wait_for()
+
+
+def test_a_long_line_of_code_says_that_it_scrolls(index: Path, browser: Browser) -> None:
+    said = "getComputedStyle(document.querySelector('#with-contacts .code'), '::after').content"
+    scroll = "(to) => { document.querySelector('#with-contacts pre').scrollLeft = to; }"
+    with visited(browser, index, width=PHONE) as visit:
+        visit.until(f"{said}.includes('scrolls sideways')")
+        visit.ask(scroll, 9999)
+        visit.until(f"{said} === 'none'")
+        visit.ask(scroll, 0)
+        visit.until(f"{said}.includes('scrolls sideways')")
+    with visited(browser, index, width=2 * DESK) as visit:
+        pre = "document.querySelector('#without-contacts pre')"
+        visit.until(f"{said}.includes('scrolls') || {pre}.scrollWidth <= {pre}.clientWidth")
+        assert not visit.ask(f"{pre}.classList.contains('more')")

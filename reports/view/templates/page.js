@@ -186,18 +186,19 @@
     next.focus();
   });
 
-  // ---- a wide table scrolls inside itself, and says so ----
+  // ---- a wide table, or a long line of code, scrolls inside itself, and says so ----
   const sized = new ResizeObserver((entries) => entries.forEach(({target}) => overflow(target)));
   const overflow = (box) => {
     const wide = box.scrollWidth > box.clientWidth + 1;
     box.classList.toggle("more", wide && box.scrollLeft + box.clientWidth < box.scrollWidth - 1);
+    if (box.matches("pre")) return;  // which can be focused as it is
     if (!wide && box.scrollHeight <= box.clientHeight + 1) { box.removeAttribute("tabindex"); box.removeAttribute("role"); box.removeAttribute("aria-label"); return; }
     box.tabIndex = 0;
     box.setAttribute("role", "group");
     box.setAttribute("aria-label", `${box.querySelector("caption")?.textContent || "table"}, scrolls`);
   };
   const scrolls = (root) => {
-    for (const box of root.querySelectorAll(".scroll")) {
+    for (const box of root.querySelectorAll(".scroll, pre")) {
       sized.observe(box);
       box.addEventListener("scroll", () => overflow(box), {passive: true});
     }
