@@ -25,7 +25,9 @@ from plumbob.reports.advice.work_precision import error_of
 
 # Chosen, and held from both sides by tests/validation/test_recommended.py:
 RESOLVED = 1.1  # ratio of the smallest step that fails to the one chosen
-STRIDE = 1.04  # below a step that fails, the next that is tried; checks leave many that were run
+# Below a step that fails, the next that is tried, of the many that checks leave; its square after
+# two that fail, and so on, so that a few lead from where errors scatter to where they hold.
+STRIDE = 1.04
 CHEAPER = 1.3  # a method that could be cheaper by no more is not searched
 # Fractions of a step that are run beside it, none a multiple of another.
 FEW = (0.931, 0.787)
@@ -215,6 +217,7 @@ def _largest(
     above = [h for h in good if chosen is None or h > chosen]
     ceiling = min((h for h in above if _refused(known, method, h, wanted)), default=math.inf)
     resolved = RESOLVED if method.control == "step" else RESOLVED**8  # cost: the 8th root, or so
+    failed = 0
     for number in range(_TRIES):
         failing = min(evidence.failing(method, wanted), ceiling)
         if chosen is not None and chosen >= failing:
@@ -223,13 +226,13 @@ def _largest(
             break  # it cannot be much cheaper than what is there
         if chosen is not None and failing <= resolved * chosen:
             break
-        step = _next(evidence, method, wanted, chosen, failing, number)
+        step = _next(evidence, method, wanted, chosen, failing, number, failed)
         if step is None or not _affordable(evidence, method, step):
             break
         if _holds(evidence, method, step, wanted):
             chosen = step
         else:
-            ceiling = min(ceiling, step)
+            ceiling, failed = min(ceiling, step), failed + 1
     return chosen
 
 
@@ -240,12 +243,15 @@ def _next(
     chosen: float | None,
     failing: float,
     number: int,
+    failed: int,
 ) -> float | None:
     """The step to try: the largest that was run well below the failing one, if it is not checked
-    yet; then one between; or one beyond all that were run."""
+    yet, the further below the more have `failed`; then one between; or one beyond all that were
+    run."""
     every = evidence.common(method, failing)
-    good = [h for h in every if STRIDE * h <= failing] or every
-    if chosen is None or (good and good[-1] > chosen * RESOLVED):
+    stride = STRIDE**2 ** max(failed - 1, 0)
+    good = [h for h in every if stride * h <= failing] or every[:: 1 if failed < 2 else -1]
+    if chosen is None or (not failed and good and good[-1] > chosen * RESOLVED):
         if good:
             return good[-1]
         return _finer(evidence, method, wanted, failing)
