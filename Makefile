@@ -39,8 +39,8 @@ check: .venv/.develop  ## ruff, mypy --strict, and the contracts on layers, file
 	$(BIN)/mypy --strict -p plumbob
 	$(BIN)/python -m pytest -q tests/contracts
 
-benchmark: .venv/.peers  ## time the references and adapters (ARGS go to pytest)
-	$(BIN)/python -m pytest tests/benchmarks --benchmark-columns=min,median,iqr,rounds $(ARGS)
+benchmark: .venv/.peers  ## ratios of times, kept in .benchmarks/history.jsonl (ARGS go to pytest)
+	$(BIN)/python -m pytest tests/benchmarks $(ARGS)
 
 peers: .venv/.peers  ## add the optional engines and integrators to .venv
 
@@ -48,7 +48,7 @@ heyoka: .venv/.heyoka  ## add heyoka and dask, the smallest of them to wait for
 
 clean:  ## remove .venv and everything that a build or a run leaves
 	rm -rf .venv build dist *.egg-info plumbob-out MUJOCO_LOG.TXT
-	rm -rf .benchmarks .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find $(LAYERS) tests -type d -name __pycache__ -prune -exec rm -rf {} +
 
 .venv/.python: pyproject.toml constraints.txt

@@ -1,4 +1,4 @@
-"""plumbob compare: two studies: versions, and which errors, verdicts and costs have moved."""
+"""plumbob compare: two studies, or two runs of benchmarks: versions, and what has moved."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import systems
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.report import html_file
+from plumbob.reports.judge import benchmarks
+from plumbob.reports.judge.benchmarks import BenchmarkRun
 from plumbob.reports.judge.verdict import judge_study
 
 MOVED = 1e-9  # of an error, beside what rounding explains: the same code gives the same bits
@@ -31,7 +33,10 @@ COSTS_MORE = 1.25  # of a cost in reference step times, beyond the quartiles of 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    word = "a results folder or a file of stored studies; FILE#N for the study of that number"
+    word = (
+        "a results folder or a file of stored studies; FILE#N for the study of that number; or a "
+        "file of benchmarks; FILE#N for the run of that number"
+    )
     parser.add_argument("old", metavar="OLD", help=word)
     parser.add_argument("new", metavar="NEW", help="the same")
     parser.add_argument(
@@ -46,6 +51,9 @@ def command(chosen: argparse.Namespace) -> int:
     """Print what moved; 1 when a verdict did, or an error grew by more than is allowed."""
     above = math.inf if chosen.above is None else _fraction(chosen.above)
     file = None if chosen.page is None else html_file("page", chosen.page)
+    runs = _benchmark("OLD", chosen.old), _benchmark("NEW", chosen.new)
+    if runs[0] is not None or runs[1] is not None:
+        return _benchmarks(*runs, chosen, above)
     old, new = _study("OLD", chosen.old), _study("NEW", chosen.new)
     parts = _verdicts(old, new), _presence(old, new), list(_errors(old, new)), _costs(old, new)
     moved = [row for part in parts for row in part]
@@ -116,12 +124,71 @@ def _said(row: Mapping[str, Any]) -> str:
     return f"{row['old']} -> {row['new']}" + (f" ({100.0 * growth:+.2g} %)" if known else "")
 
 
-def _study(name: str, text: str) -> Study:
+def _benchmarks(
+    old: BenchmarkRun | None, new: BenchmarkRun | None, chosen: argparse.Namespace, above: float
+) -> int:
+    """Print which ratios moved; 1 when one got worse by more than is allowed."""
+    for name, text, run in (("OLD", chosen.old, old), ("NEW", chosen.new, new)):
+        if run is None:
+            raise ParameterError(name, text, "a file of benchmarks, as the other one is")
+    assert old is not None
+    assert new is not None
+    if chosen.page is not None:
+        raise ParameterError("page", chosen.page, "left out: benchmarks have none")
+    rows = []
+    for was, now in benchmarks.moved(old, new, COSTS_MORE):
+        worse = was.median / now.median if now.least else now.median / was.median
+        rows.append(_row(("", ""), now.name, was.median, now.median, worse - 1.0))
+    names = [[r.name for r in run.ratios] for run in (old, new)]
+    rows += [_row(("", ""), name, "measured", "no") for name in names[0] if name not in names[1]]
+    rows += [_row(("", ""), name, "no", "measured") for name in names[1] if name not in names[0]]
+    versions = _versions(old.made, new.made)
+    grown = [row for row in rows if row["growth"] is not None and row["growth"] > above]
+    if chosen.json:
+        json.dump(values.plain([*versions, *rows]), sys.stdout, indent=1)
+        print()
+    else:
+        for word, run in (("old", old), ("new", new)):
+            print(f"{word}: {_made_with(run.made)}")
+        for row in (*versions, *rows):
+            print(f"{row['what']}: {row['old']} -> {row['new']}{_worse(row['growth'])}")
+        if not rows:
+            print("nothing has moved")
+    return int(bool(grown))
+
+
+def _worse(growth: float | None) -> str:
+    """How much longer something takes, or how much less long."""
+    if growth is None:
+        return ""
+    if growth > 0.0:
+        return f" ({100.0 * growth:.2g} % slower)"
+    return f" ({100.0 * (1.0 / (1.0 + growth) - 1.0):.2g} % faster)"
+
+
+def _benchmark(name: str, text: str) -> BenchmarkRun | None:
+    """The run of benchmarks that is meant, the last one without a number; None for a study."""
+    path, number = _numbered(name, text)
+    if not benchmarks.keeps_benchmarks(path):
+        return None
+    runs = benchmarks.stored(path)
+    if number is not None and not 1 <= number <= len(runs):
+        raise ParameterError(name, text, f"with a number of a run from 1 to {len(runs)}")
+    return runs[-1 if number is None else number - 1]
+
+
+def _numbered(name: str, text: str) -> tuple[Path, int | None]:
+    """A path and the number behind it."""
     path, number = text, None
     if "#" in text and not os.path.lexists(text):
         path, _, digits = text.rpartition("#")
         number = values.count(f"the number of the study in {name}", digits)
-    file = Path(path) / store.FILE if Path(path).is_dir() else Path(path)
+    return Path(path), number
+
+
+def _study(name: str, text: str) -> Study:
+    path, number = _numbered(name, text)
+    file = path / store.FILE if path.is_dir() else path
     found = store.load(file, number)
     if found is None:
         raise ParameterError(name, text, "where `plumbob validate` has stored a study")

@@ -6,7 +6,6 @@ slower machine or a busy one moves them together.
 
 from __future__ import annotations
 
-import statistics
 import time
 
 import mujoco
@@ -17,6 +16,8 @@ from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
 from plumbob.engines.adapters.mujoco.trimming import trimming
 from plumbob.engines.method import meant
+from plumbob.reports.judge.benchmarks import in_turn
+from plumbob.tests.benchmarks.conftest import Hold
 from plumbob.tests.support.cone_scene import SYSTEM, scene
 
 STEPS = 5000  # of 1e-4 s: 501 samples, every tenth step and the start
@@ -44,20 +45,16 @@ def adapted(simulation: MujocoSimulation) -> float:
 
 
 @pytest.mark.parametrize("name", ["mujoco/euler", "mujoco/rk4"])
-def test_adapter_costs_little(name: str) -> None:
-    # The limit is 1.1; measured are 0.97 to 1.03, as recording is done in C.
+def test_adapter_costs_little(name: str, hold: Hold) -> None:
+    # Measured: 0.97 to 1.03, as recording is done in C.
     simulation = compiled(SYSTEM.case(scene()), METHODS[name], 1e-4)
-    ratio = statistics.median(adapted(simulation) / bare(simulation) for _ in range(41))
-    print(f"\n{name}: adapter / bare loop = {ratio:.3f}")
-    assert ratio <= 1.1
+    turns = in_turn(lambda: adapted(simulation), lambda: bare(simulation), 41)
+    hold(f"{name}: adapter over bare loop", turns, most=1.1)
 
 
 @pytest.mark.parametrize("name", [m.name for m in METHODS.values() if meant(m, scene())])
-def test_trimming_saves_and_changes_nothing(name: str) -> None:
-    # Measured: 29 to 39 % on every integrator. Only 10 % would mean that a stage is enabled again.
-    measured = trimming(SYSTEM.case(scene()), METHODS[name])
-    flags = 1 - measured.ns_flags / measured.ns_default
-    trimmed = 1 - measured.ns_trimmed / measured.ns_default
-    print(f"\n{name}: {measured}: flags save {flags:.0%}, flags and geoms {trimmed:.0%}")
-    assert measured.identical
-    assert trimmed > 0.10
+def test_trimming_saves_and_changes_nothing(name: str, hold: Hold) -> None:
+    # Measured: 0.61 to 0.71 on every integrator. 0.9 would mean that a stage is enabled again.
+    found = [trimming(SYSTEM.case(scene()), METHODS[name]) for _ in range(5)]
+    assert all(one.identical for one in found)
+    hold(f"{name}: trimmed over all in", [m.ns_trimmed / m.ns_default for m in found], most=0.9)

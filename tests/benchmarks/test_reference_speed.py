@@ -6,7 +6,6 @@ The sides are timed in turn, by processor time, so that a busy machine moves the
 from __future__ import annotations
 
 import math
-import statistics
 import time
 from collections.abc import Callable
 from typing import Any
@@ -15,10 +14,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from plumbob.analytic.numerics.elliptic.orbit_table import orbit_table
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.engines.study.cost import reference_step
+from plumbob.reports.judge.benchmarks import in_turn
+from plumbob.tests.benchmarks.conftest import Hold
 from plumbob.tests.support.high_precision import orbit_of
 
 PENDULUM = ConePendulum(cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
@@ -31,12 +32,6 @@ def seconds(run: Callable[[], Any]) -> float:
     begin = time.thread_time()
     run()
     return time.thread_time() - begin
-
-
-def in_turn(runs: dict[str, Callable[[], Any]], rounds: int) -> dict[str, float]:
-    """Median processor time [s] of each; they are timed alternately."""
-    taken = [{name: seconds(run) for name, run in runs.items()} for _ in range(rounds)]
-    return {name: statistics.median(row[name] for row in taken) for name in runs}
 
 
 def solved() -> PendulumMotion:
@@ -81,52 +76,43 @@ def worst_error(theta: Array) -> float:
     return max(abs(float(x - y)) for x, y in zip(theta[picked], exact, strict=True))
 
 
-def test_a_million_times_against_heyoka() -> None:
-    # Required: 3; measured: 4 to 8.
-    table = PENDULUM.motion.table
-    grids = {f"heyoka, tol {tol:g}": heyoka_grid(tol) for tol in (1e-16, 0.0)}
-    found = in_turn({"closed form": lambda: table.angle(TIMES), **grids}, rounds=7)
-    error = worst_error(table.angle(TIMES))
-    for name, run in grids.items():
-        print(f"\n{name}: {found[name] * 1e3:.1f} ms, error {worst_error(run()):.1e}", end="")
-    print(f"\nclosed form: {found['closed form'] * 1e3:.1f} ms, error {error:.1e} rad")
-    assert error <= 3e-13
-    assert min(found[name] for name in grids) >= 3 * found["closed form"]
+def sampled() -> float:
+    """Processor time [s] of the closed form on the grid."""
+    return seconds(lambda: PENDULUM.motion.table.angle(TIMES))
 
 
-def test_a_million_times_against_dop853() -> None:
-    # Required: 100.
-    table = PENDULUM.motion.table
+@pytest.mark.parametrize("tolerance", [1e-16, 0.0])
+def test_a_million_times_against_heyoka(tolerance: float, hold: Hold) -> None:
+    # Measured: 4 to 8.
+    grid = heyoka_grid(tolerance)
+    assert worst_error(PENDULUM.motion.table.angle(TIMES)) <= 3e-13
+    turns = in_turn(lambda: seconds(grid), sampled, 7)
+    hold(f"10^6 samples: heyoka at {tolerance:g} over the closed form", turns, least=3)
 
-    def integrated() -> Any:
-        return solve_ivp(
-            right_side, (0.0, 50.0), [0.0, 37.0], "DOP853", TIMES, rtol=1e-13, atol=1e-13
+
+def test_a_million_times_against_dop853(hold: Hold) -> None:
+    def integrated() -> float:
+        span, state = (0.0, 50.0), [0.0, 37.0]
+        return seconds(
+            lambda: solve_ivp(right_side, span, state, "DOP853", TIMES, rtol=1e-13, atol=1e-13)
         )
 
-    slow = seconds(integrated)
-    fast = statistics.median(seconds(lambda: table.angle(TIMES)) for _ in range(7))
-    print(f"\nDOP853: {slow:.2f} s, closed form {fast * 1e3:.1f} ms: {slow / fast:.0f} times")
-    assert slow >= 100 * fast
+    turns = in_turn(integrated, sampled, 3)
+    hold("10^6 samples: scipy's DOP853 over the closed form", turns, least=100)
 
 
-def test_a_late_time_costs_what_an_early_one_does() -> None:
+def test_a_late_time_costs_what_an_early_one_does(hold: Hold) -> None:
     table = PENDULUM.motion.table
-    found = in_turn(
-        {
-            "first second": lambda: table.angle(TIMES / 50.0),
-            "a second after 10^9 s": lambda: table.angle(1e9 + TIMES / 50.0),
-        },
-        rounds=7,
+    turns = in_turn(
+        lambda: seconds(lambda: table.angle(1e9 + TIMES / 50.0)),
+        lambda: seconds(lambda: table.angle(TIMES / 50.0)),
     )
-    print(f"\n{found}")
-    assert found["a second after 10^9 s"] <= 1.2 * found["first second"]
+    hold("10^6 samples: after 10^9 s over the first second", turns, most=1.2)
 
 
-def test_building_the_solution_takes_a_millisecond() -> None:
-    # The smallest of many: the machine is shared, and interruptions only add.
+def test_building_the_solution_takes_some_hundred_steps(hold: Hold) -> None:
+    # Each turn is the smallest of many: the machine is shared, and interruptions only add.
     solved()
-    whole = min(seconds(solved) for _ in range(200))
-    motion = PENDULUM.motion.closed_form
-    table = min(seconds(lambda: orbit_table(motion)) for _ in range(200))
-    print(f"\nbuilding: {whole * 1e3:.2f} ms, the table's part {table * 1e3:.2f} ms")
-    assert whole <= 1e-3
+    rule = reference_step()
+    turns = in_turn(lambda: min(seconds(solved) for _ in range(20)), lambda: 1e-9 * rule())
+    hold("building a closed form over MuJoCo's empty step", turns, most=1000)

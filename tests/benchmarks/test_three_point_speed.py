@@ -1,6 +1,7 @@
-"""Cost of the exact three-point motion: a turn manoeuvre to rest, and a hundred of them.
+"""Cost of the exact three-point motion in reference steps: a turn manoeuvre to rest, and fifty.
 
-Processor time of one thread, the smallest of a few runs: a busy machine only adds to it.
+Processor time of one thread, turn by turn beside MuJoCo's step of an empty model: a slow spell of
+the machine touches both.
 """
 
 from __future__ import annotations
@@ -15,56 +16,84 @@ from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.slider_path import arc_stroke, concatenate, fixed
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.smoothed_friction import smoothed_motion
+from plumbob.engines.study.cost import reference_step
+from plumbob.reports.judge.benchmarks import in_turn
+from plumbob.tests.benchmarks.conftest import Hold
 from plumbob.tests.support.random_capsules import CHECK
 from plumbob.tests.support.random_slides import COAST
 
-MOST = 0.1  # [s], a turn manoeuvre to rest
+MOST = 70_000  # reference steps, a turn manoeuvre to rest: a tenth of a second
 
 
-def cost(action: Callable[[], object], runs: int = 21) -> float:
-    """Processor time of `action` [s]."""
-    spent = []
-    for _ in range(runs):
-        begin = time.thread_time()
-        action()
-        spent.append(time.thread_time() - begin)
-    return min(spent)
+def cost(action: Callable[[], object]) -> float:
+    """Processor time of `action` [s], where no motion is kept that was worked out before."""
+    three_point_motion.cache_clear()
+    begin = time.thread_time()
+    action()
+    return time.thread_time() - begin
+
+
+def in_steps(action: Callable[[], object], turns: int = 11) -> tuple[float, ...]:
+    """The cost of `action` in reference steps, turn by turn."""
+    rule = reference_step()
+    return in_turn(lambda: cost(action), lambda: 1e-9 * rule(), turns)
 
 
 @pytest.mark.parametrize("epsilon", [0.3, 0.1, 0.03, 0.01, 0.001])
-def test_a_turn_to_rest_is_quick(epsilon: float) -> None:
+def test_a_turn_to_rest_is_quick(epsilon: float, hold: Hold) -> None:
     turn = turn_of(CHECK, 0.12, epsilon)
-    assert cost(lambda: three_point_motion(CHECK, turn.path)) <= MOST
+    turns = in_steps(lambda: three_point_motion(CHECK, turn.path))
+    hold(f"exact turn, epsilon {epsilon:g}, over an empty step", turns, most=MOST)
 
 
-def test_a_residual_motion_is_quicker() -> None:
-    assert cost(COAST.motion) <= 0.5 * MOST
+def test_a_residual_motion_is_quicker(hold: Hold) -> None:
+    hold("exact spin over an empty step", in_steps(COAST.motion), most=0.5 * MOST)
 
 
-def test_smoothed_friction_costs_many_times_as_much() -> None:
-    exact = cost(COAST.motion)
-    time_to_rest = COAST.motion().rest_time
-    smoothed = cost(
-        lambda: smoothed_motion(COAST.capsule, COAST.path, COAST.state, time_to_rest, 1e-8), 1
+def test_smoothed_friction_costs_many_times_as_much(hold: Hold) -> None:
+    rest = COAST.motion().rest_time
+    turns = in_turn(
+        lambda: cost(lambda: smoothed_motion(COAST.capsule, COAST.path, COAST.state, rest, 1e-8)),
+        lambda: cost(COAST.motion),
+        3,
     )
-    assert smoothed > 5 * exact
+    hold("smoothed friction over the exact spin", turns, least=5)
 
 
-def test_evaluating_a_motion_is_cheap() -> None:
+def test_evaluating_a_motion_is_cheap(hold: Hold) -> None:
     motion = three_point_motion(CHECK, turn_of(CHECK, 0.12, 0.1).path)
     times = np.linspace(0.0, motion.rest_time, 10_000)
-    assert cost(lambda: motion.at(times)) <= MOST
+    turns = in_steps(lambda: motion.at(times))
+    hold("10^4 samples of a turn over an empty step", turns, most=MOST)
 
 
-def test_repeated_turns_cost_the_same_each_and_stay_exact() -> None:
+def test_repeated_turns_cost_the_same_each_and_stay_exact(hold: Hold) -> None:
     """Back and forth fifty times, each to rest: times add up, errors hardly accumulate."""
     drive, half = 4000.0, 0.015
     out, back = arc_stroke(0.12, 0.0, drive, half), arc_stroke(0.12, drive * half**2, -drive, half)
     parts = (out, fixed(out.end, 0.1), back, fixed((0.12, 0.0), 0.1))
-    path = concatenate(*(part for _ in range(50) for part in parts))
-    assert cost(lambda: three_point_motion(CHECK, path), 1) <= 100 * MOST
-    motion = three_point_motion(CHECK, path)
-    end = np.array([path.duration])
+    paths = [concatenate(*(part for _ in range(n) for part in parts)) for n in (50, 5)]
+    motion = three_point_motion(CHECK, paths[0])
+    end = np.array([paths[0].duration])
     fine, coarse = motion.at(end), motion.coarser().at(end)
     assert np.abs(fine.position - coarse.position).max() <= 1e-10
     assert np.abs(fine.heading - coarse.heading).max() <= 1e-10
+    turns = in_turn(
+        lambda: cost(lambda: three_point_motion(CHECK, paths[0])),
+        lambda: cost(lambda: three_point_motion(CHECK, paths[1])),
+        3,
+    )
+    hold("fifty exact turns over five", turns, most=15)
+
+
+def test_what_is_kept_is_not_timed(hold: Hold) -> None:
+    """The cost of a motion that is worked out is far above that of one that is kept."""
+    turns = in_turn(lambda: cost(COAST.motion), lambda: _kept(COAST.motion), 5)
+    hold("exact spin over one that is kept", turns, least=10)
+
+
+def _kept(action: Callable[[], object]) -> float:
+    action()
+    begin = time.thread_time()
+    action()
+    return time.thread_time() - begin

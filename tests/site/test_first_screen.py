@@ -7,6 +7,7 @@ import html
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -105,6 +106,10 @@ def test_settings_that_are_no_better_are_not_advised(study: Study) -> None:
     assert "up to 90 %" in _said(changed)
 
 
+def _falling(finest: float, step: float) -> float:
+    return 0.5 if step >= 1e-3 else finest
+
+
 def test_an_error_that_is_smaller_at_this_step_alone_is_explained(study: Study) -> None:
     assert first_screen.answers(study)[0].table.note == ""
     growing = _with_error(study, LINE, DEFAULT, lambda step: 0.02 if step >= 1e-3 else 0.07)
@@ -112,9 +117,7 @@ def test_an_error_that_is_smaller_at_this_step_alone_is_explained(study: Study) 
         (0.0456, "7 % with default contacts, 4.6 % with those written"),
         (0.08, ""),
     ):
-        changed = _with_error(
-            growing, LINE, CONVERGENT, lambda step, least=finest: 0.5 if step >= 1e-3 else least
-        )
+        changed = _with_error(growing, LINE, CONVERGENT, partial(_falling, finest))
         note = first_screen.answers(changed)[0].table.note
         assert said in note
         assert bool(said) == bool(note)

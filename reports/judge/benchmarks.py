@@ -1,0 +1,124 @@
+"""Benchmarks: ratios of times that are taken in turn, and a file that keeps every run of them."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import statistics
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.study.provenance import Provenance
+
+FORMAT = "plumbob benchmarks 1"
+START = f'{{"format": "{FORMAT}"'  # of each line
+LARGEST = 50_000_000  # [bytes] of a file: tens of thousands of runs
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """How many times as long one thing takes as another: the median of many turns, the quartiles,
+    and what the median has to stay within."""
+
+    name: str
+    low: float
+    median: float
+    high: float
+    most: float = math.inf
+    least: float = 0.0
+
+    @property
+    def holds(self) -> bool:
+        """Whether the median is within its limits."""
+        return self.least <= self.median <= self.most
+
+    @property
+    def limit(self) -> str:
+        """The limits as text."""
+        if math.isfinite(self.most):
+            return f"at most {self.most:g}"
+        return f"at least {self.least:g}" if self.least else ""
+
+
+@dataclass(frozen=True)
+class BenchmarkRun:
+    """What was measured in one run, and with what."""
+
+    made: Provenance
+    ratios: tuple[Ratio, ...]
+
+
+def in_turn(
+    one: Callable[[], float], other: Callable[[], float], turns: int = 21
+) -> tuple[float, ...]:
+    """How many times as long `one` takes as `other`, each of which times itself [s], turn by turn:
+    a slow spell of the machine touches both alike."""
+    found = []
+    for _ in range(turns):
+        base = other()
+        found.append(one() / base)
+    return tuple(found)
+
+
+def ratio(name: str, values: Sequence[float], most: float = math.inf, least: float = 0.0) -> Ratio:
+    """The ratio of some turns, at least two."""
+    low, middle, high = statistics.quantiles(values, n=4, method="inclusive")
+    return Ratio(name, low, middle, high, most, least)
+
+
+def add(run: BenchmarkRun, file: Path) -> None:
+    """Add a run to a file, which is made where there is none."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    ratios = [{k: v for k, v in asdict(r).items() if v != math.inf} for r in run.ratios]
+    line = json.dumps({"format": FORMAT, "made": asdict(run.made), "ratios": ratios})
+    with file.open("a", encoding="utf-8") as lines:
+        lines.write(f"{line}\n")
+
+
+def keeps_benchmarks(file: Path) -> bool:
+    """Whether a file is one of benchmarks, by how it begins."""
+    try:
+        if not file.is_file():
+            return False
+        with file.open("rb") as lines:
+            return lines.read(len(START)) == START.encode()
+    except OSError:
+        return False
+
+
+def stored(file: Path) -> tuple[BenchmarkRun, ...]:
+    """The runs of a file, the oldest first; raises ParameterError for a line that is damaged."""
+    if (size := os.stat(file).st_size) > LARGEST:
+        raise ParameterError("benchmarks", f"{file} ({size} bytes)", f"at most {LARGEST} bytes")
+    found = []
+    for number, line in enumerate(file.read_text("utf-8", errors="replace").splitlines(), 1):
+        try:
+            found.append(_run(json.loads(line)))
+        except (ValueError, TypeError, KeyError, AttributeError):
+            what = "a run of benchmarks, as `make benchmark` writes it"
+            raise ParameterError("benchmarks", f"{file}, line {number}", what) from None
+    return tuple(found)
+
+
+def _run(found: Any) -> BenchmarkRun:
+    ratios = tuple(Ratio(**one) for one in found["ratios"])
+    if not all(0.0 < value < math.inf for r in ratios for value in (r.low, r.median, r.high)):
+        raise ValueError("a ratio of times is positive")
+    return BenchmarkRun(Provenance(**found["made"]), ratios)
+
+
+def moved(old: BenchmarkRun, new: BenchmarkRun, factor: float) -> tuple[tuple[Ratio, Ratio], ...]:
+    """The ratios of both runs of which the quartiles are apart, and the medians by more than a
+    factor."""
+    before = {r.name: r for r in old.ratios}
+    pairs = [(before[r.name], r) for r in new.ratios if r.name in before]
+    return tuple(
+        (was, now)
+        for was, now in pairs
+        if (now.low > was.high or now.high < was.low)
+        and max(now.median / was.median, was.median / now.median) > factor
+    )

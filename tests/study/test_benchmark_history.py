@@ -1,0 +1,123 @@
+"""Benchmarks are kept, and `plumbob compare` tells which ratios moved beyond their quartiles."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study import store
+from plumbob.engines.study.provenance import Provenance
+from plumbob.reports.cli import main
+from plumbob.reports.judge import benchmarks
+from plumbob.reports.judge.benchmarks import BenchmarkRun, Ratio, add, in_turn, ratio, stored
+from plumbob.tests.support.studies import made_up
+
+MADE = Provenance(
+    {"mujoco": "3.17.0"}, {"processor": "a"}, "2026-01-01 00:00 UTC", "make benchmark"
+)
+LOOP = Ratio("adapter over bare loop", 0.97, 1.0, 1.03, most=1.1)
+PEER = Ratio("DOP853 over closed form", 190.0, 200.0, 210.0, least=100.0)
+
+
+@pytest.fixture
+def history(tmp_path: Path) -> Path:
+    """Three runs: the second is slower in both ratios, the third as the first, with another."""
+    file = tmp_path / "kept" / "history.jsonl"
+    slow = (replace(LOOP, low=1.45, median=1.5, high=1.55),
+            replace(PEER, low=95.0, median=100.0, high=105.0))  # fmt: skip
+    for found in ((LOOP, PEER), slow, (LOOP, replace(PEER, low=150.0, name="another"))):
+        add(BenchmarkRun(MADE, found), file)
+    return file
+
+
+def test_what_is_added_is_read_again(history: Path) -> None:
+    runs = stored(history)
+    assert len(runs) == 3
+    assert runs[0] == BenchmarkRun(MADE, (LOOP, PEER))
+    assert benchmarks.keeps_benchmarks(history)
+
+
+def test_times_are_taken_in_turn() -> None:
+    order: list[str] = []
+    ticks: Iterator[int] = count(1)
+
+    def one() -> float:
+        order.append("one")
+        return 3.0 * next(ticks)
+
+    def other() -> float:
+        order.append("other")
+        return 1.0 * next(ticks)
+
+    values = in_turn(one, other, 3)
+    assert order == ["other", "one"] * 3
+    assert values == (6.0, 4.0, 3.6)
+
+
+@given(st.lists(st.floats(1e-3, 1e3), min_size=2, max_size=30))
+def test_quartiles_hold_the_median(values: list[float]) -> None:
+    found = ratio("x", values, most=1.0)
+    assert min(values) <= found.low <= found.median <= found.high <= max(values)
+    assert found.holds == (found.median <= 1.0)
+
+
+@pytest.mark.parametrize(("old", "new", "said", "code"), [
+    ("#1", "#2", ["bare loop: 1 -> 1.5 (50 % slower)", "form: 200 -> 100 (1e+02 % slower)"], 1),
+    ("#2", "#1", ["bare loop: 1.5 -> 1 (50 % faster)", "form: 100 -> 200 (1e+02 % faster)"], 0),
+    ("#1", "", ["DOP853 over closed form: measured -> no", "another: no -> measured"], 0),
+    ("#1", "#1", ["nothing has moved"], 0),
+])  # fmt: skip
+def test_compare_tells_what_moved(
+    old: str, new: str, said: list[str], code: int, history: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    words = ["compare", f"{history}{old}", f"{history}{new}"]
+    assert main(words) == 0
+    out = capsys.readouterr().out
+    assert all(one in out for one in said), out
+    assert out.count(" -> ") == len([one for one in said if "->" in one])
+    assert main([*words, "--fail-above", "40%"]) == code
+    capsys.readouterr()
+    assert main([*words, "--json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)) == len([one for one in said if "->" in one])
+
+
+def test_quartiles_that_overlap_have_not_moved(tmp_path: Path) -> None:
+    first = BenchmarkRun(MADE, (LOOP,))
+    wide = replace(LOOP, low=1.02, median=1.5, high=1.9)
+    near = replace(LOOP, low=1.1, median=1.2, high=1.3)
+    for other in (wide, near):
+        assert benchmarks.moved(first, BenchmarkRun(MADE, (other,)), 1.25) == ()
+    apart = replace(LOOP, low=1.1, median=1.3, high=1.4)
+    assert benchmarks.moved(first, BenchmarkRun(MADE, (apart,)), 1.25) == ((LOOP, apart),)
+
+
+@pytest.mark.parametrize(("old", "new", "what"), [
+    ("#4", "", "from 1 to 3"), ("#0", "", "number"), ("", "missing.jsonl", "a file of benchmarks"),
+    ("", "other", "a file of benchmarks, as the other one is"), ("", "damaged", "line 2"),
+    ("", "negative", "line 1"),
+])  # fmt: skip
+def test_bad_input_is_one_line(
+    old: str, new: str, what: str, history: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first, *_ = history.read_text("utf-8").splitlines()
+    for name, text in (("damaged", f"{first}\n{first[:200]}\n"),
+                       ("negative", first.replace("0.97", "-0.97"))):  # fmt: skip
+        (history.parent / name).write_text(text, "utf-8")
+    target = history if new in ("", "#4") else history.parent / new
+    if new == "other":
+        target.mkdir()
+        store.save(made_up([(find_method("ode/rk4"), (1e-3,), lambda h: h)]), target / store.FILE)
+    assert main(["compare", f"{history}{old}", str(target)]) == 2
+    err = capsys.readouterr().err
+    assert what in err
+    assert err.count("\n") == 1
+    assert main(["compare", str(history), str(history), "--page", "x.html"]) == 2
