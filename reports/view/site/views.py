@@ -31,6 +31,7 @@ ORDER: tuple[Verdict, ...] = (
     "pass", "converges", "fail", "not-converging", "diverged", "pre-asymptotic", "unsupported",
     "missing",
 )  # fmt: skip
+OF_ENGINES = "engines"  # the section of what holds for engines, whatever the system, and its page
 AT_FIRST = 1e-3  # relative: the cheapest method of each engine for this error is drawn at first
 
 
