@@ -5,14 +5,14 @@ from __future__ import annotations
 
 import fnmatch
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, cast
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
-from plumbob.reports.judge.known_limits import sizes
+from plumbob.reports.judge.known_limits import declared_limit, differs_from, sizes
 from plumbob.reports.judge.verdict import LEAVES_OUT, NO_STEP_FITS, Judgement, Verdict
 
 INACCURATE = "fail, off the accuracy asked for"
@@ -174,10 +174,13 @@ EXPECTATIONS: tuple[Expectation, ...] = (
 
 
 def expected(scene: str, method: str) -> Expectation:
-    """The first expectation that matches, or `pass`."""
+    """The first expectation that matches, of plumbob's own or what the package of an added engine
+    declares; or `pass`."""
     for entry in EXPECTATIONS:
         if fnmatch.fnmatchcase(scene, entry.scenes) and fnmatch.fnmatchcase(method, entry.methods):
             return entry
+    if (limit := declared_limit(scene, method)) is not None:
+        return Expectation(limit.scenes, method, cast(Verdict, limit.verdict), limit.reason)
     return Expectation(scene, method, "pass", "")
 
 
@@ -248,7 +251,9 @@ def _other_size(
     if not wanted.limit or found.verdict == "pass" or _changed(scene):
         return ""
     known = sizes().get((scene.name, method.name))
-    if known is None:
+    if known is None and (limit := declared_limit(scene.name, method.name)) is not None:
+        why = "" if run else differs_from(limit.size, found.errors)
+    elif known is None:
         why = "no size of it is known"
     elif run:
         why = next((known.differs_at(*entry) for entry in found.errors.items()), "")
