@@ -241,8 +241,20 @@ def _convergence_task(
 
 
 def _pair(scene: Scene, method: Method, most: int, own: Sequence[ExtraRun]) -> Piece:
-    found, recordings = convergence_with(scene, method, most, own)
+    try:
+        found, recordings = convergence_with(scene, method, most, own)
+    except Exception as error:
+        return _given_up(scene, error)
     return Piece(found, {request: run for request, run in recordings.items()})
+
+
+def _given_up(scene: Scene, error: Exception) -> Piece:
+    """What a defect in the exact motion or the theory of an added system leaves: a piece without
+    results. Raises an error that is plumbob's own."""
+    if not (package := system_of(scene).distribution):
+        raise error
+    said = " ".join(f"{type(error).__name__}: {error}".split())[:160]
+    return Piece(lost=f"the system of the package {package} raises {said}")
 
 
 def _extra_task(request: Request, plan: StudyPlan) -> Task:
@@ -265,7 +277,10 @@ def _extra_task(request: Request, plan: StudyPlan) -> Task:
 
 
 def _extra(request: RunRequest, method: Method) -> Piece:
-    return Piece(extras={request: make(request, method)})
+    try:
+        return Piece(extras={request: make(request, method)})
+    except Exception as error:
+        return _given_up(find_scene(request.scene), error)
 
 
 def _reading_task(request: ModelReading) -> Task:

@@ -294,6 +294,42 @@ def test_a_broken_system_costs_a_line(
             assert said.count("\n") == 1
 
 
+THEORY = "from plumbob.analytic.errors.theory import StepErrors\n"
+RAISING = "if len(times) > 101: raise RuntimeError('no root')\n        "
+DEFECTS = {  # that no look at a few moments of a scene shows
+    "reference": ("last = self.gravity", f"{RAISING}last = self.gravity"),
+    "theory": ("family=", "errors=lambda body: StepErrors(lambda *about: [].pop()),\n    family="),
+}
+
+
+@pytest.mark.parametrize("kind", DEFECTS)
+def test_a_defect_in_an_added_system_costs_its_pieces(
+    kind: str, site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    """They are named with the reason; what else was asked for has its verdict, and there is a page
+    where nothing of the system could be held to its exact motion."""
+    right, wrong = DEFECTS[kind]
+    assert right in SYSTEM
+    points = {entry_points.SYSTEMS: {"falling-body": "theirs:SYSTEM"}}
+    equation = (PACKAGES / "falling_body" / "falling_body_ode.py").read_text("utf-8")
+    text = f"{THEORY}{SYSTEM.replace(right, wrong)}"
+    install(site, "their-package", points, theirs=text, falling_body_ode=equation)
+    words = ["--methods", "ode/euler", "--jobs", "1", "--out", str(tmp_path / "out")]
+    if kind == "theory":
+        without_pages(monkeypatch)
+    scenes = f"{FALL},{SMALL}" if kind == "theory" else FALL
+    with seen(site):
+        code = main(["validate", "--scenes", scenes, *words])
+    said = capsys.readouterr()
+    assert code == 3, said.err
+    assert f"given up: {FALL} ode/euler: the system of the package" in said.err
+    if kind == "theory":
+        assert re.search(r"ode/euler +pass", said.out)
+    else:
+        assert (tmp_path / "out" / "index.html").is_file()
+
+
 LAZY = """
 import sys
 from plumbob.reports.cli import main

@@ -125,7 +125,13 @@ def content(
     with other engines."""
     found = judge_study(study) if judged is None else judged
     known = systems()
-    ran = {scene.system for scene in study.scenes}
+    done = {c.scene for c in study.convergence if any(m.status == "done" for m in c.measurements)}
+    ran = {
+        scene.system
+        for scene in study.scenes
+        # The exact motion of another package, which no run was held to, may be a defect.
+        if scene.name in done or (scene.system in known and not known[scene.system].distribution)
+    }
     names = [name for name in matrix.in_order(list(known)) if name in ran]
     views = [system_view(study, known[name], found, section) for name in names]
     general = section(OF_ENGINES)
