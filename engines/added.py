@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -10,7 +11,15 @@ import numpy as np
 
 from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
+from plumbob.engines.method import (
+    LIMITS,
+    Engine,
+    KnownLimit,
+    Method,
+    Simulation,
+    Stepping,
+    Unsupported,
+)
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.entry_points import Addition, captured
 from plumbob.models.scene import Case
@@ -32,6 +41,24 @@ def wrong(found: Any, name: str) -> str:
             return f"its {part} is no function"
     if not (isinstance(found.package, str) and found.package):
         return "its package is no name of a package"
+    if not isinstance(found.known_limits, tuple):
+        return f"known_limits is {type(found.known_limits).__name__}, not a tuple of KnownLimit"
+    names = {method.name for method in found.methods}
+    return next((why for limit in found.known_limits if (why := _wrong_limit(limit, names))), "")
+
+
+def _wrong_limit(limit: Any, methods: set[str]) -> str:
+    if not isinstance(limit, KnownLimit):
+        return f"{type(limit).__name__} in place of a plumbob KnownLimit"
+    if limit.method not in methods:
+        return f"a known limit is of {limit.method!r}, which is none of its methods"
+    if limit.verdict not in LIMITS:
+        return f"{limit.method}: a known limit is {limit.verdict!r}, not one of {', '.join(LIMITS)}"
+    if not (isinstance(limit.reason, str) and limit.reason.strip()):
+        return f"{limit.method}: a known limit has no reason"
+    numeric = isinstance(limit.size, (int, float)) and math.isfinite(limit.size)
+    if limit.verdict != "unsupported" and not (numeric and limit.size > 0.0):
+        return f"{limit.method}: the size of a known limit is {limit.size!r}, not above 0"
     return ""
 
 

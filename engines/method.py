@@ -144,6 +144,23 @@ class FileCheck:
     warnings: tuple[str, ...]  # contacts that are written for another step, or unstable
 
 
+LIMITS = ("not-converging", "fail", "diverged", "pre-asymptotic", "unsupported")  # verdicts
+
+
+@dataclass(frozen=True)
+class KnownLimit:
+    """What an engine of another package is known to do on scenes of a pattern, in place of `pass`
+    or `converges`."""
+
+    scenes: str  # a shell pattern
+    method: str  # its name
+    verdict: str  # one of LIMITS
+    reason: str
+    size: float = 0.0
+    """Relative error, known within a factor of two: the median over the finest five runs of the
+    quick profile; of no meaning where the verdict is `unsupported`."""
+
+
 @dataclass(frozen=True)
 class Engine:
     """A translation of scenes into one engine's terms; the package is imported when it runs."""
@@ -160,6 +177,7 @@ class Engine:
     not_read: Mapping[str, str] = field(default_factory=dict)
     """{observable: why}: what the engine gives of no scene."""
     distribution: str = ""  # the package that adds it, where that is not plumbob
+    known_limits: tuple[KnownLimit, ...] = ()  # that an engine of another package declares
     confirming: Callable[[Method], tuple[Method, float]] | None = None
     """A method that controls its local error -> a method and tolerance of this engine, on the same
     equations, whose own error is much smaller."""

@@ -39,6 +39,7 @@ EULER_STEP = Scheme(EULER, "start")
 OTHERWISE = Scheme("euler with damping, motors or contacts")  # of which no theory here knows
 UNLIMITED = 1e12  # [N] or [N m] of a motor
 LINES = ("capsule-line/ca1", "capsule-line/heading-030")
+TURNS = ("capsule-turn/light-slider",)
 DAMPED = (  # enough to show what the default damping does
     *("simple-pendulum/free-large", "cone-pendulum/rotating-base", "capsule-line/ca1"),
     *("capsule-line/heading-030", "capsule-coast/spin"),
@@ -50,7 +51,7 @@ METHODS = (
         EULER_STEP,
         1,
         settings={"numSolverIterations": 200, "solverResidualThreshold": 0.0, "damping": 0.0},
-        systems=(*PENDULUMS, "!cone-pendulum/fast-platform", *LINES, "capsule-coast"),
+        systems=(*PENDULUMS, "!cone-pendulum/fast-platform", *LINES, "capsule-coast", *TURNS),
     ),
     Method(
         "pybullet/undamped+pyramid",

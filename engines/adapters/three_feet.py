@@ -14,10 +14,12 @@ from plumbob.engines.method import Unsupported
 from plumbob.models.scene import Case
 
 CAPSULE = "capsule"  # the family of systems that have its model
-CAPSULES = (  # what tells contact models apart, and no plans or repeated manoeuvres
+CAPSULES = (  # what tells contact models apart, and of plans the shortest ones
     *("capsule-line/ca1", "capsule-line/heading-000", "capsule-line/heading-030"),
     *("capsule-line/heading-045", "capsule-line/frictionless", "capsule-hold/0.999"),
-    *("capsule-coast", "capsule-turn/0.3"),
+    *("capsule-hold/unloading", "capsule-coast", "capsule-turn/0.3", "capsule-turn/heading-*"),
+    *("capsule-turn/light-slider", "capsule-turn/heavy-slider", "capsule-plan/heading-*"),
+    *("capsule-plan/light-slider", "capsule-plan/heavy-slider"),
 )
 POINT = 1e-14  # [kg m^2], [kg]: what engines want of bodies that have no size, or no mass
 FOOT_RADIUS = 0.01  # [m] of the spheres that stand on the plane

@@ -11,6 +11,7 @@ from plumbob.engines.method import Method, Trimming, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
+from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
@@ -54,8 +55,9 @@ class TrimmingRun:
     repeats: int
 
 
-Request = ExtraRun | ExtraConvergence | TrimmingRun
-Result = Trajectory | ConvergenceStudy | Trimming | None
+RunRequest = ExtraRun | ExtraConvergence | TrimmingRun
+Request = RunRequest | ModelReading
+Result = Trajectory | ConvergenceStudy | Trimming | ModelRead | None
 
 
 class UndeclaredRun(LookupError):
@@ -91,7 +93,7 @@ def nothing_more(plan: StudyPlan) -> Sequence[Request]:
     return ()
 
 
-def make(request: Request, method: Method) -> Result:
+def make(request: RunRequest, method: Method) -> Result:
     """The result of a request, whose method is `method`; None where the engine is missing, the
     method is not meant for the scene or does not support it, or the run diverged. Raises
     ParameterError."""
@@ -154,7 +156,7 @@ def is_of(request: Request, scene: Scene, method: Method) -> bool:
     return (usual.parameters, usual.duration) == (scene.parameters, scene.duration)
 
 
-def _scene(request: Request) -> Scene:
+def _scene(request: RunRequest) -> Scene:
     """The scene of a request, with its parameters and its duration; raises ParameterError."""
     scene = find_scene(request.scene)
     if isinstance(request, ExtraRun) and request.changes:

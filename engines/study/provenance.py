@@ -12,7 +12,7 @@ from importlib import metadata
 from pathlib import Path
 from types import MappingProxyType
 
-from plumbob.engines.method import Method
+from plumbob.engines.method import Engine, Method
 from plumbob.engines.registry import engine_of
 from plumbob.models.entry_points import versions as added_versions
 
@@ -51,6 +51,11 @@ def versions_of(method: Method) -> Mapping[str, str]:
     packages = ("numpy", "scipy", "numpy-quaddtype", *OF_ENGINES.get(engine.name, [engine.package]))
     found = {"plumbob": _version("plumbob"), "Python": platform.python_version()}
     return found | {package: _version(package) for package in packages}
+
+
+def version_of(engine: Engine) -> str:
+    """The version of an engine's own package."""
+    return _version(OF_ENGINES.get(engine.name, (engine.package,))[0])
 
 
 def changed_since(stored: Provenance) -> tuple[str, ...]:

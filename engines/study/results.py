@@ -16,6 +16,7 @@ from plumbob.engines.study.extra_runs import (
     TrimmingRun,
     looked_up,
 )
+from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
@@ -78,4 +79,11 @@ class Study:
         leaves nothing out. Raises UndeclaredRun."""
         found = looked_up(self.extras, request)
         assert found is None or isinstance(found, Trimming)
+        return found
+
+    def reading(self, request: ModelReading) -> ModelRead | None:
+        """What a declared reading of a model gave; None where the engine was not installed. Raises
+        UndeclaredRun."""
+        found = looked_up(self.extras, request)
+        assert found is None or isinstance(found, ModelRead)
         return found

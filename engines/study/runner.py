@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from plumbob.engines.method import Method, meant
+from plumbob.engines.registry import find_engine
 from plumbob.engines.study.convergence import (
     ConvergenceStudy,
     chosen_step_sizes,
@@ -22,6 +23,7 @@ from plumbob.engines.study.extra_runs import (
     ExtraRun,
     Request,
     Requests,
+    RunRequest,
     StudyPlan,
     TrimmingRun,
     convergence_with,
@@ -30,7 +32,8 @@ from plumbob.engines.study.extra_runs import (
     nothing_more,
 )
 from plumbob.engines.study.measurement import Measurement
-from plumbob.engines.study.provenance import machine, provenance, versions_of
+from plumbob.engines.study.model_reading import ModelReading, read_model
+from plumbob.engines.study.provenance import machine, provenance, version_of, versions_of
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.unfinished import Piece, Pieces, Unkept, key_of
 from plumbob.engines.study.working import GENEROUS, LEAST, Progress, Task, Working, worked_out
@@ -48,6 +51,7 @@ MOST_STEPS = MappingProxyType({"quick": 25_000, "full": 1_000_000})
 _REPEATS = MappingProxyType({"quick": 5, "full": 9})
 _BUDGET = MappingProxyType({"quick": 0.004, "full": 0.05})  # [s] of wall time for one timing
 TOGETHER = 64  # costs that are measured in turns, and lost together
+_READINGS, _READING_WORK = "models", 1e3  # of a model file, roughly
 _ADAPTIVE_WORK = 1e5  # equivalent number of steps for the tolerances of an adaptive method, roughly
 
 
@@ -237,11 +241,25 @@ def _convergence_task(
 
 
 def _pair(scene: Scene, method: Method, most: int, own: Sequence[ExtraRun]) -> Piece:
-    found, recordings = convergence_with(scene, method, most, own)
+    try:
+        found, recordings = convergence_with(scene, method, most, own)
+    except Exception as error:
+        return _given_up(scene, error)
     return Piece(found, {request: run for request, run in recordings.items()})
 
 
+def _given_up(scene: Scene, error: Exception) -> Piece:
+    """What a defect in the exact motion or the theory of an added system leaves: a piece without
+    results. Raises an error that is plumbob's own."""
+    if not (package := system_of(scene).distribution):
+        raise error
+    said = " ".join(f"{type(error).__name__}: {error}".split())[:160]
+    return Piece(lost=f"the system of the package {package} raises {said}")
+
+
 def _extra_task(request: Request, plan: StudyPlan) -> Task:
+    if isinstance(request, ModelReading):
+        return _reading_task(request)
     scene, method = find_scene(request.scene), plan.method(request.method)
     label = f"{scene.name} {method.name}"
     where: Mapping[str, str] = {}
@@ -258,8 +276,21 @@ def _extra_task(request: Request, plan: StudyPlan) -> Task:
     return Task(label, key, scene.name, work, _extra, (request, method))
 
 
-def _extra(request: Request, method: Method) -> Piece:
-    return Piece(extras={request: make(request, method)})
+def _extra(request: RunRequest, method: Method) -> Piece:
+    try:
+        return Piece(extras={request: make(request, method)})
+    except Exception as error:
+        return _given_up(find_scene(request.scene), error)
+
+
+def _reading_task(request: ModelReading) -> Task:
+    label = f"{request.model} {request.engine}"
+    key = key_of(ModelReading.__name__, request, version_of(find_engine(request.engine)))
+    return Task(label, key, _READINGS, _READING_WORK, _reading, (request,))
+
+
+def _reading(request: ModelReading) -> Piece:
+    return Piece(extras={request: read_model(request)})
 
 
 def joined(study: Study, more: Study) -> Study:

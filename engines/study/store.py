@@ -25,6 +25,7 @@ from plumbob.engines.study.extra_runs import (
     TrimmingRun,
 )
 from plumbob.engines.study.measurement import Measurement
+from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Observables, Quantities, Study
 from plumbob.engines.study.store_file import FILE, SCHEMA, reading, transaction, writing
@@ -236,6 +237,8 @@ def extra_of(
     if kind == ExtraConvergence.__name__:
         found = from_json(text, ConvergenceStudy) if text else None
         return from_json(request, ExtraConvergence), found
+    if kind == ModelReading.__name__:
+        return from_json(request, ModelReading), from_json(text, ModelRead) if text else None
     return from_json(request, TrimmingRun), from_json(text, Trimming) if text else None
 
 

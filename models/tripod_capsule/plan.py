@@ -22,7 +22,7 @@ from plumbob.analytic.systems.planner.tracks import ArcName, Pair, check_curve
 from plumbob.analytic.systems.three_points.drive import plane_demand
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import pose
-from plumbob.models.scene import Observable, Parameters, Scene
+from plumbob.models.scene import Observable, Parameters, Scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,
@@ -42,6 +42,7 @@ _LASTING: Mapping[str, tuple[float, float]] = MappingProxyType({
     "near": (1.65, 6.95), "half-turn": (1.95, 18.55), "aside": (3.65, 14.75),
     "behind": (5.0, 6.15), "ahead": (3.65, 6.95),
 })  # fmt: skip
+TURNED = 0.65  # [s]: the plan to BESIDE on a free plane, and a little more
 BESIDE = RestPose(0.01, 0.01, 0.1)  # near enough that the curve's plans cost little
 # What the curve leads along, how long the plan to BESIDE lasts [s], and the profile.
 CURVES: tuple[tuple[str, Pair, ArcName, float, Literal["quick", "full"]], ...] = (
@@ -167,11 +168,50 @@ def _beside(
     )
 
 
+def _turned(angle: float) -> Scene:
+    """The plan to BESIDE, where all of it is turned by `angle` [degrees]."""
+    turn = math.radians(angle)
+    cos, sin = math.cos(turn), math.sin(turn)
+    x, y = cos * BESIDE.x - sin * BESIDE.y, sin * BESIDE.x + cos * BESIDE.y
+    return Scene(
+        f"capsule-plan/heading-{angle:03.0f}",
+        f"to {BESIDE.x:g}, {BESIDE.y:g} m and {BESIDE.heading:g} rad on a free plane, all of it "
+        f"turned by {angle:g} degrees",
+        MappingProxyType({**CHECK, "start": (0.0, 0.0, turn), "to": (x, y, turn + BESIDE.heading)}),
+        TURNED,
+        STEPS,
+        SOURCE,
+    )
+
+
+def _mass_ratio(
+    case: str, summary: str, lasting: float, steps: tuple[float, ...], **values: Any
+) -> Scene:
+    return Scene(
+        f"capsule-plan/{case}",
+        summary,
+        MappingProxyType({**CHECK, **values}),
+        lasting,
+        steps,
+        SOURCE,
+        hard="mu is nearly 0 or 1: the actuator's reaction is all or nothing",
+    )
+
+
 _TRACKS: tuple[TrackName, ...] = ("free", "curve")
 SCENES = (
     *(_scene(case, goal, track) for case, goal in POSES for track in _TRACKS),
     *(_beside(*curve) for curve in CURVES),
-)
+    *(_turned(angle) for angle in (30.0, 45.0)),
+    _mass_ratio(
+        "light-slider", "m/M = 1e-3: to 0.01, 0.01 mm and 0.1 mrad", 0.04,
+        step_sizes(1e-4, 5e-6), slider_mass=1e-3, acceleration=2e4, to=(1e-5, 1e-5, 1e-4),
+    ),
+    _mass_ratio(
+        "heavy-slider", "m/M = 1e3: 0.1 m straight on", 1.2, STEPS, slider_mass=1e3, radius=0.08,
+        to=(0.1, 0.0, 0.0),
+    ),
+)  # fmt: skip
 
 SYSTEM = capsule_system(
     "capsule-plan",

@@ -167,6 +167,12 @@ def _hard(
     )  # fmt: skip
 
 
+def _circle(slider_mass: float) -> float:
+    """The body's turn [rad], to leading order, while a slider of this mass goes round a circle."""
+    body = capsule({**CHECK, "slider_mass": slider_mass})
+    return 2.0 * math.pi * turn_of(body, 0.12, 1.0).inertia_ratio
+
+
 def _circles(count: int) -> dict[str, Any]:
     """Turns for which the slider goes round one whole circle."""
     ratio = turn_of(capsule(CHECK), 0.12, 1.0).inertia_ratio
@@ -186,6 +192,16 @@ SCENES = (
     *_hard("unloaded", "the common centre of mass within 0.1 % of an edge of the triangle",
            _parameters(0.1, -1.0, radius=0.999 * 0.03 / math.hypot(0.3, 0.15) / (0.3 / 1.3)),
            "one normal force goes to zero", 2.0),
+    *(_scene(f"heading-{angle:03d}", f"epsilon 0.3, all of it turned by {angle} degrees",
+             _parameters(0.3, -1.0, heading=math.radians(angle)), parts=(25, 50, 100, 200),
+             profile="quick" if angle == 30 else "full") for angle in (30, 45)),
+    _scene("light-slider", "m/M = 1e-3: one circle, of which friction leaves the body 0.1 mrad",
+           _parameters(0.1, -_circle(1e-3), slider_mass=1e-3),
+           "mu is nearly 0: friction holds the body for most of the circle"),
+    _scene("heavy-slider", "m/M = 1e3, inside the triangle",
+           _parameters(0.1, -1.0, slider_mass=1e3, radius=0.08),
+           "mu is nearly 1: the body weighs nothing beside what its supports carry",
+           parts=(200, 400, 800, 1600)),
 )  # fmt: skip
 
 SYSTEM = capsule_system(

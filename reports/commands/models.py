@@ -11,6 +11,7 @@ from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import find_engine
+from plumbob.engines.study.model_reading import EVERY_FIELD, model_file
 from plumbob.models.registry import systems
 from plumbob.reports.commands.arguments.values import positive_number
 
@@ -27,7 +28,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="write contacts, which go with the time step, for this step [s]; 1e-4 otherwise",
     )  # fmt: skip
     check = actions.add_parser("check", help="say what engines' own readers drop of an MJCF file")
-    check.add_argument("file", metavar="FILE")
+    check.add_argument(
+        "file", metavar="FILE", nargs="?",
+        help="without it, a model that has a number of its own for every field",
+    )  # fmt: skip
     check.add_argument("--json", action="store_true", help="print one JSON object a reader")
 
 
@@ -35,7 +39,10 @@ def command(chosen: argparse.Namespace) -> int:
     """Print where the models are, or copy them, or check a file; what is there already is not
     written over."""
     if chosen.action == "check":
-        return _check(Path(chosen.file), chosen.json)
+        if chosen.file is not None:
+            return _check(Path(chosen.file), chosen.json)
+        with model_file(EVERY_FIELD) as file:
+            return _check(file, chosen.json)
     folders = sorted({s.mjcf.parent for s in systems().values() if s.mjcf.is_file()})
     if chosen.action != "export":
         for folder in folders:

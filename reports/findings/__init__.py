@@ -1,5 +1,6 @@
 """What the page says of a system beside what it says of every scene: a module a system, found by
-the system's name; a system without one has the rest."""
+the system's name; a system without one has the rest. What holds for engines, whatever the system,
+is the module `engines`."""
 
 from __future__ import annotations
 
@@ -8,6 +9,7 @@ import importlib
 from plumbob.engines.study.extra_runs import Request, StudyPlan
 from plumbob.reports.view.content import Section
 from plumbob.reports.view.replay.runs import requests as replay_requests
+from plumbob.reports.view.site.views import OF_ENGINES
 from plumbob.reports.view.trimming import requests as trimming_requests
 
 
@@ -26,7 +28,8 @@ def section(system: str) -> Section | None:
 
 def requests(plan: StudyPlan) -> tuple[Request, ...]:
     """All runs that a page of this plan needs beside the study's own, each once: those of the
-    systems' findings, then those of the replays and of the table of trimmed models."""
-    named = dict.fromkeys(scene.system for scene in plan.scenes)
+    systems' findings and of those on engines, then those of the replays and of the table of trimmed
+    models."""
+    named = dict.fromkeys((*(scene.system for scene in plan.scenes), OF_ENGINES))
     own = [request for name in named if (of := section(name)) for request in of.requests(plan)]
     return tuple(dict.fromkeys((*own, *replay_requests(plan), *trimming_requests(plan))))

@@ -4,12 +4,18 @@ plumbob.tests.validation.limit_sizes` writes."""
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
 from statistics import median
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.method import KnownLimit
+from plumbob.engines.registry import find_engine
 
 FILE = Path(__file__).with_suffix(".toml")
 FACTOR = 2.0  # chosen: a size is known within it; medians scatter by less, see the tests
@@ -63,6 +69,23 @@ def sizes() -> Mapping[tuple[str, str], Size]:
         for scene, methods in stored["limits"].items()
         for method, values in methods.items()
     }
+
+
+def declared_limit(scene: str, method: str) -> KnownLimit | None:
+    """What the package of an added engine declares of a scene with a method of it, or None."""
+    try:
+        limits = find_engine(method.partition("/")[0]).known_limits
+    except ParameterError:  # of a stored study, whose engine is no longer there
+        return None
+    return next((k for k in limits if k.method == method and fnmatchcase(scene, k.scenes)), None)
+
+
+def differs_from(size: float, errors: Mapping[float, float]) -> str:
+    """Why the relative errors of a convergence study, by step [s], are not of this size, the
+    median over the finest runs; empty where they are."""
+    if not (finite := {step: e for step, e in errors.items() if math.isfinite(e)}):
+        return "no run was made to its end"
+    return _apart(measured(finite).size, size, size)
 
 
 def _within(step: float, coarse: float, fine: float) -> bool:

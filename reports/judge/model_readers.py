@@ -4,7 +4,6 @@ what MuJoCo reads of it."""
 from __future__ import annotations
 
 import math
-import tempfile
 from collections.abc import Collection, Mapping
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
@@ -12,15 +11,13 @@ from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import ModelFields
-from plumbob.engines.registry import engines, find_engine, installed
+from plumbob.engines.registry import engines, installed
+from plumbob.engines.study.model_reading import EVERY_FIELD, fields_of, model_file
 from plumbob.engines.workers import pool_of
-from plumbob.models.entry_points import captured
 
 RULE = "mujoco"  # the reader whose format it is
 SAME, LEAST = 1e-5, 1e-12  # relative, absolute [SI]: what single precision and new frames leave
 OPTIONS = ("gravity", "timestep")  # that a reader may seem to read where its default is the same
-PROBE = """<mujoco model="probe"><option gravity="0.3 -0.4 -1.62" timestep="0.003"/>
-<worldbody><body name="body"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>"""
 
 
 @dataclass(frozen=True)
@@ -45,36 +42,34 @@ class Reader:
 def read_by(file: Path) -> tuple[Reader, ...]:
     """What MuJoCo and every other installed engine with a reader take from `file`, each in a
     process of its own, for some of them crash on what they do not know. Raises ParameterError."""
-    rule, wanted = _fields(RULE, str(file))
+    rule, wanted = fields_of(RULE, file)
     if rule:
         raise ParameterError("FILE", str(file), f"a MuJoCo model file ({rule})")
-    stated = {key: values for key, values in wanted.items() if any(values)}
-    found = [Reader(RULE, read=tuple(dict.fromkeys(field for field, _ in stated)))]
+    found = [Reader(RULE, read=fields_stated(wanted))]
     for engine in engines().values():
         if engine.name == RULE or engine.model_fields is None or not installed(engine):
             continue
         try:
             with pool_of(None, 1) as pool:
                 assert pool is not None
-                refuses, given, ignored = pool.submit(_seen, engine.name, str(file)).result()
+                refuses, given, never = pool.submit(_seen, engine.name, str(file)).result()
         except BrokenProcessPool:
-            refuses, given, ignored = "its process ends", {}, ()
+            refuses, given, never = "its process ends", {}, ()
         found.append(
-            Reader(engine.name, refuses)
-            if refuses
-            else compared(engine.name, stated, given, ignored)
+            Reader(engine.name, refuses) if refuses else compared(engine.name, wanted, given, never)
         )
     return tuple(found)
 
 
 def compared(
-    engine: str, stated: ModelFields, given: ModelFields, ignored: Collection[str] = ()
+    engine: str, wanted: ModelFields, given: ModelFields, ignored: Collection[str] = ()
 ) -> Reader:
-    """Which of the numbers that a file states are among those that a reader gives, who has fields
-    of his own in place of those `ignored`."""
+    """Which of the numbers that a file states, as MuJoCo reads it, are among those that another
+    reader gives, who has fields of its own in place of those `ignored`."""
+    stated = {key: values for key, values in wanted.items() if any(values)}
     known = {field for field, _ in given}
     read, dropped = [], {}
-    for field in dict.fromkeys(field for field, _ in stated):
+    for field in fields_stated(wanted):
         of = {name: values for (of_field, name), values in stated.items() if of_field == field}
         wrong = {n: v for n, v in of.items() if not _has(given, field, n, v)}
         if not wrong and field not in ignored:
@@ -91,31 +86,24 @@ def compared(
     return Reader(engine, "", tuple(read), dropped)
 
 
-def _fields(engine: str, file: str) -> tuple[str, ModelFields]:
-    """Why an engine's reader refuses a file, or empty, and what it takes from it."""
-    read = find_engine(engine).model_fields
-    assert read is not None
-    try:
-        with captured():
-            return "", dict(read(Path(file)))
-    except ParameterError as error:
-        return error.requirement, {}
-    except Exception as error:
-        return " ".join(f"{type(error).__name__}: {error}".split())[:200], {}
+def fields_stated(wanted: ModelFields) -> tuple[str, ...]:
+    """The fields in which a model has a number other than zero, as MuJoCo reads it."""
+    return tuple(dict.fromkeys(field for (field, _), values in wanted.items() if any(values)))
 
 
-def _ignored(engine: str) -> tuple[str, ...]:
-    """The options that an engine's reader takes from no file: those of a probe are not seen."""
-    with tempfile.TemporaryDirectory() as folder:
-        (probe := Path(folder) / "probe.xml").write_text(PROBE, "utf-8")
-        wanted, given = _fields(RULE, str(probe))[1], _fields(engine, str(probe))[1]
+def ignored(wanted: ModelFields, given: ModelFields) -> tuple[str, ...]:
+    """The options that a reader takes from no file, seen by a model with uncommon ones, as MuJoCo
+    reads it and as that reader does."""
     return tuple(f for f in OPTIONS if not _equal(wanted[f, ""], given.get((f, ""))))
 
 
 def _seen(engine: str, file: str) -> tuple[str, ModelFields, tuple[str, ...]]:
     """What an engine's reader takes from a file, why it refuses it, and what it always ignores."""
-    refuses, given = _fields(engine, file)
-    return refuses, given, () if refuses else _ignored(engine)
+    refuses, given = fields_of(engine, Path(file))
+    if refuses:
+        return refuses, given, ()
+    with model_file(EVERY_FIELD) as model:
+        return "", given, ignored(fields_of(RULE, model)[1], fields_of(engine, model)[1])
 
 
 def _has(given: ModelFields, field: str, name: str, values: tuple[float, ...]) -> bool:

@@ -11,8 +11,14 @@ from pathlib import Path
 
 import pytest
 
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.convergence import convergence_study
 from plumbob.models import entry_points
+from plumbob.models.registry import case_of, system_of
+from plumbob.models.registry import scene as find_scene
 from plumbob.reports.cli import main
+from plumbob.reports.judge.expectations import surprise
+from plumbob.reports.judge.verdict import judge_convergence
 from plumbob.tests.commands.outcomes import validated, without_pages
 from plumbob.tests.outside.installed_packages import PACKAGES, install, install_folder, seen
 
@@ -104,7 +110,48 @@ def test_a_defect_of_an_added_engine_is_a_failure(right: str, wrong: str, site: 
         check(SWING, "tiny/euler")
 
 
+LIMIT = 'KnownLimit("*/free-small", "tiny/euler", "fail", "gravity is 1 % off", {size})'
+OFF = ENGINE.replace("pendulum.gravity /", "1.01 * pendulum.gravity /").replace(
+    "import Engine, Method", "import Engine, KnownLimit, Method"
+)
+SMALL = "simple-pendulum/free-small"
+SIZE = 1.2  # relative: of the finest runs of the quick profile
+
+
+def limited(limit: str) -> str:
+    """An engine with a defect, whose package declares known limits."""
+    return OFF.replace("    not_read=", f"    known_limits=({limit},),\n    not_read=")
+
+
+@pytest.mark.parametrize(
+    ("size", "why"),
+    [
+        (SIZE, ""),
+        (3.0 * SIZE, "a known limit, but its relative error is"),
+        (SIZE / 3.0, "a known limit, but its relative error is"),
+        (None, "expected pass"),
+    ],
+)
+def test_a_known_limit_that_a_package_declares_is_held_to_its_size(
+    size: float | None, why: str, site: Path
+) -> None:
+    broken(site, OFF if size is None else limited(LIMIT.format(size=size)))
+    with seen(site):
+        scene, method = find_scene(SMALL), find_method("tiny/euler")
+        found = convergence_study(scene, method, 2000)
+        about = system_of(scene).quantities(case_of(scene))
+        judged = judge_convergence(found, system_of(scene), method, about)
+        assert judged.verdict == "fail"
+        said = surprise(scene, method, judged)
+        assert why in said
+        assert bool(said) == bool(why)
+
+
 LEFT_OUT = {
+    "limit's size": (limited(LIMIT.format(size=0.0)), "the size of a known limit is 0.0"),
+    "limit's method": (limited(LIMIT.format(size=1.0).replace("/euler", "/rk4")), "'tiny/rk4'"),
+    "limit's verdict": (limited(LIMIT.format(size=1.0).replace('"fail"', '"pass"')), "is 'pass'"),
+    "limit": (limited("3"), "int in place of a plumbob KnownLimit"),
     "raises": ("import plumbob_has_no_such_module\n", "ModuleNotFoundError on import: No module"),
     "exits": ("raise SystemExit(3)\n", "SystemExit on import: 3"),
     "hangs": ("while True:\n    pass\n", "its import takes more than 0.5 s"),
@@ -245,6 +292,42 @@ def test_a_broken_system_costs_a_line(
             said = capsys.readouterr().err
             assert why in said
             assert said.count("\n") == 1
+
+
+THEORY = "from plumbob.analytic.errors.theory import StepErrors\n"
+RAISING = "if len(times) > 101: raise RuntimeError('no root')\n        "
+DEFECTS = {  # that no look at a few moments of a scene shows
+    "reference": ("last = self.gravity", f"{RAISING}last = self.gravity"),
+    "theory": ("family=", "errors=lambda body: StepErrors(lambda *about: [].pop()),\n    family="),
+}
+
+
+@pytest.mark.parametrize("kind", DEFECTS)
+def test_a_defect_in_an_added_system_costs_its_pieces(
+    kind: str, site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    """They are named with the reason; what else was asked for has its verdict, and there is a page
+    where nothing of the system could be held to its exact motion."""
+    right, wrong = DEFECTS[kind]
+    assert right in SYSTEM
+    points = {entry_points.SYSTEMS: {"falling-body": "theirs:SYSTEM"}}
+    equation = (PACKAGES / "falling_body" / "falling_body_ode.py").read_text("utf-8")
+    text = f"{THEORY}{SYSTEM.replace(right, wrong)}"
+    install(site, "their-package", points, theirs=text, falling_body_ode=equation)
+    words = ["--methods", "ode/euler", "--jobs", "1", "--out", str(tmp_path / "out")]
+    if kind == "theory":
+        without_pages(monkeypatch)
+    scenes = f"{FALL},{SMALL}" if kind == "theory" else FALL
+    with seen(site):
+        code = main(["validate", "--scenes", scenes, *words])
+    said = capsys.readouterr()
+    assert code == 3, said.err
+    assert f"given up: {FALL} ode/euler: the system of the package" in said.err
+    if kind == "theory":
+        assert re.search(r"ode/euler +pass", said.out)
+    else:
+        assert (tmp_path / "out" / "index.html").is_file()
 
 
 LAZY = """

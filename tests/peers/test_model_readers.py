@@ -3,47 +3,36 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from plumbob.engines.registry import find_engine, installed
+from plumbob.engines.registry import methods as find_methods
+from plumbob.engines.study import store
+from plumbob.engines.study.extra_runs import Request, Result
+from plumbob.engines.study.model_reading import EVERY_FIELD, ModelReading
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import run_study
+from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.cli import main
+from plumbob.reports.findings.engines.readers import KNOWN, NAMES, finding, requests
 from plumbob.reports.judge.model_readers import compared
 
 ALL = (
     *("gravity", "timestep", "mass", "inertia", "armature", "damping", "stiffness"),
     *("frictionloss", "friction", "solref", "solimp", "gear"),
 )
-MODEL = """
-<mujoco model="my">
-  <option timestep="3e-3" gravity="0 0 -1.62"/>
-  <worldbody>
-    <geom name="floor" type="plane" size="2 2 0.1" friction="0.7 0.005 0.0001"/>
-    <body name="arm" pos="0 0 1">
-      <inertial pos="0 0 -0.5" mass="1.7" diaginertia="0.11 0.12 0.13"/>
-      <joint name="hinge" type="hinge" axis="0 -1 0" damping="0.31" armature="0.21"
-             frictionloss="0.05" stiffness="0.4"/>
-      <geom name="bob" type="sphere" size="0.1" pos="0 0 -0.5" friction="0.6 0.005 0.0001"/>
-    </body>
-  </worldbody>
-  <actuator><motor name="motor" joint="hinge" gear="7"/></actuator>
-</mujoco>
-"""
-READ = {  # with DART 6.20.0, Drake 1.51.1, Pinocchio 4.1.0 and PyBullet 3.2.7
-    "dart": ("mass", "damping", "friction"),
-    "drake": ("gravity", "mass", "inertia", "armature", "damping", "friction", "gear"),
-    "pinocchio": ("mass", "inertia", "armature", "damping", "frictionloss"),
-    "pybullet": ("mass", "friction"),
-}
+MODEL, STEP = "free_body/free_body.xml", ("timestep", "")
 
 
-def test_what_each_reader_takes_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (file := tmp_path / "my.xml").write_text(MODEL, "utf-8")
-    assert main(["models", "check", str(file), "--json"]) == 0
+def test_what_each_reader_takes_over(capsys: pytest.CaptureFixture[str]) -> None:
+    """Of a model that has every field; what is known of each is on the pages, too."""
+    assert main(["models", "check", "--json"]) == 0
     readers = {reader["engine"]: reader for reader in json.loads(capsys.readouterr().out)}
-    assert set(readers) == {"mujoco", *(e for e in READ if installed(find_engine(e)))}
+    assert set(readers) == {"mujoco", *(e for e in KNOWN if installed(find_engine(e)))}
     for engine, found in readers.items():
         _held(engine, found)
 
@@ -51,8 +40,9 @@ def test_what_each_reader_takes_over(tmp_path: Path, capsys: pytest.CaptureFixtu
 def _held(engine: str, found: dict[str, Any]) -> None:
     """The fields that a reader takes over are the known ones, and the others are named."""
     assert found["refuses"] == "", engine
-    assert tuple(found["read"]) == (ALL if engine == "mujoco" else READ[engine])
-    dropped = () if engine == "mujoco" else tuple(f for f in ALL if f not in READ[engine])
+    read = ALL if engine == "mujoco" else KNOWN[engine].fields
+    assert tuple(found["read"]) == read
+    dropped = tuple(f for f in ALL if f not in read)
     assert tuple(found["dropped"] or ()) == dropped
 
 
@@ -68,6 +58,64 @@ def test_what_is_dropped_is_said_with_what_is_there_instead() -> None:
     del by_body["friction", "bob"]
     assert compared("other", STATED, by_body).dropped == {}
     assert compared("other", STATED, STATED, ("gravity",)).read == ("mass", "friction")
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    """A study of a scene that asks for readings, as it is stored; with DART, whose reader is played
+    by MuJoCo's."""
+    file = tmp_path_factory.mktemp("study") / "studies.sqlite3"
+    scenes = find_scenes("free-body/symmetric")
+    short = [replace(scene, duration=0.01, steps=(1e-3,)) for scene in scenes]
+    chosen = find_methods("mujoco/rk4,dart/default")
+    found = run_study(short, chosen, timed=False, requests=requests)
+    own = found.reading(ModelReading("mujoco", MODEL))
+    assert own is not None
+    assert STEP in own.fields
+    played: dict[Request, Result] = {
+        asked: found.extras[replace(asked, engine="mujoco")] for asked in found.extras
+        if isinstance(asked, ModelReading)
+    }  # fmt: skip
+    store.save(replace(found, extras={**found.extras, **played}), file)
+    stored = store.load(file)
+    assert stored is not None
+    return stored
+
+
+def _tables(study: Study) -> list[dict[str, tuple[str, ...]]]:
+    """The finding's tables: of each row the texts beside its name."""
+    shown = finding(study)
+    assert shown is not None
+    return [{r[0].text: tuple(cell.text for cell in r[1:]) for r in t.rows} for t in shown.tables]
+
+
+def test_a_page_shows_what_the_study_stored_of_readers(study: Study) -> None:
+    fields, models = _tables(study)
+    assert tuple(fields) == ALL
+    assert fields["mass"][:2] == ("read", "read")  # MuJoCo and who is played by it
+    assert models == {MODEL: ("none of 3 fields", "none of 3 fields")}
+    shown = finding(study)
+    assert shown is not None
+    rest = [name for name in KNOWN if name != "dart"]
+    assert all(NAMES[name] in shown.paragraphs[-1] for name in rest)  # who did not read
+    assert "also reads gravity" in shown.paragraphs[1]  # unlike what is known of DART
+
+
+def test_another_stored_number_is_another_page(study: Study) -> None:
+    wrong = dict(study.extras)
+    for model in (EVERY_FIELD, MODEL):
+        asked = ModelReading("dart", model)
+        read = study.reading(asked)
+        assert read is not None
+        off = (
+            replace(n, values=(1.01 * n.values[0],)) if n.field == "mass" else n
+            for n in read.numbers
+        )
+        wrong[asked] = replace(read, numbers=tuple(off))
+    fields, models = _tables(replace(study, extras=wrong))
+    assert fields["mass"][:2] == ("read", "not read; arm: 1.717 for 1.7")
+    assert fields["inertia"] == _tables(study)[0]["inertia"]
+    assert models[MODEL] == ("none of 3 fields", "mass")
 
 
 @pytest.mark.parametrize("text", ["", "<mujoco>", "<mujoco><option gravity='a'/></mujoco>"])

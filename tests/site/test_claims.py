@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.study.extra_runs import ExtraRun, Request, Result
+from plumbob.engines.study.model_reading import ModelRead
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import systems
@@ -28,6 +29,7 @@ from plumbob.reports.view.site.claims import (
     clear,
 )
 from plumbob.reports.view.site.first_screen import KEY_FINDINGS, cards
+from plumbob.reports.view.site.views import OF_ENGINES
 
 COMPUTED = (  # from the sources and the exact motions alone: no figure of theirs is measured
     "capsule-mean-speed", "capsule-plan-poses",
@@ -44,8 +46,8 @@ MEASURED = (
     "capsule-plan-open-loop", "capsule-train-total", "capsule-turn-angle", "capsule-turn-leak",
     "capsule-turn-deflection", "printed-hamiltonian", "inertia-y", "no-symmetry", "action-phase",
     "drive-work", "special-functions", "generating-solution", "pymunk-torque",
-    "energy", "free-body-rk4-second-order", "notebook-rk4", "orders", "held-control",
-    "pendulum-energy", "rod-tension",
+    "energy", "free-body-rk4-second-order", "model-readers", "notebook-rk4", "orders",
+    "held-control", "pendulum-energy", "rod-tension",
 )  # fmt: skip
 UNITED = 0.5  # every error of a spoiled study, at every step
 FAR = 0.7  # by how much its recordings depart by their end, in SI
@@ -82,7 +84,11 @@ def spoiled(study: Study) -> Study:
 
 
 def _far(found: Result | None) -> Result | None:
-    """A recording that departs from where it was, ever faster, with energies of its own."""
+    """A recording that departs from where it was, ever faster, with energies of its own; and a
+    reading of a model that has no number but its gravity."""
+    if isinstance(found, ModelRead):
+        rest = (n if n.field == "gravity" else replace(n, values=(0.0,)) for n in found.numbers)
+        return replace(found, numbers=tuple(rest))
     if not isinstance(found, Trajectory):
         return found
     gone = FAR * (found.times / found.times[-1]) ** 2
@@ -93,7 +99,7 @@ def _far(found: Result | None) -> Result | None:
 
 
 def _findings(study: Study) -> dict[str, Finding]:
-    own = [one for name in systems() if (one := section(name)) is not None]
+    own = [one for name in (*systems(), OF_ENGINES) if (one := section(name)) is not None]
     return {f.name: f for one in own for f in one.findings(study)}
 
 

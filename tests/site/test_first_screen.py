@@ -13,6 +13,8 @@ from pathlib import Path
 import pytest
 
 from plumbob.engines.study.results import Study
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of
 from plumbob.models.scene import Quantity
 from plumbob.reports.findings.capsule_line.displacement import errors
 from plumbob.reports.judge.verdict import judge_study
@@ -21,6 +23,7 @@ from plumbob.reports.view.content import Figure
 from plumbob.reports.view.page import UNITS
 from plumbob.reports.view.site import first_screen, matrix
 from plumbob.reports.view.site.pictures import names, picture
+from plumbob.reports.view.site.views import scene_view
 from plumbob.reports.view.traces import curve, figure, linear, logarithmic
 
 LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.WITH_CONTACTS
@@ -204,3 +207,22 @@ def test_a_legend_tells_dashed_curves_from_solid_ones() -> None:
 )  # fmt: skip
 def test_relative_errors_have_digits_that_mean_something(error: float, said: str) -> None:
     assert notation.relative(error) == said
+
+
+def test_a_scene_s_plots_show_the_default_and_the_best_of_each_engine_at_first(
+    study: Study,
+) -> None:
+    scene = find_scene("capsule-line/heading-030")
+    own = tuple(c for c in study.convergence if c.scene == scene.name)
+    best = {  # nothing runs at other errors: of each engine one is better than its default
+        "mujoco/euler+coulomb", "dart/nsgs", "drake/tamsi+stiction", "pybullet/undamped+iterated",
+    }  # fmt: skip
+    alone = replace(study, scenes=(scene,), convergence=own)
+    for c in own:
+        if c.method in best:
+            alone = _with_error(alone, scene.name, c.method, 1e-9)
+    shown = scene_view(alone, system_of(scene), scene, judge_study(alone), None)
+    defaults = {"mujoco/euler", "dart/default", "drake/default", "pybullet/default"}
+    assert defaults | best <= set(shown.at_first)
+    others = {m for m in shown.at_first if m.partition("/")[0] in ("mujoco", "dart", "drake")}
+    assert others - defaults - best == set()

@@ -109,7 +109,7 @@ def test_commands_on_the_pages_run(page: Path, capsys: pytest.CaptureFixture[str
     for command in map(html.unescape, shown):
         resolve(command, page.parent)
         kinds.setdefault(words(command)[0], []).append(command)
-    assert set(kinds) == {"validate", "solve", "run", "settings", "recommend"}
+    assert set(kinds) == {"validate", "solve", "run", "settings", "recommend", "models"}
     for kind in ("solve", "run", "settings"):
         assert main(words(min(kinds[kind], key=len))) == 0
         assert capsys.readouterr().err == ""

@@ -92,7 +92,7 @@ def test_a_study_goes_on_after_a_signal(
     assert ("goes on: " in err) == (moment > 1)
     counts = Counter(disturbed.logged(out))
     assert set(counts.values()) == {1}
-    assert len(counts) == 7  # two pairs, two extra runs and three costs
+    assert len(counts) == 9  # two pairs, two extra runs, two readings of models, three costs
     assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
         disturbed.stored(undisturbed)
     )

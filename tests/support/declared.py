@@ -27,6 +27,7 @@ from plumbob.engines.study.extra_runs import (
     make,
 )
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
+from plumbob.engines.study.model_reading import ModelRead, ModelReading, Number, read_model
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.engines.trajectory import Trajectory
@@ -41,6 +42,8 @@ SAMPLES, ERROR = 240, 1e-6  # of invented runs
 @cache
 def made(request: Request) -> Result:
     """The result of a request, with the method found by its name."""
+    if isinstance(request, ModelReading):
+        return read_model(request)
     return make(request, find_method(request.method))
 
 
@@ -90,6 +93,9 @@ def _invented(request: Request) -> Result:
     """What an engine with a small, constant error would give."""
     if isinstance(request, TrimmingRun):
         return Trimming(3.0, 2.0, 1.0, True)
+    if isinstance(request, ModelReading):
+        return ModelRead("1.0", "", (Number("gravity", "", (0.0, 0.0, -9.81)),
+                                     Number("timestep", "", (1e-3,))))  # fmt: skip
     if not isinstance(request, ExtraRun):
         raise AssertionError(f"the quick profile fits its own orders: {request}")
     case = _posed(request.scene)

@@ -23,7 +23,7 @@ TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 8))
 SMALLEST = 1e-9  # accuracy of the integrators
 PLATFORM_RATIO = 1e15  # of a platform's reflected inertia to its load
 SOLVERS = ("capsule-line/heading-030",)  # enough to tell contact solvers apart
-LINE_AND_COAST = (*SOLVERS, "capsule-coast/spin")
+LINE_AND_COAST = (*SOLVERS, "capsule-coast/spin", "capsule-coast/edge", "capsule-hold/unloading")
 
 
 def _discrete(

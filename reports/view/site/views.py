@@ -31,6 +31,7 @@ ORDER: tuple[Verdict, ...] = (
     "pass", "converges", "fail", "not-converging", "diverged", "pre-asymptotic", "unsupported",
     "missing",
 )  # fmt: skip
+OF_ENGINES = "engines"  # the section of what holds for engines, whatever the system, and its page
 AT_FIRST = 1e-3  # relative: the cheapest method of each engine for this error is drawn at first
 
 
@@ -162,7 +163,7 @@ def _repeated(run: Measurement) -> tuple[str]:
 def _at_first(
     study: Study, scene: Scene, found: Judgements, ran: Sequence[Method]
 ) -> tuple[str, ...]:
-    """One method of each engine, and MuJoCo's default: the cheapest for a small error, or else the
+    """Of each engine its default settings, and the cheapest method for a small error, or else the
     one with the smallest error; no closed form, which is no curve."""
     engines = dict.fromkeys(m.engine for m in ran if m.scheme.integrator != EXACT)
     names = {m.name for m in ran}
@@ -172,6 +173,7 @@ def _at_first(
         by_engine = cheapest(study, scene.name, AT_FIRST, found).by_engine
         cheap = {choice.method.partition("/")[0]: choice.method for choice in by_engine}
     for engine in engines:
+        chosen += [f"{engine}/default"] * (f"{engine}/default" in names)
         own = [m.name for m in ran if m.engine == engine and not m.surrogate]
         own = own or [m.name for m in ran if m.engine == engine]
         errors = {n: min(found[scene.name, n].whole.errors.values(), default=1e9) for n in own}

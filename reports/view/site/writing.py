@@ -24,9 +24,10 @@ from plumbob.reports.view.page import NAME, STYLE, filled, shared_files, written
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.settings import pasted
 from plumbob.reports.view.site import first_screen, matrix
+from plumbob.reports.view.site.claims import as_measured
 from plumbob.reports.view.site.links import Links, page_file
 from plumbob.reports.view.site.versions import Versions, versions
-from plumbob.reports.view.site.views import Sections, SystemView, system_view
+from plumbob.reports.view.site.views import OF_ENGINES, Sections, SystemView, system_view
 from plumbob.reports.view.user_settings import table as own_table
 
 FOLDER = re.compile(r"site-[0-9a-f]{12}")
@@ -124,10 +125,18 @@ def content(
     with other engines."""
     found = judge_study(study) if judged is None else judged
     known = systems()
-    ran = {scene.system for scene in study.scenes}
+    done = {c.scene for c in study.convergence if any(m.status == "done" for m in c.measurements)}
+    ran = {
+        scene.system
+        for scene in study.scenes
+        # The exact motion of another package, which no run was held to, may be a defect.
+        if scene.name in done or (scene.system in known and not known[scene.system].distribution)
+    }
     names = [name for name in matrix.in_order(list(known)) if name in ran]
     views = [system_view(study, known[name], found, section) for name in names]
-    findings = [finding for view in views for finding in view.findings]
+    general = section(OF_ENGINES)
+    on_engines = as_measured(general.findings(study)) if general is not None else ()
+    findings = [*(finding for view in views for finding in view.findings), *on_engines]
     answers = first_screen.answers(study)
     said = {answer.pasted.settings.method for answer in answers}
     scenes = matrix.ordered(study.scenes)
@@ -135,6 +144,7 @@ def content(
         "study": study,
         "views": views,
         "findings": findings,
+        "on_engines": on_engines,
         "cards": first_screen.cards(findings),
         "counts": first_screen.counts(study, found),
         "runs": first_screen.runs(study),
@@ -162,6 +172,8 @@ def content(
             for scene in view.scenes
         ),
     ]
+    if on_engines:
+        rest.append((OF_ENGINES, "engines.html.jinja", {}))
     if common["sources"]:
         rest.append((SOURCES, "sources.html.jinja", {}))
     if common["tightness"]:
@@ -173,6 +185,8 @@ def _places(content: Content) -> dict[str, str]:
     """The page of every place that a link may lead to, by its id."""
     common = content.common
     places = {"top": "", "findings": "", "cheapest": "", "matrix": "", "systems": ""}
+    places |= {finding.name: page_file(OF_ENGINES) for finding in common["on_engines"]}
+    places |= {OF_ENGINES: page_file(OF_ENGINES)} if common["on_engines"] else {}
     places |= {SOURCES: page_file(SOURCES)} if common["sources"] else {}
     places |= {TOLERANCES: page_file(TOLERANCES)} if common["tightness"] else {}
     for view in content.views:

@@ -1,0 +1,127 @@
+"""What engines' own readers take from model files (MJCF): of plumbob's models, and of a model that
+has a number of its own for every field."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import plumbob.models
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.method import ModelFields
+from plumbob.engines.registry import find_engine, installed
+from plumbob.engines.study.provenance import version_of
+from plumbob.models.entry_points import captured
+from plumbob.models.scene import System
+
+EVERY_FIELD = "every-field.xml"  # the name of the model below
+EVERY_FIELD_TEXT = """\
+<mujoco model="every-field">
+  <option timestep="3e-3" gravity="0.3 -0.4 -1.62"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="2 2 0.1" friction="0.7 0.005 0.0001"/>
+    <body name="arm" pos="0 0 1">
+      <inertial pos="0 0 -0.5" mass="1.7" diaginertia="0.11 0.12 0.13"/>
+      <joint name="hinge" type="hinge" axis="0 -1 0" damping="0.31" armature="0.21"
+             frictionloss="0.05" stiffness="0.4"/>
+      <geom name="bob" type="sphere" size="0.1" pos="0 0 -0.5" friction="0.6 0.005 0.0001"/>
+    </body>
+  </worldbody>
+  <actuator><motor name="motor" joint="hinge" gear="7"/></actuator>
+</mujoco>
+"""
+WHOLE_SCENE = "scene.xml"  # includes a model, and adds floor, light and camera
+
+
+@dataclass(frozen=True)
+class ModelReading:
+    """One model file read by an engine's own reader."""
+
+    engine: str
+    model: str  # its path in the folder `models`, or EVERY_FIELD
+
+
+@dataclass(frozen=True)
+class Number:
+    """What stands in a field, of the body, joint, geom or actuator of that name."""
+
+    field: str
+    name: str
+    values: tuple[float, ...]  # SI
+
+
+@dataclass(frozen=True)
+class ModelRead:
+    """What an engine took from a model file."""
+
+    version: str  # of the engine
+    refuses: str  # why it reads nothing, one line; else empty
+    numbers: tuple[Number, ...]
+
+    @property
+    def fields(self) -> ModelFields:
+        """The numbers by field and name."""
+        return {(one.field, one.name): one.values for one in self.numbers}
+
+
+def models_of(system: System) -> tuple[str, ...]:
+    """The model files of a system, by their paths in the folder `models`; none for a system of
+    another package."""
+    folder = system.mjcf.parent
+    if folder.parent != _models() or not system.mjcf.is_file():
+        return ()
+    files = sorted(folder.glob("*.xml"))
+    return tuple(f"{folder.name}/{file.name}" for file in files if file.name != WHOLE_SCENE)
+
+
+def read_model(reading: ModelReading) -> ModelRead | None:
+    """What the engine takes from the model; None where it is not installed, or reads none."""
+    engine = find_engine(reading.engine)
+    if engine.model_fields is None or not installed(engine):
+        return None
+    with model_file(reading.model) as file:
+        refuses, fields = fields_of(reading.engine, file)
+    numbers = tuple(Number(field, name, values) for (field, name), values in fields.items())
+    return ModelRead(version_of(engine), refuses, numbers)
+
+
+def fields_of(engine: str, file: Path) -> tuple[str, ModelFields]:
+    """Why an engine's reader refuses a file, or empty, and what it takes from it; what it prints is
+    dropped."""
+    read = find_engine(engine).model_fields
+    assert read is not None
+    try:
+        with captured():
+            return "", dict(read(file))
+    except ParameterError as error:
+        return error.requirement, {}
+    except Exception as error:
+        return " ".join(f"{type(error).__name__}: {error}".split())[:200], {}
+
+
+@contextmanager
+def model_file(model: str) -> Iterator[Path]:
+    """The file of a model; raises ParameterError where there is none."""
+    if model == EVERY_FIELD:
+        with tempfile.TemporaryDirectory() as folder:
+            (file := Path(folder) / EVERY_FIELD).write_text(EVERY_FIELD_TEXT, "utf-8")
+            yield file
+        return
+    if not (file := _models() / model).is_file():
+        raise ParameterError("model", model, "a file in the folder of the models")
+    yield file
+
+
+def readings(engines: Sequence[str], systems: Sequence[System]) -> tuple[ModelReading, ...]:
+    """The models of these systems, and that of every field, read by each of these engines that
+    reads models."""
+    models = dict.fromkeys((EVERY_FIELD, *(m for system in systems for m in models_of(system))))
+    readers = [name for name in engines if find_engine(name).model_fields is not None]
+    return tuple(ModelReading(name, model) for model in models for name in readers)
+
+
+def _models() -> Path:
+    return Path(plumbob.models.__path__[0])

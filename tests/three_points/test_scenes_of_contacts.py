@@ -1,0 +1,106 @@
+"""Scenes that tell contact models apart: their exact answers against an independent integration, or
+against the same scene in other axes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.three_points.motion import ThreePointMotion
+from plumbob.analytic.systems.three_points.smoothed_friction import smoothed_pose
+from plumbob.models.registry import case_of, scene
+from plumbob.models.tripod_capsule.parameters import CHECK
+
+ROUND = 1e-13  # of places, angles and their rates: sums of some hundred terms of order 1
+WIDTH = 1e-7  # of the largest speed: over which friction is smoothed
+GRADUAL = 0.8  # power of the width in the error where a load grows through the friction limit
+AGREES = 1e-6  # relative: measured 1e-7 and 6e-11; ten times the width has nine times the error
+QUICK = ("capsule-turn/light-slider", "capsule-turn/heavy-slider")
+SMOOTHED = (*QUICK, "capsule-plan/light-slider")
+LATE = 0.9  # of the motion: what it is compared at
+
+
+def motion(name: str) -> ThreePointMotion:
+    """The exact motion of a scene."""
+    found = case_of(scene(name)).reference.motion  # type: ignore[attr-defined]
+    assert isinstance(found.single, ThreePointMotion)
+    return found.single
+
+
+def pose(of: ThreePointMotion, time: float) -> Array:
+    """x, y [m] and psi [rad] at `time` [s]."""
+    at = of.at(np.array([time]))
+    return np.array([*at.position[0], at.heading[0]])
+
+
+def apart(of: ThreePointMotion, friction: float = 1.0) -> float:
+    """By how much the exact pose differs from that with smoothed friction, of a coefficient times
+    `friction`, relative to its largest coordinate."""
+    time = LATE * of.rest_time
+    largest = float(np.abs(of.at(np.linspace(0.0, time, 200)).velocity).max())
+    body = replace(of.capsule, friction=friction * of.capsule.friction)
+    found = smoothed_pose(body, of.path, np.zeros(6), time, WIDTH * largest, GRADUAL).pose
+    exact = pose(of, time)
+    return float(np.abs(found - exact).max() / np.abs(exact).max())
+
+
+def test_smoothed_friction_finds_the_same_pose(request: pytest.FixtureRequest) -> None:
+    """And with `--profile full` no other where friction is 0.1 % off."""
+    full = request.config.getoption("--profile") == "full"
+    for name in SMOOTHED if full else QUICK:
+        of = motion(name)
+        assert apart(of) <= AGREES, name
+        assert not full or apart(of, 1.001) > 3.0 * AGREES, name
+
+
+@pytest.mark.parametrize("angle", [30, 45])
+@pytest.mark.parametrize(("system", "usual"), [("turn", "0.3"), ("plan", "")])
+def test_a_heading_at_the_start_changes_nothing_in_the_body_s_axes(
+    system: str, usual: str, angle: int
+) -> None:
+    turned = case_of(scene(f"capsule-{system}/heading-{angle:03d}"))
+    straight = case_of(
+        scene(f"capsule-turn/{usual}") if usual
+        else scene("capsule-plan/heading-030", {"start": (0.0, 0.0, 0.0), "to": (0.01, 0.01, 0.1)})
+    )  # fmt: skip
+    assert turned.problem.setup.heading == pytest.approx(np.radians(angle), rel=1e-15)
+    assert straight.problem.setup.heading == 0.0
+    times = np.linspace(0.0, turned.scene.duration, 101)
+    one, other = (case.reference.observe(times) for case in (turned, straight))
+    for name, values in one.items():
+        size = max(1.0, float(np.abs(values).max()))
+        np.testing.assert_allclose(values, other[name], rtol=0, atol=ROUND * size, err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("name", "part"), [("capsule-coast/edge", 1 / 300), ("capsule-hold/unloading", 1 / 300)]
+)
+def test_a_load_goes_to_zero(name: str, part: float) -> None:
+    """N_1 at the point nearest to the edge, by moments about it: what is in the scene's name."""
+    case = case_of(scene(name))
+    times = np.linspace(0.0, case.scene.duration, 4001)
+    loads = case.reference.observe(times)["normal_force_1"]
+    weight = case.problem.setup.capsule.weight
+    assert loads.min() == pytest.approx(part * weight, rel=2e-3)  # between two samples
+    assert loads.min() > 0.0
+
+
+def test_a_coast_at_an_edge_stops_where_all_others_do() -> None:
+    """v^2/(2 f g), wherever the load's centre is."""
+    case = case_of(scene("capsule-coast/edge"))
+    end = case.reference.observe(np.array([case.scene.duration]))
+    squared = case.scene.parameters["velocity_x"] ** 2 + case.scene.parameters["velocity_y"] ** 2
+    gone = float(np.hypot(end["x"], end["y"])[0])
+    assert gone == pytest.approx(squared / (2.0 * CHECK["friction"] * CHECK["gravity"]), rel=1e-13)
+
+
+def test_a_heavy_slider_s_plan_is_one_line() -> None:
+    """The displacement is that of its line manoeuvre, whose formula has tests of its own."""
+    case = case_of(scene("capsule-plan/heavy-slider"))
+    plan = case.problem.motion
+    assert (plan.turns, plan.lines) == (0, 1)
+    end = case.reference.observe(np.array([case.scene.duration]))
+    assert (end["x"][0], end["y"][0], end["heading"][0]) == pytest.approx((0.1, 0, 0), abs=ROUND)
