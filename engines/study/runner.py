@@ -141,12 +141,12 @@ def _cost_pieces(
     """The cost of each method on each scene that it ran, timed in turns, some scenes at a time."""
     by_scene = {scene.name: scene for scene in plan.scenes}
     by_method = {method.name: method for method in plan.methods}
-    how = (_REPEATS[plan.profile], _BUDGET[plan.profile])
+    how, here = (_REPEATS[plan.profile], _BUDGET[plan.profile]), machine()
     timings: dict[Key, _Timing] = {}
     for c in convergence:
         scene, method = by_scene[c.scene], by_method[c.method]
         if (step := _typical(c, method)) is not None:
-            key = key_of("cost", scene, method, step, how, versions_of(method), machine())
+            key = key_of("cost", scene, method, step, how, versions_of(method), here)
             timings[c.scene, c.method] = _Timing(key, scene, method, step)
     keys = {timing.key: name for name, timing in timings.items()}
     found = {keys[key]: piece for key, piece in work.kept.there(list(keys)).items()}

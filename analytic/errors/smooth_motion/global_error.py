@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -54,10 +54,15 @@ def leading_error(
     (n,), "theta_dot": (n,)}}; empty for a scheme unknown to `rotor_step`. Raises ParameterError."""
     if (found := rotor_step(scheme)) is None:
         return {}
-    flow = TangentFlow(
-        rotor, integrate(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
-    )
+    flow = flow_until(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
     return evaluated(expansion(flow, found, terms), times)
+
+
+@lru_cache(maxsize=4)  # all schemes of one motion ask for the same
+def flow_until(rotor: DrivenRotor, theta: float, theta_dot: float, until: float) -> TangentFlow:
+    """The linearisation along the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s] until
+    the time `until` [s]. Raises ParameterError."""
+    return TangentFlow(rotor, integrate(rotor, theta, theta_dot, until))
 
 
 @dataclass(frozen=True)
@@ -85,7 +90,7 @@ class RotorErrors:
         until, series = self._found.get(scheme, (-1.0, {}))
         if (last := float(np.max(times))) > until:
             until = 1.01 * last  # the next step may end a little later
-            flow = TangentFlow(self.rotor, integrate(self.rotor, self.theta, self.theta_dot, until))
+            flow = flow_until(self.rotor, self.theta, self.theta_dot, until)
             series = expansion(flow, how, self.terms)
             self._found[scheme] = until, series
         return evaluated(series, times)

@@ -23,17 +23,18 @@ more state.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
 from numpy.polynomial import legendre
 
+from plumbob.analytic.errors.smooth_motion.global_error import flow_until
 from plumbob.analytic.errors.smooth_motion.rotor_steps import StepSeries, exact
 from plumbob.analytic.errors.theory import Coefficients
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.numerics.rotor.variational import STAGES, Response, TangentFlow
 from plumbob.analytic.numerics.truncated_series import constant, product, raised, sine_cosine
 from plumbob.analytic.reference import Array
@@ -137,17 +138,15 @@ class JointedSeries:
         until, last = self._found.get(closing, (None,))[0], float(np.max(times))
         if until is None or last > until:
             until = 1.01 * last or 1.0  # the next step may end a little later
-            flow = TangentFlow(self.rotor, integrate(self.rotor, self.theta, self.theta_dot, until))
+            flow = flow_until(self.rotor, self.theta, self.theta_dot, until)
             self._found[closing] = until, expansion(flow, closing)
         errors = self._found[closing][1]
+        moved = [response.at(times)[:, :, 0] for response in errors.responses]
+        excess = _interpolated(errors.flow, errors.excess, times)
         return {
-            power: {
-                "theta": response.at(times)[:, 0, 0],
-                "theta_dot": response.at(times)[:, 1, 0],
-                "excess": _interpolated(errors.flow, excess, times),
-            }
-            for power, (response, excess) in enumerate(
-                zip(errors.responses, errors.excess, strict=True), start=1
+            power: {"theta": theta, "theta_dot": theta_dot, "excess": pull}
+            for power, ((theta, theta_dot), pull) in enumerate(
+                zip([values.T for values in moved], excess, strict=True), start=1
             )
         }
 
@@ -225,9 +224,10 @@ def _at_end(flow: TangentFlow, series: Array) -> tuple[Array, ...]:
     return tuple(late)
 
 
-def _interpolated(flow: TangentFlow, values: Array, times: Array) -> Array:
+def _interpolated(flow: TangentFlow, known: Sequence[Array], times: Array) -> list[Array]:
     """Values at `times` [s], shape (n,), of what is known at the nodes, shape (steps, stages)."""
     step, edges = flow.orbit.locate(times), flow.orbit.breakpoints
     fractions = (times - edges[step]) / np.diff(edges)[step]
     basis = legendre.legvander(2 * fractions - 1, STAGES - 1)
-    return np.asarray((basis * (values @ gauss_collocation(STAGES).spectrum.T)[step]).sum(axis=1))
+    spectrum = gauss_collocation(STAGES).spectrum.T
+    return [np.asarray((basis * (values @ spectrum)[step]).sum(axis=1)) for values in known]

@@ -221,7 +221,7 @@ def reliable(states: Array) -> bool:
 def _first_bad(data: mujoco.MjData, rows: Array, before: Array) -> int | None:
     """Index of the first row that the engine itself rejects: after a warning it repeats a row, the
     first time in the next block where the warning came with the last row of this one."""
-    if not any(warning.number for warning in data.warning):
+    if not data.warning.number.any():
         return None if reliable(rows[-1]) else _first_unreliable(rows)
     stalled = np.flatnonzero(np.diff(rows[:, 0], prepend=before[0]) <= 0.0)
     return int(min(_first_unreliable(rows), *stalled[:1], len(rows)))

@@ -162,21 +162,21 @@ def reading(setup: CapsuleSetup) -> Probe:
     def along(model: mujoco.MjModel, data: mujoco.MjData) -> Recorder:
         body, slider = model.body("body").id, model.body("slider").id
         pressed, driven = _Pressed(model, data), model.njnt > 1
-        taken: list[Array] = []  # acceleration (3), the slider's, force on it (3), centre (3)
+        shown = data.qacc, data.cfrc_int[slider, 3:], data.subtree_com[body]
+        taken: tuple[list[Array], ...] = ([], [], [])  # acceleration, force on the slider, centre
 
         def take() -> None:
             pressed.take()
             mujoco.mj_rnePostConstraint(model, data)
-            acceleration, force = data.qacc, data.cfrc_int[slider, 3:]
-            taken.append(
-                np.concatenate([acceleration[:3], acceleration[-1:], force, data.subtree_com[body]])
-            )
+            for kept, values in zip(taken, shown, strict=True):
+                kept.append(values.copy())
 
         def read() -> tuple[Named, Named]:
-            rows, (normal, force) = np.reshape(taken, (-1, 10)), pressed.read()
-            friction, driving, centre = (v @ line for v in (force, rows[:, 4:7], rows[:, 7:]))
-            pushed = both * (rows[:, :3] @ line - setup.pull)
-            pushed = pushed + capsule.slider_mass * rows[:, 3] if driven else pushed
+            acceleration, pushing, place = map(np.array, taken)
+            normal, force = pressed.read()
+            friction, driving, centre = (v @ line for v in (force, pushing, place))
+            pushed = both * (acceleration[:, :3] @ line - setup.pull)
+            pushed = pushed + capsule.slider_mass * acceleration[:, -1] if driven else pushed
             forces = {"friction_force": friction, "driving_force": driving}
             return {**_loads(normal), **forces}, {
                 "contacts": pressed.counts(),
@@ -188,24 +188,27 @@ def reading(setup: CapsuleSetup) -> Probe:
 
     def in_plane(model: mujoco.MjModel, data: mujoco.MjData) -> Recorder:
         body, slider = model.body("body").id, model.body("slider").id
-        pressed, found = _Pressed(model, data), np.zeros((2, 6))
-        taken: list[Array] = []  # accelerations of body (6) and slider (6), centre (3)
+        pressed, found, centre = _Pressed(model, data), np.zeros((2, 6)), data.subtree_com[body]
+        whole, part = found
+        taken: tuple[list[Array], ...] = ([], [])  # accelerations of body and slider, centre
 
         def take() -> None:
             pressed.take()
             mujoco.mj_rnePostConstraint(model, data)
-            for row, one in zip(found, (body, slider), strict=True):
-                mujoco.mj_objectAcceleration(model, data, BODY, one, row, 0)
-            taken.append(np.concatenate([found[0], found[1], data.subtree_com[body]]))
+            mujoco.mj_objectAcceleration(model, data, BODY, body, whole, 0)
+            mujoco.mj_objectAcceleration(model, data, BODY, slider, part, 0)
+            taken[0].append(found.copy())
+            taken[1].append(centre.copy())
 
         def read() -> tuple[Named, Named]:
-            rows, (normal, force) = np.reshape(taken, (-1, 15)), pressed.read()
-            pushed = capsule.body_mass * rows[:, 3:6] + capsule.slider_mass * rows[:, 9:12]
+            moved, places = map(np.array, taken)
+            normal, force = pressed.read()
+            pushed = capsule.body_mass * moved[:, 0, 3:] + capsule.slider_mass * moved[:, 1, 3:]
             return _loads(normal), {
                 "contacts": pressed.counts(),
                 "least_normal_force": normal.min(axis=1),
-                "centre_of_mass_x": rows[:, 12],
-                "centre_of_mass_y": rows[:, 13],
+                "centre_of_mass_x": places[:, 0],
+                "centre_of_mass_y": places[:, 1],
                 "momentum_residual": np.hypot(*(pushed - force)[:, :2].T),
             }
 
