@@ -67,29 +67,32 @@ def _timed_in_turn(
     states = np.empty((len(models), models[-1].nq + models[-1].nv))
     seconds = np.empty((repeats, len(models)))
     start = np.concatenate([translation.qpos, translation.qvel])
+    data = [mujoco.MjData(model) for model in models]
     ctrl = np.zeros(models[-1].nu)
     if translation.control is not None:
         ctrl = translation.control(np.zeros(1))[0]
     for turn in range(repeats):
         for i in np.roll(np.arange(len(models)), turn):  # each goes first as often as the others
-            seconds[turn, i], states[i] = _timed(models[i], start, ctrl, steps)
+            seconds[turn, i], states[i] = _timed(models[i], data[i], start, ctrl, steps)
         if (turn + 1) % len(models) == 0 and agree(seconds[: turn + 1]):
             return seconds[: turn + 1], states
     return seconds, states
 
 
 def agree(seconds: Array) -> bool:
-    """Whether each model's times, shape (turns, models), differ by CLOSE of their median at most,
-    which is then nowhere else; a slow spell of the machine makes them differ."""
+    """Whether each model's times, shape (turns, models), differ by CLOSE of their median at
+    most."""
     return bool(np.all(np.ptp(seconds, axis=0) <= CLOSE * np.median(seconds, axis=0)))
 
 
-def _timed(model: mujoco.MjModel, start: Array, ctrl: Array, steps: int) -> tuple[float, Array]:
+def _timed(
+    model: mujoco.MjModel, data: mujoco.MjData, start: Array, ctrl: Array, steps: int
+) -> tuple[float, Array]:
     """Processor time [s] of `steps` steps from `start`, qpos and qvel, with the controls `ctrl`,
     and the state at their end.
 
     Processor time, for waiting while others use the machine is no cost of the model."""
-    data = mujoco.MjData(model)
+    mujoco.mj_resetData(model, data)
     data.qpos[:], data.qvel[:] = start[: model.nq], start[model.nq :]
     data.ctrl[: len(ctrl)] = ctrl
     begin = time.thread_time()
