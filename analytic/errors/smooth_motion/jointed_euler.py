@@ -35,7 +35,7 @@ from plumbob.analytic.errors.smooth_motion.rotor_steps import StepSeries, exact
 from plumbob.analytic.errors.theory import Coefficients
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.variational import STAGES, Response, TangentFlow
+from plumbob.analytic.numerics.rotor.variational import STAGES, Response, TangentFlow, together
 from plumbob.analytic.numerics.truncated_series import constant, product, raised, sine_cosine
 from plumbob.analytic.reference import Array
 
@@ -110,11 +110,11 @@ def _lowered(series: Complex) -> Complex:
 
 @dataclass(frozen=True)
 class JointedErrors:
-    """Coefficients of the first TERMS powers of the step: responses of theta and theta_dot, and the
-    excess of the joint's pull at the nodes."""
+    """Coefficients of the first TERMS powers of the step: responses of theta and theta_dot, a
+    column each, and the excess of the joint's pull at the nodes."""
 
     flow: TangentFlow
-    responses: tuple[Response, ...]
+    responses: Response
     excess: tuple[Array, ...]
 
 
@@ -141,14 +141,10 @@ class JointedSeries:
             flow = flow_until(self.rotor, self.theta, self.theta_dot, until)
             self._found[closing] = until, expansion(flow, closing)
         errors = self._found[closing][1]
-        moved = [response.at(times)[:, :, 0] for response in errors.responses]
+        theta, theta_dot = np.moveaxis(errors.responses.at(times), 0, -1).copy()
         excess = _interpolated(errors.flow, errors.excess, times)
-        return {
-            power: {"theta": theta, "theta_dot": theta_dot, "excess": pull}
-            for power, ((theta, theta_dot), pull) in enumerate(
-                zip([values.T for values in moved], excess, strict=True), start=1
-            )
-        }
+        every = enumerate(zip(theta, theta_dot, excess, strict=True), start=1)
+        return {p: {"theta": x, "theta_dot": v, "excess": pull} for p, (x, v, pull) in every}
 
 
 def expansion(flow: TangentFlow, closing: float) -> JointedErrors:
@@ -178,7 +174,7 @@ def expansion(flow: TangentFlow, closing: float) -> JointedErrors:
         responses.append(flow.respond(np.zeros((2, 1)), source[..., None]))
         for i in (0, 1):
             state[i][power] = responses[-1].at_nodes()[:, :, i, 0]
-    return JointedErrors(flow, tuple(responses), _at_end(flow, step.excess))
+    return JointedErrors(flow, together(responses), _at_end(flow, step.excess))
 
 
 def _trailing(rates: Array, responses: list[Response]) -> Complex:

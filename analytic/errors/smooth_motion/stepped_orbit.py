@@ -142,6 +142,9 @@ def _blocks(
         noise = ROUNDOFF * step_map.noise(new)
         carried = matrix @ rounded @ np.swapaxes(matrix, 1, 2)
         carried += np.eye(size) * (noise**2).T[:, :, None]
+        if on.all():
+            states, flow, forced, rounded = new, matrix @ flow, slopes[:, :, size:], carried
+            continue
         states = np.where(on, new, states)
         flow[on] = (matrix @ flow)[on]
         forced[on] = slopes[on][:, :, size:]
