@@ -14,7 +14,8 @@ from plumbob.engines.adapters.mujoco.contacts import armature
 from plumbob.engines.adapters.mujoco.translation import Named, Probe, Recorder
 
 Observe = Callable[[Array, Array], tuple[Named, Named]]
-BODY = mujoco.mjtObj.mjOBJ_BODY
+BODY = int(mujoco.mjtObj.mjOBJ_BODY)
+PYRAMIDAL = mujoco.mjtCone.mjCONE_PYRAMIDAL
 FREE = 7  # least number of coordinates of the full model: place and quaternion; a planar has 5
 
 
@@ -222,39 +223,60 @@ def _loads(normal: Array) -> Named:
 
 
 class _Pressed:
-    """The forces of the contacts in the states that are taken: kept as the engine has them, and
-    worked out for all states at once."""
+    """The forces of the contacts in the states that are taken: kept as the solver has them, and
+    worked out for all states at once. All contacts have the settings of the model's pairs, which
+    are those of the first."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self.model, self.data = model, data
         self.first = model.geom("support_1").id
         self.pairs: list[Array] = [np.empty((0, 2), int)]  # of geoms, a row a contact
         self.frames: list[Array] = [np.empty((0, 9))]
-        self.forces: list[Array] = [np.empty((0, 6))]
+        self.begins: list[Array] = [np.empty(0, int)]  # where each contact's part begins of
+        self.solved: list[Array] = [np.empty(0)]  # what the solver finds
 
     def take(self) -> None:
         """Keep the contacts of the data as they are now."""
-        contact, force = self.data.contact, np.empty((self.data.ncon, 6))
-        for i, row in enumerate(force):
-            mujoco.mj_contactForce(self.model, self.data, i, row)
+        contact = self.data.contact
         self.pairs.append(contact.geom.copy())
         self.frames.append(contact.frame.copy())
-        self.forces.append(force)
+        self.begins.append(contact.efc_address.copy())
+        self.solved.append(self.data.efc_force.copy())
 
     def counts(self) -> Array:
         """Number of contacts in each of the states, shape (n,)."""
-        return np.array([float(len(force)) for force in self.forces[1:]])
+        return np.array([float(len(begins)) for begins in self.begins[1:]])
 
     def read(self) -> tuple[Array, Array]:
         """Normal forces N_i [N] in each state, and the sum of friction in the world [N], both of
         shape (n, 3)."""
-        count = len(self.forces) - 1
-        state = np.repeat(np.arange(count), self.counts().astype(int))
+        counts = self.counts().astype(int)
+        state = np.repeat(np.arange(len(counts)), counts)
         support = np.concatenate(self.pairs).max(axis=1, initial=0) - self.first
         across = np.concatenate(self.frames).reshape(-1, 3, 3)[:, 1:]
-        force = np.concatenate(self.forces)
-        normal, friction = np.zeros((count, 3)), np.zeros((count, 3))
+        force = self._forces(counts)
+        normal, friction = np.zeros((len(counts), 3)), np.zeros((len(counts), 3))
         np.add.at(normal, (state, support), force[:, 0])
         np.add.at(friction, state, force[:, 1, None] * across[:, 0])
         np.add.at(friction, state, force[:, 2, None] * across[:, 1])
         return normal, friction
+
+    def _forces(self, counts: Array) -> Array:
+        """Force of each contact in its frame [N], normal first, shape (contacts, 3), as
+        `mj_contactForce` has it: of a pyramid from its edges; none of a contact left out."""
+        sizes = [len(solved) for solved in self.solved[:-1]]
+        begins = np.concatenate(self.begins)
+        inside = begins >= 0
+        places = (begins + np.repeat(np.cumsum(sizes), counts))[inside]
+        width, force = int(self.model.pair_dim[0]), np.zeros((len(begins), 3))
+        pyramid = self.model.opt.cone == PYRAMIDAL and width > 1
+        if pyramid:
+            width = 2 * (width - 1)
+        parts = np.concatenate(self.solved)[places[:, None] + np.arange(width)].T
+        if pyramid:
+            mu, nu = self.model.pair_friction[0, :2]
+            parts = [sum(parts[1:], parts[0]), (parts[0] - parts[1]) * mu,
+                     (parts[2] - parts[3]) * nu]  # fmt: skip
+        for i, values in enumerate(parts[:3]):
+            force[inside, i] = values
+        return force
