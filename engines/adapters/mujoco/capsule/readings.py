@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
@@ -261,7 +262,7 @@ class _Pressed:
         np.add.at(friction, state, force[:, 2, None] * across[:, 1])
         return normal, friction
 
-    def _forces(self, counts: Array) -> Array:
+    def _forces(self, counts: npt.NDArray[np.int64]) -> Array:
         """Force of each contact in its frame [N], normal first, shape (contacts, 3), as
         `mj_contactForce` has it: of a pyramid from its edges; none of a contact left out."""
         sizes = [len(solved) for solved in self.solved[:-1]]
