@@ -221,7 +221,7 @@ def test_forces_of_contacts_are_those_that_the_engine_tells(method: str, case: s
     given = scene(f"capsule-line/{case}")
     simulation = compiled(case_of(given), find_method(method), 1e-3)
     model, data = simulation.model, simulation.data
-    pressed, told = readings._Pressed(model, data), np.empty(6)
+    pressed, force = readings._Pressed(model, data), np.empty(6)
     found = []
     for _ in range(3):
         data.ctrl[:] = 0.1
@@ -230,10 +230,10 @@ def test_forces_of_contacts_are_those_that_the_engine_tells(method: str, case: s
         pressed.take()
         loads, drag = np.zeros(3), np.zeros(3)
         for i, contact in enumerate(data.contact):
-            mujoco.mj_contactForce(model, data, i, told)
-            loads[max(contact.geom) - model.geom("support_1").id] += told[0]
-            drag += told[1] * contact.frame[3:6]
-            drag += told[2] * contact.frame[6:9]
+            mujoco.mj_contactForce(model, data, i, force)
+            loads[max(contact.geom) - model.geom("support_1").id] += force[0]
+            drag += force[1] * contact.frame[3:6]
+            drag += force[2] * contact.frame[6:9]
         found.append((loads, drag))
     normal, friction = pressed.read()
     assert np.array_equal(normal, [loads for loads, _ in found])
