@@ -12,7 +12,7 @@ from plumbob.engines.registry import engine_of, installed
 from plumbob.models.scene import Case
 
 Key = tuple[str, str]  # scene, method
-TRIAL = 300  # steps of a trial, and the least that are timed
+TRIAL = 200  # steps of a trial, and the least that are timed
 PIECES = 64  # of a scene, one of which is an adaptive solver's first trial
 EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of a long run's
 
@@ -79,7 +79,7 @@ def costs(
     }, unit
 
 
-def reference_step(steps: int = 10_000) -> Callable[[], float]:
+def reference_step(steps: int = 2_000) -> Callable[[], float]:
     """A function that times a bare MuJoCo step of an empty model [ns]: what two machines, or two
     days, can be compared by."""
     import mujoco

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from types import MappingProxyType
@@ -86,6 +87,7 @@ def processor() -> str:
     return names[0] if names else platform.processor() or platform.machine() or "unknown"
 
 
+@cache  # a package that is loaded keeps its version, and to read one takes a millisecond
 def _version(package: str) -> str:
     try:
         return metadata.version(package)

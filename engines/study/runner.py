@@ -49,7 +49,9 @@ Profile = str  # "quick" or "full"
 MOST_STEPS = MappingProxyType({"quick": 25_000, "full": 1_000_000})
 """Of one run; quick: 50 s at MuJoCo's own 2 ms."""
 _REPEATS = MappingProxyType({"quick": 5, "full": 9})
-_BUDGET = MappingProxyType({"quick": 0.004, "full": 0.05})  # [s] of wall time for one timing
+# [s] for one timing: medians scatter by what else the machine does, at 1 ms as much as at 4 ms, and
+# from 2 ms on a cold start is a few per cent at most.
+_BUDGET = MappingProxyType({"quick": 0.002, "full": 0.05})
 TOGETHER = 64  # costs that are measured in turns, and lost together
 _READINGS, _READING_WORK = "models", 1e3  # of a model file, roughly
 _ADAPTIVE_WORK = 1e5  # equivalent number of steps for the tolerances of an adaptive method, roughly
@@ -145,12 +147,12 @@ def _cost_pieces(
     """The cost of each method on each scene that it ran, timed in turns, some scenes at a time."""
     by_scene = {scene.name: scene for scene in plan.scenes}
     by_method = {method.name: method for method in plan.methods}
-    how = (_REPEATS[plan.profile], _BUDGET[plan.profile])
+    how, here = (_REPEATS[plan.profile], _BUDGET[plan.profile]), machine()
     timings: dict[Key, _Timing] = {}
     for c in convergence:
         scene, method = by_scene[c.scene], by_method[c.method]
         if (step := _typical(c, method)) is not None:
-            key = key_of("cost", scene, method, step, how, versions_of(method), machine())
+            key = key_of("cost", scene, method, step, how, versions_of(method), here)
             timings[c.scene, c.method] = _Timing(key, scene, method, step)
     keys = {timing.key: name for name, timing in timings.items()}
     found = {keys[key]: piece for key, piece in work.kept.there(list(keys)).items()}

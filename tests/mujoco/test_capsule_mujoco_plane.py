@@ -11,8 +11,10 @@ import pytest
 
 from plumbob.analytic.errors.contact_models.soft_contact_plane import missing_loads, plane_motion
 from plumbob.analytic.errors.sliding_motion.plane_errors import euler_lead
+from plumbob.engines.adapters.mujoco.capsule import readings
 from plumbob.engines.adapters.mujoco.contacts import PLANE_SOFTENING, contacts
 from plumbob.engines.adapters.mujoco.simulation import compiled
+from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene, systems
 from plumbob.tests.support.mujoco_capsule import METHODS, problem, run, verdict
@@ -211,3 +213,30 @@ def test_where_a_body_rests_is_kept_for_one_model_alone(method: str) -> None:
     lower = float(compiled(heavier, METHODS[method], 1e-3).translation.qpos[2])
     assert (heights[0] == heights[1]) == (method == "euler")
     assert lower < heights[0] < 0.0
+
+
+@pytest.mark.parametrize("case", ["ca1", "frictionless"])
+@pytest.mark.parametrize("method", ["mujoco/euler", "mujoco/euler+elliptic", "mujoco/rk4+coulomb"])
+def test_forces_of_contacts_are_those_that_the_engine_tells(method: str, case: str) -> None:
+    given = scene(f"capsule-line/{case}")
+    simulation = compiled(case_of(given), find_method(method), 1e-3)
+    model, data = simulation.model, simulation.data
+    pressed, force = readings._Pressed(model, data), np.empty(6)
+    found = []
+    for _ in range(3):
+        data.ctrl[:] = 0.1
+        mujoco.mj_step(model, data, nstep=20)
+        mujoco.mj_forward(model, data)
+        pressed.take()
+        loads, drag = np.zeros(3), np.zeros(3)
+        for i, contact in enumerate(data.contact):
+            mujoco.mj_contactForce(model, data, i, force)
+            loads[max(contact.geom) - model.geom("support_1").id] += force[0]
+            drag += force[1] * contact.frame[3:6]
+            drag += force[2] * contact.frame[6:9]
+        found.append((loads, drag))
+    normal, friction = pressed.read()
+    assert np.array_equal(normal, [loads for loads, _ in found])
+    assert friction == pytest.approx(np.array([drag for _, drag in found]), rel=1e-14, abs=1e-300)
+    assert (normal > 0.0).all()
+    assert np.abs(friction).max() > 0.0 or case == "frictionless"

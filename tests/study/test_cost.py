@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import pytest
 
+from plumbob.engines.adapters.mujoco import trimming as trimming_
 from plumbob.engines.adapters.mujoco.trimming import trimming
 from plumbob.engines.method import Stepping
 from plumbob.engines.registry import engine_of
@@ -32,7 +34,7 @@ def test_a_long_adaptive_run_is_cut(method: str, step: float) -> None:
 
 def test_what_fits_the_budget_is_run_whole() -> None:
     assert timed("ode/dop853", 1e-8, budget=1e3).fraction == 1.0
-    assert timed("mujoco/euler", 2e-1, budget=1e-9).stepped().steps == 250
+    assert timed("mujoco/euler", 5e-1, budget=1e-9).stepped().steps == 100
     assert cost.TRIAL <= timed("mujoco/euler", 1e-4, budget=4e-3).stepped().steps < 500_000
 
 
@@ -111,3 +113,12 @@ def test_what_a_model_leaves_out_is_timed_whatever_its_controls(name: str) -> No
     method = "mujoco/euler+coulomb" if name.startswith("capsule") else "mujoco/euler"
     found = trimming(system_of(scene).case(scene), find_method(method), 1e-4, steps=50, repeats=1)
     assert found.identical
+
+
+def test_turns_end_where_they_agree_and_go_on_where_one_is_slow() -> None:
+    alike = np.array([[1.0, 2.0], [1.0 + trimming_.CLOSE / 3, 2.0], [1.0, 2.0]])
+    assert trimming_.agree(alike)
+    for turn in range(3):
+        slow = alike.copy()
+        slow[turn, 0] *= 1.0 + 1.5 * trimming_.CLOSE
+        assert not trimming_.agree(slow)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.linalg import lu_factor, lu_solve
 
 from plumbob.analytic.errors.smooth_motion.global_error import leading_error
 from plumbob.analytic.errors.smooth_motion.pendulum_errors import PendulumErrors
@@ -25,10 +26,14 @@ from plumbob.engines.adapters.ode.integrators import Advance, integrator
 from plumbob.engines.adapters.ode.simulation import (
     AdaptiveSimulation,
     FixedStepSimulation,
+    solved,
     solver_called,
 )
 from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.registry import method as find_method
 from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
 from plumbob.tests.support.cone_scene import DEFAULT, SYSTEM, THETA, THETA_DOT, scene
 
 METHODS = {method.name: method for method in ENGINE.methods}
@@ -262,3 +267,26 @@ def test_an_equation_of_motion_adds_nothing_of_its_own() -> None:
 def test_reference_is_the_closed_form() -> None:
     # so that the comparisons above are with the elliptic functions, not with another integrator
     assert isinstance(DEFAULT.motion, PendulumMotion)
+
+
+def test_the_linear_systems_of_a_run_are_solved_to_the_bit_as_scipy_does() -> None:
+    random = np.random.default_rng(5)
+    for dtype in (float, complex):
+        for size in (2, 7):
+            factors = lu_factor(random.normal(size=(size, size)).astype(dtype) + 0.5)
+            right = random.normal(size=size).astype(dtype)
+            expected = lu_solve(factors, right)
+            assert np.array_equal(solved(factors, right.copy()), expected)
+            right[0] = np.inf
+            with pytest.raises(ValueError, match="infs or NaNs"):
+                solved(factors, right)
+
+
+def test_a_run_takes_the_steps_that_scipy_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = case_of(find_scene("simple-pendulum/forced-large")).lasting(2.0)
+    method = find_method("ode/radau")
+    ours = prepare(case, method, 1e-5).run()
+    monkeypatch.setattr("plumbob.engines.adapters.ode.simulation.solved", lu_solve)
+    scipys = prepare(case, method, 1e-5).run()
+    assert ours.steps == scipys.steps
+    assert np.array_equal(ours.observables["theta"], scipys.observables["theta"])

@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 
@@ -28,6 +29,7 @@ STICKS = 1e-12  # relative: a support sticks with a force that is so little abov
 
 Vector = tuple[float, float, float]  # by velocity x, y and rate
 Hessian = tuple[float, float, float, float, float, float]  # xx, yy, oo, xy, xo, yo
+Part = tuple[float, float, float, float, float]  # limit, arm and offset of a support
 Slip = tuple[complex, float]  # velocity of the body's point at the combined centre, and rate
 
 
@@ -53,7 +55,7 @@ class FrictionProblem:
 def after_friction(problem: FrictionProblem, free: Slip, near: Slip) -> Slip:
     """Velocities after a step that would end with `free` were there no friction; `near`, those
     after the step before, is where to look first."""
-    scale = abs(free[0]) + abs(free[1]) * max(abs(arm) for arm in problem.arms)
+    scale = abs(free[0]) + abs(free[1]) * max(map(abs, problem.arms))
     if scale == 0.0 or _rests(problem, free):
         return 0j, 0.0
     if (found := _sliding(problem, free, near, scale, QUICK, damped=False)) is not None:
@@ -80,12 +82,14 @@ def after_friction(problem: FrictionProblem, free: Slip, near: Slip) -> Slip:
 
 def _rests(problem: FrictionProblem, free: Slip) -> bool:
     """Whether impulses kappa L_i (X + Y k x a_i) keep the body at rest: a sufficient condition."""
-    spread = sum(c * abs(a) ** 2 for c, a in zip(problem.limits, problem.arms, strict=True))
-    total = sum(problem.limits)
+    (p, w), arms = free, problem.arms
+    spread, total = 0.0, sum(problem.limits)
+    for limit, arm in zip(problem.limits, arms, strict=True):
+        spread += limit * abs(arm) ** 2
     if not total > 0.0:
         return False
-    along, about = problem.mass * free[0] / total, 1j * problem.inertia * free[1] / spread
-    return all(abs(along + about * arm) <= 1.0 for arm in problem.arms)
+    along, about = problem.mass * p / total, 1j * problem.inertia * w / spread
+    return all(abs(along + about * arm) <= 1.0 for arm in arms)
 
 
 def _pivoting(problem: FrictionProblem, free: Slip, pivot: int) -> tuple[Slip, float, complex]:
@@ -126,9 +130,13 @@ def _sliding(
 ) -> Slip | None:
     """The minimum by Newton's method from `begin`; None where a slip vanishes on the way, or the
     last of `most` steps is not a small one."""
-    slip, reach = begin, max(abs(arm) for arm in problem.arms)
+    slip, reach = begin, max(map(abs, problem.arms))
+    parts = [
+        (limit, arm.real, arm.imag, beside.real, beside.imag)
+        for limit, arm, beside in zip(problem.limits, problem.arms, problem.offsets, strict=True)
+    ]
     for _ in range(most):
-        if (local := _expanded(problem, free, slip, LAST * scale)) is None:
+        if (local := _expanded(problem, parts, free, slip, LAST * scale)) is None:
             return None
         if (way := _newton_step(*local)) is None:
             return None
@@ -141,27 +149,28 @@ def _sliding(
 
 
 def _expanded(
-    problem: FrictionProblem, free: Slip, slip: Slip, least: float
+    problem: FrictionProblem, parts: Sequence[Part], free: Slip, slip: Slip, least: float
 ) -> tuple[Vector, Hessian] | None:
     """Gradient and Hessian of the value at `slip`; None where a support slips by `least` [m/s] or
     less, for there it has none."""
-    (x, y), o, mass = (slip[0].real, slip[0].imag), slip[1], problem.mass
-    gx, gy = mass * (x - free[0].real), mass * (y - free[0].imag)
-    go, hoo = problem.inertia * (o - free[1]), problem.inertia
+    (u, o), (p, w), mass, inertia = slip, free, problem.mass, problem.inertia
+    x, y = u.real, u.imag
+    gx, gy = mass * (x - p.real), mass * (y - p.imag)
+    go, hoo = inertia * (o - w), inertia
     hxx = hyy = mass
     hxy = hxo = hyo = 0.0
-    for limit, arm, beside in zip(problem.limits, problem.arms, problem.offsets, strict=True):
-        ax, ay = arm.real, arm.imag
-        vx, vy = x - o * ay + beside.real, y + o * ax + beside.imag
-        speed = math.hypot(vx, vy)
+    for limit, ax, ay, bx, by in parts:
+        vx, vy = x - o * ay + bx, y + o * ax + by
+        speed = hypot(vx, vy)
         if speed <= least:
             return None
         ex, ey, stiff = vx / speed, vy / speed, limit / speed
         gx, gy, go = gx + limit * ex, gy + limit * ey, go + limit * (ax * ey - ay * ex)
         across = ex * ax + ey * ay  # of the arm turned a quarter, on the normal of the slip
+        turned = stiff * across
         hxx, hyy, hxy = hxx + stiff * ey * ey, hyy + stiff * ex * ex, hxy - stiff * ex * ey
         hxo, hyo = hxo - stiff * ey * across, hyo + stiff * ex * across
-        hoo += stiff * across * across
+        hoo += turned * across
     return (gx, gy, go), (hxx, hyy, hoo, hxy, hxo, hyo)
 
 

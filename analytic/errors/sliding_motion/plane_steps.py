@@ -15,7 +15,7 @@ forces are those of statics. Derived in THEORY.md, section 7.
 
 from __future__ import annotations
 
-import cmath
+from cmath import exp
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -41,34 +41,44 @@ COLUMNS = ("x", "y", "heading", "velocity_x", "velocity_y", "heading_rate")
 State = tuple[complex, float, complex, float, complex, complex]  # z, psi, z', omega, r, v
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class _Body:
     """The constants of a capsule as plain numbers, of which a step takes many."""
 
-    of: Mechanics
-    supports: tuple[complex, ...]
-    limits: tuple[float, ...]
-    slopes: tuple[tuple[float, ...], tuple[float, ...]]
+    mass: float  # M + m [kg]
+    mass_ratio: float
+    reduced_mass: float  # [kg]
+    inertia: float  # J [kg m^2]
+    supports: tuple[complex, ...]  # [m]
+    limits: tuple[tuple[float, float, float], ...]
+    """f N_i with Q at C [N], and its change along x and y [N/m], of each support."""
+
+    @classmethod
+    def of(cls, given: Mechanics) -> _Body:
+        """Those of a capsule's equations."""
+        limits = np.column_stack([given.centre_limits, *given.limit_slopes]).tolist()
+        return cls(
+            given.mass, given.mass_ratio, given.reduced_mass, given.body_inertia,
+            tuple(given.supports.tolist()), tuple(map(tuple, limits)),
+        )  # fmt: skip
 
     def rates(self, state: State, w: complex, lead: float, near: Slip) -> tuple[State, Slip]:
         """Rates of a state, with friction against the slip at these rates a time `lead` [s] on."""
         _, psi, speed, omega, r, v = state
-        body, turn = self.of, cmath.exp(1j * psi)
-        arm = body.mass_ratio * r
-        inertia = body.body_inertia + body.reduced_mass * abs(r) ** 2
+        mass_ratio, reduced, turn = self.mass_ratio, self.reduced_mass, exp(1j * psi)
+        arm = mass_ratio * r
+        inertia = self.inertia + reduced * abs(r) ** 2
         carried = w + 2j * omega * v - omega * omega * r
-        pushed = -body.mass_ratio * carried
-        spun = -body.reduced_mass * (r.conjugate() * carried).imag / inertia
+        pushed = -mass_ratio * carried
+        spun = -reduced * (r.conjugate() * carried).imag / inertia
         begun = speed / turn + 1j * omega * arm
         free = (begun + lead * pushed, omega + lead * spun)
-        (x, y), (along, aside) = (r.real, r.imag), self.slopes
-        limits = [
-            lead * (c + x * a + y * b) for c, a, b in zip(self.limits, along, aside, strict=True)
-        ]
+        x, y = r.real, r.imag
+        limits = [lead * (c + x * a + y * b) for c, a, b in self.limits]
         slip = free
         if any(limits):
             arms = [support - arm for support in self.supports]
-            slip = after_friction(FrictionProblem(body.mass, inertia, limits, arms), free, near)
+            slip = after_friction(FrictionProblem(self.mass, inertia, limits, arms), free, near)
         pushed, spun = (slip[0] - begun) / lead, (slip[1] - omega) / lead
         return (speed, omega, (pushed - 1j * spun * arm) * turn, spun, v, w), slip
 
@@ -110,17 +120,11 @@ def course(
 ) -> Array:
     """COLUMNS at the start and after each of `steps` steps of `step` [s], shape (steps + 1, 6), in
     the ground's axes; `integrator` is EULER or RK4."""
-    given = mechanics(capsule)
-    body = _Body(
-        given,
-        tuple(given.supports.tolist()),
-        tuple(given.centre_limits.tolist()),
-        (tuple(given.limit_slopes[0].tolist()), tuple(given.limit_slopes[1].tolist())),
-    )
+    body = _Body.of(mechanics(capsule))
     places, speeds, _ = path.kinematics(np.arange(steps + 1, dtype=np.float64) * step)
     pushes = (np.diff(speeds @ [1.0, 1j]) / step).tolist()
     advance = _rk4 if integrator == RK4 else _euler
-    turn = cmath.exp(1j * start.heading)
+    turn = exp(1j * start.heading)
     state: State = (
         complex(*start.position),
         start.heading,

@@ -18,9 +18,9 @@ terms that are not linear in the error included; the e^{(j)} from collocation po
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -35,7 +35,7 @@ from plumbob.analytic.errors.smooth_motion.stepped_rotor import stepped_errors
 from plumbob.analytic.errors.theory import Coefficients, SteppedErrors
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
-from plumbob.analytic.numerics.rotor.variational import Response, TangentFlow
+from plumbob.analytic.numerics.rotor.variational import Response, TangentFlow, together
 from plumbob.analytic.numerics.truncated_series import constant
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
@@ -54,10 +54,15 @@ def leading_error(
     (n,), "theta_dot": (n,)}}; empty for a scheme unknown to `rotor_step`. Raises ParameterError."""
     if (found := rotor_step(scheme)) is None:
         return {}
-    flow = TangentFlow(
-        rotor, integrate(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
-    )
-    return evaluated(expansion(flow, found, terms), times)
+    flow = flow_until(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
+    return _evaluated(*_as_one(expansion(flow, found, terms)), times)
+
+
+@lru_cache(maxsize=4)  # all schemes of one motion ask for the same
+def flow_until(rotor: DrivenRotor, theta: float, theta_dot: float, until: float) -> TangentFlow:
+    """The linearisation along the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s] until
+    the time `until` [s]. Raises ParameterError."""
+    return TangentFlow(rotor, integrate(rotor, theta, theta_dot, until))
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,7 @@ class RotorErrors:
     theta: float
     theta_dot: float
     terms: int = 4
-    _found: dict[Scheme, tuple[float, Mapping[int, Response]]] = field(
+    _found: dict[Scheme, tuple[float, tuple[int, ...], Response]] = field(
         default_factory=dict, repr=False, compare=False
     )
 
@@ -82,13 +87,13 @@ class RotorErrors:
         """What `leading_error` says at `times` [s], shape (n,). Raises ParameterError."""
         if (how := rotor_step(scheme)) is None:
             return {}
-        until, series = self._found.get(scheme, (-1.0, {}))
-        if (last := float(np.max(times))) > until:
+        known, last = self._found.get(scheme), float(np.max(times))
+        if known is None or last > known[0]:
             until = 1.01 * last  # the next step may end a little later
-            flow = TangentFlow(self.rotor, integrate(self.rotor, self.theta, self.theta_dot, until))
-            series = expansion(flow, how, self.terms)
-            self._found[scheme] = until, series
-        return evaluated(series, times)
+            flow = flow_until(self.rotor, self.theta, self.theta_dot, until)
+            known = until, *_as_one(expansion(flow, how, self.terms))
+            self._found[scheme] = known
+        return _evaluated(*known[1:], times)
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """The scheme stepped, less the exact motion, see `stepped_errors`."""
@@ -96,10 +101,15 @@ class RotorErrors:
         return stepped_errors(self.rotor, start, scheme, step, times, self.exact)
 
 
-def evaluated(coefficients: Mapping[int, Response], times: Array) -> Coefficients:
+def _as_one(coefficients: Mapping[int, Response]) -> tuple[tuple[int, ...], Response]:
+    """The orders of an expansion, and its coefficients as the columns of one response."""
+    return tuple(coefficients), together(tuple(coefficients.values()))
+
+
+def _evaluated(orders: Sequence[int], response: Response, times: Array) -> Coefficients:
     """Values of an expansion at `times` [s], shape (n,), by order and by name."""
-    values = {order: response.at(times)[:, :, 0] for order, response in coefficients.items()}
-    return {p: {"theta": e[:, 0], "theta_dot": e[:, 1]} for p, e in values.items()}
+    theta, theta_dot = np.moveaxis(response.at(times), 0, -1).copy()
+    return {p: {"theta": theta[i], "theta_dot": theta_dot[i]} for i, p in enumerate(orders)}
 
 
 def expansion(flow: TangentFlow, scheme: RotorStep, terms: int = 2) -> Mapping[int, Response]:

@@ -23,18 +23,19 @@ more state.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
 from numpy.polynomial import legendre
 
+from plumbob.analytic.errors.smooth_motion.global_error import flow_until
 from plumbob.analytic.errors.smooth_motion.rotor_steps import StepSeries, exact
 from plumbob.analytic.errors.theory import Coefficients
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.taylor_series import integrate
-from plumbob.analytic.numerics.rotor.variational import STAGES, Response, TangentFlow
+from plumbob.analytic.numerics.rotor.variational import STAGES, Response, TangentFlow, together
 from plumbob.analytic.numerics.truncated_series import constant, product, raised, sine_cosine
 from plumbob.analytic.reference import Array
 
@@ -109,11 +110,11 @@ def _lowered(series: Complex) -> Complex:
 
 @dataclass(frozen=True)
 class JointedErrors:
-    """Coefficients of the first TERMS powers of the step: responses of theta and theta_dot, and the
-    excess of the joint's pull at the nodes."""
+    """Coefficients of the first TERMS powers of the step: responses of theta and theta_dot, a
+    column each, and the excess of the joint's pull at the nodes."""
 
     flow: TangentFlow
-    responses: tuple[Response, ...]
+    responses: Response
     excess: tuple[Array, ...]
 
 
@@ -137,19 +138,13 @@ class JointedSeries:
         until, last = self._found.get(closing, (None,))[0], float(np.max(times))
         if until is None or last > until:
             until = 1.01 * last or 1.0  # the next step may end a little later
-            flow = TangentFlow(self.rotor, integrate(self.rotor, self.theta, self.theta_dot, until))
+            flow = flow_until(self.rotor, self.theta, self.theta_dot, until)
             self._found[closing] = until, expansion(flow, closing)
         errors = self._found[closing][1]
-        return {
-            power: {
-                "theta": response.at(times)[:, 0, 0],
-                "theta_dot": response.at(times)[:, 1, 0],
-                "excess": _interpolated(errors.flow, excess, times),
-            }
-            for power, (response, excess) in enumerate(
-                zip(errors.responses, errors.excess, strict=True), start=1
-            )
-        }
+        theta, theta_dot = np.moveaxis(errors.responses.at(times), 0, -1).copy()
+        excess = _interpolated(errors.flow, errors.excess, times)
+        every = enumerate(zip(theta, theta_dot, excess, strict=True), start=1)
+        return {p: {"theta": x, "theta_dot": v, "excess": pull} for p, (x, v, pull) in every}
 
 
 def expansion(flow: TangentFlow, closing: float) -> JointedErrors:
@@ -179,7 +174,7 @@ def expansion(flow: TangentFlow, closing: float) -> JointedErrors:
         responses.append(flow.respond(np.zeros((2, 1)), source[..., None]))
         for i in (0, 1):
             state[i][power] = responses[-1].at_nodes()[:, :, i, 0]
-    return JointedErrors(flow, tuple(responses), _at_end(flow, step.excess))
+    return JointedErrors(flow, together(responses), _at_end(flow, step.excess))
 
 
 def _trailing(rates: Array, responses: list[Response]) -> Complex:
@@ -225,9 +220,10 @@ def _at_end(flow: TangentFlow, series: Array) -> tuple[Array, ...]:
     return tuple(late)
 
 
-def _interpolated(flow: TangentFlow, values: Array, times: Array) -> Array:
+def _interpolated(flow: TangentFlow, known: Sequence[Array], times: Array) -> list[Array]:
     """Values at `times` [s], shape (n,), of what is known at the nodes, shape (steps, stages)."""
     step, edges = flow.orbit.locate(times), flow.orbit.breakpoints
     fractions = (times - edges[step]) / np.diff(edges)[step]
     basis = legendre.legvander(2 * fractions - 1, STAGES - 1)
-    return np.asarray((basis * (values @ gauss_collocation(STAGES).spectrum.T)[step]).sum(axis=1))
+    spectrum = gauss_collocation(STAGES).spectrum.T
+    return [np.asarray((basis * (values @ spectrum)[step]).sum(axis=1)) for values in known]

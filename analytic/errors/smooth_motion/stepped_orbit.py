@@ -84,24 +84,26 @@ def _with_uncertainty(
     step_map: StepMap, step: float, marks: Marks, reached: Array, kept: npt.NDArray[np.bool_]
 ) -> Orbit | None:
     """Carry the responses of the blocks between `marks` one after the other."""
-    count, size = len(step_map.coefficients), len(step_map.start)
     flow, forced, rounded = _blocks(step_map, step, marks, reached)
-    response = np.zeros((size, count + size))
-    response[:, count:] = ULP * np.diag(np.abs(step_map.start))
-    covariance = np.diag(ROUNDOFF * step_map.noise(reached[:, :1])[:, 0]) ** 2
-    responses, covariances = [response], [covariance]
-    for b in range(len(marks) - 1):
-        response = flow[b] @ response
-        response[:, :count] += forced[b]
-        covariance = flow[b] @ covariance @ flow[b].T + rounded[b]
-        responses.append(response)
-        covariances.append(covariance)
+    count, size = forced.shape[2], len(step_map.start)
+    responses = np.zeros((len(marks), size, count + size))
+    responses[0, :, count:] = ULP * np.diag(np.abs(step_map.start))
+    covariances = np.zeros((len(marks), size, size))
+    covariances[0] = np.diag(ROUNDOFF * step_map.noise(reached[:, :1])[:, 0]) ** 2
+    after = zip(flow, np.swapaxes(flow, 1, 2), forced, rounded, responses[1:], covariances[1:],
+                strict=True)  # fmt: skip
+    response, covariance = responses[0], covariances[0]
+    for across, back, pushed, noise, response_after, covariance_after in after:
+        response = np.matmul(across, response, out=response_after)
+        response[:, :count] += pushed
+        covariance = np.matmul(across @ covariance, back, out=covariance_after)
+        covariance += noise
     states = reached[:, None, kept] + 1j * TINY * np.eye(size)[:, :, None]
     built = step_map.build(step_map.coefficients, np.sin, np.cos)
     seen = np.array(np.broadcast_arrays(*built.observe(*states)))  # (observables, size, n)
     slopes = np.moveaxis(seen.imag / TINY, -1, 0)
-    inputs = np.abs(slopes @ np.array(responses)[kept]).sum(axis=2)
-    spread = np.einsum("nij,njk,nik->ni", slopes, np.array(covariances)[kept], slopes)
+    inputs = np.abs(slopes @ responses[kept]).sum(axis=2)
+    spread = np.einsum("nij,njk,nik->ni", slopes, covariances[kept], slopes)
     values = seen[:, 0].real.T
     walk = 2.0 * np.sqrt(np.maximum(spread, 0.0) / max(1, int(marks[-1])))
     uncertainty = inputs + walk + ULP * np.abs(values)
@@ -112,13 +114,16 @@ def _blocks(
     step_map: StepMap, step: float, marks: Marks, reached: Array
 ) -> tuple[Array, Array, Array]:
     """For each block between marks, shape (blocks, ...): the derivative of its end by its start,
-    (d, d); the response to an ulp of each coefficient, (d, c); the covariance of what rounds in it,
-    (d, d)."""
-    size, count = reached.shape[0], len(step_map.coefficients)
-    given = np.zeros((count, size + count, 1), dtype=complex)  # coefficient, derivative, block
-    for i, value in enumerate(step_map.coefficients):
-        given[i] = value
-        given[i, size + i] += 1j * TINY * ULP * abs(value)
+    (d, d); the response to an ulp of each coefficient that is not zero, (d, c); the covariance of
+    what rounds in it, (d, d)."""
+    coefficients = step_map.coefficients
+    varied = [i for i, value in enumerate(coefficients) if value]
+    size, count = reached.shape[0], len(varied)
+    # coefficient, derivative, block
+    given = np.zeros((len(coefficients), size + count, 1), dtype=complex)
+    given.real = np.array(coefficients)[:, None, None]
+    for column, i in enumerate(varied, start=size):
+        given[i, column] += 1j * TINY * ULP * abs(coefficients[i])
     advance = step_map.build(tuple(given), np.sin, np.cos).advance
     lengths = np.diff(marks)
     blocks, states = len(lengths), reached[:, :-1].copy()
@@ -137,6 +142,9 @@ def _blocks(
         noise = ROUNDOFF * step_map.noise(new)
         carried = matrix @ rounded @ np.swapaxes(matrix, 1, 2)
         carried += np.eye(size) * (noise**2).T[:, :, None]
+        if on.all():
+            states, flow, forced, rounded = new, matrix @ flow, slopes[:, :, size:], carried
+            continue
         states = np.where(on, new, states)
         flow[on] = (matrix @ flow)[on]
         forced[on] = slopes[on][:, :, size:]

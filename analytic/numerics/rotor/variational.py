@@ -6,6 +6,7 @@ coefficient (q = the partial derivative of the acceleration), by a scheme's erro
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -56,6 +57,16 @@ class Response:
         for _ in range(derivative - 1):
             values = np.einsum("im,nmjk->nijk", self._rule.derivative, values) / self._lengths
         return values
+
+
+def together(responses: Sequence[Response]) -> Response:
+    """Responses along one orbit as one, with the columns of all."""
+    return Response(
+        responses[0].orbit,
+        np.concatenate([one.starts for one in responses], axis=-1),
+        np.concatenate([one.end for one in responses], axis=-1),
+        np.concatenate([one.slopes for one in responses], axis=-1),
+    )
 
 
 @dataclass(frozen=True)

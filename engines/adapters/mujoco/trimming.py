@@ -16,6 +16,7 @@ from plumbob.engines.adapters.mujoco.translation import Translation, builder
 from plumbob.engines.method import Method, Trimming
 from plumbob.models.scene import Case
 
+CLOSE = 0.02  # relative: turns that differ by less tell a saving within a few per cent
 PARTS = (("ngeom", "geom"), ("nmesh", "mesh"), ("njnt", "joint"))  # counted, and their words
 
 
@@ -23,7 +24,8 @@ def trimming(
     case: Case, method: Method, step: float = 1e-4, steps: int = 1000, repeats: int = 31
 ) -> Trimming:
     """Cost of `steps` steps of `step` [s] from the scene's start, default against trimmed: medians
-    of `repeats` turns taken one after the other; raises Unsupported and ParameterError."""
+    of turns taken one after the other, `repeats` at most, until they agree; raises Unsupported and
+    ParameterError."""
     simulation = compiled(case, method, step)
     trimmed, translation = simulation.model, simulation.translation
     complete = builder(case.system).whole(case.system.mjcf, case.problem)
@@ -60,26 +62,37 @@ def _versions(
 def _timed_in_turn(
     models: tuple[mujoco.MjModel, ...], translation: Translation, steps: int, repeats: int
 ) -> tuple[Array, Array]:
-    """Processor time [s] of `steps` steps, shape (repeats, len(models)), and the states at their
+    """Processor time [s] of `steps` steps, shape (turns, len(models)), and the states at their
     ends, shape (len(models), nq + nv)."""
     states = np.empty((len(models), models[-1].nq + models[-1].nv))
     seconds = np.empty((repeats, len(models)))
     start = np.concatenate([translation.qpos, translation.qvel])
+    data = [mujoco.MjData(model) for model in models]
     ctrl = np.zeros(models[-1].nu)
     if translation.control is not None:
         ctrl = translation.control(np.zeros(1))[0]
     for turn in range(repeats):
         for i in np.roll(np.arange(len(models)), turn):  # each goes first as often as the others
-            seconds[turn, i], states[i] = _timed(models[i], start, ctrl, steps)
+            seconds[turn, i], states[i] = _timed(models[i], data[i], start, ctrl, steps)
+        if (turn + 1) % len(models) == 0 and agree(seconds[: turn + 1]):
+            return seconds[: turn + 1], states
     return seconds, states
 
 
-def _timed(model: mujoco.MjModel, start: Array, ctrl: Array, steps: int) -> tuple[float, Array]:
+def agree(seconds: Array) -> bool:
+    """Whether each model's times, shape (turns, models), differ by CLOSE of their median at
+    most."""
+    return bool(np.all(np.ptp(seconds, axis=0) <= CLOSE * np.median(seconds, axis=0)))
+
+
+def _timed(
+    model: mujoco.MjModel, data: mujoco.MjData, start: Array, ctrl: Array, steps: int
+) -> tuple[float, Array]:
     """Processor time [s] of `steps` steps from `start`, qpos and qvel, with the controls `ctrl`,
     and the state at their end.
 
     Processor time, for waiting while others use the machine is no cost of the model."""
-    data = mujoco.MjData(model)
+    mujoco.mj_resetData(model, data)
     data.qpos[:], data.qvel[:] = start[: model.nq], start[model.nq :]
     data.ctrl[: len(ctrl)] = ctrl
     begin = time.thread_time()

@@ -84,7 +84,7 @@ def on_the_line(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read]:
     assembly = stand.assembly
     body, slider = assembly.body, assembly.slider
     start, before, sliding = along(setup, setup.slider), 0.0, 0.0
-    pulled = (body.mass + slider.mass) * setup.pull
+    pulled, loads = (body.mass + slider.mass) * setup.pull, _normal_forces(setup, stand)
 
     def read() -> Mapping[str, float]:
         nonlocal before, sliding
@@ -96,7 +96,7 @@ def on_the_line(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read]:
             "velocity": pace,
             "stroke": slider.position.x - gone - start,
             "stroke_rate": slider.velocity.x - pace,
-            **_normal_forces(setup, stand),
+            **loads(),
             "vertical_displacement": height + DEPTH,
             "tilt": body.angle,
         }
@@ -130,18 +130,27 @@ def in_the_plane(setup: CapsuleSetup, stand: Stand) -> Read:
     return read
 
 
-def _normal_forces(setup: CapsuleSetup, stand: Stand) -> Mapping[str, float]:
+def _normal_forces(setup: CapsuleSetup, stand: Stand) -> Read:
     """N_i in the last step [N]: the loads of both feet and their centre of pressure, carried by
-    three supports as statics across the line has it."""
-    (_, hind), (_, fore) = _contact_forces(stand)
-    both, capsule = hind + fore, setup.capsule
-    reach = np.dot((hind, fore), stand.reach) / both if both else math.nan
-    x, y = setup.slider
+    three supports as statics across the line has it. What an arm along the line carries is affine
+    in it."""
+    capsule, (x, y) = setup.capsule, setup.slider
     unit = np.array([math.cos(setup.direction), math.sin(setup.direction)])
     across = capsule.mass_ratio * (unit[0] * y - unit[1] * x)
-    centre = reach * unit + across * np.array([-unit[1], unit[0]])
-    forces = both * load_fractions(capsule, centre)
-    return {f"normal_force_{i + 1}": float(forces[i]) for i in range(3)}
+    aside = across * np.array([-unit[1], unit[0]])
+    here, beyond = load_fractions(capsule, np.array([aside, aside + unit])).tolist()
+    ends = enumerate(zip(here, beyond, strict=True), start=1)
+    parts = [(f"normal_force_{i}", part, end - part) for i, (part, end) in ends]
+    behind, ahead = stand.reach
+
+    def read() -> Mapping[str, float]:
+        (_, hind), (_, fore) = _contact_forces(stand)
+        both, turning = hind + fore, hind * behind + fore * ahead
+        return {
+            name: part * both + slope * turning if both else math.nan for name, part, slope in parts
+        }
+
+    return read
 
 
 def _contact_forces(stand: Stand) -> list[tuple[float, float]]:

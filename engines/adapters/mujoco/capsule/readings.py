@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
@@ -14,7 +15,8 @@ from plumbob.engines.adapters.mujoco.contacts import armature
 from plumbob.engines.adapters.mujoco.translation import Named, Probe, Recorder
 
 Observe = Callable[[Array, Array], tuple[Named, Named]]
-BODY = mujoco.mjtObj.mjOBJ_BODY
+BODY = int(mujoco.mjtObj.mjOBJ_BODY)
+PYRAMIDAL = mujoco.mjtCone.mjCONE_PYRAMIDAL
 FREE = 7  # least number of coordinates of the full model: place and quaternion; a planar has 5
 
 
@@ -162,21 +164,21 @@ def reading(setup: CapsuleSetup) -> Probe:
     def along(model: mujoco.MjModel, data: mujoco.MjData) -> Recorder:
         body, slider = model.body("body").id, model.body("slider").id
         pressed, driven = _Pressed(model, data), model.njnt > 1
-        taken: list[Array] = []  # acceleration (3), the slider's, force on it (3), centre (3)
+        shown = data.qacc, data.cfrc_int[slider, 3:], data.subtree_com[body]
+        taken: tuple[list[Array], ...] = ([], [], [])  # acceleration, force on the slider, centre
 
         def take() -> None:
             pressed.take()
             mujoco.mj_rnePostConstraint(model, data)
-            acceleration, force = data.qacc, data.cfrc_int[slider, 3:]
-            taken.append(
-                np.concatenate([acceleration[:3], acceleration[-1:], force, data.subtree_com[body]])
-            )
+            for kept, values in zip(taken, shown, strict=True):
+                kept.append(values.copy())
 
         def read() -> tuple[Named, Named]:
-            rows, (normal, force) = np.reshape(taken, (-1, 10)), pressed.read()
-            friction, driving, centre = (v @ line for v in (force, rows[:, 4:7], rows[:, 7:]))
-            pushed = both * (rows[:, :3] @ line - setup.pull)
-            pushed = pushed + capsule.slider_mass * rows[:, 3] if driven else pushed
+            acceleration, pushing, place = map(np.array, taken)
+            normal, force = pressed.read()
+            friction, driving, centre = (v @ line for v in (force, pushing, place))
+            pushed = both * (acceleration[:, :3] @ line - setup.pull)
+            pushed = pushed + capsule.slider_mass * acceleration[:, -1] if driven else pushed
             forces = {"friction_force": friction, "driving_force": driving}
             return {**_loads(normal), **forces}, {
                 "contacts": pressed.counts(),
@@ -188,24 +190,27 @@ def reading(setup: CapsuleSetup) -> Probe:
 
     def in_plane(model: mujoco.MjModel, data: mujoco.MjData) -> Recorder:
         body, slider = model.body("body").id, model.body("slider").id
-        pressed, found = _Pressed(model, data), np.zeros((2, 6))
-        taken: list[Array] = []  # accelerations of body (6) and slider (6), centre (3)
+        pressed, found, centre = _Pressed(model, data), np.zeros((2, 6)), data.subtree_com[body]
+        whole, part = found
+        taken: tuple[list[Array], ...] = ([], [])  # accelerations of body and slider, centre
 
         def take() -> None:
             pressed.take()
             mujoco.mj_rnePostConstraint(model, data)
-            for row, one in zip(found, (body, slider), strict=True):
-                mujoco.mj_objectAcceleration(model, data, BODY, one, row, 0)
-            taken.append(np.concatenate([found[0], found[1], data.subtree_com[body]]))
+            mujoco.mj_objectAcceleration(model, data, BODY, body, whole, 0)
+            mujoco.mj_objectAcceleration(model, data, BODY, slider, part, 0)
+            taken[0].append(found.copy())
+            taken[1].append(centre.copy())
 
         def read() -> tuple[Named, Named]:
-            rows, (normal, force) = np.reshape(taken, (-1, 15)), pressed.read()
-            pushed = capsule.body_mass * rows[:, 3:6] + capsule.slider_mass * rows[:, 9:12]
+            moved, places = map(np.array, taken)
+            normal, force = pressed.read()
+            pushed = capsule.body_mass * moved[:, 0, 3:] + capsule.slider_mass * moved[:, 1, 3:]
             return _loads(normal), {
                 "contacts": pressed.counts(),
                 "least_normal_force": normal.min(axis=1),
-                "centre_of_mass_x": rows[:, 12],
-                "centre_of_mass_y": rows[:, 13],
+                "centre_of_mass_x": places[:, 0],
+                "centre_of_mass_y": places[:, 1],
                 "momentum_residual": np.hypot(*(pushed - force)[:, :2].T),
             }
 
@@ -219,39 +224,60 @@ def _loads(normal: Array) -> Named:
 
 
 class _Pressed:
-    """The forces of the contacts in the states that are taken: kept as the engine has them, and
-    worked out for all states at once."""
+    """The forces of the contacts in the states that are taken: kept as the solver has them, and
+    worked out for all states at once. All contacts have the settings of the model's pairs, which
+    are those of the first."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self.model, self.data = model, data
         self.first = model.geom("support_1").id
         self.pairs: list[Array] = [np.empty((0, 2), int)]  # of geoms, a row a contact
         self.frames: list[Array] = [np.empty((0, 9))]
-        self.forces: list[Array] = [np.empty((0, 6))]
+        self.begins: list[Array] = [np.empty(0, int)]  # where each contact's part begins of
+        self.solved: list[Array] = [np.empty(0)]  # what the solver finds
 
     def take(self) -> None:
         """Keep the contacts of the data as they are now."""
-        contact, force = self.data.contact, np.empty((self.data.ncon, 6))
-        for i, row in enumerate(force):
-            mujoco.mj_contactForce(self.model, self.data, i, row)
+        contact = self.data.contact
         self.pairs.append(contact.geom.copy())
         self.frames.append(contact.frame.copy())
-        self.forces.append(force)
+        self.begins.append(contact.efc_address.copy())
+        self.solved.append(self.data.efc_force.copy())
 
     def counts(self) -> Array:
         """Number of contacts in each of the states, shape (n,)."""
-        return np.array([float(len(force)) for force in self.forces[1:]])
+        return np.array([float(len(begins)) for begins in self.begins[1:]])
 
     def read(self) -> tuple[Array, Array]:
         """Normal forces N_i [N] in each state, and the sum of friction in the world [N], both of
         shape (n, 3)."""
-        count = len(self.forces) - 1
-        state = np.repeat(np.arange(count), self.counts().astype(int))
+        counts = self.counts().astype(int)
+        state = np.repeat(np.arange(len(counts)), counts)
         support = np.concatenate(self.pairs).max(axis=1, initial=0) - self.first
         across = np.concatenate(self.frames).reshape(-1, 3, 3)[:, 1:]
-        force = np.concatenate(self.forces)
-        normal, friction = np.zeros((count, 3)), np.zeros((count, 3))
+        force = self._forces(counts)
+        normal, friction = np.zeros((len(counts), 3)), np.zeros((len(counts), 3))
         np.add.at(normal, (state, support), force[:, 0])
         np.add.at(friction, state, force[:, 1, None] * across[:, 0])
         np.add.at(friction, state, force[:, 2, None] * across[:, 1])
         return normal, friction
+
+    def _forces(self, counts: npt.NDArray[np.int64]) -> Array:
+        """Force of each contact in its frame [N], normal first, shape (contacts, 3), as
+        `mj_contactForce` has it: of a pyramid from its edges; none of a contact left out."""
+        sizes = [len(solved) for solved in self.solved[:-1]]
+        begins = np.concatenate(self.begins)
+        inside = begins >= 0
+        places = (begins + np.repeat(np.cumsum(sizes), counts))[inside]
+        width, force = int(self.model.pair_dim[0]), np.zeros((len(begins), 3))
+        pyramid = self.model.opt.cone == PYRAMIDAL and width > 1
+        if pyramid:
+            width = 2 * (width - 1)
+        parts = np.concatenate(self.solved)[places[:, None] + np.arange(width)].T
+        if pyramid:
+            mu, nu = self.model.pair_friction[0, :2]
+            parts = [sum(parts[1:], parts[0]), (parts[0] - parts[1]) * mu,
+                     (parts[2] - parts[3]) * nu]  # fmt: skip
+        for i, values in enumerate(parts[:3]):
+            force[inside, i] = values
+        return force
