@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import fnmatch
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Literal
 
 from plumbob.analytic.parameters import ParameterError
@@ -149,10 +150,13 @@ EXPECTATIONS: tuple[Expectation, ...] = (
 )
 
 
+_fits = lru_cache(maxsize=1 << 16)(fnmatch.fnmatchcase)  # a page asks a million times
+
+
 def expected(scene: str, method: str) -> Expectation:
     """The first expectation that matches, or `pass`."""
     for entry in EXPECTATIONS:
-        if fnmatch.fnmatchcase(scene, entry.scenes) and fnmatch.fnmatchcase(method, entry.methods):
+        if _fits(scene, entry.scenes) and _fits(method, entry.methods):
             return entry
     return Expectation(scene, method, "pass", "")
 
