@@ -13,6 +13,7 @@ from hypothesis import settings
 
 from plumbob.tests.contracts.second_copies import second_copies
 from plumbob.tests.support.browser import driven
+from plumbob.tests.support.shared import share
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -52,6 +53,13 @@ def browser() -> Iterator[Browser]:
     """Chromium under playwright, which can be started once a process and no more."""
     with driven() as found:
         yield found
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _shares(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """The processes of one run share what is expensive to make."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        share(tmp_path_factory.getbasetemp().parent / "shared")
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -86,11 +86,12 @@ def cheapest(
     unit = next(o.unit for o in study.observables(scene) if o.name == first.observable)
     full = {m.name for m in study.methods if not m.surrogate}
     every = points(study, scene)
+    found = {c.method: c for c in study.convergence if c.scene == scene}
     curves = [
         _Curve(
             method,
             _envelope(of_method(every, method)),
-            _steepest(study.convergence, scene, method, first.observable),
+            _steepest(found.get(method.name), method, first.observable),
             first.scale,
         )
         for method in study.methods
@@ -161,14 +162,9 @@ def _envelope(curve: Sequence[Point]) -> tuple[Point, ...]:
     return tuple(risen)
 
 
-def _steepest(
-    convergence: Sequence[ConvergenceStudy], scene: str, method: Method, leading: str
-) -> float:
+def _steepest(convergence_study: ConvergenceStudy | None, method: Method, leading: str) -> float:
     """The largest slope that may be relied on: the method's order, or what was observed; 0 where
     theory has no series for the error."""
-    convergence_study = next(
-        (c for c in convergence if (c.scene, c.method) == (scene, method.name)), None
-    )
     predicted = (
         [m.errors[leading].predicted for m in convergence_study.measurements if m.errors]
         if convergence_study

@@ -114,7 +114,7 @@ def _validated(
     for what in given_up:
         _noted(f"given up: {what}; the same command tries it again")
     try:
-        code = _report(chosen, out, number, junit, within)
+        code = _report(chosen, out, number, junit, within, jobs)
         return code or (INCOMPLETE if given_up else 0)
     except BaseException as error:
         drawn = shlex.join(["plumbob", "report", str(out), "--study", str(number)])
@@ -123,7 +123,12 @@ def _validated(
 
 
 def _report(
-    chosen: argparse.Namespace, out: Path, number: int, junit: Path | None, within: float | None
+    chosen: argparse.Namespace,
+    out: Path,
+    number: int,
+    junit: Path | None,
+    within: float | None,
+    jobs: int,
 ) -> int:
     """Judge the stored study of that number, as `plumbob report` does, and write what was asked
     for; returns the exit code."""
@@ -140,7 +145,7 @@ def _report(
             for pair, found in judged.items()
         }
     own = user_results(study, judged)
-    page = write_page(study, out, section, judged, store.history(out / store.FILE))
+    page = write_page(study, out, section, judged, store.history(out / store.FILE), jobs)
     if junit:
         write_junit(junit, study, judged)
     if chosen.json:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import fnmatch
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Literal, cast
 
 from plumbob.analytic.parameters import ParameterError
@@ -173,11 +174,14 @@ EXPECTATIONS: tuple[Expectation, ...] = (
 )
 
 
+_fits = lru_cache(maxsize=1 << 16)(fnmatch.fnmatchcase)  # a page asks a million times
+
+
 def expected(scene: str, method: str) -> Expectation:
     """The first expectation that matches, of plumbob's own or what the package of an added engine
     declares; or `pass`."""
     for entry in EXPECTATIONS:
-        if fnmatch.fnmatchcase(scene, entry.scenes) and fnmatch.fnmatchcase(method, entry.methods):
+        if _fits(scene, entry.scenes) and _fits(method, entry.methods):
             return entry
     if (limit := declared_limit(scene, method)) is not None:
         return Expectation(limit.scenes, method, cast(Verdict, limit.verdict), limit.reason)

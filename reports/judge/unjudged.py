@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from functools import lru_cache
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import find_engine
@@ -73,12 +74,15 @@ DECLARED: tuple[Unjudged, ...] = (
 )
 
 
+_fits = lru_cache(maxsize=1 << 16)(fnmatchcase)
+
+
 def declared(scene: str, method: str) -> Mapping[str, Unjudged]:
     """The observables of a scene and method that are declared unjudged, each with its first
     declaration."""
     found = _not_read(scene, method)
     for entry in DECLARED:
-        if fnmatchcase(scene, entry.scenes) and fnmatchcase(method, entry.methods):
+        if _fits(scene, entry.scenes) and _fits(method, entry.methods):
             found = {name: entry for name in entry.observables} | found
     return found
 

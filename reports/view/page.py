@@ -109,16 +109,18 @@ def figure_json(figure: Figure) -> str:
         {key: _once(value, arrays) if key in "xy" else value for key, value in trace.items()}
         for trace in figure.traces
     ]
-    text = json.dumps(
-        {"arrays": [json.loads(a) for a in arrays], "data": traces, "layout": figure.layout},
-        ensure_ascii=False, allow_nan=False, separators=(",", ":"),
-    )  # fmt: skip
+    rest = _json({"data": traces, "layout": figure.layout})
+    text = f'{{"arrays":[{",".join(arrays)}],{rest[1:]}'
     return text.replace("<", "\\u003c")
+
+
+def _json(values: Any) -> str:
+    return json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
 def _once(values: Any, arrays: dict[str, int]) -> int:
     """The place of an array among `arrays`, where it stands once."""
-    return arrays.setdefault(json.dumps(values, allow_nan=False), len(arrays))
+    return arrays.setdefault(_json(values), len(arrays))
 
 
 def _same_page(place: str) -> str:

@@ -17,6 +17,7 @@ from plumbob.reports.view.page import TEMPLATES
 from plumbob.reports.view.replay import Replay, replay
 from plumbob.reports.view.replay.runs import requests
 from plumbob.tests.support.declared import declared, nothing
+from plumbob.tests.support.shared import shared
 
 PAGE = """{% import "replay.html.jinja" as replays with context %}<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>Replays</title>
@@ -36,6 +37,10 @@ def plan() -> StudyPlan:
 @cache
 def recorded() -> Study:
     """The quick scenes, with the recordings that their replays show and nothing else."""
+    return shared("recorded-study", _recorded)
+
+
+def _recorded() -> Study:
     study = nothing()
     whole = Study(
         "quick", plan().scenes, plan().methods, (), {}, study.reference_step, study.seconds
@@ -46,6 +51,10 @@ def recorded() -> Study:
 @cache
 def replays() -> dict[str, Replay]:
     """The replay of each quick scene, by its name."""
+    return shared("replays", _replays)
+
+
+def _replays() -> dict[str, Replay]:
     return {scene.name: replay(recorded(), scene) for scene in recorded().scenes}
 
 

@@ -12,7 +12,7 @@ from plumbob.reports.view.site.writing import one_file
 from plumbob.tests.site.whole_profile import no_engine, shown, small
 from plumbob.tests.support.declared import nothing, plan_of
 from plumbob.tests.support.page_document import resolve
-from plumbob.tests.support.studies import quick
+from plumbob.tests.support.studies import measured_quick, quick
 
 
 def test_the_page_of_a_small_study_runs_no_engine_and_asks_for_what_was_declared() -> None:
@@ -44,4 +44,4 @@ def test_a_run_that_was_not_declared_is_refused() -> None:
 
 def test_an_engine_that_is_run_is_seen() -> None:
     with no_engine(), pytest.raises(AssertionError, match="an engine was run"):
-        quick.__wrapped__()
+        measured_quick()

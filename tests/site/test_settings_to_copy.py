@@ -6,6 +6,7 @@ import html
 import json
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -13,8 +14,11 @@ from plumbob.engines.registry import method as find_method
 from plumbob.reports.cli import main
 from plumbob.reports.view.page import written
 from plumbob.reports.view.site.writing import render
-from plumbob.tests.support import browser
+from plumbob.tests.support.browser import visited
 from plumbob.tests.support.studies import made_up
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 METHODS = ("mujoco/euler+coulomb", "pymunk/feet")
 CODE = re.compile(r"<pre [^>]*>(.*?)</pre>", re.DOTALL)
@@ -76,8 +80,10 @@ def test_an_engine_that_is_not_in_the_study_is_not_spoken_of() -> None:
 
 
 @pytest.mark.parametrize("clipboard", CLIPBOARDS)
-def test_a_click_copies_or_selects(clipboard: str, page: Path, tmp_path: Path) -> None:
-    seen = _clicked(page.read_text("utf-8"), clipboard, tmp_path)
+def test_a_click_copies_or_selects(
+    clipboard: str, page: Path, browser: Browser, tmp_path: Path
+) -> None:
+    seen = _clicked(browser, page.read_text("utf-8"), clipboard, tmp_path)
     assert len(seen) == len(_codes(page)) == 5
     for one, code in zip(seen, _codes(page), strict=True):
         assert one["focused"]
@@ -88,27 +94,26 @@ def test_a_click_copies_or_selects(clipboard: str, page: Path, tmp_path: Path) -
             assert one["selected"].strip() == code.strip()
 
 
-def test_sensitivity_to_what_is_copied(page: Path, tmp_path: Path) -> None:
+def test_sensitivity_to_what_is_copied(page: Path, browser: Browser, tmp_path: Path) -> None:
     """A button that copies another text, or does nothing where it is refused, is seen."""
     text = page.read_text("utf-8")
     other = text.replace("writeText(text.textContent)", "writeText(button.textContent)", 1)
-    assert _clicked(other, "allowed", tmp_path)[0]["kept"] == "copy"
+    assert _clicked(browser, other, "allowed", tmp_path)[0]["kept"] == "copy"
     silent = text.replace("        select(text, status);\n", "", 1)
     assert silent != text
-    assert _clicked(silent, "refused", tmp_path)[0]["said"] == ""
+    assert _clicked(browser, silent, "refused", tmp_path)[0]["said"] == ""
 
 
-def _clicked(text: str, clipboard: str, folder: Path) -> list[dict[str, str]]:
+def _clicked(browser: Browser, text: str, clipboard: str, folder: Path) -> list[dict[str, str]]:
     """What each click on a button of the page `text` left."""
     script = CLICK.format(clipboard=CLIPBOARDS[clipboard])
     before, body, after = text.rpartition("</body>")
     assert body
     (folder / "clicked.html").write_text(before + script + after, "utf-8")
-    seen = browser.look(folder / "clicked.html", "", folder)
-    assert seen.console == ()
-    found: list[dict[str, str]] = json.loads(html.unescape(_output(seen.document)))
+    with visited(browser, folder / "clicked.html") as visit:
+        visit.page.locator("output").wait_for(state="attached")
+        found: list[dict[str, str]] = json.loads(
+            visit.ask("document.querySelector('output').textContent")
+        )
+        assert visit.console == []
     return found
-
-
-def _output(document: str) -> str:
-    return document.rpartition("<output>")[2].partition("</output>")[0]

@@ -1,5 +1,5 @@
 """What the pages show of the whole quick profile, invented and not run, and of a small study that
-was measured: made once in a process, with engines that refuse to run, for all that look."""
+was measured: made once a run, with engines that refuse to run, for all that look."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.findings import requests, section
 from plumbob.reports.view.site.writing import Content, content
 from plumbob.tests.support.declared import invented_study
+from plumbob.tests.support.shared import shared
 from plumbob.tests.support.studies import quick
 
 
@@ -56,6 +57,10 @@ def no_engine() -> Iterator[None]:
 def study() -> Study:
     """Every scene and method of the quick profile with errors of first order: their places on the
     pages are those of a measured study, and most are unexpected."""
+    return shared("whole-study", _invented)
+
+
+def _invented() -> Study:
     with no_engine():
         return invented_study(requests)
 
@@ -63,13 +68,13 @@ def study() -> Study:
 @cache
 def shown() -> Content:
     """What its pages show, and what they asked for: its study's extras are `Asked`."""
-    return _shown(study())
+    return shared("whole-pages", lambda: _shown(study()))
 
 
 @cache
 def small() -> Content:
     """The same of the small study that is measured."""
-    return _shown(quick())
+    return shared("small-pages", lambda: _shown(quick()))
 
 
 def _shown(study: Study) -> Content:

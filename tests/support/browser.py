@@ -1,12 +1,10 @@
-"""Chromium on a local file: its document, console and picture, and axe-core on what it shows."""
+"""Chromium on a local file: its console and requests, and axe-core on what it shows."""
 
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import subprocess
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -28,15 +26,17 @@ RUN_AXE = """async ({levels, rules}) => {
   return found.violations.filter((one) => levels.includes(one.impact)).map((one) =>
     `${one.id} (${one.impact}) ${one.nodes.length}: ${where(one)}`);
 }"""
-SECONDS = 120  # a loaded machine may take this long to start a browser
-
-
-@dataclass(frozen=True)
-class Seen:
-    """A page as the browser has it: the document after its scripts ran, and the console."""
-
-    document: str
-    console: tuple[str, ...]
+# Two frames at each place: what comes near is seen in the first, and drawn before the second.
+SCROLL = """async () => {
+  for (const one of document.querySelectorAll("details")) one.open = true;
+  const frame = () => new Promise((done) => requestAnimationFrame(done));
+  const height = document.documentElement.scrollHeight;
+  for (let place = 0; place < height; place += 1500) {
+    window.scrollTo({top: place, behavior: "instant"});
+    await frame();
+    await frame();
+  }
+}"""
 
 
 def chromium() -> str:
@@ -45,43 +45,6 @@ def chromium() -> str:
         if found := shutil.which(name):
             return found
     _missing("Chromium is missing (Debian: apt-get install chromium): the page was not looked at")
-
-
-def look(page: Path, fragment: str, profile: Path) -> Seen:
-    """Load `page` and let its scripts run; `profile` is a folder for the browser's own files."""
-    done = _run(["--dump-dom", f"{page.as_uri()}{fragment}"], profile)
-    return Seen(done.stdout, tuple(re.findall(r"CONSOLE[:(].*", done.stderr)))
-
-
-def screenshot(page: Path, picture: Path, profile: Path) -> tuple[bytes, ...]:
-    """The rows of a picture of the top of `page`, which is left as PNG in `picture`."""
-    _run([f"--screenshot={picture}", page.as_uri()], profile)
-    return rows(picture.read_bytes())
-
-
-def rows(png: bytes) -> tuple[bytes, ...]:
-    """The rows of a PNG with 8 bits a channel, still filtered: equal rows are equal where their
-    neighbours are."""
-    width, channels = int.from_bytes(png[16:20]), {2: 3, 6: 4}[png[25]]
-    place, packed = 8, b""
-    while place < len(png):
-        size, kind = int.from_bytes(png[place : place + 4]), png[place + 4 : place + 8]
-        if kind == b"IDAT":
-            packed += png[place + 8 : place + 8 + size]
-        place += 12 + size
-    data, length = zlib.decompress(packed), 1 + width * channels
-    return tuple(data[i : i + length] for i in range(0, len(data), length))
-
-
-def _run(arguments: list[str], profile: Path) -> subprocess.CompletedProcess[str]:
-    options = (
-        *("--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"),
-        *("--disable-background-networking", "--no-first-run", "--hide-scrollbars"),
-        *("--enable-logging=stderr", "--window-size=1280,2000", "--virtual-time-budget=10000"),
-        f"--user-data-dir={profile}",
-    )
-    command = [chromium(), *options, *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=True)
 
 
 @dataclass(frozen=True)
@@ -98,7 +61,8 @@ class Visit:
 
     def violations(self, *rules: str) -> list[str]:
         """What axe-core finds by these rules, or by all, minor things aside."""
-        self.ask(f"() => {{ {axe_core().read_text('utf-8')} }}")
+        if not self.ask("'axe' in window"):
+            self.ask(f"() => {{ {axe_core().read_text('utf-8')} }}")
         found: list[str] = self.ask(RUN_AXE, {"levels": SERIOUS, "rules": rules})
         return found
 
@@ -119,11 +83,7 @@ class Visit:
 
     def scroll_through(self) -> None:
         """Open everything that can be opened, and scroll from the top to the end."""
-        self.ask("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
-        height = self.ask("document.documentElement.scrollHeight")
-        for place in range(0, int(height), 1500):
-            self.ask(f"window.scrollTo({{top: {place}, behavior: 'instant'}})")
-            self.page.wait_for_timeout(60)
+        self.ask(SCROLL)
 
 
 @contextmanager

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import re
 import shlex
+from argparse import ArgumentParser
 from collections.abc import Mapping
+from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -89,10 +91,16 @@ def words(command: str) -> list[str]:
     return rest
 
 
+@cache
+def _parser() -> ArgumentParser:
+    """The command line's parser, made once for hundreds of commands."""
+    return parser(COMMANDS)
+
+
 def resolve(command: str, folder: Path) -> None:
     """Raises SystemExit, ParameterError or AssertionError unless a command can be read, and its
     scenes, methods, numbers, and files in `folder` are there; runs nothing."""
-    chosen = parser(COMMANDS).parse_args(words(command))
+    chosen = _parser().parse_args(words(command))
     given = vars(chosen)
     changed = values.changes(given.get("changes") or [])
     if "scenes" in given:

@@ -15,6 +15,7 @@ from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.findings import requests
+from plumbob.tests.support.shared import shared
 
 SCENE = "cone-pendulum/rotating-base"
 COMMAND = "plumbob validate --scenes 'cone-*' --profile quick"
@@ -24,7 +25,12 @@ Error = Callable[[float], float]
 
 @cache
 def quick() -> Study:
-    """The quick scenes of the cone pendulum, with a method of each kind."""
+    """The quick scenes of the cone pendulum, with a method of each kind, measured once a run."""
+    return shared("quick-study", measured_quick)
+
+
+def measured_quick() -> Study:
+    """The same, measured."""
     methods = find_methods("mujoco/euler,ode/leapfrog,ode/rk4,ode/dop853")
     return run_study(
         find_scenes("cone-pendulum", "quick"), methods, requests=requests, command=COMMAND

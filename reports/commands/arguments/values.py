@@ -100,20 +100,30 @@ def _names() -> str:
 
 def add_workers(parser: argparse.ArgumentParser) -> None:
     """Let a command take --jobs and --scheduler."""
-    parser.add_argument("--jobs", metavar="N", help="processes (default: all cores)")
+    add_jobs(parser)
     parser.add_argument(
         "--scheduler", metavar="tcp://HOST:PORT",
         help="run on the workers of this Dask scheduler instead (extra: distributed)",
     )  # fmt: skip
 
 
+def add_jobs(parser: argparse.ArgumentParser) -> None:
+    """Let a command take --jobs."""
+    parser.add_argument("--jobs", metavar="N", help="processes (default: all cores)")
+
+
+def jobs(chosen: argparse.Namespace) -> int:
+    """How many processes; raises ParameterError."""
+    return (os.cpu_count() or 1) if chosen.jobs is None else count("jobs", chosen.jobs)
+
+
 @contextmanager
 def workers(chosen: argparse.Namespace) -> Iterator[tuple[Executor | None, int]]:
     """What runs pieces of work: a cluster's executor or none, and how many at a time; raises
     ParameterError."""
-    jobs = (os.cpu_count() or 1) if chosen.jobs is None else count("jobs", chosen.jobs)
+    here = jobs(chosen)
     if chosen.scheduler is None:
-        yield None, jobs
+        yield None, here
         return
     if chosen.jobs is not None:
         raise ParameterError("jobs", chosen.jobs, "left out where --scheduler is given")

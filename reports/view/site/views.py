@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
@@ -74,23 +75,66 @@ class SystemView:
         return self.scenes[0]
 
 
-def system_view(study: Study, system: System, found: Judgements, section: Sections) -> SystemView:
-    """One system with the scenes of `study`; `section` finds what there is to say of it alone."""
+NOTHING_DRAWN: Mapping[str, SceneView] = MappingProxyType({})
+
+
+@dataclass(frozen=True)
+class Said:
+    """What there is to say of one system beside its scenes."""
+
+    galleries: tuple[tuple[str, Sequence[Figure]], ...] = ()
+    findings: tuple[Finding, ...] = ()
+
+
+def in_order(study: Study, system: System) -> list[Scene]:
+    """The scenes of a system that `study` has: the one that stands for it first, hard ones last."""
     scenes = [scene for scene in study.scenes if scene.system == system.name]
-    # Findings read any observable: there are none where a run leaves one out.
-    whole = all(not found[pair].whole.reason.startswith(LEAVES_OUT) for pair in found
-                if pair[0] in {scene.name for scene in scenes})  # fmt: skip
-    own = section(system.name) if scenes and whole else None
     default = f"{system.name}/{system.default}"
-    scenes.sort(key=lambda scene: (scene.name != default, bool(scene.hard)))
+    return sorted(scenes, key=lambda scene: (scene.name != default, bool(scene.hard)))
+
+
+def section_of(
+    study: Study, system: System, found: Judgements, section: Sections
+) -> Section | None:
+    """What finds what there is to say of one system alone; None where a run leaves an observable
+    out, since findings read any."""
+    scenes = {scene.name for scene in study.scenes if scene.system == system.name}
+    whole = all(not found[pair].whole.reason.startswith(LEAVES_OUT) for pair in found
+                if pair[0] in scenes)  # fmt: skip
+    return section(system.name) if scenes and whole else None
+
+
+def said_of(study: Study, own: Section | None) -> Said:
+    """What a section says of its system."""
+    if own is None:
+        return Said()
+    return Said(tuple(own.figures(study)), as_measured(own.findings(study)))
+
+
+def system_view(
+    study: Study,
+    system: System,
+    found: Judgements,
+    section: Sections,
+    said: Said | None = None,
+    drawn: Mapping[str, SceneView] = NOTHING_DRAWN,
+) -> SystemView:
+    """One system with the scenes of `study`; `section` finds what there is to say of it alone,
+    unless it is `said` already, as `drawn` are views of scenes by name."""
+    scenes = in_order(study, system)
+    own = section_of(study, system, found, section)
+    said = said_of(study, own) if said is None else said
     picture = system.mjcf.parent / f"{system.mjcf.parent.name}.png"
     return SystemView(
         system,
         described(system.name),
         picture if picture.is_file() else None,
-        tuple(own.figures(study)) if own else (),
-        as_measured(own.findings(study)) if own else (),
-        tuple(scene_view(study, system, scene, found, own) for scene in scenes),
+        said.galleries,
+        said.findings,
+        tuple(
+            drawn.get(scene.name) or scene_view(study, system, scene, found, own)
+            for scene in scenes
+        ),
         matrix.by_engine(study, found, scenes),
         _hard(study, scenes, found),
     )

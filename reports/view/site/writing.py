@@ -25,9 +25,10 @@ from plumbob.reports.view.palette import styles
 from plumbob.reports.view.settings import pasted
 from plumbob.reports.view.site import first_screen, matrix
 from plumbob.reports.view.site.claims import as_measured
+from plumbob.reports.view.site.drawing import system_views
 from plumbob.reports.view.site.links import Links, page_file
 from plumbob.reports.view.site.versions import Versions, versions
-from plumbob.reports.view.site.views import OF_ENGINES, Sections, SystemView, system_view
+from plumbob.reports.view.site.views import OF_ENGINES, Sections, SystemView
 from plumbob.reports.view.user_settings import table as own_table
 
 FOLDER = re.compile(r"site-[0-9a-f]{12}")
@@ -52,13 +53,15 @@ def write_page(
     section: Sections,
     judged: Judgements | None = None,
     history: Mapping[int, Provenance] = NO_HISTORY,
+    jobs: int = 1,
 ) -> Path:
     """Write the site of `study` into `folder` and return the path of its index; `section` finds
     what there is to say of one system alone, `judged` are the study's verdicts where they are known
-    already, `history` how each study in the folder's store was made. The index is replaced last, in
-    one step: until then an older site stays whole. Raises OSError where the folder cannot be
-    written."""
-    return site(content(study, section, judged, versions(history, str(folder))), folder)
+    already, `history` how each study in the folder's store was made; so many `jobs` draw it. The
+    index is replaced last, in one step: until then an older site stays whole. Raises OSError where
+    the folder cannot be written."""
+    others = versions(history, str(folder))
+    return site(content(study, section, judged, others, jobs), folder)
 
 
 def site(content: Content, folder: Path) -> Path:
@@ -80,10 +83,11 @@ def render(
     section: Sections,
     judged: Judgements | None = None,
     others: Versions | None = None,
+    jobs: int = 1,
 ) -> str:
     """The whole site of `study` as one HTML file: a function of what is stored, which runs no
     engine. The pages beside the index stand in templates, which our script shows."""
-    return one_file(content(study, section, judged, others))
+    return one_file(content(study, section, judged, others, jobs))
 
 
 def one_file(content: Content) -> str:
@@ -120,6 +124,7 @@ def content(
     section: Sections,
     judged: Judgements | None = None,
     others: Versions | None = None,
+    jobs: int = 1,
 ) -> Content:
     """What the pages of `study` show; the arguments are those of `write_page`, `others` the studies
     with other engines."""
@@ -133,7 +138,7 @@ def content(
         if scene.name in done or (scene.system in known and not known[scene.system].distribution)
     }
     names = [name for name in matrix.in_order(list(known)) if name in ran]
-    views = [system_view(study, known[name], found, section) for name in names]
+    views = system_views(study, [known[name] for name in names], found, section, jobs)
     general = section(OF_ENGINES)
     on_engines = as_measured(general.findings(study)) if general is not None else ()
     findings = [*(finding for view in views for finding in view.findings), *on_engines]

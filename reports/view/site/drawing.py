@@ -1,0 +1,102 @@
+"""The views of a study's systems, worked out in this process or side by side in several."""
+
+from __future__ import annotations
+
+import pickle
+import tempfile
+from collections.abc import Hashable, Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+
+from plumbob.engines.study.results import Study
+from plumbob.engines.workers import Work, Workers
+from plumbob.models.registry import find_system
+from plumbob.models.scene import Scene, System
+from plumbob.reports.judge.sensitivity import parameters_of
+from plumbob.reports.judge.verdict import Judgements
+from plumbob.reports.view.site.views import (
+    Said,
+    SceneView,
+    Sections,
+    SystemView,
+    in_order,
+    said_of,
+    scene_view,
+    section_of,
+    system_view,
+)
+
+MANY = 8  # scenes: fewer are drawn before another process is ready
+LIMIT = 600.0  # [s]: a part of a page that takes longer hangs
+
+Part = tuple[Said | None, SceneView]  # of a system what there is to say, with its first scene
+
+
+def system_views(
+    study: Study, systems: Sequence[System], found: Judgements, section: Sections, jobs: int = 1
+) -> list[SystemView]:
+    """A view of each system with the scenes of `study`, the same for any number of processes, of
+    which `jobs` are used where there is much to draw; `section` must have a name there."""
+    parts: Mapping[str, Part] = {}
+    if jobs > 1 and len(study.scenes) >= MANY:
+        parts = _side_by_side(study, systems, found, section, jobs)
+    views = []
+    for system in systems:
+        scenes = in_order(study, system)
+        own = {scene.name: parts[scene.name] for scene in scenes if scene.name in parts}
+        said = own[scenes[0].name][0] if scenes[0].name in own else None
+        drawn = {name: view for name, (_, view) in own.items()}
+        views.append(system_view(study, system, found, section, said, drawn))
+    return views
+
+
+def _side_by_side(
+    study: Study, systems: Sequence[System], found: Judgements, section: Sections, jobs: int
+) -> dict[str, Part]:
+    """The view of each scene by its name, the first of a system with what there is to say of that;
+    without those whose process died, which another process is to draw."""
+    first = [in_order(study, system)[0] for system in systems]
+    rest = [scene for scene in study.scenes if scene not in first]
+    waiting = [*_longest_first(first), *_longest_first(rest)]
+    views: dict[str, Part] = {}
+
+    def done(name: Hashable, part: Part) -> None:
+        views[str(name)] = part
+
+    with tempfile.TemporaryDirectory(prefix="plumbob-") as folder:
+        file = Path(folder) / "study.pickle"
+        file.write_bytes(pickle.dumps((study, found, section), pickle.HIGHEST_PROTOCOL))
+
+        def take(last: Hashable | None) -> tuple[Hashable, Work] | None:
+            if not waiting:
+                return None
+            of = str(last).partition("/")[0]
+            same = (scene for scene in waiting if scene.system == of and scene not in first)
+            scene = waiting[0] if waiting[0] in first else next(same, waiting[0])
+            waiting.remove(scene)
+            return scene.name, Work(_part, (str(file), scene.name, scene in first), LIMIT)
+
+        with Workers(min(jobs, len(waiting))) as workers:
+            workers.work_out(take, done, lambda name, why: None)
+    return views
+
+
+def _longest_first(scenes: Sequence[Scene]) -> list[Scene]:
+    """Scenes with many parameters first: each is changed, and the exact motion found anew."""
+    return sorted(scenes, key=lambda scene: -len(parameters_of(scene)))
+
+
+def _part(file: str, name: str, first: bool) -> Part:
+    """The view of a scene of the study in `file`, with what there is to say of its system."""
+    study, found, section = _read(file)
+    scene = next(scene for scene in study.scenes if scene.name == name)
+    system = find_system(scene.system)
+    own = section_of(study, system, found, section)
+    said = said_of(study, own) if first else None
+    return said, scene_view(study, system, scene, found, own)
+
+
+@lru_cache(maxsize=1)
+def _read(file: str) -> tuple[Study, Judgements, Sections]:
+    study, found, section = pickle.loads(Path(file).read_bytes())
+    return study, found, section
