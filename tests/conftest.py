@@ -17,6 +17,8 @@ from plumbob.tests.support.browser import driven
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
+    from plumbob.tests.support.measured_once import Shared
+
 # Machines differ in speed, so no deadline; the same examples every time, so that failures repeat.
 settings.register_profile("repeatable", deadline=None, derandomize=True, print_blob=True)
 settings.register_profile("search", deadline=None, max_examples=2000)
@@ -52,6 +54,17 @@ def browser() -> Iterator[Browser]:
     """Chromium under playwright, which can be started once a process and no more."""
     with driven() as found:
         yield found
+
+
+@pytest.fixture(scope="session")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Shared:
+    """What the processes of this run have measured; not for a test that replaces a function."""
+    from plumbob.tests.support.measured_once import Shared
+
+    own = tmp_path_factory.getbasetemp()
+    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "measured"
+    folder.mkdir(exist_ok=True)
+    return Shared(folder)
 
 
 @pytest.fixture(autouse=True, scope="session")
