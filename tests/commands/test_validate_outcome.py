@@ -28,14 +28,7 @@ from plumbob.reports.judge.expectations import (
 from plumbob.reports.judge.known_limits import sizes
 from plumbob.reports.judge.verdict import NO_STEP_FITS, Judgement, Verdict
 from plumbob.reports.view import notation
-from plumbob.tests.commands.outcomes import (
-    Outcome,
-    break_engine,
-    declare,
-    validated,
-    without_findings,
-    without_pages,
-)
+from plumbob.tests.commands.outcomes import Outcome, break_engine, declare, validated, without_pages
 
 CONE, LINE, TURN = "cone-pendulum/deep-well", "capsule-line/ca1", "capsule-turn/0.3"
 QUICK = "cone-pendulum/rotating-base"
@@ -100,7 +93,6 @@ def test_an_engine_that_refuses_every_model_is_unexpected(
     whole: Validate, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     break_engine(monkeypatch, "mujoco")
-    without_findings(monkeypatch)
     found = whole(f"{CONE},{LINE}", "mujoco/euler,mujoco/euler+coulomb,ode/rk4")
     assert found.code == 1
     for scene, method in ((CONE, "mujoco/euler"), (LINE, "mujoco/euler+coulomb")):
