@@ -95,9 +95,9 @@ def monkeypatch(monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]
 
 
 def _forget() -> None:
-    """Clear what is kept of references, theory and models."""
+    """Clear what is kept of references, theory, models and runs."""
     for name, module in list(sys.modules.items()):
-        if name.startswith(WORKED_OUT):
+        if name.startswith((*WORKED_OUT, "plumbob.tests.support.cases")):
             for kept in list(vars(module).values()):
                 if hasattr(kept, "cache_clear") and getattr(kept, "__module__", "") == name:
                     kept.cache_clear()
