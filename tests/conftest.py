@@ -17,7 +17,7 @@ from plumbob.tests.support.browser import driven
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-    from plumbob.tests.support.measured_once import Shared
+    from plumbob.tests.validation.measured_once import Shared
 
 # Machines differ in speed, so no deadline; the same examples every time, so that failures repeat.
 settings.register_profile("repeatable", deadline=None, derandomize=True, print_blob=True)
@@ -59,7 +59,7 @@ def browser() -> Iterator[Browser]:
 @pytest.fixture(scope="session")
 def shared(tmp_path_factory: pytest.TempPathFactory) -> Shared:
     """What the processes of this run have measured; not for a test that replaces a function."""
-    from plumbob.tests.support.measured_once import Shared
+    from plumbob.tests.validation.measured_once import Shared
 
     own = tmp_path_factory.getbasetemp()
     folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "measured"

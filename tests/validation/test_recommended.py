@@ -21,7 +21,7 @@ from plumbob.models.scene import Scene
 from plumbob.reports.advice.advice import Known
 from plumbob.reports.advice.recommend import Choice, cheapest
 from plumbob.reports.advice.work_precision import error_of
-from plumbob.tests.support.measured_once import Shared
+from plumbob.tests.validation.measured_once import Shared
 from plumbob.tests.validation.recommended import (
     CHEAPER,
     cheaper,

@@ -14,7 +14,7 @@ from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import expected, surprise
 from plumbob.reports.judge.verdict import judge_convergence
-from plumbob.tests.support.measured_once import Shared
+from plumbob.tests.validation.measured_once import Shared
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
