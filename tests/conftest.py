@@ -18,6 +18,8 @@ from plumbob.tests.support.shared import share
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
+    from plumbob.tests.validation.measured_once import Shared
+
 # Machines differ in speed, so no deadline; the same examples every time, so that failures repeat.
 settings.register_profile("repeatable", deadline=None, derandomize=True, print_blob=True)
 settings.register_profile("search", deadline=None, max_examples=2000)
@@ -55,6 +57,17 @@ def browser() -> Iterator[Browser]:
         yield found
 
 
+@pytest.fixture(scope="session")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Shared:
+    """What the processes of this run have measured; not for a test that replaces a function."""
+    from plumbob.tests.validation.measured_once import Shared
+
+    own = tmp_path_factory.getbasetemp()
+    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "measured"
+    folder.mkdir(exist_ok=True)
+    return Shared(folder)
+
+
 @pytest.fixture(autouse=True, scope="session")
 def _shares(tmp_path_factory: pytest.TempPathFactory) -> None:
     """The processes of one run share what is expensive to make."""
@@ -90,9 +103,9 @@ def monkeypatch(monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]
 
 
 def _forget() -> None:
-    """Clear what is kept of references, theory and models."""
+    """Clear what is kept of references, theory, models and runs."""
     for name, module in list(sys.modules.items()):
-        if name.startswith(WORKED_OUT):
+        if name.startswith((*WORKED_OUT, "plumbob.tests.support.cases")):
             for kept in list(vars(module).values()):
                 if hasattr(kept, "cache_clear") and getattr(kept, "__module__", "") == name:
                     kept.cache_clear()

@@ -112,17 +112,21 @@ def test_a_short_time_loses_nothing(name: str) -> None:
     assert worst(OSCILLATORS[name], 0.0, 0.0, np.array([1e-7, 3e-7])) < ROUNDING
 
 
+# Smaller ones give motions whose last digits are below the smallest normal double.
+normal = st.floats(-3.0, 3.0).filter(lambda x: x == 0.0 or abs(x) > 1e-100)
+
+
 @settings(max_examples=40)
 @given(
     oscillator=st.builds(
         LinearOscillator,
         st.floats(0.01, 30.0),
         st.floats(0.0, 20.0),
-        st.floats(-3.0, 3.0),
+        normal,
         st.floats(-8.0, 8.0),
         st.floats(-4.0, 4.0),
     ),
-    start=st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0)),
+    start=st.tuples(normal, normal),
 )
 def test_any_oscillator_is_accurate_to_double_precision(
     oscillator: LinearOscillator, start: tuple[float, float]

@@ -20,7 +20,7 @@ from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.verdict import Judgement, judge
-from plumbob.tests.support.cases import held_against
+from plumbob.tests.support.cases import held_against, run_of
 
 SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
 
@@ -149,9 +149,8 @@ def test_a_parameter_error_of_a_millionth(name: str) -> None:
     scene = find_scene(SIMPLE + "damped-large")
     system, how = system_of(scene), find_method("mujoco/rk4")
     wrong = find_scene(scene.name, {name: scene.parameters[name] * (1 + 1e-6)})
-    other = held_against(case_of(scene), case_of(wrong))
-    assert judge(measure(case_of(scene), how, 5e-3)[0], system, how).verdict == "pass"
-    assert judge(measure(other, how, 5e-3)[0], system, how).verdict == "fail"
+    assert judge(run_of(how, scene, 5e-3)[0], system, how).verdict == "pass"
+    assert judge(run_of(how, scene, 5e-3, wrong)[0], system, how).verdict == "fail"
 
 
 @pytest.mark.parametrize("method", ["mujoco/rk4+midpoint", "mujoco/euler+midpoint"])

@@ -72,6 +72,11 @@ def without_pages(monkeypatch: pytest.MonkeyPatch) -> None:
     )
 
 
+def without_findings(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let pages say of each system what they say of every one, and studies make no other runs."""
+    monkeypatch.setattr("plumbob.reports.findings.section", lambda system: None)
+
+
 def with_prepare(
     monkeypatch: pytest.MonkeyPatch, name: str, made: Callable[[Prepare], Prepare]
 ) -> None:

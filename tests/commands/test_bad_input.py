@@ -156,7 +156,7 @@ def test_a_damaged_store_is_bad_input(
 @pytest.mark.parametrize(
     "damage",
     [
-        "update scene set name = 'other', body = replace(body, 'rotating-base', 'other')",
+        "update scene set name = 'other', body = replace(body, 'overdamped', 'other')",
         "update method set body = replace(body, 'rk4', 'rk5')",
         "update convergence_study set body = replace(body, 'rk4', 'rk5')",
         "update scene set observables = '7'",
@@ -193,9 +193,9 @@ def test_a_store_that_was_cut_off_is_bad_input(
 
 @pytest.mark.parametrize("table", ["study", "method", "convergence_study", "run", "scene"])
 def test_an_unknown_field_in_a_store_is_left_out(
-    table: str, small: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    table: str, stored: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / store.FILE).write_bytes(small)
+    (tmp_path / store.FILE).write_bytes(stored)
     with closing(sqlite3.connect(tmp_path / store.FILE)) as held, held:
         held.execute(f"update {table} set body = '{{\"later\": 1, ' || substr(body, 2)")
     assert main(["report", str(tmp_path)]) == 0
@@ -214,16 +214,8 @@ def test_a_damaged_recording_is_no_recording(text: str) -> None:
 
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """The store of a small study."""
+    """The store of a small study, whose page is drawn quickly."""
     folder = tmp_path_factory.mktemp("stored")
-    assert main([*VALIDATE, "--out", str(folder)]) == 0
-    return (folder / store.FILE).read_bytes()
-
-
-@pytest.fixture(scope="module")
-def small(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """A store whose page is drawn quickly."""
-    folder = tmp_path_factory.mktemp("small")
     words = ["validate", "--scenes", SMALL, "--methods", "ode/rk4", "--out", str(folder)]
     assert main([*words, "--jobs", "1"]) == 0
     return (folder / store.FILE).read_bytes()

@@ -15,7 +15,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.reports.cli import main
 from plumbob.reports.commands.arguments.like import SCENES, beside, own_method
 from plumbob.reports.view import notation
-from plumbob.tests.commands.outcomes import without_pages
+from plumbob.tests.commands.outcomes import without_findings, without_pages
 
 PENDULUM, LINE = "cone-pendulum/rotating-base", "capsule-line/heading-030"
 METHODS = "mujoco/euler+coulomb,ode/rk4"
@@ -33,8 +33,9 @@ def written(folder: Path, integrator: str) -> str:
 
 
 def test_validate_reports_the_error_and_better_methods(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    without_findings(monkeypatch)
     like, out = written(tmp_path, "Euler"), str(tmp_path / "out")
     assert main([*VALIDATE, "--like", like, "--out", out, "--jobs", "1"]) == 0
     answer = capsys.readouterr().out

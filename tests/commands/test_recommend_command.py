@@ -19,7 +19,8 @@ CONE = "cone-pendulum/rotating-base"
 
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A few methods in place of all."""
+    """A few methods in place of all, in this process: others take longer to begin than to run."""
+    monkeypatch.setattr("os.cpu_count", lambda: 1)
     chosen = {
         "cone": find_methods(FEW),
         "capsule": find_methods(FEW_OF_A_CAPSULE),

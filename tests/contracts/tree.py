@@ -55,27 +55,27 @@ def imports(path: Path, module: ast.Module) -> tuple[Import, ...]:
 
 
 def _imports(path: Path, module: ast.Module) -> Iterator[Import]:
-    name, deferred = module_name(path), _deferred(module)
+    name = module_name(path)
     package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
-    for node in ast.walk(module):
+    for node, deferred in _importing(module, False):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
+        else:
             stem = package[: len(package) - node.level + 1] if node.level else []
             base = ".".join([*stem, *([node.module] if node.module else [])])
             names = [f"{base}.{alias.name}" for alias in node.names]
-        else:
-            continue
         for imported in names:
-            yield Import(name, imported, node.lineno, node not in deferred)
+            yield Import(name, imported, node.lineno, not deferred)
 
 
-def _deferred(module: ast.Module) -> set[ast.AST]:
-    """Nodes that do not run when the module is imported."""
-    late: set[ast.AST] = set()
-    for node in ast.walk(module):
-        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)):
-            late.update(ast.walk(node))
-        elif isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
-            late.update(inner for statement in node.body for inner in ast.walk(statement))
-    return late
+def _importing(node: ast.AST, deferred: bool) -> Iterator[tuple[ast.Import | ast.ImportFrom, bool]]:
+    """The import statements of a module or statement, each with whether it does not run when the
+    module is imported. Expressions hold none, and are not looked into."""
+    if isinstance(node, (ast.Import, ast.ImportFrom)):
+        yield node, deferred
+    deferred |= isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))
+    typing = isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING")
+    for part in ("body", "handlers", "orelse", "finalbody", "cases"):
+        held = getattr(node, part, ())
+        for inner in held if isinstance(held, list) else ():
+            yield from _importing(inner, deferred or (typing and part == "body"))

@@ -17,7 +17,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge.verdict import judge
-from plumbob.tests.support.cases import held_against
+from plumbob.tests.support.cases import run_of
 
 METHODS = {m.name: m for m in ENGINE.methods if "simple-pendulum" in m.systems}
 DEFAULT, TIGHT = METHODS["pymunk/default"], METHODS["pymunk/tight"]
@@ -77,9 +77,8 @@ def test_a_parameter_error_of_a_thousandth(name: str, parameter: str) -> None:
     scene = replace(find_scene("simple-pendulum/forced-large"), duration=5.0)
     wrong = find_scene(scene.name, {parameter: scene.parameters[parameter] * 1.001})
     how = METHODS[name]
-    other = held_against(case_of(scene), case_of(wrong))
-    assert verdict(measure(case_of(scene), how, STEPS[name])[0], how) == "pass"
-    assert verdict(measure(other, how, STEPS[name])[0], how) == "fail"
+    assert verdict(run_of(how, scene, STEPS[name])[0], how) == "pass"
+    assert verdict(run_of(how, scene, STEPS[name], wrong)[0], how) == "fail"
 
 
 def test_joints_with_default_settings_lose_energy_at_first_order() -> None:

@@ -33,6 +33,7 @@ from plumbob.reports.judge import verdict
 from plumbob.reports.judge.verdict import judge_study
 
 SCENE = "cone-pendulum/deep-well"
+SMALL = "linear-pendulum/overdamped"  # of which the page shows few runs
 PLAIN = ExtraRun(SCENE, "ode/rk4", 1e-3)
 CHANGED = ExtraRun(SCENE, "mujoco/rk4", 1e-3, 0.05, (("platform_rate", 12.0),))
 SETTING = ExtraRun(
@@ -225,7 +226,7 @@ def test_validate_judges_each_run_once(
         return inner(*arguments)
 
     monkeypatch.setattr(verdict, "judge", counted)
-    words = ["--scenes", SCENE, "--methods", "ode/rk4", "--out", str(tmp_path), "--jobs", "1"]
+    words = ["--scenes", SMALL, "--methods", "ode/rk4", "--out", str(tmp_path), "--jobs", "1"]
     junit = str(tmp_path / "junit.xml")
     assert main(["validate", *words, "--json", "--junitxml", junit]) == 0
     study = store.load(tmp_path / store.FILE)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement, measure
@@ -22,10 +23,33 @@ def run_of(
     method: Method, scene: Scene, step: float, other: Scene | None = None
 ) -> tuple[Measurement, Trajectory]:
     """One run of a scene, compared with its own answer or that of `other`, and its samples."""
-    case = case_of(scene)
-    if other is not None:
-        case = held_against(case, case_of(other))
-    found, trajectory = measure(case, method, step)
+    return _measured(_Run(scene, method, step, other))
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """What is run, and what it is held against: the same if it says the same."""
+
+    scene: Scene
+    method: Method
+    step: float
+    other: Scene | None
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Run) and repr(self) == repr(other)
+
+    def __hash__(self) -> int:
+        return hash(repr(self))
+
+
+@lru_cache(maxsize=64)
+def _measured(asked: _Run) -> tuple[Measurement, Trajectory]:
+    """A measurement that neighbouring tests need, made once; forgotten where a formula or an
+    adapter is replaced."""
+    case = case_of(asked.scene)
+    if asked.other is not None:
+        case = held_against(case, case_of(asked.other))
+    found, trajectory = measure(case, asked.method, asked.step)
     assert trajectory is not None, found
     return found, trajectory
 

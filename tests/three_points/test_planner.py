@@ -116,19 +116,27 @@ def test_the_curve_has_one_degree_of_freedom(name: str) -> None:
     assert np.abs(reached - along.rate(times[1:])).max() <= 1e-11
 
 
-@pytest.mark.parametrize(
-    ("legs", "arc"), [*itertools.product([(1, 2), (2, 3), (3, 1)], ["shorter", "longer"])]
-)
+PAIRS = tuple(itertools.product(((1, 2), (2, 3), (3, 1)), ("shorter", "longer")))
+
+
+@cache
+def on_curve(legs: tuple[int, int], arc: ArcName) -> Plan:
+    """The plan of the scalene body along a pair of lines and an arc between them."""
+    return plan(SCALENE, BESIDE, track="curve", legs=legs, arc=arc)
+
+
+@pytest.mark.parametrize(("legs", "arc"), PAIRS)
 def test_the_curve_may_have_any_two_lines_and_either_arc(
     legs: tuple[int, int], arc: ArcName
 ) -> None:
-    made = plan(SCALENE, BESIDE, track="curve", legs=legs, arc=arc)
+    made = on_curve(legs, arc)
     assert max(made.error) <= REACHED
     along, times = along_curve(made), np.linspace(0.0, made.duration, 2001)
     place = made.slider(times) @ [1.0, 1.0j]
     assert np.abs(along.slider(times) @ [1.0, 1.0j] - place).max() <= 1e-12
     # without the track's own words: on a line to one of the two supports, or on the circle
     radius = made.limits.radius
+    assert np.abs(place).max() <= radius * (1 + 1e-12)
     ends = [complex(*SCALENE.supports[i - 1]) for i in legs]
     off_lines = [abs((place / (end / abs(end))).imag) for end in ends]
     on_circle = np.abs(np.abs(place) - radius) <= 1e-9
@@ -151,6 +159,7 @@ def test_scenes_of_other_curves_last_until_the_body_rests(
     given = scene(f"capsule-plan/beside-curve-{case}")
     made = problem(given.parameters).motion
     assert (made.legs, made.arc, made.goal) == (legs, arc, BESIDE)
+    assert max(made.error) <= REACHED
     assert made.duration <= given.duration == lasting < made.duration + 0.2
 
 
@@ -283,46 +292,13 @@ def test_sensitivity_to_the_body(body: Capsule) -> None:
     assert ends_off(body, planned("near", "free")) > 1e-6
 
 
-PAIRS = tuple(itertools.product(((1, 2), (2, 3), (3, 1)), ("shorter", "longer")))
-
-
-@cache
-def on_curve(legs: tuple[int, int], arc: str) -> Plan:
-    """The plan to the near pose along a pair of lines and an arc between them."""
-    return plan(CHECK, PLACES["near"], track="curve", legs=legs, arc=arc)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(("legs", "arc"), PAIRS)
-def test_any_two_lines_and_either_arc_will_do(legs: tuple[int, int], arc: str) -> None:
-    made = on_curve(legs, arc)
-    assert max(made.error) <= REACHED
-    along, times = along_curve(made), np.linspace(0.0, made.duration, 2001)
-    assert np.abs(along.slider(times) - made.slider(times)).max() <= 1e-12
-    # where the slider has been: on the two lines, within the radius, and on that arc alone
-    places = made.slider(times) @ [1.0, 1j]
-    assert np.abs(places).max() <= made.limits.radius * (1 + 1e-12)
-    inside = places[(np.abs(places) > 1e-9) & (np.abs(places) < made.limits.radius * (1 - 1e-9))]
-    first, second = (np.array(CHECK.supports[i - 1]) @ [1.0, 1j] for i in legs)
-    off = [np.abs(np.angle(inside / line)) for line in (first, second)]
-    assert np.minimum(*off).max() <= 1e-9
-    swing = float(np.angle(second / first))
-    turned = np.angle(places / first) * math.copysign(1.0, swing)
-    turned = (turned + 1e-9) % (2 * math.pi) - 1e-9
-    round_ = turned[np.abs(places) > made.limits.radius * (1 - 1e-9)]
-    if arc == "shorter":
-        assert round_.min(initial=0.0) <= round_.max() <= abs(swing) + 1e-9
-    else:
-        near_start = round_ < 1e-9
-        assert round_[~near_start].min() >= abs(swing) - 1e-9
-
-
 def test_the_order_of_the_legs_does_not_matter_and_the_pair_does() -> None:
-    reversed_ = plan(CHECK, PLACES["near"], track="curve", legs=(2, 1))
+    reversed_ = plan(SCALENE, BESIDE, track="curve", legs=(2, 1))
     assert reversed_.duration == pytest.approx(on_curve((1, 2), "shorter").duration, rel=1e-9)
     times = {pair: on_curve(*pair).duration for pair in PAIRS}
-    assert min(times, key=lambda pair: times[pair]) == ((3, 1), "shorter")
-    assert max(times.values()) > 3 * min(times.values())
-    assert planned("near", "curve").duration == times[(1, 2), "shorter"]
+    assert min(times, key=lambda pair: times[pair]) == ((2, 3), "shorter")
+    assert max(times.values()) > 1.4 * min(times.values())
+    assert plan(SCALENE, BESIDE, track="curve").duration == times[(1, 2), "shorter"]
 
 
 @pytest.mark.parametrize("legs", [(1, 1), (1, 4), (1,), (1, 2, 3), (1.0, 2), [1, 2], "12", 0])

@@ -10,7 +10,7 @@ import pytest
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.planner.manoeuvre import slow_arc
 from plumbob.analytic.systems.slider_path import ArcPiece, SliderPath, arc
-from plumbob.analytic.systems.three_points import pivoting
+from plumbob.analytic.systems.three_points import friction, pivoting
 from plumbob.analytic.systems.three_points.balance import balance
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.tests.support.random_capsules import CHECK
@@ -49,6 +49,7 @@ def test_sensitivity_to_the_shorter_element(monkeypatch: pytest.MonkeyPatch) -> 
     """If elements are not shortened such a pivot neither begins nor ends, but where rounding lets
     it: in most of these motions."""
     monkeypatch.setattr(pivoting, "SHORTEST", 1.0)  # of any piece
+    monkeypatch.setattr(friction, "EVENTS", 40)  # each of these has three
     tried = [(0, 3e-4), (0, 5e-4), (0, 1e-3), (1, 1e-4), (1, 2e-4), (1, 3e-4)]
     ended = 0
     for number, excess in tried:

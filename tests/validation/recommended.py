@@ -15,6 +15,7 @@ from plumbob.engines.study.cost import Key
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
+from plumbob.engines.study.unfinished import Pieces
 from plumbob.models.registry import case_of, scenes
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.advice import Known, Question, advise
@@ -59,14 +60,21 @@ def every_method() -> tuple[Method, ...]:
     return tuple(m for m in find_methods() if installed(engine_of(m)))
 
 
-def run_studies(some: Sequence[Scene], methods: Sequence[Method]) -> Study:
-    """Convergence studies, as the command runs them."""
-    return run_study(some, methods, timed=len(some) == 1)
+def held(
+    scene: Scene,
+    wanted: float,
+    methods: Sequence[Method],
+    known: dict[str, Known],
+    kept: Pieces | None = None,
+) -> Held:
+    """Ask, and hold the answer against fresh runs; `known` keeps convergence studies alone, and
+    `kept` has the errors of some."""
 
+    def run(some: Sequence[Scene], methods: Sequence[Method]) -> Study:
+        """Convergence studies, as the command runs them."""
+        return run_study(some, methods, timed=len(some) == 1, kept=kept)
 
-def held(scene: Scene, wanted: float, methods: Sequence[Method], known: dict[str, Known]) -> Held:
-    """Ask, and hold the answer against fresh runs; `known` keeps convergence studies alone."""
-    answer = advise(Question(scene.name, (scene,), tuple(methods), wanted), known, run_studies)
+    answer = advise(Question(scene.name, (scene,), tuple(methods), wanted), known, run)
     study = answer.studies[scene.name]
     known[scene.name] = Known(study, {})
     choice = answer.recommendation.choice

@@ -21,6 +21,7 @@ from plumbob.models.scene import Scene
 from plumbob.reports.advice.advice import Known
 from plumbob.reports.advice.recommend import Choice, cheapest
 from plumbob.reports.advice.work_precision import error_of
+from plumbob.tests.validation.measured_once import Shared
 from plumbob.tests.validation.recommended import (
     CHEAPER,
     cheaper,
@@ -60,10 +61,10 @@ def _option(config: pytest.Config, name: str, few: str) -> str:
     return few if (given, config.getoption("profile")) == ("*", "quick") else given
 
 
-def _stored(scene: Scene, pattern: str, folder: Path) -> Study:
+def _stored(scene: Scene, pattern: str, folder: Path, shared: Shared) -> Study:
     """A quick study of a scene, as read back from its file."""
     file = folder / store.FILE
-    store.save(run_study([scene], find_methods(pattern)), file)
+    store.save(run_study([scene], find_methods(pattern), kept=shared), file)
     study = store.load(file, scene=scene.name)
     assert study is not None
     return study
@@ -77,8 +78,10 @@ def _offered(study: Study, scene: str, wanted: float) -> Iterator[Choice]:
     yield from dict.fromkeys(choice for choice in offered if choice is not None)
 
 
-def test_a_fresh_run_reaches_it(scene: Scene, tmp_path: Path, pytestconfig: pytest.Config) -> None:
-    study = _stored(scene, _option(pytestconfig, "methods", METHODS), tmp_path)
+def test_a_fresh_run_reaches_it(
+    scene: Scene, tmp_path: Path, shared: Shared, pytestconfig: pytest.Config
+) -> None:
+    study = _stored(scene, _option(pytestconfig, "methods", METHODS), tmp_path, shared)
     for wanted in WANTED:
         for choice in _offered(study, scene.name, wanted):
             run, _ = measure(case_of(scene), find_method(choice.method), choice.step)
@@ -90,24 +93,24 @@ def test_a_fresh_run_reaches_it(scene: Scene, tmp_path: Path, pytestconfig: pyte
 
 
 def test_the_search_finds_a_step_that_holds_and_none_much_cheaper_is_missed(
-    pytestconfig: pytest.Config,
+    shared: Shared, pytestconfig: pytest.Config
 ) -> None:
     full = pytestconfig.getoption("profile") == "full"
     pairs = random_pairs(30) if full else random_pairs(4, FEW, seed=2)
     methods = every_method() if full else find_methods(FEW_METHODS)
     known: dict[str, Known] = {}
-    rows = [held(scene, wanted, methods, known) for scene, wanted in pairs]
+    rows = [held(scene, wanted, methods, known, shared) for scene, wanted in pairs]
     print(table(rows))
     for row in rows:
         assert row.choice is None or row.worst <= row.wanted, row
         assert not row.missed, row
 
 
-def test_a_step_too_large_and_a_choice_too_costly_are_seen() -> None:
+def test_a_step_too_large_and_a_choice_too_costly_are_seen(shared: Shared) -> None:
     wanted, known = 1e-4, dict[str, Known]()
     (scene,) = scenes("cone-pendulum/rotating-base")
     method = find_method("mujoco/rk4")
-    choice = held(scene, wanted, [method], known).choice
+    choice = held(scene, wanted, [method], known, shared).choice
     assert choice is not None
     study = known[scene.name].study
     assert worst_error(study, scene, method, choice.step) <= wanted

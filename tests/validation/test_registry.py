@@ -9,12 +9,12 @@ import pytest
 
 from plumbob.engines.method import Method
 from plumbob.engines.registry import methods
-from plumbob.engines.study.convergence import convergence_study
-from plumbob.engines.study.runner import most_steps, pairs
+from plumbob.engines.study.runner import pairs
 from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import expected, surprise
 from plumbob.reports.judge.verdict import judge_convergence
+from plumbob.tests.validation.measured_once import Shared
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
@@ -25,9 +25,8 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     metafunc.parametrize(("scene", "method"), chosen, ids=names)
 
 
-def test_verdict(scene: Scene, method: Method, pytestconfig: pytest.Config) -> None:
-    most = most_steps(scene, pytestconfig.getoption("profile"))
-    found = convergence_study(scene, method, most)
+def test_verdict(scene: Scene, method: Method, shared: Shared, pytestconfig: pytest.Config) -> None:
+    found = shared.convergence(scene, method, pytestconfig.getoption("profile"))
     about = system_of(scene).quantities(case_of(scene))
     judgement = judge_convergence(found, system_of(scene), method, about)
     if judgement.verdict == "missing" and not os.environ.get("CI"):
