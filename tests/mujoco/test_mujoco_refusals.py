@@ -14,8 +14,8 @@ from plumbob.analytic.systems.cone_pendulum import cone
 from plumbob.engines.adapters.mujoco import ENGINE, prepare
 from plumbob.engines.adapters.mujoco.options import BIT, needless_stages
 from plumbob.engines.method import Unsupported
+from plumbob.tests.mujoco.one_hinge import HINGE
 from plumbob.tests.support.cone_scene import SYSTEM, scene
-from plumbob.tests.support.one_hinge import HINGE
 
 EULER = next(method for method in ENGINE.methods if method.name == "mujoco/euler")
 

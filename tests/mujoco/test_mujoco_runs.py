@@ -22,8 +22,8 @@ from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
+from plumbob.tests.mujoco.one_hinge import HINGE
 from plumbob.tests.support.cone_scene import SYSTEM, scene
-from plumbob.tests.support.one_hinge import HINGE
 
 # nothing is controlled here: the methods that differ in a control are left out
 METHODS = {
