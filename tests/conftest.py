@@ -12,8 +12,8 @@ import pytest
 from hypothesis import settings
 
 from plumbob.tests.contracts.second_copies import second_copies
+from plumbob.tests.sharing.shared import share
 from plumbob.tests.support.browser import driven
-from plumbob.tests.support.shared import share
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser

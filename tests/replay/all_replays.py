@@ -16,8 +16,8 @@ from plumbob.reports.view import notation
 from plumbob.reports.view.page import TEMPLATES
 from plumbob.reports.view.replay import Replay, replay
 from plumbob.reports.view.replay.runs import requests
+from plumbob.tests.sharing.shared import shared
 from plumbob.tests.support.declared import declared, nothing
-from plumbob.tests.support.shared import shared
 
 PAGE = """{% import "replay.html.jinja" as replays with context %}<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>Replays</title>

@@ -15,8 +15,8 @@ from plumbob.engines.study.extra_runs import Request, Result
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings import requests, section
 from plumbob.reports.view.site.writing import Content, content
+from plumbob.tests.sharing.shared import shared
 from plumbob.tests.support.declared import invented_study
-from plumbob.tests.support.shared import shared
 from plumbob.tests.support.studies import quick
 
 

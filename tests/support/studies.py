@@ -15,7 +15,7 @@ from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.findings import requests
-from plumbob.tests.support.shared import shared
+from plumbob.tests.sharing.shared import shared
 
 SCENE = "cone-pendulum/rotating-base"
 COMMAND = "plumbob validate --scenes 'cone-*' --profile quick"

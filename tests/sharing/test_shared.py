@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from plumbob.models.registry import find_system
-from plumbob.tests.support.shared import FOLDER, share, shared
+from plumbob.tests.sharing.shared import FOLDER, share, shared
 
 
 def test_it_is_made_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
