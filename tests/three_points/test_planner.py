@@ -305,3 +305,10 @@ def test_the_order_of_the_legs_does_not_matter_and_the_pair_does() -> None:
 def test_legs_that_are_no_pair_are_refused(legs: object) -> None:
     with pytest.raises(ParameterError, match="legs"):
         plan(CHECK, PLACES["near"], track="curve", legs=legs)  # type: ignore[arg-type]
+
+
+def test_a_plan_that_misses_its_pose_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As with a slider a thousand times as heavy as the body; here nothing is near enough."""
+    monkeypatch.setattr("plumbob.analytic.systems.planner.CLOSED", 1e-25)
+    with pytest.raises(ParameterError, match=r"to = .* a pose that a plan reaches: .* rad away"):
+        plan(CHECK, RestPose(0.001, 0.0, 0.01))

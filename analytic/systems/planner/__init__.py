@@ -73,7 +73,7 @@ def plan(
     few equal turns and lines as possible, w1 = 3 f g/mu, w2 = 0.8 f g/mu, mu_1 Z = 3 R_0, a slow
     return after each. On the track "curve" the slider goes along C-Ai and C-Aj, where i and j are
     the `legs`, and the `arc` between them. Raises ParameterError naming the limit that makes a pose
-    unreachable.
+    unreachable, or the pose where the plan misses it, as with a slider a thousand times as heavy.
     """
     limits = limits or Limits()
     start = start or RestPose(0.0, 0.0, 0.0)
@@ -97,7 +97,9 @@ def plan(
         missed = goal.place - found.reached.place
         turned = math.remainder(goal.heading - found.reached.heading, FULL_CIRCLE)
         aim = RestPose(aim.x + missed.real, aim.y + missed.imag, aim.heading + turned, goal.slider)
-    raise RuntimeError(f"the error of the plan is {found.error} [m, rad] at {goal}")
+    away, turned = found.error
+    what = f"a pose that a plan reaches: the one found ends {away:.2g} m and {turned:.2g} rad away"
+    raise ParameterError("to", [goal.x, goal.y, goal.heading], what)
 
 
 def _in_order(made: Iterable[Manoeuvre]) -> tuple[Manoeuvre, ...]:
