@@ -8,7 +8,7 @@ import math
 import os
 import shlex
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -59,18 +59,7 @@ def command(chosen: argparse.Namespace) -> int:
     moved = [row for part in parts for row in part]
     versions = _versions(old.provenance, new.provenance)
     grown = [row for row in moved if row["growth"] is not None and row["growth"] > above]
-    if chosen.json:
-        json.dump(values.plain([*versions, *moved]), sys.stdout, indent=1)
-        print()
-    else:
-        for name, study in (("old", old), ("new", new)):
-            print(f"{name}: {_made_with(study.provenance)}")
-        for row in versions:
-            print(f"{row['what']}: {row['old']} -> {row['new']}")
-        for row in moved:
-            print(f"{row['scene']} {row['method']}: {row['what']} {_said(row)}")
-        if not moved:
-            print("nothing has moved")
+    _print(chosen.json, (old.provenance, new.provenance), versions, moved, _said)
     if file is not None:
         from plumbob.reports.view.site.comparison import Comparison, write_comparison
 
@@ -118,10 +107,34 @@ def _versions(old: Provenance, new: Provenance) -> list[dict[str, Any]]:
     return [_row(("", ""), f"version of {n}", was, now) for n, was, now in both if was != now]
 
 
+def _print(
+    as_json: bool,
+    made: tuple[Provenance, Provenance],
+    versions: Sequence[Mapping[str, Any]],
+    moved: Sequence[Mapping[str, Any]],
+    said: Callable[[Mapping[str, Any]], str],
+) -> None:
+    """Print what the old one and the new one were made with, and what has moved."""
+    if as_json:
+        json.dump(values.plain([*versions, *moved]), sys.stdout, indent=1)
+        print()
+        return
+    for name, found in zip(("old", "new"), made, strict=True):
+        print(f"{name}: {_made_with(found)}")
+    for row in versions:
+        print(f"{row['what']}: {row['old']} -> {row['new']}")
+    for row in moved:
+        print(said(row))
+    if not moved:
+        print("nothing has moved")
+
+
 def _said(row: Mapping[str, Any]) -> str:
+    """What moved of which pair, and by how much of itself an error."""
     growth = row["growth"]
     known = growth is not None and math.isfinite(growth)
-    return f"{row['old']} -> {row['new']}" + (f" ({100.0 * growth:+.2g} %)" if known else "")
+    by = f" ({100.0 * growth:+.2g} %)" if known else ""
+    return f"{row['scene']} {row['method']}: {row['what']} {row['old']} -> {row['new']}{by}"
 
 
 def _benchmarks(
@@ -144,26 +157,18 @@ def _benchmarks(
     rows += [_row(("", ""), name, "no", "measured") for name in names[1] if name not in names[0]]
     versions = _versions(old.made, new.made)
     grown = [row for row in rows if row["growth"] is not None and row["growth"] > above]
-    if chosen.json:
-        json.dump(values.plain([*versions, *rows]), sys.stdout, indent=1)
-        print()
-    else:
-        for word, run in (("old", old), ("new", new)):
-            print(f"{word}: {_made_with(run.made)}")
-        for row in (*versions, *rows):
-            print(f"{row['what']}: {row['old']} -> {row['new']}{_worse(row['growth'])}")
-        if not rows:
-            print("nothing has moved")
+    _print(chosen.json, (old.made, new.made), versions, rows, _slower)
     return int(bool(grown))
 
 
-def _worse(growth: float | None) -> str:
-    """How much longer something takes, or how much less long."""
+def _slower(row: Mapping[str, Any]) -> str:
+    """What moved, and how much longer it takes, or how much less long."""
+    growth, moved = row["growth"], f"{row['what']}: {row['old']} -> {row['new']}"
     if growth is None:
-        return ""
+        return moved
     if growth > 0.0:
-        return f" ({100.0 * growth:.2g} % slower)"
-    return f" ({100.0 * (1.0 / (1.0 + growth) - 1.0):.2g} % faster)"
+        return f"{moved} ({100.0 * growth:.2g} % slower)"
+    return f"{moved} ({100.0 * (1.0 / (1.0 + growth) - 1.0):.2g} % faster)"
 
 
 def _benchmark(name: str, text: str) -> BenchmarkRun | None:
