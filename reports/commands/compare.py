@@ -130,7 +130,7 @@ def _print(
 
 
 def _said(row: Mapping[str, Any]) -> str:
-    """What moved of which pair, and by how much of itself an error."""
+    """What moved of which pair, and the growth of an error in per cent."""
     growth = row["growth"]
     known = growth is not None and math.isfinite(growth)
     by = f" ({100.0 * growth:+.2g} %)" if known else ""

@@ -107,7 +107,10 @@ def _summary(
         if name != RULE
     ]
     counts += [f"{NAMES[name]} {len(known.fields)}" for name, known in rest.items()]
-    return f"Of {every} fields that MuJoCo reads, these engines take over: {', '.join(counts)}."
+    return (
+        "Before the same file goes into another engine, ask what that takes over (plumbob models "
+        f"check FILE): of {every} fields that MuJoCo reads, {', '.join(counts)}."
+    )
 
 
 def _changed(readers: Mapping[str, tuple[ModelRead, Reader]]) -> tuple[str, ...]:
