@@ -39,6 +39,7 @@ MORE = (
 # largest, one in a hundred times all are below 1/1.2 of that.
 SCATTER = 1.2
 _STRAIGHT = 0.05  # relative: errors nearer to a line on logarithmic axes lie on it
+_DOUBLINGS = 10  # of the digits of a stride: the last, 10^17, is below all steps that were run
 _SMALLEST = 1e-9  # of the smallest step that was run
 _SHALLOW = 0.3  # a curve of errors with a smaller slope promises nothing
 _TRIES = 40
@@ -249,8 +250,10 @@ def _next(
     yet, the further below the more have `failed`; then one between; or one beyond all that were
     run."""
     every = evidence.common(method, failing)
-    stride = STRIDE**2 ** max(failed - 1, 0)
-    good = [h for h in every if stride * h <= failing] or every[:: 1 if failed < 2 else -1]
+    stride = STRIDE**2 ** min(max(failed - 1, 0), _DOUBLINGS)
+    good = [h for h in every if stride * h <= failing]
+    if not good:  # all that were run are near the failing one
+        good = every if failed < 2 else every[:1]
     if chosen is None or (not failed and good and good[-1] > chosen * RESOLVED):
         if good:
             return good[-1]

@@ -149,6 +149,9 @@ def test_without_runs_only_what_is_there_counts() -> None:
 def test_an_error_that_stays_is_not_searched_for_ever() -> None:
     found = evidence(lambda scene, method, h: 1e-2 + h)
     assert best(found, 1e-3) is None
+    near = evidence(lambda scene, method, h: 9e-4)  # within the wanted, by too small a margin
+    assert best(near, 1e-3) is None
+    assert 100 <= sum(map(len, near.taken.values())) <= 1000
     diverging = evidence(lambda scene, method, h: math.inf if h > 1e-3 else 1e-9)
     choice = best(diverging, 1e-3)
     assert choice is not None
