@@ -227,27 +227,27 @@ def test_the_name_of_an_engine_of_ours_is_taken(
     assert "plumbob has an engine called 'ode' itself" in err
 
 
-NO_TRAJECTORY = "type('Bad', (), {'run': lambda self: 3, 'stepped': lambda self, part: 3})()"
+BAD = "return type('Bad', (), {'run': lambda self: %s, 'stepped': lambda self, part: 3})()"
 WRONG_RUNS = {
-    "prepare raises": "raise RuntimeError('no licence')",
-    "no simulation": "return None",
-    "run raises": "return stepped(case, step, lambda: build()._replace())",
-    "no trajectory": f"return {NO_TRAJECTORY}",
+    "prepare raises RuntimeError: no licence": "raise RuntimeError('no licence')",
+    "what it prepares has no run()": "return None",
+    "run raises ZeroDivisionError: division by zero": BAD % "1 / 0",
+    "a run returns int in place of a Trajectory": BAD % "3",
 }
 
 
-@pytest.mark.parametrize("kind", WRONG_RUNS)
+@pytest.mark.parametrize("why", WRONG_RUNS)
 def test_an_engine_that_raises_is_a_verdict(
-    kind: str, site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    why: str, site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
     """The study goes on: its other methods have their verdicts, and the exit code is 1."""
-    broken(site, ENGINE.replace("return stepped(case, step, build)", WRONG_RUNS[kind]))
+    broken(site, ENGINE.replace("return stepped(case, step, build)", WRONG_RUNS[why]))
     without_pages(monkeypatch)
     with seen(site):
         found = validated(tmp_path, capsys, SWING, "tiny,ode/euler")
     assert found.code == 1
-    assert "their-package 1.0: " in found.failure(SWING, "tiny/euler")
+    assert f"their-package 1.0: {why}" in found.failure(SWING, "tiny/euler")
     assert found.failure(SWING, "ode/euler") == ""
 
 
