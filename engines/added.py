@@ -110,7 +110,7 @@ def _asked(added: Addition, what: str, ask: Callable[[], Any]) -> Any:
     except (Unsupported, ParameterError):
         raise
     except Exception as error:
-        raise Unsupported(f"{added.package}: {what} raises {_said(error)}") from error
+        raise Unsupported(f"{added.package}: {what} raises {one_line(error)}") from error
 
 
 def _seconds(simulation: Any) -> float:
@@ -133,7 +133,7 @@ class _Guarded:
                 run: Trajectory = self.simulation.run()
                 why = not_a_trajectory(run)
             except Exception as error:
-                why = f"run raises {_said(error)}"
+                why = f"run raises {one_line(error)}"
         if why:
             said_why = (f"{self.package}: {why}",)
             return Trajectory(np.zeros(1), {}, diverged_at=0.0, warnings=said_why)
@@ -167,5 +167,6 @@ def not_a_trajectory(run: Any) -> str:
     return ""
 
 
-def _said(error: Exception) -> str:
+def one_line(error: Exception) -> str:
+    """What an error of another package says, in one line."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:160]

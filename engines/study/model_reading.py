@@ -11,6 +11,7 @@ from pathlib import Path
 
 import plumbob.models
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.added import one_line
 from plumbob.engines.method import ModelFields
 from plumbob.engines.registry import find_engine, installed
 from plumbob.engines.study.provenance import version_of
@@ -99,7 +100,7 @@ def fields_of(engine: str, file: Path) -> tuple[str, ModelFields]:
     except ParameterError as error:
         return error.requirement, {}
     except Exception as error:
-        return " ".join(f"{type(error).__name__}: {error}".split())[:200], {}
+        return one_line(error), {}
 
 
 @contextmanager

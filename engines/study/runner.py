@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from plumbob.engines.added import one_line
 from plumbob.engines.method import Method, meant
 from plumbob.engines.registry import find_engine
 from plumbob.engines.study.convergence import (
@@ -255,8 +256,7 @@ def _given_up(scene: Scene, error: Exception) -> Piece:
     results. Raises an error that is plumbob's own."""
     if not (package := system_of(scene).distribution):
         raise error
-    said = " ".join(f"{type(error).__name__}: {error}".split())[:160]
-    return Piece(lost=f"the system of the package {package} raises {said}")
+    return Piece(lost=f"the system of the package {package} raises {one_line(error)}")
 
 
 def _extra_task(request: Request, plan: StudyPlan) -> Task:

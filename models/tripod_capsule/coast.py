@@ -27,6 +27,7 @@ from plumbob.models.tripod_capsule.parameters import (
     CHECK,
     LOADS,
     SOURCE,
+    UNLOADING,
     capsule,
     capsule_system,
     check_names,
@@ -38,7 +39,6 @@ NAMES = (*BODY, "slider", "velocity_x", "velocity_y", "heading_rate", "heading")
 _CHECK: Parameters = MappingProxyType({
     **CHECK, "slider": (0.12, 0.0), "velocity_x": 0.0, "velocity_y": 0.0, "heading_rate": 0.0,
 })  # fmt: skip
-_EDGE = (-0.099 / capsule(CHECK).mass_ratio, 0.0)  # A1 carries 1/300 of the weight
 _ARM = 0.18
 _ROUND = tuple((_ARM * math.cos(a), _ARM * math.sin(a)) for a in (0.3, 2.2, 4.6))
 
@@ -142,7 +142,7 @@ SCENES = (
     _scene("spin", "spin and translation at once, coupled by friction: no formula", 0.35, "quick",
            velocity_x=0.4, velocity_y=0.2, heading_rate=6.0),
     _scene("edge", "without spin, the combined centre 1 mm inside an edge", 0.2, "full",
-           hard="N_1 -> 0", steps=step_sizes(2e-4, 1e-5), slider=_EDGE, velocity_x=0.4,
+           hard="N_1 -> 0", steps=step_sizes(2e-4, 1e-5), slider=(-UNLOADING, 0.0), velocity_x=0.4,
            velocity_y=0.2),
 )  # fmt: skip
 

@@ -19,6 +19,7 @@ from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,
     SOURCE,
+    UNLOADING,
     along,
     capsule,
     capsule_system,
@@ -115,7 +116,7 @@ SCENES = (
           {**CHECK, "direction": 0.7, "length": 0.08, "fraction": 0.999}, 0.4,
           step_sizes(1e-3, 1e-5), SOURCE),
     Scene("capsule-hold/unloading", "out until A1 carries 1/300 of the weight, and back",
-          {**CHECK, "direction": math.pi, "length": 0.099 / capsule(CHECK).mass_ratio,
+          {**CHECK, "direction": math.pi, "length": UNLOADING,
            "fraction": 0.999}, 0.8, step_sizes(1e-3, 1e-5), SOURCE, hard="N_1 -> 0"),
 )  # fmt: skip
 

@@ -90,6 +90,10 @@ def capsule(parameters: Parameters) -> Capsule:
     return Capsule(**{name: parameters[name] for name in BODY})
 
 
+UNLOADING = 0.099 / capsule(CHECK).mass_ratio
+"""Distance of the slider from C, away from A1, where A1 carries 1/300 of the weight [m]."""
+
+
 def threshold(given: Parameters) -> float:
     """f g/mu [m/s^2] of the body with some of CHECK's parameters changed."""
     return capsule({**CHECK, **given}).holding_acceleration

@@ -175,8 +175,7 @@ def _circle(slider_mass: float) -> float:
 
 def _circles(count: int) -> dict[str, Any]:
     """Turns for which the slider goes round one whole circle."""
-    ratio = turn_of(capsule(CHECK), 0.12, 1.0).inertia_ratio
-    given = _parameters(0.1, -ratio * 2.0 * math.pi)
+    given = _parameters(0.1, -_circle(CHECK["slider_mass"]))
     return {**given, "count": count, "pause": (LASTING - 2.0) * given["half_time"]}
 
 

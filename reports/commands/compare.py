@@ -162,7 +162,7 @@ def _benchmarks(
 
 
 def _slower(row: Mapping[str, Any]) -> str:
-    """What moved, and how much longer it takes, or how much less long."""
+    """What moved, and by how much it is slower or faster."""
     growth, moved = row["growth"], f"{row['what']}: {row['old']} -> {row['new']}"
     if growth is None:
         return moved

@@ -3,9 +3,7 @@ or changes its size, and an engine that refuses a model without having said so, 
 
 from __future__ import annotations
 
-import fnmatch
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import Literal, cast
 
 from plumbob.analytic.parameters import ParameterError
@@ -13,7 +11,7 @@ from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
-from plumbob.reports.judge.known_limits import declared_limit, differs_from, sizes
+from plumbob.reports.judge.known_limits import declared_limit, differs_from, fits, sizes
 from plumbob.reports.judge.verdict import LEAVES_OUT, NO_STEP_FITS, Judgement, Verdict
 
 INACCURATE = "fail, off the accuracy asked for"
@@ -118,13 +116,7 @@ _NO_CONTACTS = (
 _NO_CLOSED_FORM = "the reference is a series or a quadrature: there is no closed form"
 _TWO_DIMENSIONS = "pymunk has two dimensions, and the body turns in three"
 _NUMERICAL = (  # scenes whose reference is no closed form
-    *(
-        "capsule-coast/spin",
-        "capsule-coast/edge-spin",
-        "capsule-plan/*",
-        "capsule-turn/*",
-        "simple-pendulum/damped-*",
-    ),
+    *("capsule-coast/spin", "capsule-plan/*", "capsule-turn/*", "simple-pendulum/damped-*"),
     *("simple-pendulum/forced-*", "simple-pendulum/overdamped"),
 )
 EXPECTATIONS: tuple[Expectation, ...] = (
@@ -174,14 +166,11 @@ EXPECTATIONS: tuple[Expectation, ...] = (
 )
 
 
-_fits = lru_cache(maxsize=1 << 16)(fnmatch.fnmatchcase)  # a page asks a million times
-
-
 def expected(scene: str, method: str) -> Expectation:
     """The first expectation that matches, of plumbob's own or what the package of an added engine
     declares; or `pass`."""
     for entry in EXPECTATIONS:
-        if _fits(scene, entry.scenes) and _fits(method, entry.methods):
+        if fits(scene, entry.scenes) and fits(method, entry.methods):
             return entry
     if (limit := declared_limit(scene, method)) is not None:
         return Expectation(limit.scenes, method, cast(Verdict, limit.verdict), limit.reason)

@@ -9,7 +9,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from statistics import median
 
@@ -71,13 +71,19 @@ def sizes() -> Mapping[tuple[str, str], Size]:
     }
 
 
+@lru_cache(maxsize=1 << 16)  # a page asks a million times
+def fits(name: str, pattern: str) -> bool:
+    """Whether the name of a scene or a method is of a shell pattern."""
+    return fnmatchcase(name, pattern)
+
+
 def declared_limit(scene: str, method: str) -> KnownLimit | None:
     """What the package of an added engine declares of a scene with a method of it, or None."""
     try:
         limits = find_engine(method.partition("/")[0]).known_limits
     except ParameterError:  # of a stored study, whose engine is no longer there
         return None
-    return next((k for k in limits if k.method == method and fnmatchcase(scene, k.scenes)), None)
+    return next((k for k in limits if k.method == method and fits(scene, k.scenes)), None)
 
 
 def differs_from(size: float, errors: Mapping[float, float]) -> str:

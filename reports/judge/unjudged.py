@@ -6,12 +6,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
-from functools import lru_cache
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import find_engine
 from plumbob.models.registry import find_system
+from plumbob.reports.judge.known_limits import fits
 
 
 @dataclass(frozen=True)
@@ -74,15 +73,12 @@ DECLARED: tuple[Unjudged, ...] = (
 )
 
 
-_fits = lru_cache(maxsize=1 << 16)(fnmatchcase)
-
-
 def declared(scene: str, method: str) -> Mapping[str, Unjudged]:
     """The observables of a scene and method that are declared unjudged, each with its first
     declaration."""
     found = _not_read(scene, method)
     for entry in DECLARED:
-        if _fits(scene, entry.scenes) and _fits(method, entry.methods):
+        if fits(scene, entry.scenes) and fits(method, entry.methods):
             found = {name: entry for name in entry.observables} | found
     return found
 

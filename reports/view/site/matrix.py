@@ -120,13 +120,12 @@ def by_engine(study: Study, judged: Judgements, scenes: Sequence[Scene]) -> Tabl
         rows.append(row(_named(scene), *cells))
     heads = ("scene", *(("MuJoCo, default settings",) if default else ()),
              *(f"{_engine(engine)}, smallest error" for engine in engines))  # fmt: skip
-    times = any("×" in cell.text for one in rows for cell in one)
     note = (
         "Relative errors at a step of 1 ms or the step nearest to it, of an adaptive solver at "
         "its tightest tolerance. In full and with every method on the page of each scene."
-        + " 2× is twice the size of the motion itself."
-        * times
     )
+    if any("×" in cell.text for one in rows for cell in one):
+        note += " 2× is twice the size of the motion itself."
     return Table("Relative error at 1 ms: scenes against engines", heads, tuple(rows), note)
 
 
