@@ -116,8 +116,12 @@ def test_what_a_model_leaves_out_is_timed_whatever_its_controls(name: str) -> No
 
 
 def test_turns_end_where_they_agree_and_go_on_where_one_is_slow() -> None:
+    """The error of a saving, 1 less a ratio of two medians, is at most 4 per cent of the whole
+    if no time is further than 2 per cent from its median."""
     alike = np.array([[1.0, 2.0], [1.0 + trimming_.CLOSE / 3, 2.0], [1.0, 2.0]])
     assert trimming_.agree(alike)
+    assert trimming_.agree(np.array([[1.0], [1.0], [1.019]]))
+    assert not trimming_.agree(np.array([[1.0], [1.0], [1.021]]))
     for turn in range(3):
         slow = alike.copy()
         slow[turn, 0] *= 1.0 + 1.5 * trimming_.CLOSE
