@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,6 +75,20 @@ def _shares(tmp_path_factory: pytest.TempPathFactory) -> None:
     """The processes of one run share what is expensive to make."""
     if "PYTEST_XDIST_WORKER" in os.environ:
         share(tmp_path_factory.getbasetemp().parent / "shared")
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _same_examples(request: pytest.FixtureRequest) -> None:
+    """hypothesis also tries the constants of the modules that are loaded: all of ours, so that what
+    it tries depends neither on the order of tests nor on the process they run in."""
+    root = Path(__file__).parents[1]
+    if any(item.get_closest_marker("hypothesis") for item in request.session.items):
+        for layer in ("analytic", "models", "engines", "reports"):
+            for path in sorted((root / layer).rglob("*.py")):
+                parts = path.relative_to(root).with_suffix("").parts
+                if path.stem != "__main__":
+                    with suppress(ImportError):  # of an engine that is not installed
+                        import_module(".".join(("plumbob", *parts)).removesuffix(".__init__"))
 
 
 @pytest.fixture(autouse=True, scope="session")

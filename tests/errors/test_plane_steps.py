@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
@@ -106,6 +106,7 @@ SIZE = st.floats(-1.0, 1.0)
 POINT = st.builds(complex, SIZE, SIZE)
 
 
+@example(1.0, 1.0, (0.25, 0.125, 0.25), (0j, 1j, 1 + 0j), 0.5j, 0.0)  # not about their centre
 @given(
     st.floats(0.1, 10.0),
     st.floats(0.01, 1.0),

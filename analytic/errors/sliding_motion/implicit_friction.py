@@ -81,15 +81,19 @@ def after_friction(problem: FrictionProblem, free: Slip, near: Slip) -> Slip:
 
 
 def _rests(problem: FrictionProblem, free: Slip) -> bool:
-    """Whether impulses kappa L_i (X + Y k x a_i) keep the body at rest: a sufficient condition."""
-    (p, w), arms = free, problem.arms
-    spread, total = 0.0, sum(problem.limits)
-    for limit, arm in zip(problem.limits, arms, strict=True):
-        spread += limit * abs(arm) ** 2
-    if not total > 0.0:
+    """Whether impulses kappa L_i (X + Y k x b_i), with b_i the arms from the centre of the limits,
+    keep the body at rest: a sufficient condition."""
+    (p, w), limits, arms = free, problem.limits, problem.arms
+    if not (total := sum(limits)) > 0.0:
         return False
-    along, about = problem.mass * p / total, 1j * problem.inertia * w / spread
-    return all(abs(along + about * arm) <= 1.0 for arm in arms)
+    centre = sum(c * a for c, a in zip(limits, arms, strict=True)) / total
+    beside = [arm - centre for arm in arms]
+    spread = sum(c * abs(b) ** 2 for c, b in zip(limits, beside, strict=True))
+    along = problem.mass * p / total
+    turn = problem.inertia * w - total * (centre.conjugate() * along).imag
+    if not spread > 0.0:
+        return False
+    return all(abs(along + 1j * (turn / spread) * b) <= 1.0 for b in beside)
 
 
 def _pivoting(problem: FrictionProblem, free: Slip, pivot: int) -> tuple[Slip, float, complex]:
