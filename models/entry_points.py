@@ -37,11 +37,17 @@ class Addition:
 
 
 @cache
+def _installed() -> metadata.EntryPoints:
+    """Those of every installed package, whose files are read once."""
+    return metadata.entry_points()
+
+
+@cache
 def points(group: str) -> Mapping[str, tuple[metadata.EntryPoint, ...]]:
     """The entry points of a group by name, none of them loaded; several packages may have one of
     the same name."""
     found: dict[str, tuple[metadata.EntryPoint, ...]] = {}
-    for point in metadata.entry_points(group=group):
+    for point in _installed().select(group=group):
         if point not in found.get(point.name, ()):  # a folder may be on the path twice
             found[point.name] = (*found.get(point.name, ()), point)
     return MappingProxyType(found)
