@@ -32,6 +32,7 @@ STARTS = 3  # workers in a row that may end before they are ready
 LOADING = 300.0  # [s] that a worker may take until it is ready
 TICK = 0.2  # [s] between two looks at the clock
 OUT_OF_MEMORY = "out of memory"
+UNMAPPED = "failed to map segment"  # what is said of a library that memory does not suffice to load
 
 
 @dataclass(frozen=True)
@@ -274,6 +275,8 @@ def _worked(do: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[str, An
         value = error.value if isinstance(error.value, (int, float, str)) else str(error.value)
         return "refused", (error.name, value, error.requirement)
     except Exception as error:
+        if isinstance(error, ImportError) and UNMAPPED in str(error):
+            raise MemoryError(str(error)) from error
         text = traceback.format_exc()
         try:
             pickle.loads(pickle.dumps(error))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 ENGINES, SYSTEMS = "plumbob.engines", "plumbob.systems"  # the groups
 LONGEST = 10.0  # [s] that a package may take to be imported
@@ -39,7 +39,8 @@ class Addition:
 @cache
 def _installed() -> metadata.EntryPoints:
     """Those of every installed package, whose files are read once."""
-    return metadata.entry_points()
+    # Python 3.11 returns another type, which selects a group in the same way
+    return cast(metadata.EntryPoints, metadata.entry_points())
 
 
 @cache

@@ -16,7 +16,7 @@ from typing import NoReturn
 
 import plumbob
 
-USAGE, DEFECT, INTERRUPTED = 2, 4, 130
+USAGE, INCOMPLETE, DEFECT, INTERRUPTED = 2, 3, 4, 130
 GRACE = 1.2  # [s] for Python to see an interrupt and to end
 COMMANDS = (
     "list", "validate", "report", "solve", "run", "recommend", "settings", "audit", "compare",
@@ -59,6 +59,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             if isinstance(error, OSError):
                 where = f"{error.filename}: " if error.filename else ""
                 return _said(USAGE, f"{where}{error.strerror or error}", error)
+            if isinstance(error, MemoryError):
+                return _said(INCOMPLETE, "out of memory", error)
             return _said(DEFECT, f"a defect of plumbob itself: {_described(error)}", error)
 
 

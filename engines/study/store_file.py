@@ -70,7 +70,7 @@ def reading(file: Path) -> Iterator[sqlite3.Connection]:
     """A connection to an existing store that cannot change it; raises ParameterError for a file
     that is no store, is damaged or locked, or is of another version."""
     # Rows are fetched before they are read: a cursor left half-way by an error would keep a lock.
-    with _one_line(file, STORED_STUDIES):
+    with _one_line(file, STORED_STUDIES), decoding():
         _regular(file, STORED_STUDIES)
         try:
             with closing(_connection(file, "ro")) as store:
@@ -192,12 +192,19 @@ def _one_line(file: Path, kind: Kind) -> Iterator[None]:
     """What SQLite says of a file, as a ParameterError."""
     try:
         yield
-    except ParameterError:
-        raise
     except sqlite3.DatabaseError as error:
         raise ParameterError("store", str(file), _needed(error, kind)) from None
+
+
+@contextmanager
+def decoding() -> Iterator[None]:
+    """A row that cannot be read back is what a damaged file is to SQLite."""
+    try:
+        yield
+    except ParameterError:
+        raise
     except ValueError as error:
-        raise ParameterError("store", str(file), f"a file of {kind.holds} ({error})") from None
+        raise sqlite3.DatabaseError(str(error)) from None
 
 
 def _needed(error: sqlite3.DatabaseError, kind: Kind) -> str:

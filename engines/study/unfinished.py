@@ -27,7 +27,7 @@ from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.extra_runs import Request, Result
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.store import add, extra_of, extra_row, removed
-from plumbob.engines.study.store_file import transaction, writing
+from plumbob.engines.study.store_file import decoding, transaction, writing
 
 SOURCES = ("analytic", "models", "engines")  # folders whose files decide what is measured
 COSTS = 0  # the byte that the process holds that measures costs; those of processes follow
@@ -166,17 +166,20 @@ class Unfinished:
         return found
 
     def _piece(self, key: str, body: str | None, lost: str, seconds: float) -> Piece:
-        single = json.loads(body) if body else {}
         query = "select kind, request, result, arrays from piece_extra "
         query += "where unfinished = ? and key = ? order by rowid"
         rows = self._store.execute(query, (self._number, key)).fetchall()
-        return Piece(
-            from_json(json.dumps(single["convergence"]), ConvergenceStudy)
-            if single.get("convergence") else None,
-            dict(extra_of(*row) for row in rows),
-            from_json(json.dumps(single["cost"]), Cost) if single.get("cost") else None,
-            single.get("reference_step", float("nan")), lost, seconds,
-        )  # fmt: skip
+        with decoding():
+            single = json.loads(body) if body else {}
+            if not isinstance(single, dict):
+                raise ValueError(f"no object: {body}")
+            return Piece(
+                from_json(json.dumps(single["convergence"]), ConvergenceStudy)
+                if single.get("convergence") else None,
+                dict(extra_of(*row) for row in rows),
+                from_json(json.dumps(single["cost"]), Cost) if single.get("cost") else None,
+                single.get("reference_step", float("nan")), lost, seconds,
+            )  # fmt: skip
 
     def claim(self, key: str, label: str) -> Claim:
         """Whose the piece is, in one transaction."""

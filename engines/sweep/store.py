@@ -11,7 +11,7 @@ import numpy as np
 
 from plumbob.engines.study.codec import to_json
 from plumbob.engines.study.provenance import provenance, versions_of
-from plumbob.engines.study.store_file import Kind, transaction, writing
+from plumbob.engines.study.store_file import Kind, decoding, transaction, writing
 from plumbob.engines.study.unfinished import key_of
 from plumbob.engines.sweep.sweep import Chunk, Keep, Sweep
 from plumbob.engines.sweep.worst import Found
@@ -44,10 +44,11 @@ def begun(file: Path, asked: Sweep, command: str) -> Mapping[int, Chunk]:
             (key, to_json(asked), to_json(provenance(command))),
         )
         query = "select number, errors, reasons from chunk where sweep = ?"
-        return {
-            number: Chunk(np.frombuffer(errors, "<f8").reshape(shape), json.loads(reasons))
-            for number, errors, reasons in store.execute(query, (key,)).fetchall()
-        }
+        with decoding():
+            return {
+                number: Chunk(np.frombuffer(errors, "<f8").reshape(shape), json.loads(reasons))
+                for number, errors, reasons in store.execute(query, (key,)).fetchall()
+            }
 
 
 @contextmanager

@@ -12,7 +12,7 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.cone_pendulum import cone
 from plumbob.engines.adapters.mujoco import ENGINE, prepare
-from plumbob.engines.adapters.mujoco.options import BIT, needless_stages
+from plumbob.engines.adapters.mujoco.options import BIT, collected, needless_stages
 from plumbob.engines.method import Unsupported
 from plumbob.tests.mujoco.one_hinge import HINGE
 from plumbob.tests.support.cone_scene import SYSTEM, scene
@@ -24,6 +24,29 @@ EULER = next(method for method in ENGINE.methods if method.name == "mujoco/euler
 def test_a_step_that_cannot_be_is_refused(step: float) -> None:
     with pytest.raises(ParameterError, match=r"^step = .*: must be [^\n]*$"):
         prepare(SYSTEM.case(scene()), EULER, step)
+
+
+@pytest.mark.parametrize(
+    ("said", "raised"),
+    [
+        (ValueError("Error: engine error: Could not allocate memory"), MemoryError),
+        (mujoco.FatalError("Could not allocate memory"), MemoryError),
+        (ValueError("mass and inertia of moving bodies must be larger"), ValueError),
+        (mujoco.FatalError("mj_stackAlloc: out of stack"), mujoco.FatalError),
+    ],
+)
+def test_memory_that_is_used_up_is_a_memory_error(said: Exception, raised: type) -> None:
+    with pytest.raises(raised), collected():
+        raise said
+
+
+def test_a_model_without_memory_is_not_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
+        raise ValueError("Error: engine error: Could not allocate memory")
+
+    monkeypatch.setattr(mujoco.MjSpec, "compile", compiled)
+    with pytest.raises(MemoryError):
+        prepare(SYSTEM.case(scene()), EULER, 1e-3)
 
 
 @pytest.mark.parametrize("name", ["theta", "theta_dot", "platform_rate", "pivot_y"])

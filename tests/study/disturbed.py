@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import sqlite3
 import subprocess
@@ -22,6 +23,7 @@ from plumbob.models.scene import Scene
 
 SCENE = "linear-pendulum/overdamped"
 FATAL = "ode/leapfrog"  # the method that `fatal` does not survive
+STARVED = "mujoco/euler"  # the method for which `starved` leaves no memory
 METHODS = "ode/rk4,ode/leapfrog,mujoco/euler"
 ENDS = 2.0  # [s] after which an interrupted study has ended
 LOADED = 10.0  # times that on a machine with other work
@@ -153,4 +155,13 @@ def fatal(scene: Scene, method: Method, most: int, own: Sequence[ExtraRun]) -> P
     """The convergence study of a pair, for a worker; with one method it ends its process."""
     if method.name == FATAL:
         signal.raise_signal(signal.SIGKILL)
+    return Piece(convergence_study(scene, method, most), dict.fromkeys(own))
+
+
+def starved(scene: Scene, method: Method, most: int, own: Sequence[ExtraRun]) -> Piece:
+    """The convergence study of a pair, for a worker; with one method its process may address no
+    more than it does already."""
+    if method.name == STARVED:
+        pages = Path("/proc/self/statm").read_text("ascii").split()[0]
+        resource.setrlimit(resource.RLIMIT_AS, (int(pages) * resource.getpagesize(),) * 2)
     return Piece(convergence_study(scene, method, most), dict.fromkeys(own))

@@ -139,6 +139,14 @@ def test_a_reader_cannot_write(whole: bytes, tmp_path: Path) -> None:
         opened.execute("delete from run")
 
 
+def test_what_goes_wrong_while_a_store_is_open_is_not_laid_to_the_file(tmp_path: Path) -> None:
+    with (
+        pytest.raises(ValueError, match="of an engine"),
+        store_file.writing(tmp_path / store.FILE),
+    ):
+        raise ValueError("of an engine")
+
+
 def test_a_transaction_that_was_cut_off_is_undone_for_a_reader(
     whole: bytes, tmp_path: Path
 ) -> None:

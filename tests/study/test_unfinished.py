@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import os
 import signal
+import sqlite3
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import pytest
 
+from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import method, methods
 from plumbob.engines.study import provenance, unfinished
 from plumbob.engines.study.provenance import versions_of
@@ -135,6 +137,21 @@ def test_a_piece_that_was_given_up_is_open_again(tmp_path: Path) -> None:
         kept.begin("a plan", ["one"])
         assert kept.there(["one"]) == {}
         assert kept.claim("one", "the first") == "ours"
+
+
+@pytest.mark.parametrize("body", ["{", '{"convergence": 1}', "[]"])
+def test_a_piece_that_cannot_be_read_back_is_one_line(body: str, tmp_path: Path) -> None:
+    with measured_into(tmp_path / FILE) as kept:
+        kept.begin("a plan", ["one"])
+        kept.claim("one", "the first")
+        kept.keep("one", Piece())
+    with closing(sqlite3.connect(tmp_path / FILE)) as opened:
+        opened.execute("update piece set body = ?", (body,))
+        opened.commit()
+    refused = pytest.raises(ParameterError, match=f"{FILE}': must be a file of stored studies")
+    with refused, measured_into(tmp_path / FILE) as kept:
+        kept.begin("a plan", ["one"])
+        kept.there(["one"])
 
 
 def test_a_fresh_study_leaves_what_is_there(tmp_path: Path) -> None:

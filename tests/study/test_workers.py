@@ -20,6 +20,12 @@ FATAL: Mapping[str, tuple[Callable[..., Any], tuple[Any, ...], float, str]] = {
     "aborted": (os.abort, (), 60.0, "ended by SIGABRT, 2 times"),
     "left": (os._exit, (7,), 60.0, "exit code 7, 2 times"),
     "out of memory": (bytearray, (2**62,), 60.0, "out of memory, 2 times"),
+    "no memory for a library": (
+        exec,
+        ("raise ImportError('a.so: failed to map segment from shared object')",),
+        60.0,
+        "out of memory, 2 times",
+    ),
     "stopped": (signal.raise_signal, (signal.SIGSTOP,), 0.4, "no answer within 0.4 s, 2 times"),
 }
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from plumbob.engines.study import runner
 from plumbob.engines.study.store import FILE
 from plumbob.reports.cli import main
 from plumbob.tests.study import disturbed
@@ -38,7 +39,25 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         if (target, jobs) != ("worker", 1)
     ]
     full = metafunc.config.getoption("--profile") == "full"
-    metafunc.parametrize(("number", "jobs", "target", "moment"), ways if full else [])
+    if "moment" in metafunc.fixturenames:
+        metafunc.parametrize(("number", "jobs", "target", "moment"), ways if full else [])
+    else:
+        metafunc.parametrize("jobs", [2] if full else [])
+
+
+def test_a_worker_without_memory_costs_its_piece(
+    jobs: int, tmp_path: Path, undisturbed: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    with monkeypatch.context() as patched:
+        patched.setattr(runner, "_pair", disturbed.starved)
+        assert main(disturbed.words(tmp_path, jobs)) == 3
+    label = f"{disturbed.SCENE} {disturbed.STARVED}"
+    assert f"given up: {label}: out of memory, 2 times" in capsys.readouterr().err
+    assert main(disturbed.words(tmp_path, jobs)) == 0
+    assert disturbed.errors(disturbed.stored(tmp_path)) == disturbed.errors(
+        disturbed.stored(undisturbed)
+    )
 
 
 def test_a_study_goes_on(

@@ -86,6 +86,18 @@ def collected() -> Iterator[list[str]]:
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(messages.append)
     try:
-        yield messages
+        with enough_memory():
+            yield messages
     finally:
         mujoco.set_mju_user_warning(before)
+
+
+@contextmanager
+def enough_memory() -> Iterator[None]:
+    """MuJoCo says in words of its own that memory is used up: a MemoryError, as Python's."""
+    try:
+        yield
+    except (ValueError, mujoco.FatalError) as error:
+        if "allocate memory" in str(error):
+            raise MemoryError(str(error)) from error
+        raise

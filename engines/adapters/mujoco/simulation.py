@@ -116,7 +116,8 @@ def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:
         options.apply(translation.spec, method.settings, step)
         begin = time.perf_counter()
         try:
-            model = translation.spec.compile()
+            with options.enough_memory():
+                model = translation.spec.compile()
         except ValueError as error:
             reason = " ".join(str(error).split())
             raise Unsupported(f"MuJoCo refuses the model of {case.scene.name}: {reason}") from None
