@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import fields
 from functools import cache, partial
 from types import MappingProxyType
-from typing import Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
@@ -15,10 +15,7 @@ from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.analytic.systems.planner import POSES, Limits, Plan, RestPose
-from plumbob.analytic.systems.planner import plan as find_plan
-from plumbob.analytic.systems.planner.result import TrackName
-from plumbob.analytic.systems.planner.tracks import ArcName, Pair, check_curve
+from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
 from plumbob.analytic.systems.three_points.drive import plane_demand
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import pose
@@ -32,6 +29,10 @@ from plumbob.models.tripod_capsule.parameters import (
     check_names,
 )
 from plumbob.models.tripod_capsule.turn import OBSERVED
+
+if TYPE_CHECKING:
+    from plumbob.analytic.systems.planner.result import Plan, TrackName
+    from plumbob.analytic.systems.planner.tracks import ArcName, Pair
 
 LIMITS = tuple(field.name for field in fields(Limits))
 NAMES = (*BODY, *LIMITS, "to", "track", "start", "slider", "slider_at_end", "legs", "arc")
@@ -62,7 +63,9 @@ def _planned(
     legs: Pair,
     arc: ArcName,
 ) -> Plan:
-    return find_plan(body, goal, limits, track, start, legs=legs, arc=arc)
+    from plumbob.analytic.systems.planner.search import plan
+
+    return plan(body, goal, limits, track, start, legs=legs, arc=arc)
 
 
 def _pose(name: str, given: Any) -> tuple[float, float, float]:
@@ -79,6 +82,8 @@ def _point(given: Any) -> Any:
 
 def planned(parameters: Parameters) -> Plan:
     """The plan that parameters ask for, found once; raises ParameterError."""
+    from plumbob.analytic.systems.planner.tracks import check_curve
+
     check_names(parameters, NAMES)
     if "to" not in parameters:
         raise ParameterError("to", None, "a pose [x, y, psi]")

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError, known
-from plumbob.analytic.systems.planner import Plan
+from plumbob.analytic.systems.planner.result import Plan
 from plumbob.analytic.systems.three_points.drive import plane_demand
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method

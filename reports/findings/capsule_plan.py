@@ -7,8 +7,8 @@ from functools import cache
 
 import numpy as np
 
-from plumbob.analytic.systems.planner import Plan
-from plumbob.analytic.systems.planner import plan as find_plan
+from plumbob.analytic.systems.planner.result import Plan
+from plumbob.analytic.systems.planner.search import plan as find_plan
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scenes as find_scenes

@@ -9,7 +9,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference
-from plumbob.analytic.systems.planner import Plan
+from plumbob.analytic.systems.planner.result import Plan
 from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory

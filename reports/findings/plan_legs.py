@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.planner import Plan
+from plumbob.analytic.systems.planner.result import Plan
 from plumbob.analytic.systems.planner.tracks import ArcName, Pair
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study

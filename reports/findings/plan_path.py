@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.planner import Plan
+from plumbob.analytic.systems.planner.result import Plan
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.palette import BLUE, GREEN, GREY, RED
 from plumbob.reports.view.traces import Trace, curve, figure, linear, over_time

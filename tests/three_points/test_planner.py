@@ -15,18 +15,12 @@ from hypothesis import strategies as st
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.capsule import Capsule, lowest_normal_forces
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import closed_form
-from plumbob.analytic.systems.planner import (
-    POSES,
-    Limits,
-    Plan,
-    RestPose,
-    plan,
-    pose_error,
-    simulate,
-)
 from plumbob.analytic.systems.planner.coordinate import along_curve
 from plumbob.analytic.systems.planner.lines import quickest_push
 from plumbob.analytic.systems.planner.manoeuvre import slow_arc, slow_line
+from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
+from plumbob.analytic.systems.planner.result import Plan, pose_error, simulate
+from plumbob.analytic.systems.planner.search import plan
 from plumbob.analytic.systems.planner.tracks import ArcName
 from plumbob.analytic.systems.planner.turns import outcome, quickest_drive
 from plumbob.analytic.systems.slider_path import ArcPiece, SliderPath, StraightPiece, arc, straight
@@ -309,6 +303,6 @@ def test_legs_that_are_no_pair_are_refused(legs: object) -> None:
 
 def test_a_plan_that_misses_its_pose_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
     """As with a slider a thousand times as heavy as the body; here nothing is near enough."""
-    monkeypatch.setattr("plumbob.analytic.systems.planner.CLOSED", 1e-25)
+    monkeypatch.setattr("plumbob.analytic.systems.planner.search.CLOSED", 1e-25)
     with pytest.raises(ParameterError, match=r"to = .* a pose that a plan reaches: .* rad away"):
         plan(CHECK, RestPose(0.001, 0.0, 0.01))

@@ -38,6 +38,16 @@ class RestPose:
         return complex(self.x, self.y)
 
 
+POSES: tuple[tuple[str, RestPose], ...] = (
+    ("near", RestPose(0.1, 0.05, 0.5)),
+    ("half-turn", RestPose(0.0, 0.0, math.pi)),
+    ("aside", RestPose(-0.15, 0.2, -1.2)),
+    ("behind", RestPose(-0.3, -0.1, 2.4)),
+    ("ahead", RestPose(0.25, 0.0, 0.0)),
+)
+"""Poses to plan for from rest at the origin, one of them half a turn away."""
+
+
 @dataclass(frozen=True)
 class Limits:
     """Limits on the motions of a plan; raises ParameterError.
