@@ -104,7 +104,7 @@ def test_a_repeated_motion_repeats_itself() -> None:
     steps = mean * np.diff(edges)
     np.testing.assert_allclose(np.cumsum(steps), repeated.relative_velocity(edges)[1:], atol=1e-13)
     # With steps this small every switch is on the grid, up to 1e-12 of the stroke.
-    step = 1e-9
+    step = repeated.period / 2**28
     lead = repeated_line_errors(repeated, Scheme(EULER), step, times)["stroke"] / step
     np.testing.assert_allclose(lead, 0.5 * first["stroke_rate"], rtol=1e-12, atol=1e-7)
 

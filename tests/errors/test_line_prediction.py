@@ -106,6 +106,21 @@ def test_repeated_lines(scheme: str) -> None:
     assert max(unexplained.values()) < ROUNDING, unexplained
 
 
+@pytest.mark.parametrize("beside", [1e-3, 0.5])
+def test_starts_between_two_steps_are_not_predicted(beside: float) -> None:
+    # friction is held for a whole step against a push that lasts for a part of it
+    step = 1e-3
+    off = replace(REPEATED, pause=REPEATED.pause + beside * step)
+    times = np.arange(int(1.9 * off.period / step), dtype=np.float64) * step
+    assert repeated_line_errors(off, Scheme(EULER), step, times) == {}
+    alone = times[times < off.period]
+    assert set(repeated_line_errors(off, Scheme(EULER), step, alone)) >= {"displacement"}
+    found = simulated(np.diff(off.relative_velocity(times)) / step, step, EULER)
+    wrong = found["velocity"] - off.observe(times)["velocity"]
+    assert np.abs(wrong[times < off.period]).max() < 1e-13
+    assert np.abs(wrong).max() == pytest.approx(beside * LIMITING * step, rel=1e-2)
+
+
 @pytest.mark.parametrize("both", [True, False])
 def test_slow_stroke(both: bool) -> None:
     stroke = SlowStroke(CHECK, 0.08, 0.9, there_and_back=both)

@@ -99,11 +99,15 @@ def stroke_errors(
 def repeated_line_errors(motion: RepeatedLine, scheme: Scheme, step: float, times: Array) -> Errors:
     """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,), w
     averaged over each step and every start on the grid: it adds up over the manoeuvres. Empty for
-    other schemes."""
+    other schemes, and where a start is off the grid: friction within a step is then held against
+    a push that lasts for a part of it, which leaves a velocity of up to f g step."""
     if scheme.position_lead is None:
         return {}
     times = np.asarray(times, dtype=np.float64)
     done, local = motion.within(times)
+    starts = np.unique(done) * motion.period / step
+    if np.abs(starts - np.round(starts)).max() > GRID * motion.count:
+        return {}
     line, end = motion.manoeuvre, np.array([motion.period])
     found = dict(line_errors(line, scheme, step, local))
     after = stroke_errors(motion.returning, scheme, step, local - line.t2, line.t2)
