@@ -241,8 +241,8 @@ def test_forces_of_contacts_are_those_that_the_engine_tells(method: str, case: s
     assert simulation.translation.sensors is not None
     read, channels = simulation.translation.sensors(np.array(rows))
     normal = np.array([read[f"normal_force_{i}"] for i in (1, 2, 3)])
-    *loads, friction, driving, counts = np.array(found).T
-    assert np.array_equal(normal, loads)
+    *pressing, friction, driving, counts = np.array(found).T
+    assert np.array_equal(normal, pressing)
     assert np.array_equal(channels["contacts"], counts)
     assert read["friction_force"] == pytest.approx(friction, rel=1e-14, abs=1e-300)
     assert read["driving_force"] == pytest.approx(driving, rel=1e-14)
