@@ -18,6 +18,7 @@ from collections import deque
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from importlib import import_module
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import TYPE_CHECKING, Any
@@ -65,7 +66,7 @@ class Workers:
     when it ends."""
 
     def __init__(self, count: int) -> None:
-        self._count = count
+        self.count = count
         self._events: queue.SimpleQueue[tuple[int, str, Any]] = queue.SimpleQueue()
         self._workers: dict[int, _Worker] = {}
         self._last: dict[int, Hashable] = {}  # what each has worked on
@@ -82,6 +83,12 @@ class Workers:
         for worker in self._workers.values():
             worker.thread.join()
 
+    def begin(self, count: int, module: str) -> None:
+        """Begin so many of them, `count` of these workers at most, before there is work, with the
+        module that the work will need."""
+        for number in range(self._begun + 1, min(count, self.count) + 1):
+            self._of(number, module)
+
     def work_out(
         self,
         take: Callable[[Hashable | None], tuple[Hashable, Work] | None],
@@ -91,36 +98,53 @@ class Workers:
     ) -> None:
         """Work out what `take` gives, given what that worker had last, until it gives
         None; `done` is called with each result, and `lost` with the reason where a worker has died
-        or hung twice. Raises what a piece raises, and ParameterError where no worker starts."""
+        or hung twice. What a worker does next is taken while it is busy, and given to it before
+        `done` is called. Raises what a piece raises, and ParameterError where no worker starts."""
         running: dict[int, _Job] = {}
+        ahead: dict[int, _Job] = {}
         again: deque[_Job] = deque()
-        limit = min(self._count, count or self._count)
+        limit = min(self.count, count or self.count)
         seen = time.monotonic()
-        while True:
+
+        def begin() -> None:
             while len(running) < limit:
                 idle = self._idle(running)
-                job = again.popleft() if again else _job(take(self._last.get(idle, None)))
-                if job is None:
-                    break
+                if again:
+                    job = again.popleft()
+                elif idle in ahead:
+                    job = ahead.pop(idle)
+                elif (taken := take(self._last.get(idle, None))) is not None:
+                    job = _Job(*taken)
+                elif ahead:  # of a worker that is still busy
+                    job = ahead.pop(next(iter(ahead)))
+                else:
+                    return
                 running[idle] = job
                 self._last[idle] = job.key
                 self._of(idle).orders.put((job.work.do, job.work.arguments))
+
+        while True:
+            begin()
             if not running:
                 return
+            for number, job in running.items():
+                if number not in ahead and (taken := take(job.key)) is not None:
+                    ahead[number] = _Job(*taken)
             event = self._event()
             seen = self._watched(running, seen)
             if event is None or event[1] == "ready":
                 continue
             number, kind, value = event
-            job = running.pop(number, None)
-            if kind == "done" and job is not None:
-                done(job.key, value)
+            ended = running.pop(number, None)
+            if kind == "done" and ended is not None:
+                begin()
+                done(ended.key, value)
             elif kind == "raised":
                 raise value
             elif kind == "dead":
                 self._workers.pop(number).thread.join()
-                if job is not None:
-                    self._tried(job, value, again, lost)
+                if ended is not None:
+                    self._tried(ended, value, again, lost)
 
     def _idle(self, running: dict[int, _Job]) -> int:
         """The number of a worker that has nothing to do, or that of the next one to begin."""
@@ -129,9 +153,9 @@ class Workers:
                 return number
         return self._begun + 1
 
-    def _of(self, number: int) -> _Worker:
+    def _of(self, number: int, module: str = __name__) -> _Worker:
         if number not in self._workers:
-            self._workers[number] = _begun(number, self._events)
+            self._workers[number] = _begun(number, self._events, module)
             self._begun = number
         return self._workers[number]
 
@@ -147,7 +171,7 @@ class Workers:
             self._unready += 1
             if self._unready >= STARTS:
                 raise ParameterError(
-                    "jobs", self._count,
+                    "jobs", self.count,
                     f"a number of processes that can be started here ({_ending(event[2])})",
                 )  # fmt: skip
             return event[0], "dead", None
@@ -177,10 +201,6 @@ class Workers:
             lost(job.key, f"{why}, {TRIES} times")
 
 
-def _job(taken: tuple[Hashable, Work] | None) -> _Job | None:
-    return None if taken is None else _Job(*taken)
-
-
 def _ending(value: Any) -> str:
     """How a worker ended: its exit code, or a text of its own."""
     if not isinstance(value, int):
@@ -193,12 +213,12 @@ def _ending(value: Any) -> str:
         return f"its process was ended by signal {-value}"
 
 
-def _begun(number: int, events: queue.SimpleQueue[tuple[int, str, Any]]) -> _Worker:
+def _begun(number: int, events: queue.SimpleQueue[tuple[int, str, Any]], module: str) -> _Worker:
     """A new worker, and the thread that speaks with it: a process that stops in the middle of an
     answer holds up that thread alone."""
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
-    process = context.Process(target=_serve, args=(theirs,), daemon=True)
+    process = context.Process(target=_serve, args=(theirs, module), daemon=True)
     with interrupts_held():
         process.start()
     theirs.close()
@@ -249,12 +269,13 @@ def _answer(kind: str, value: Any) -> tuple[str, Any]:
     return kind, value
 
 
-def _serve(theirs: Connection) -> None:
-    """What a worker does: one piece after the other."""
+def _serve(theirs: Connection, module: str) -> None:
+    """What a worker does: one piece after the other, once it has loaded the module."""
     beginner = multiprocessing.parent_process()
     assert beginner is not None
     threading.Thread(target=_end_with, args=(beginner.sentinel,), daemon=True).start()
     theirs.send(None)
+    import_module(module)
     while True:
         try:
             do, arguments = theirs.recv()
@@ -289,6 +310,16 @@ def _end_with(sentinel: int) -> None:
     """End this process with the one that began it."""
     wait([sentinel])
     os._exit(1)
+
+
+@contextmanager
+def workers_of(jobs: int | Workers) -> Iterator[Workers]:
+    """The workers that are given, or so many new ones, which end with the context."""
+    if isinstance(jobs, Workers):
+        yield jobs
+        return
+    with Workers(jobs) as workers:
+        yield workers
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from plumbob.models.scene import Case
 Key = tuple[str, str]  # scene, method
 TRIAL = 200  # steps of a trial, and the least that are timed
 PIECES = 64  # of a scene, one of which is an adaptive solver's first trial
+ENOUGH, CLOSE = 3, 0.02  # rounds after which times that differ by so little of them are enough
 EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of a long run's
 
 
@@ -51,7 +52,8 @@ def costs(
     """Cost of each task (a scene, a method and a step), and the reference step's [ns per step].
 
     Every round times each task once, in turn, so that a slow spell of the machine touches all of
-    them alike; `budget` [s] limits how much of a long scene one round runs.
+    them alike, but for those whose times are close to each other already; `budget` [s] limits how
+    much of a long scene one round runs.
     """
     ready: dict[Key, Piece] = {}
     for case, method, step in tasks:
@@ -67,6 +69,8 @@ def costs(
     for _ in range(repeats):
         rules.append(rule())
         for key, piece in ready.items():
+            if _agree(times[key]):
+                continue
             progress(" ".join(key))
             run = piece.stepped()
             if run.steps:
@@ -114,6 +118,11 @@ def _sized(case: Case, method: Method, step: float, budget: float) -> Piece:
             break
         fraction = min(2.0 * fraction, 1.0)
     return Piece(simulation, fraction)
+
+
+def _agree(values: Sequence[float]) -> bool:
+    """Whether another time would tell nothing new."""
+    return len(values) >= ENOUGH and max(values) - min(values) <= CLOSE * min(values)
 
 
 def _cost(values: Sequence[float], unit: float, compile_seconds: float) -> Cost:

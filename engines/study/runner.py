@@ -38,7 +38,7 @@ from plumbob.engines.study.provenance import machine, provenance, version_of, ve
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.unfinished import Piece, Pieces, Unkept, key_of
 from plumbob.engines.study.working import GENEROUS, LEAST, Progress, Task, Working, worked_out
-from plumbob.engines.workers import Work, Workers
+from plumbob.engines.workers import Work, Workers, workers_of
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
@@ -72,7 +72,7 @@ def run_study(
     scenes: Sequence[Scene],
     methods: Sequence[Method],
     profile: Profile = "quick",
-    jobs: int = 1,
+    jobs: int | Workers = 1,
     executor: Executor | None = None,
     progress: Progress = lambda what, done, total: None,
     timed: bool = True,
@@ -81,41 +81,47 @@ def run_study(
     kept: Pieces | None = None,
 ) -> Study:
     """Measure every method on every scene, and make what `requests` asks for beside it, in this
-    process or, for two `jobs` and more, in so many others; `executor`, where given, runs the error
-    half in their place (a Dask client's will do); `progress` is called with what is being done;
-    `command` is what repeats the study; each piece is kept in `kept` at once, and those that
-    are there are not measured again. Timings, of costs and of trimmed models, are made alone, after
-    the rest. What two processes have died of, or hung at, has the status "missing"."""
+    process or, for two `jobs` and more, in so many others, or in those given; `executor`, where
+    given, runs the error half in their place (a Dask client's will do); `progress` is called with
+    what is being done; `command` is what repeats the study; each piece is kept in `kept` at once,
+    and those that are there are not measured again. Timings, of costs and of trimmed models, are
+    made alone, after the rest. What two processes have died of, or hung at, has the status
+    "missing"."""
     begin = time.perf_counter()
     plan = StudyPlan(profile, tuple(scenes), tuple(methods))
-    asked = tuple(dict.fromkeys(requests(plan)))
     chosen = pairs(scenes, methods)
-    errors: dict[Hashable, Task] = {
-        (scene.name, method.name): _convergence_task(scene, method, profile, asked)
-        for scene, method in chosen
-    }
-    errors |= {
-        request: _extra_task(request, plan)
-        for request in asked
-        if not isinstance(request, TrimmingRun) and not any(is_of(request, *p) for p in chosen)
-    }
-    trims: dict[Hashable, Task] = {
-        request: _extra_task(request, plan) for request in asked if isinstance(request, TrimmingRun)
-    }
-    kept = kept or Unkept()
-    kept.begin(
-        key_of(profile, timed, plan.scenes, plan.methods),
-        [task.key for task in (*errors.values(), *trims.values())],
-    )
-    with Workers(min(jobs, len(errors))) as workers:
-        work = Working(workers if min(jobs, len(errors)) > 1 else None, kept, progress, [])
+    with workers_of(jobs) as workers:
+        if executor is None and min(workers.count, len(chosen)) > 1:
+            workers.begin(len(chosen), __name__)
+        asked = tuple(dict.fromkeys(requests(plan)))
+        errors: dict[Hashable, Task] = {
+            (scene.name, method.name): _convergence_task(scene, method, profile, asked)
+            for scene, method in chosen
+        }
+        errors |= {
+            request: _extra_task(request, plan)
+            for request in asked
+            if not isinstance(request, TrimmingRun) and not any(is_of(request, *p) for p in chosen)
+        }
+        trims: dict[Hashable, Task] = {
+            request: _extra_task(request, plan)
+            for request in asked
+            if isinstance(request, TrimmingRun)
+        }
+        kept = kept or Unkept()
+        kept.begin(
+            key_of(profile, timed, plan.scenes, plan.methods),
+            [task.key for task in (*errors.values(), *trims.values())],
+        )
+        several = min(workers.count, len(errors)) > 1
+        work = Working(workers if several else None, kept, progress, [])
         pieces = worked_out(errors, work, executor)
         convergence = [
             _convergence(pieces[scene.name, method.name], scene, method, profile)
             for scene, method in chosen
         ]
         between = time.perf_counter()
-        taken = sum(piece.seconds for piece in pieces.values()) / max(jobs, 1)
+        taken = sum(piece.seconds for piece in pieces.values()) / max(workers.count, 1)
         with kept.alone():
             pieces |= worked_out(trims, work, count=1)
             timings = _cost_pieces(convergence, plan, work) if timed else {}
@@ -170,10 +176,10 @@ def _cost_pieces(
         if given is None and len(batch) > 1:  # which of them it was, each alone tells
             batches = [{name: timing} for name, timing in batch.items()] + batches
             continue
-        for name, timing in batch.items():
-            work.kept.claim(timing.key, f"cost of {' '.join(name)}")
-            found[name] = Piece(lost=work.lost[-1]) if given is None else given[name]
-            work.kept.keep(timing.key, found[name])
+        found |= dict.fromkeys(batch, Piece(lost=work.lost[-1])) if given is None else given
+        work.kept.keep_all(
+            {t.key: (f"cost of {' '.join(name)}", found[name]) for name, t in batch.items()}
+        )
     return found
 
 

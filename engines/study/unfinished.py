@@ -66,6 +66,9 @@ class Pieces(Protocol):
     def keep(self, key: str, piece: Piece) -> None:
         """Keep a piece."""
 
+    def keep_all(self, pieces: Mapping[str, tuple[str, Piece]]) -> None:
+        """Claim and keep pieces, by key with the label of each, in one go."""
+
     def alone(self) -> AbstractContextManager[None]:
         """No other process that measures into the same store measures costs meanwhile."""
 
@@ -88,6 +91,9 @@ class Unkept:
         return "ours"
 
     def keep(self, key: str, piece: Piece) -> None:
+        """Nothing is kept."""
+
+    def keep_all(self, pieces: Mapping[str, tuple[str, Piece]]) -> None:
         """Nothing is kept."""
 
     @contextmanager
@@ -206,26 +212,32 @@ class Unfinished:
 
     def keep(self, key: str, piece: Piece) -> None:
         """Keep a piece that we have claimed, in one transaction."""
-        body = piece.lost or json.dumps({
-            "convergence": piece.convergence and json.loads(to_json(piece.convergence)),
-            "cost": piece.cost and json.loads(to_json(piece.cost)),
-            "reference_step": piece.reference_step,
-        })  # fmt: skip
-        state = "lost" if piece.lost else "done"
+        self.keep_all({key: ("", piece)})
+
+    def keep_all(self, pieces: Mapping[str, tuple[str, Piece]]) -> None:
+        """Claim and keep pieces, by key with the label of each, in one transaction."""
         with transaction(self._store):
-            self._store.execute(
-                "update piece set state = ?, seconds = ?, body = ? where unfinished = ? "
-                "and key = ? and state = 'claimed'",
-                (state, piece.seconds, body, self._number, key),
-            )
-            self._store.executemany(
-                "insert into piece_extra values (?, ?, ?, ?, ?, ?)",
-                [
-                    (self._number, key, *extra_row(*extra))
-                    for extra in (piece.extras or {}).items()
-                    if not piece.lost
-                ],
-            )
+            for key, (label, piece) in pieces.items():
+                body = piece.lost or json.dumps({
+                    "convergence": piece.convergence and json.loads(to_json(piece.convergence)),
+                    "cost": piece.cost and json.loads(to_json(piece.cost)),
+                    "reference_step": piece.reference_step,
+                })  # fmt: skip
+                state, where = "lost" if piece.lost else "done", (self._number, key)
+                self._store.execute(
+                    "insert or ignore into piece values (?, ?, ?, ?, 'claimed', 0, null)",
+                    (*where, label, self._locks.own),
+                )
+                self._store.execute(
+                    "update piece set state = ?, seconds = ?, body = ? where unfinished = ? "
+                    "and key = ? and state = 'claimed'",
+                    (state, piece.seconds, body, *where),
+                )
+                extras = {} if piece.lost else piece.extras or {}
+                self._store.executemany(
+                    "insert into piece_extra values (?, ?, ?, ?, ?, ?)",
+                    [(*where, *extra_row(*extra)) for extra in extras.items()],
+                )
 
     @contextmanager
     def alone(self) -> Iterator[None]:

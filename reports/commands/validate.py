@@ -23,6 +23,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import pairs, run_study
 from plumbob.engines.study.unfinished import measured_into
 from plumbob.engines.study.working import Progress
+from plumbob.engines.workers import Workers
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.records import records
@@ -101,25 +102,26 @@ def _validated(
         _writable("junitxml", junit.parent)
     # Arguments may hold bytes that are no UTF-8.
     line = shlex.join(["plumbob", *sys.argv[1:]]).encode("utf-8", "backslashreplace").decode()
-    with measured_into(out / store.FILE, chosen.fresh, _noted) as kept, progress() as show:
+    with Workers(jobs) as workers:
+        with measured_into(out / store.FILE, chosen.fresh, _noted) as kept, progress() as show:
+            try:
+                measured = run_study(
+                    scenes, methods, chosen.profile, workers, executor,
+                    progress=show, requests=requests, command=line, kept=kept,
+                )  # fmt: skip
+                number, given_up = kept.finished(measured)
+            except BaseException as error:
+                error.add_note("what is measured is stored: the same command goes on from there")
+                raise
+        for what in given_up:
+            _noted(f"given up: {what}; the same command tries it again")
         try:
-            measured = run_study(
-                scenes, methods, chosen.profile, jobs, executor,
-                progress=show, requests=requests, command=line, kept=kept,
-            )  # fmt: skip
-            number, given_up = kept.finished(measured)
+            code = _report(chosen, out, number, junit, within, workers)
+            return code or (INCOMPLETE if given_up else 0)
         except BaseException as error:
-            error.add_note("what is measured is stored: the same command goes on from there")
+            drawn = shlex.join(["plumbob", "report", str(out), "--study", str(number)])
+            error.add_note(f"the study is stored: `{drawn}` draws its page")
             raise
-    for what in given_up:
-        _noted(f"given up: {what}; the same command tries it again")
-    try:
-        code = _report(chosen, out, number, junit, within, jobs)
-        return code or (INCOMPLETE if given_up else 0)
-    except BaseException as error:
-        drawn = shlex.join(["plumbob", "report", str(out), "--study", str(number)])
-        error.add_note(f"the study is stored: `{drawn}` draws its page")
-        raise
 
 
 def _report(
@@ -128,7 +130,7 @@ def _report(
     number: int,
     junit: Path | None,
     within: float | None,
-    jobs: int,
+    workers: Workers,
 ) -> int:
     """Judge the stored study of that number, as `plumbob report` does, and write what was asked
     for; returns the exit code."""
@@ -145,7 +147,7 @@ def _report(
             for pair, found in judged.items()
         }
     own = user_results(study, judged)
-    page = write_page(study, out, section, judged, store.history(out / store.FILE), jobs)
+    page = write_page(study, out, section, judged, store.history(out / store.FILE), workers)
     if junit:
         write_junit(junit, study, judged)
     if chosen.json:

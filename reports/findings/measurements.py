@@ -7,7 +7,6 @@ from functools import cache
 from itertools import product
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
@@ -113,6 +112,8 @@ def swing_period(run: Trajectory | None, centre: float) -> float | None:
     by the cubic through angles and rates at the samples. None where there are not two."""
     if run is None:
         return None
+    from scipy.interpolate import CubicHermiteSpline
+
     course = CubicHermiteSpline(run.times, run.observables["theta"], run.observables["theta_dot"])
     places = course.solve(centre, extrapolate=False)
     # a start exactly at the centre may be found just outside the first interval, or not at all
@@ -132,6 +133,8 @@ def turn_period(run: Trajectory | None) -> float | None:
     turns = int(abs(theta[-1] - theta[0]) // TURN)
     if turns < 1:
         return None
+    from scipy.interpolate import CubicHermiteSpline
+
     course = CubicHermiteSpline(run.times, theta, run.observables["theta_dot"])
     ends = course.solve(float(theta[0] + sense * turns * TURN), extrapolate=False)
     return float(ends[0] - run.times[0]) / turns if len(ends) else None

@@ -11,7 +11,6 @@ import pytest
 
 from plumbob.analytic.errors.contact_models.soft_contact_plane import missing_loads, plane_motion
 from plumbob.analytic.errors.sliding_motion.plane_errors import euler_lead
-from plumbob.engines.adapters.mujoco.capsule import readings
 from plumbob.engines.adapters.mujoco.contacts import PLANE_SOFTENING, contacts
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.registry import method as find_method
@@ -221,22 +220,31 @@ def test_forces_of_contacts_are_those_that_the_engine_tells(method: str, case: s
     given = scene(f"capsule-line/{case}")
     simulation = compiled(case_of(given), find_method(method), 1e-3)
     model, data = simulation.model, simulation.data
-    pressed, force = readings._Pressed(model, data), np.empty(6)
-    found = []
+    model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+    force, rows, found = np.empty(6), [], []
+    angle = case_of(given).problem.setup.heading + case_of(given).problem.setup.direction
+    line = np.array([np.cos(angle), np.sin(angle), 0.0])
     for _ in range(3):
         data.ctrl[:] = 0.1
         mujoco.mj_step(model, data, nstep=20)
         mujoco.mj_forward(model, data)
-        pressed.take()
+        mujoco.mj_rnePostConstraint(model, data)
+        rows.append(data.sensordata.copy())
         loads, drag = np.zeros(3), np.zeros(3)
         for i, contact in enumerate(data.contact):
             mujoco.mj_contactForce(model, data, i, force)
             loads[max(contact.geom) - model.geom("support_1").id] += force[0]
             drag += force[1] * contact.frame[3:6]
             drag += force[2] * contact.frame[6:9]
-        found.append((loads, drag))
-    normal, friction = pressed.read()
-    assert np.array_equal(normal, [loads for loads, _ in found])
-    assert friction == pytest.approx(np.array([drag for _, drag in found]), rel=1e-14, abs=1e-300)
+        driving = data.cfrc_int[model.body("slider").id, 3:] @ line
+        found.append((*loads, drag @ line, driving, data.ncon))
+    assert simulation.translation.sensors is not None
+    read, channels = simulation.translation.sensors(np.array(rows))
+    normal = np.array([read[f"normal_force_{i}"] for i in (1, 2, 3)])
+    *pressing, friction, driving, counts = np.array(found).T
+    assert np.array_equal(normal, pressing)
+    assert np.array_equal(channels["contacts"], counts)
+    assert read["friction_force"] == pytest.approx(friction, rel=1e-14, abs=1e-300)
+    assert read["driving_force"] == pytest.approx(driving, rel=1e-14)
     assert (normal > 0.0).all()
     assert np.abs(friction).max() > 0.0 or case == "frictionless"

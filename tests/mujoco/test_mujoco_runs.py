@@ -212,7 +212,7 @@ def test_sensors_are_those_of_the_samples_to_the_bit(name: str) -> None:
     made = compiled(case, find_method(name), 1e-2)
     states = simulations.take_steps(made.model, made.data, made._start(), 40).states
     before = made.model.opt.disableflags, made.model.opt.integrator
-    found = simulations.sensor_data(made.model, made.data, states)
+    found = simulations.sensor_data(made.model, made.data, states, np.zeros((41, 0)))
     assert (made.model.opt.disableflags, made.model.opt.integrator) == before
     made.model.opt.disableflags &= ~int(BIT.mjDSBL_SENSOR)
     for row, state in zip(found, states, strict=True):

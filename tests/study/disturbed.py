@@ -31,12 +31,13 @@ LOADED = 10.0  # times that on a machine with other work
 COUNTED = """
 import sys
 from plumbob.engines.study import unfinished
-usual = unfinished.Unfinished.keep
-def keep(self, key, piece):
-    usual(self, key, piece)
+usual = unfinished.Unfinished.keep_all
+def keep_all(self, pieces):
+    usual(self, pieces)
     with open(sys.argv[1], "a", encoding="utf-8") as log:
-        log.write(f"{'lost ' if piece.lost else ''}{key}\\n")
-unfinished.Unfinished.keep = keep
+        for key, (label, piece) in pieces.items():
+            log.write(f"{'lost ' if piece.lost else ''}{key}\\n")
+unfinished.Unfinished.keep_all = keep_all
 from plumbob.reports.cli import main
 if __name__ == "__main__":
     %s

@@ -84,10 +84,19 @@ def test_a_fraction_of_the_steps_is_taken(method: str) -> None:
     assert simulation.run().steps == 5000  # as if nothing had been timed
 
 
+@pytest.mark.parametrize(
+    ("milliseconds", "median", "low", "high"),
+    [
+        ((3.0, 1.0, 10.0, 2.0, 4.0), 3.0, 1.5, 7.0),
+        ((3.0, 3.05, 3.02), 3.02, 3.0, 3.05),  # close to each other: two rounds less
+        ((3.0, 3.07, 3.02, 3.03, 3.03), 3.03, 3.01, 3.05),
+    ],
+)
 def test_a_cost_is_computing_time_over_steps_with_its_quartiles(
+    milliseconds: tuple[float, ...], median: float, low: float, high: float,
     monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    computing = iter((3.0, 1.0, 10.0, 2.0, 4.0))  # [ms] of five rounds
+) -> None:  # fmt: skip
+    computing = iter(milliseconds)
 
     class Simulation:
         compile_seconds = 0.5
@@ -102,9 +111,9 @@ def test_a_cost_is_computing_time_over_steps_with_its_quartiles(
     found, unit = cost.costs([task])
     one = found[SCENE.name, "mujoco/euler"]
     assert unit == 500.0
-    assert (one.ns_per_step, one.ratio) == pytest.approx((3000.0, 6.0), rel=1e-9)
-    assert (one.low, one.high) == pytest.approx((1500.0, 7000.0), rel=1e-9)
-    assert (one.compile_seconds, one.repeats) == (0.5, 5)
+    assert (one.ns_per_step, one.ratio) == pytest.approx((1e3 * median, 2 * median), rel=1e-9)
+    assert (one.low, one.high) == pytest.approx((1e3 * low, 1e3 * high), rel=1e-9)
+    assert (one.compile_seconds, one.repeats) == (0.5, len(milliseconds))
 
 
 @pytest.mark.parametrize("name", ["capsule-turn", "capsule-line", "simple-pendulum/forced-small"])

@@ -9,7 +9,7 @@ import shutil
 import signal
 import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -59,16 +59,16 @@ def _forked(out: Path, words: Sequence[str], limit: int = 0) -> tuple[int, str]:
 
 def _counting(monkeypatch: pytest.MonkeyPatch, out: Path, ends: int = 0, number: int = 0) -> None:
     """Note each piece that is kept; at the piece of number `ends` comes the signal `number`."""
-    usual = unfinished.Unfinished.keep
+    usual = unfinished.Unfinished.keep_all
 
-    def keep(self: unfinished.Unfinished, key: str, piece: Piece) -> None:
+    def keep_all(self: unfinished.Unfinished, pieces: Mapping[str, tuple[str, Piece]]) -> None:
         if number and len(disturbed.logged(out)) + 1 == ends:
             os.kill(os.getpid(), number)
-        usual(self, key, piece)
+        usual(self, pieces)
         with (out / "log").open("a") as log:
-            log.write(f"{key}\n")
+            log.writelines(f"{key}\n" for key in pieces)
 
-    monkeypatch.setattr(unfinished.Unfinished, "keep", keep)
+    monkeypatch.setattr(unfinished.Unfinished, "keep_all", keep_all)
 
 
 @pytest.mark.parametrize("moment", [1, 3, 6])
@@ -112,12 +112,13 @@ def test_workers_are_killed_then_the_parent_then_all_are_interrupted(
     assert study.returncode == -signal.SIGKILL
     assert seconds < disturbed.LOADED * disturbed.ENDS
     study = disturbed.begun(out, 2)
+    assert study.stderr is not None
+    assert "plumbob: goes on: " in study.stderr.readline()
     disturbed.until(lambda: len(disturbed.children(study)) > 0, study)
     disturbed.sent(study, signal.SIGINT, "group")
     err, seconds = disturbed.ended(study)
     assert study.returncode == 130
     assert seconds < disturbed.LOADED * disturbed.ENDS
-    assert "plumbob: goes on: " in err
     assert "plumbob: interrupted; " in err
     assert (out / "index.html").read_text() == OLD
     assert main(disturbed.words(out, 1)) == 0

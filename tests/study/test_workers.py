@@ -61,6 +61,44 @@ def test_a_piece_that_is_fatal_once_is_worked_out(tmp_path: Path) -> None:
     assert _worked_out({1: Work(exec, (code,), 60.0)}) == ({1: None}, {})
 
 
+def test_the_next_piece_is_taken_and_given_before_the_last_one_is_done_with() -> None:
+    waiting, seen = [3, 2, 1], []
+
+    def take(last: Hashable | None) -> tuple[Hashable, Work] | None:
+        return (waiting[-1], Work(abs, (-waiting.pop(),), 60.0)) if waiting else None
+
+    with Workers(1) as workers:
+        workers.work_out(take, lambda key, _: seen.append((key, len(waiting))), lambda *_: None)
+        assert seen == [(1, 1), (2, 0), (3, 0)]
+        assert len(multiprocessing.active_children()) > 0  # for what comes after
+
+
+def test_a_piece_taken_for_a_busy_worker_is_done_by_an_idle_one(tmp_path: Path) -> None:
+    file = str(tmp_path / "there")
+    waits = f"import os, time\nwhile not os.path.exists({file!r}): time.sleep(0.01)"
+    given: dict[Hashable, Work] = {
+        3: Work(exec, (f"open({file!r}, 'w').close()",), 60.0),
+        2: Work(abs, (-2,), 60.0),
+        1: Work(exec, (waits,), 60.0),
+    }
+    assert _worked_out(given, jobs=2) == ({1: None, 2: 2, 3: None}, {})
+
+
+def test_workers_that_begin_early_do_the_work_then() -> None:
+    others = set(multiprocessing.active_children())
+    with Workers(2) as workers:
+        workers.begin(5, "json")
+        early = set(multiprocessing.active_children()) - others
+        assert len(early) == 2
+        waiting = [Work(os.getpid, (), 60.0) for _ in range(4)]
+        found: dict[Hashable, int] = {}
+        workers.work_out(
+            lambda _: (len(waiting), waiting.pop()) if waiting else None,
+            found.__setitem__, lambda *_: None,
+        )  # fmt: skip
+        assert set(found.values()) <= {process.pid for process in early}
+
+
 def test_what_a_piece_raises_is_raised_and_ends_the_others() -> None:
     others = set(multiprocessing.active_children())
     given: dict[Hashable, Work] = {

@@ -135,19 +135,20 @@ def test_mujoco_reads_it_as_its_actuator_without_the_armature() -> None:
         case_of(scene("capsule-line/ca1")), mujoco_capsule.METHODS["euler+coulomb"], STEP
     )
     model, data = simulation.model, mujoco.MjData(simulation.model)
-    probe = simulation.translation.probe
-    assert probe is not None
+    model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+    assert simulation.translation.sensors is not None
     assert simulation.translation.control is not None
-    recorder, own = probe(model, data), []
+    rows, own = [], []
     data.qpos[:], data.qvel[:] = simulation.translation.qpos, simulation.translation.qvel
     for n in range(60):
         data.ctrl[:] = simulation.translation.control(np.array([n * STEP]))[0]
         mujoco.mj_forward(model, data)
         force = data.qfrc_actuator[-1] + data.qfrc_constraint[-1]
         own.append(force - model.dof_armature[-1] * data.qacc[-1])
-        recorder.take()
+        rows.append(data.sensordata.copy())
         mujoco.mj_step(model, data)
-    assert own == pytest.approx(recorder.read()[0]["driving_force"], abs=1e-4 * 9.7)
+    read = simulation.translation.sensors(np.array(rows))[0]
+    assert own == pytest.approx(read["driving_force"], abs=1e-4 * 9.7)
 
 
 @pytest.mark.parametrize("model", ["feet", "side"])

@@ -80,8 +80,8 @@ def model_error(
     return {name: {"moment of inertia of the bob": bound} for name, bound in bounds.items()}
 
 
-def _tension(sensors: Array) -> Named:
-    return {"tension": sensors[:, 2]}  # along the rod
+def _tension(sensors: Array) -> tuple[Named, Named]:
+    return {"tension": sensors[:, 2]}, {}  # along the rod
 
 
 def _observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:

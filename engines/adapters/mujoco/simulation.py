@@ -52,8 +52,10 @@ class MujocoSimulation:
         qpos, qvel = course.states[:, 1 : 1 + nq], course.states[:, 1 + nq : 1 + nq + nv]
         observables, channels = self.translation.observe(qpos, qvel)
         if self.translation.sensors is not None:
-            data = sensor_data(self.model, self.data, course.states)
-            observables = {**observables, **self.translation.sensors(data)}
+            with options.collected():  # as the run's own
+                data = sensor_data(self.model, self.data, course.states, self._held(course.steps))
+            read = self.translation.sensors(data)
+            observables, channels = {**observables, **read[0]}, {**channels, **read[1]}
         if self.translation.probe is not None:
             with options.collected():  # as the run's own
                 found = probe_readings(
@@ -184,16 +186,21 @@ def take_steps(
     return Course(kept[good], states[good], diverged or taken, seconds, diverged)
 
 
-def sensor_data(model: mujoco.MjModel, data: mujoco.MjData, states: Array) -> Array:
-    """Sensor data in each of `states`, shape (n, nstate), without control: (n, nsensordata). Those
-    of a step are read at its start, and one step is taken from each state, in C."""
+def sensor_data(
+    model: mujoco.MjModel, data: mujoco.MjData, states: Array, controls: Array
+) -> Array:
+    """Sensor data in each of `states`, shape (n, nstate), with the forces that begin there under
+    `controls`, shape (n, nu): (n, nsensordata). Those of a step are read at its start, and one step
+    is taken from each state, in C; the solver begins each time where the run has ended."""
     rows, option = np.empty((len(states), 1, model.nsensordata)), model.opt
     flags, integrator = option.disableflags, option.integrator
     option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
     option.integrator = int(mujoco.mjtIntegrator.mjINT_EULER)  # the cheapest
+    warm = np.repeat(data.qacc_warmstart[None], len(states), axis=0)
     with Rollout(nthread=0) as engine:
         engine.rollout(
-            [model] * len(states), [data], states.copy(), skip_checks=True, nstep=1,
+            [model] * len(states), [data], states.copy(), controls[:, None], skip_checks=True,
+            control_spec=CTRL, nstep=1, initial_warmstart=warm,
             state=np.empty((len(states), 1, states.shape[1])), sensordata=rows,
         )  # fmt: skip
     option.disableflags, option.integrator = flags, integrator

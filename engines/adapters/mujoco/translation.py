@@ -46,8 +46,9 @@ class Translation:
     control: Callable[[Array], Array] | None = None
     """Times [s], shape (n,) -> ctrl, shape (n, nu), held over each step."""
     control_at: float = 0.0  # where in its step the control is read: 0 start, 0.5 middle
-    sensors: Callable[[Array], Named] | None = None
-    """Sensor data at the samples, shape (n, nsensordata) -> what they add to the observables."""
+    sensors: Callable[[Array], tuple[Named, Named]] | None = None
+    """Sensor data at the samples, shape (n, nsensordata) -> what they add to the observables and to
+    the channels."""
     probe: Probe | None = None
     """Model and data -> what reads observables and channels off them that states do not hold."""
     whole: mujoco.MjSpec | None = None

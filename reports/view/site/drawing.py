@@ -9,7 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from plumbob.engines.study.results import Study
-from plumbob.engines.workers import Work, Workers
+from plumbob.engines.workers import Work, Workers, workers_of
 from plumbob.models.registry import find_system
 from plumbob.models.scene import Scene, System
 from plumbob.reports.judge.sensitivity import parameters_of
@@ -33,13 +33,19 @@ Part = tuple[Said | None, SceneView]  # of a system what there is to say, with i
 
 
 def system_views(
-    study: Study, systems: Sequence[System], found: Judgements, section: Sections, jobs: int = 1
+    study: Study,
+    systems: Sequence[System],
+    found: Judgements,
+    section: Sections,
+    jobs: int | Workers = 1,
 ) -> list[SystemView]:
     """A view of each system with the scenes of `study`, the same for any number of processes, of
-    which `jobs` are used where there is much to draw; `section` must have a name there."""
+    which `jobs`, or those given, are used where there is much to draw; `section` must have a name
+    there."""
     parts: Mapping[str, Part] = {}
-    if jobs > 1 and len(study.scenes) >= MANY:
-        parts = _side_by_side(study, systems, found, section, jobs)
+    with workers_of(jobs) as workers:
+        if workers.count > 1 and len(study.scenes) >= MANY:
+            parts = _side_by_side(study, systems, found, section, workers)
     views = []
     for system in systems:
         scenes = in_order(study, system)
@@ -51,7 +57,7 @@ def system_views(
 
 
 def _side_by_side(
-    study: Study, systems: Sequence[System], found: Judgements, section: Sections, jobs: int
+    study: Study, systems: Sequence[System], found: Judgements, section: Sections, workers: Workers
 ) -> dict[str, Part]:
     """The view of each scene by its name, the first of a system with what there is to say of that;
     without those whose process died, which another process is to draw."""
@@ -76,8 +82,7 @@ def _side_by_side(
             waiting.remove(scene)
             return scene.name, Work(_part, (str(file), scene.name, scene in first), LIMIT)
 
-        with Workers(min(jobs, len(waiting))) as workers:
-            workers.work_out(take, done, lambda name, why: None)
+        workers.work_out(take, done, lambda name, why: None)
     return views
 
 

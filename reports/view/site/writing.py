@@ -16,6 +16,7 @@ from typing import Any
 
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
+from plumbob.engines.workers import Workers
 from plumbob.models.registry import systems
 from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.judge.verdict import Judgements, judge_study
@@ -53,13 +54,13 @@ def write_page(
     section: Sections,
     judged: Judgements | None = None,
     history: Mapping[int, Provenance] = NO_HISTORY,
-    jobs: int = 1,
+    jobs: int | Workers = 1,
 ) -> Path:
     """Write the site of `study` into `folder` and return the path of its index; `section` finds
     what there is to say of one system alone, `judged` are the study's verdicts where they are known
-    already, `history` how each study in the folder's store was made; so many `jobs` draw it. The
-    index is replaced last, in one step: until then an older site stays whole. Raises OSError where
-    the folder cannot be written."""
+    already, `history` how each study in the folder's store was made; so many `jobs` draw it, or the
+    workers given. The index is replaced last, in one step: until then an older site stays whole.
+    Raises OSError where the folder cannot be written."""
     others = versions(history, str(folder))
     return site(content(study, section, judged, others, jobs), folder)
 
@@ -83,7 +84,7 @@ def render(
     section: Sections,
     judged: Judgements | None = None,
     others: Versions | None = None,
-    jobs: int = 1,
+    jobs: int | Workers = 1,
 ) -> str:
     """The whole site of `study` as one HTML file: a function of what is stored, which runs no
     engine. The pages beside the index stand in templates, which our script shows."""
@@ -124,7 +125,7 @@ def content(
     section: Sections,
     judged: Judgements | None = None,
     others: Versions | None = None,
-    jobs: int = 1,
+    jobs: int | Workers = 1,
 ) -> Content:
     """What the pages of `study` show; the arguments are those of `write_page`, `others` the studies
     with other engines."""

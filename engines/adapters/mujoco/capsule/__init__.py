@@ -22,6 +22,7 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.capsule import reduced
 from plumbob.engines.adapters.mujoco.capsule.readings import (
+    add_sensors,
     along,
     control,
     heading,
@@ -68,10 +69,13 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
 
     def tune(compiled: mujoco.MjModel) -> None:
         compiled.body_invweight0[compiled.body("body").id] *= chosen.softening
+        # Read at the samples alone.
+        compiled.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
     settling = (step, SETTLED) if chosen.convergent else (DEFAULT_STEP, SETTLING)
     rest = settled(spec, tune, setup.press, *settling)
     qpos, qvel = start(setup, rest)
+    add_sensors(spec)
     size = float(np.abs(setup.capsule.supports).max())
     return Translation(
         spec,
@@ -81,7 +85,7 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
         limits=dict.fromkeys(("displacement", "x", "y"), FAR * size),
         control=control(setup, step),
         whole=seen,
-        probe=reading(setup),
+        sensors=reading(setup),
         tune=tune,
     )
 

@@ -7,16 +7,21 @@ from collections.abc import Callable
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.mujoco.contacts import armature
-from plumbob.engines.adapters.mujoco.translation import Named, Probe, Recorder
+from plumbob.engines.adapters.mujoco.translation import Named
 
 Observe = Callable[[Array, Array], tuple[Named, Named]]
-BODY = int(mujoco.mjtObj.mjOBJ_BODY)
-PYRAMIDAL = mujoco.mjtCone.mjCONE_PYRAMIDAL
+BODY = mujoco.mjtObj.mjOBJ_BODY
+SENSOR, DATA = mujoco.mjtSensor, mujoco.mjtConDataField
+CONTACT = sum(
+    1 << int(part)
+    for part in (DATA.mjCONDATA_FOUND, DATA.mjCONDATA_FORCE, DATA.mjCONDATA_NORMAL,
+                 DATA.mjCONDATA_TANGENT)
+)  # fmt: skip
+"""What is read of a contact: whether it is there, then force, normal and tangent, 10 numbers."""
 FREE = 7  # least number of coordinates of the full model: place and quaternion; a planar has 5
 
 
@@ -151,133 +156,56 @@ def turned(attitude: Array, angle: float) -> Array:
     return np.array([cos * w - sin * z, cos * x - sin * y, cos * y + sin * x, cos * z + sin * w])
 
 
-def reading(setup: CapsuleSetup) -> Probe:
-    """The normal forces N_i and, along a line, friction and the force of the actuator on the slider
-    (what a force sensor between them reads, without the armature's inertia) [N], over the step
-    that begins. As channels the number of contacts, the common centre of mass [m], and what is left
-    of the balance of momentum [N]: the actuator is inside, so the plane and gravity alone may
-    change it."""
+def add_sensors(spec: mujoco.MjSpec) -> None:
+    """What `reading` reads: each support's contact, the acceleration less gravity of body and
+    slider, and their common centre of mass."""
+    for i in range(3):
+        spec.add_sensor(
+            type=SENSOR.mjSENS_CONTACT,
+            objtype=mujoco.mjtObj.mjOBJ_GEOM, objname="floor",
+            reftype=mujoco.mjtObj.mjOBJ_GEOM, refname=f"support_{i + 1}",
+            intprm=[CONTACT, 0, 1],
+        )  # fmt: skip
+    for name in ("body", "slider"):
+        spec.add_sensor(type=SENSOR.mjSENS_FRAMELINACC, objtype=BODY, objname=name)
+    spec.add_sensor(type=SENSOR.mjSENS_SUBTREECOM, objtype=BODY, objname="body")
+
+
+def reading(setup: CapsuleSetup) -> Callable[[Array], tuple[Named, Named]]:
+    """Sensor data at the samples, shape (n, 39) -> the normal forces N_i and, along a line,
+    friction and the force of the actuator on the slider (what a force sensor between them reads,
+    without the armature's inertia) [N], over the step that begins. As channels the number of
+    contacts, the common centre of mass [m], and what is left of the balance of momentum [N]: the
+    actuator is inside, so the plane and gravity alone may change it."""
     capsule, angle = setup.capsule, setup.heading + setup.direction
     line = np.array([math.cos(angle), math.sin(angle), 0.0])
-    both = capsule.body_mass + capsule.slider_mass
 
-    def along(model: mujoco.MjModel, data: mujoco.MjData) -> Recorder:
-        body, slider = model.body("body").id, model.body("slider").id
-        pressed, driven = _Pressed(model, data), model.njnt > 1
-        shown = data.qacc, data.cfrc_int[slider, 3:], data.subtree_com[body]
-        taken: tuple[list[Array], ...] = ([], [], [])  # acceleration, force on the slider, centre
-
-        def take() -> None:
-            pressed.take()
-            mujoco.mj_rnePostConstraint(model, data)
-            for kept, values in zip(taken, shown, strict=True):
-                kept.append(values.copy())
-
-        def read() -> tuple[Named, Named]:
-            acceleration, pushing, place = map(np.array, taken)
-            normal, force = pressed.read()
-            friction, driving, centre = (v @ line for v in (force, pushing, place))
-            pushed = both * (acceleration[:, :3] @ line - setup.pull)
-            pushed = pushed + capsule.slider_mass * acceleration[:, -1] if driven else pushed
-            forces = {"friction_force": friction, "driving_force": driving}
-            return {**_loads(normal), **forces}, {
-                "contacts": pressed.counts(),
-                "centre_of_mass": centre,
-                "momentum_residual": pushed - friction,
-            }
-
-        return Recorder(take, read)
-
-    def in_plane(model: mujoco.MjModel, data: mujoco.MjData) -> Recorder:
-        body, slider = model.body("body").id, model.body("slider").id
-        pressed, found, centre = _Pressed(model, data), np.zeros((2, 6)), data.subtree_com[body]
-        whole, part = found
-        taken: tuple[list[Array], ...] = ([], [])  # accelerations of body and slider, centre
-
-        def take() -> None:
-            pressed.take()
-            mujoco.mj_rnePostConstraint(model, data)
-            mujoco.mj_objectAcceleration(model, data, BODY, body, whole, 0)
-            mujoco.mj_objectAcceleration(model, data, BODY, slider, part, 0)
-            taken[0].append(found.copy())
-            taken[1].append(centre.copy())
-
-        def read() -> tuple[Named, Named]:
-            moved, places = map(np.array, taken)
-            normal, force = pressed.read()
-            pushed = capsule.body_mass * moved[:, 0, 3:] + capsule.slider_mass * moved[:, 1, 3:]
-            return _loads(normal), {
-                "contacts": pressed.counts(),
+    def read(data: Array) -> tuple[Named, Named]:
+        touching = data[:, :30].reshape(-1, 3, 10)
+        counts, normal = touching[..., 0].sum(axis=1), touching[..., 1]
+        ahead, upwards = touching[..., 7:], touching[..., 4:7]
+        across = np.cross(upwards, ahead)
+        friction = touching[..., 2, None] * ahead + touching[..., 3, None] * across
+        force = friction.sum(axis=1)
+        moved, pushing, centre = data[:, 30:33], data[:, 33:36], data[:, 36:39]
+        pushed = capsule.body_mass * moved + capsule.slider_mass * pushing
+        loads = {f"normal_force_{i + 1}": normal[:, i] for i in range(3)}
+        if setup.in_plane:
+            return loads, {
+                "contacts": counts,
                 "least_normal_force": normal.min(axis=1),
-                "centre_of_mass_x": places[:, 0],
-                "centre_of_mass_y": places[:, 1],
+                "centre_of_mass_x": centre[:, 0],
+                "centre_of_mass_y": centre[:, 1],
                 "momentum_residual": np.hypot(*(pushed - force)[:, :2].T),
             }
+        forces = {
+            "friction_force": force @ line,
+            "driving_force": capsule.slider_mass * (pushing @ line),
+        }
+        return {**loads, **forces}, {
+            "contacts": counts,
+            "centre_of_mass": centre @ line,
+            "momentum_residual": (pushed - force) @ line,
+        }
 
-        return Recorder(take, read)
-
-    return in_plane if setup.in_plane else along
-
-
-def _loads(normal: Array) -> Named:
-    return {f"normal_force_{i + 1}": normal[:, i] for i in range(3)}
-
-
-class _Pressed:
-    """The forces of the contacts in the states that are taken: kept as the solver has them, and
-    worked out for all states at once. All contacts have the settings of the model's pairs, which
-    are those of the first."""
-
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        self.model, self.data = model, data
-        self.first = model.geom("support_1").id
-        self.pairs: list[Array] = [np.empty((0, 2), int)]  # of geoms, a row a contact
-        self.frames: list[Array] = [np.empty((0, 9))]
-        self.begins: list[Array] = [np.empty(0, int)]  # where each contact's part begins of
-        self.solved: list[Array] = [np.empty(0)]  # what the solver finds
-
-    def take(self) -> None:
-        """Keep the contacts of the data as they are now."""
-        contact = self.data.contact
-        self.pairs.append(contact.geom.copy())
-        self.frames.append(contact.frame.copy())
-        self.begins.append(contact.efc_address.copy())
-        self.solved.append(self.data.efc_force.copy())
-
-    def counts(self) -> Array:
-        """Number of contacts in each of the states, shape (n,)."""
-        return np.array([float(len(begins)) for begins in self.begins[1:]])
-
-    def read(self) -> tuple[Array, Array]:
-        """Normal forces N_i [N] in each state, and the sum of friction in the world [N], both of
-        shape (n, 3)."""
-        counts = self.counts().astype(int)
-        state = np.repeat(np.arange(len(counts)), counts)
-        support = np.concatenate(self.pairs).max(axis=1, initial=0) - self.first
-        across = np.concatenate(self.frames).reshape(-1, 3, 3)[:, 1:]
-        force = self._forces(counts)
-        normal, friction = np.zeros((len(counts), 3)), np.zeros((len(counts), 3))
-        np.add.at(normal, (state, support), force[:, 0])
-        np.add.at(friction, state, force[:, 1, None] * across[:, 0])
-        np.add.at(friction, state, force[:, 2, None] * across[:, 1])
-        return normal, friction
-
-    def _forces(self, counts: npt.NDArray[np.int64]) -> Array:
-        """Force of each contact in its frame [N], normal first, shape (contacts, 3), as
-        `mj_contactForce` has it: of a pyramid from its edges; none of a contact left out."""
-        sizes = [len(solved) for solved in self.solved[:-1]]
-        begins = np.concatenate(self.begins)
-        inside = begins >= 0
-        places = (begins + np.repeat(np.cumsum(sizes), counts))[inside]
-        width, force = int(self.model.pair_dim[0]), np.zeros((len(begins), 3))
-        pyramid = self.model.opt.cone == PYRAMIDAL and width > 1
-        if pyramid:
-            width = 2 * (width - 1)
-        parts = np.concatenate(self.solved)[places[:, None] + np.arange(width)].T
-        if pyramid:
-            mu, nu = self.model.pair_friction[0, :2]
-            parts = [sum(parts[1:], parts[0]), (parts[0] - parts[1]) * mu,
-                     (parts[2] - parts[3]) * nu]  # fmt: skip
-        for i, values in enumerate(parts[:3]):
-            force[inside, i] = values
-        return force
+    return read
