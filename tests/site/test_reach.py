@@ -104,7 +104,7 @@ def test_the_dark_theme_changes_colours_alone() -> None:
             assert sizes == [], (name, sizes)
 
 
-# Names links in the middle of the index's longest table, takes the words of the last, and adds
+# Names links in the middle of the index's longest table, empties the last of them, and adds
 # rules to the page.
 SEEDED = """([names, text]) => {
   const lines = [...document.querySelectorAll("table")].map((one) => [...one.tBodies[0].rows])
