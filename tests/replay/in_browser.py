@@ -13,7 +13,10 @@ WIDTH, HEIGHT = 1280, 900
 
 
 def opened(
-    browser: Browser, file: Path, prepare: Callable[[Page], None] = lambda page: None, **given: Any
+    browser: Browser,
+    file: Path,
+    prepare: Callable[[Page], object] = lambda page: None,
+    **given: Any,
 ) -> Iterator[Page]:
     """A page for as long as it is looked at, of a reader who prefers less motion unless `given`
     says otherwise, with what `prepare` gives it before it is loaded; fails where the console said
