@@ -3,6 +3,7 @@ their commands beside it."""
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shlex
@@ -11,6 +12,7 @@ import subprocess
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.util import cache_from_source
 from pathlib import Path
 
 import pytest
@@ -59,7 +61,8 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for path in files(ROOT):
         if path.parts[0] != "tests":
             (copy / path).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(ROOT / path, copy / path)
+            shutil.copy2(ROOT / path, copy / path)
+            _compiled_too(ROOT / path, copy / path)
     for example in EXAMPLES.values():
         for path, group, code in example.blocks:
             if group is None:
@@ -74,14 +77,29 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return copy
 
 
-# Commands one after another in one process, which loads the engines once.
+def _compiled_too(path: Path, copied: Path) -> None:
+    """Bytecode of a module that is there and new enough, which is tested by the copy's time."""
+    if path.suffix == ".py":
+        compiled, place = (Path(cache_from_source(str(one))) for one in (path, copied))
+        if compiled.is_file():
+            place.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(compiled, place)
+
+
+# Commands one after another, each list in a folder of its own, in one process, which loads the
+# engines once, and begins no others, which would load them too.
 IN_TURN = """
-import shlex, sys
+import json, os, shlex, sys
+os.cpu_count = lambda: 1
 from plumbob.reports.cli import main
-for line in sys.argv[1:]:
-    code = main(shlex.split(line)[1:])
-    if code:
-        sys.exit(f"{line}: {code}")
+for number, lines in enumerate(json.loads(sys.argv[1])):
+    os.mkdir(str(number))
+    os.chdir(str(number))
+    for line in lines:
+        code = main(shlex.split(line)[1:])
+        if code:
+            sys.exit(f"{line}: {code}")
+    os.chdir("..")
 """
 
 
@@ -101,19 +119,27 @@ def test_each_kind_of_addition_has_an_example() -> None:
     assert all(example.commands for example in EXAMPLES.values())
 
 
-@pytest.mark.parametrize("heading", EXAMPLES)
-def test_commands_work(heading: str, tree: Path, tmp_path: Path) -> None:
-    commands = EXAMPLES[heading].commands
-    assert all(line.startswith("plumbob ") for line in commands)
-    if len(commands) == 1:
-        run(tree, tmp_path, sys.executable, "-m", *shlex.split(commands[0]))
-    else:
-        run(tree, tmp_path, sys.executable, "-c", IN_TURN, *commands)
-    if heading == "A finding":
-        pages = site_files(tmp_path / "plumbob-out" / "index.html")
-        page = "".join(file.read_text("utf-8") for file in pages).replace("\u00a0", " ")
-        assert "The terminal speed is reached after seven time constants" in page
-        assert "within 0.1 % of the terminal speed after 13.8 s" in page
+def test_commands_work(tree: Path, tmp_path: Path) -> None:
+    commands = [example.commands for example in EXAMPLES.values()]
+    assert all(line.startswith("plumbob ") for lines in commands for line in lines)
+    run(tree, tmp_path, sys.executable, "-c", IN_TURN, json.dumps(commands))
+    out = tmp_path / str(list(EXAMPLES).index("A finding")) / "plumbob-out"
+    page = "".join(file.read_text("utf-8") for file in site_files(out / "index.html"))
+    page = page.replace("\u00a0", " ")
+    assert "The terminal speed is reached after seven time constants" in page
+    assert "within 0.1 % of the terminal speed after 13.8 s" in page
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        "plumbob run simple-pendulum/free-large toys/euler --step 1e-4",
+        "plumbob solve falling-body --times -1",
+    ],
+)
+def test_a_command_that_fails_is_seen(broken: str, tree: Path, tmp_path: Path) -> None:
+    with pytest.raises(AssertionError, match=f"{broken}: 2"):
+        run(tree, tmp_path, sys.executable, "-c", IN_TURN, json.dumps([[broken]]))
 
 
 def test_doctests_of_the_examples_run(tree: Path, tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +12,21 @@ FRACTION = 0.37  # of the replay: where each is stopped
 WIDTH, HEIGHT = 1280, 900
 
 
-def opened(browser: Browser, file: Path, **given: Any) -> Iterator[Page]:
+def opened(
+    browser: Browser,
+    file: Path,
+    prepare: Callable[[Page], object] = lambda page: None,
+    **given: Any,
+) -> Iterator[Page]:
     """A page for as long as it is looked at, of a reader who prefers less motion unless `given`
-    says otherwise; fails where the console said anything."""
+    says otherwise, with what `prepare` gives it before it is loaded; fails where the console said
+    anything."""
     options = {"viewport": {"width": WIDTH, "height": HEIGHT}, "reduced_motion": "reduce", **given}
     page = browser.new_page(**options)
     said: list[str] = []
     page.on("console", lambda message: said.append(message.text))
     page.on("pageerror", lambda error: said.append(str(error)))
+    prepare(page)
     page.goto(file.as_uri())
     yield page
     assert said == []

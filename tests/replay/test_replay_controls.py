@@ -45,30 +45,47 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write([replays()[name] for name in SHOWN], tmp_path_factory.mktemp("controls"))
 
 
-@pytest.fixture
-def page(browser: Browser, file: Path) -> Iterator[Page]:
+@pytest.fixture(scope="module")
+def still(browser: Browser, file: Path) -> Iterator[Page]:
     """Opened by a reader who prefers less motion."""
     yield from opened(browser, file)
 
 
 @pytest.fixture
+def page(still: Page) -> Iterator[Page]:
+    """The same, with nothing left that plays."""
+    yield still
+    still.evaluate(PAUSE)
+
+
+PAUSE = """() => document.querySelectorAll(".play").forEach((one) => {
+  if (one.textContent === "Pause") one.click();
+})"""
+
+
+@pytest.fixture
 def moving(browser: Browser, file: Path) -> Iterator[Page]:
     """Opened by a reader who has nothing against motion; its clock runs when it is set to."""
-    for page in opened(browser, file, reduced_motion="no-preference"):
-        clocked(page)
-        yield page
+    yield from opened(browser, file, clocked, reduced_motion="no-preference")
+
+
+@pytest.fixture(scope="module")
+def pausable(browser: Browser, file: Path) -> Iterator[Page]:
+    """The same for tests that begin with what is `paused`."""
+    yield from opened(browser, file, clocked, reduced_motion="no-preference")
 
 
 def clocked(page: Page) -> None:
     """Give a page a clock of its own, which stands still unless it is run."""
     page.clock.install(time=0)
     page.clock.pause_at(1000)
-    page.reload()
 
 
 def paused(page: Page, name: str) -> Locator:
-    """The replay of a scene at its start, where it may have begun to play by itself."""
+    """The replay of a scene at its start and first speed, where it may have begun to play by
+    itself."""
     figure = found(page, name)
+    figure.locator("select.speed").evaluate(FIRST_CHOSEN)
     figure.locator("select.speed").focus()
     if figure.locator(".play").inner_text() == "Pause":
         figure.locator(".play").click()
@@ -76,36 +93,42 @@ def paused(page: Page, name: str) -> Locator:
     return figure
 
 
+FIRST_CHOSEN = """(choice) => {
+  for (const option of choice.options) option.selected = option.defaultSelected;
+  choice.dispatchEvent(new Event("change"));
+}"""
+
+
 def time_of(figure: Locator) -> float:
     """Where the time's slider is, as a fraction."""
     return float(figure.locator("input[type=range]").input_value()) / LAST
 
 
-def test_the_button_plays_and_pauses(moving: Page) -> None:
-    figure = paused(moving, NAME)
+def test_the_button_plays_and_pauses(pausable: Page) -> None:
+    figure = paused(pausable, NAME)
     figure.get_by_role("button", name="Play").click()
-    moving.clock.run_for(400)
+    pausable.clock.run_for(400)
     figure.get_by_role("button", name="Pause").click()
     then = time_of(figure)
     assert then == pytest.approx(0.4 / 20 / 0.5, abs=0.004)  # 1/20 of real time, of half a second
-    moving.clock.run_for(400)
+    pausable.clock.run_for(400)
     assert time_of(figure) == then
     assert "Paused at" in figure.locator("[role=status]").inner_text()
 
 
-def test_it_ends_at_the_end_and_begins_again(moving: Page) -> None:
-    figure = paused(moving, NAME)
+def test_it_ends_at_the_end_and_begins_again(pausable: Page) -> None:
+    figure = paused(pausable, NAME)
     set_time(figure, 0.99)
     figure.get_by_role("button", name="Play").click()
-    moving.clock.run_for(1000)
+    pausable.clock.run_for(1000)
     assert time_of(figure) == 1.0
     figure.get_by_role("button", name="Play").click()
-    moving.clock.run_for(400)
+    pausable.clock.run_for(400)
     assert 0.0 < time_of(figure) < 0.1
 
 
-def test_each_speed_is_what_it_says(moving: Page) -> None:
-    figure = paused(moving, NAME)
+def test_each_speed_is_what_it_says(pausable: Page) -> None:
+    figure = paused(pausable, NAME)
     options = figure.locator("select.speed option")
     values = [float(option.get_attribute("value") or "") for option in options.all()]
     assert values == sorted(values)
@@ -113,7 +136,7 @@ def test_each_speed_is_what_it_says(moving: Page) -> None:
         figure.locator("select.speed").select_option(f"{value:g}")
         set_time(figure, 0.0)
         figure.locator(".play").click()
-        moving.clock.run_for(400)
+        pausable.clock.run_for(400)
         assert time_of(figure) == pytest.approx(min(0.4 * value / 0.5, 1.0), rel=0.1)
         if figure.locator(".play").inner_text() == "Pause":
             figure.locator(".play").click()
@@ -162,8 +185,11 @@ def test_it_starts_by_itself_once(moving: Page) -> None:
     assert time_of(figure) > 0.0
     figure.locator(".play").click()
     then = time_of(figure)
-    for place in ("document.body.scrollHeight", "0"):
-        moving.evaluate(f"scrollTo(0, {place})")
+    for in_sight in (False, True):
+        if in_sight:
+            figure.locator("canvas").scroll_into_view_if_needed()
+        else:
+            moving.evaluate("scrollTo(0, document.body.scrollHeight)")
         moving.evaluate(FRAMES)  # what is in sight is looked at once a frame
         moving.clock.run_for(400)
     assert time_of(figure) == then
@@ -184,30 +210,30 @@ def test_it_stops_out_of_sight(moving: Page) -> None:
     expect(figure.locator(".play")).to_have_text("Play")
 
 
-def test_less_motion_is_no_motion_by_itself_and_twelve_steps(page: Page) -> None:
-    clocked(page)
-    figure = found(page, NAME)
-    figure.locator("canvas").scroll_into_view_if_needed()
-    page.evaluate(FRAMES)
-    page.clock.run_for(2000)
-    assert time_of(figure) == 0.0
-    figure.locator(".play").click()
-    for seconds, steps in ((0.5, 0), (0.7, 1), (0.5, 1), (0.5, 2)):
-        page.clock.run_for(round(1000 * seconds))
-        assert time_of(figure) == pytest.approx(steps / 12, abs=1e-3)
+def test_less_motion_is_no_motion_by_itself_and_twelve_steps(browser: Browser, file: Path) -> None:
+    for page in opened(browser, file, clocked):
+        figure = found(page, NAME)
+        figure.locator("canvas").scroll_into_view_if_needed()
+        page.evaluate(FRAMES)
+        page.clock.run_for(2000)
+        assert time_of(figure) == 0.0
+        figure.locator(".play").click()
+        for seconds, steps in ((0.5, 0), (0.7, 1), (0.5, 1), (0.5, 2)):
+            page.clock.run_for(round(1000 * seconds))
+            assert time_of(figure) == pytest.approx(steps / 12, abs=1e-3)
 
 
-def test_a_screen_reader_hears_little_while_it_plays(moving: Page) -> None:
+def test_a_screen_reader_hears_little_while_it_plays(pausable: Page) -> None:
     """The status changes when something is pressed, not while the time goes on."""
-    figure = paused(moving, NAME)
+    figure = paused(pausable, NAME)
     figure.locator(".play").click()
     said = figure.locator("[role=status]").inner_text()
     assert said.startswith("Playing at")
-    moving.clock.run_for(2000)
+    pausable.clock.run_for(2000)
     assert figure.locator("[role=status]").inner_text() == said
     assert time_of(figure) > 0.0
     figure.locator("input[type=range]").press("ArrowRight")
-    moving.clock.run_for(2000)
+    pausable.clock.run_for(2000)
     assert figure.locator("[role=status]").inner_text().startswith("Shown at")
 
 
@@ -326,10 +352,7 @@ CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
 def labelled(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
     """A page that keeps what is written on its canvases."""
     file = write(list(replays().values()), tmp_path_factory.mktemp("labelled"))
-    for page in opened(browser, file):
-        page.add_init_script(WRITTEN)
-        page.reload()
-        yield page
+    yield from opened(browser, file, lambda page: page.add_init_script(WRITTEN))
 
 
 def test_the_printed_page_has_six_moments(page: Page) -> None:
@@ -339,6 +362,7 @@ def test_the_printed_page_has_six_moments(page: Page) -> None:
     assert figure.locator(".replay-strip svg").count() == 6
     assert figure.locator(".replay-strip").is_visible()
     assert not figure.locator("canvas").is_visible()
+    page.emulate_media(media="screen")
 
 
 def test_without_scripts_there_are_six_moments(browser: Browser, file: Path) -> None:

@@ -16,13 +16,12 @@ from plumbob.engines.study.extra_runs import Request, Result
 from plumbob.engines.study.order import Order
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import system_of
-from plumbob.reports.findings import section
 from plumbob.reports.findings.cone_pendulum import hamiltonian, source_claims
 from plumbob.reports.findings.sources import CHERNOUSKO, NOTEBOOK, SUDAKOV, as_printed
 from plumbob.reports.judge.verdict import judge_study, judged
 from plumbob.reports.view import notation, overview, tables
 from plumbob.reports.view.content import Finding, Statement, StatementVerdict, Table
-from plumbob.tests.site.whole_profile import study
+from plumbob.tests.site import whole_profile
 from plumbob.tests.support.declared import declared, nothing
 from plumbob.tests.support.studies import SCENE, quick
 
@@ -111,8 +110,7 @@ PRINTED = ("16.24", "0.893", "0.031", "35.809", "39.624", "514.197", "575.246", 
 @pytest.fixture(scope="module")
 def findings() -> list[Finding]:
     """All findings of the quick profile, from made-up runs."""
-    names = dict.fromkeys(scene.system for scene in study().scenes)
-    return [one for name in names if (own := section(name)) for one in own.findings(study())]
+    return list(whole_profile.findings())
 
 
 def test_every_statement_of_the_sources_has_value_verdict_and_finding(

@@ -30,6 +30,7 @@ from plumbob.reports.view.site.claims import (
 )
 from plumbob.reports.view.site.first_screen import KEY_FINDINGS, cards
 from plumbob.reports.view.site.views import OF_ENGINES
+from plumbob.tests.site import whole_profile
 
 COMPUTED = (  # from the sources and the exact motions alone: no figure of theirs is measured
     "capsule-mean-speed", "capsule-plan-poses",
@@ -104,8 +105,8 @@ def _findings(study: Study) -> dict[str, Finding]:
 
 
 @pytest.fixture(scope="module")
-def before(study: Study) -> dict[str, Finding]:
-    return _findings(study)
+def before() -> dict[str, Finding]:
+    return {finding.name: finding for finding in whole_profile.findings()}
 
 
 @pytest.fixture(scope="module")

@@ -48,16 +48,6 @@ def test_nothing_large_is_in_it_twice(single: Path) -> None:
     )
 
 
-def test_a_page_takes_what_another_holds(single: Path, browser: Browser) -> None:
-    """Two systems with the same picture show it, and both the moving canvas of their replay."""
-    for name in ("capsule-line", "capsule-turn"):
-        with visited(browser, single, f"#{name}") as visit:
-            visit.page.locator(f"h1#{name}").wait_for()
-            assert visit.ask(SIZE_OF_PICTURE) == [480, 360]
-            visit.page.locator(".replay canvas").wait_for()
-            assert visit.console == []
-
-
 def _whole(html: str, text: str) -> str:
     """A page of the file `text` with what it takes from others."""
 
@@ -107,8 +97,17 @@ def test_its_links_turn_pages(single: Path, browser: Browser) -> None:
         assert visit.requests == [single.resolve().as_uri()]
 
 
-def test_a_link_from_outside_leads_to_a_place_on_a_page(single: Path, browser: Browser) -> None:
+def test_a_link_from_outside_leads_to_a_place_on_a_page_which_takes_what_another_holds(
+    single: Path, browser: Browser
+) -> None:
+    """Two systems with the same picture show it, and both the canvas of their replay."""
     with visited(browser, single, "#printed-hamiltonian") as visit:
         found = visit.page.locator("#printed-hamiltonian > details")
         found.wait_for()
         assert found.get_attribute("open") is not None
+        for name in ("capsule-line", "capsule-turn"):
+            visit.ask("(name) => { location.hash = name; }", name)
+            visit.page.locator(f"h1#{name}").wait_for()
+            assert visit.ask(SIZE_OF_PICTURE) == [480, 360]
+            visit.page.locator(".replay canvas").wait_for()
+        assert visit.console == []

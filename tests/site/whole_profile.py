@@ -3,7 +3,7 @@ was measured: made once a run, with engines that refuse to run, for all that loo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -14,6 +14,7 @@ from plumbob.engines.registry import engines
 from plumbob.engines.study.extra_runs import Request, Result
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings import requests, section
+from plumbob.reports.view.content import Finding, Section
 from plumbob.reports.view.site.writing import Content, content
 from plumbob.tests.sharing.shared import shared
 from plumbob.tests.support.declared import invented_study
@@ -68,15 +69,38 @@ def _invented() -> Study:
 @cache
 def shown() -> Content:
     """What its pages show, and what they asked for: its study's extras are `Asked`."""
-    return shared("whole-pages", lambda: _shown(study()))
+    return _whole()[0]
+
+
+def findings() -> tuple[Finding, ...]:
+    """The findings of its pages, as they are where all that they claim holds."""
+    return _whole()[1]
 
 
 @cache
 def small() -> Content:
     """The same of the small study that is measured."""
-    return shared("small-pages", lambda: _shown(quick()))
+    return shared("small-pages", lambda: _shown(quick()))[0]
 
 
-def _shown(study: Study) -> Content:
+@cache
+def _whole() -> tuple[Content, tuple[Finding, ...]]:
+    return shared("whole-pages", lambda: _shown(study()))
+
+
+def _shown(study: Study) -> tuple[Content, tuple[Finding, ...]]:
+    """What the pages of a study show, and the findings before it is seen whether they hold."""
+    kept: list[Finding] = []
+
+    def keeping(name: str) -> Section | None:
+        own = section(name)
+        return own and replace(own, findings=lambda study: _kept(own.findings(study), kept))
+
     with no_engine():
-        return content(replace(study, extras=Asked(study.extras)), section)
+        pages = content(replace(study, extras=Asked(study.extras)), keeping)
+    return pages, tuple(kept)
+
+
+def _kept(found: Sequence[Finding], kept: list[Finding]) -> Sequence[Finding]:
+    kept += found
+    return found

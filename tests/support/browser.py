@@ -37,6 +37,32 @@ SCROLL = """async () => {
     await frame();
   }
 }"""
+# Of elements beside each other that are alike but for their words the first stays, and one plot:
+# alike in tags, colours and attributes, and so is all that is in them. Lines keep their cells.
+ALIKE = """() => {
+  const valued = ["class", "style", "role", "type", "tabindex", "open", "fill", "stroke"];
+  const kept = (parent) => {
+    const signs = new Set();
+    const all = [...parent.children].map((one) => [one, sign(one)]);
+    for (const [one, own] of all) {
+      if (signs.has(own) && parent.tagName !== "TR") one.remove();
+      signs.add(own);
+    }
+    return [...signs];
+  };
+  const sign = (one) => {
+    const style = getComputedStyle(one);
+    const given = [...one.attributes].map((each) =>
+      valued.includes(each.name) || each.value === "" ? `${each.name}=${each.value}` : each.name);
+    const says = [...one.childNodes].some((each) => each.nodeType === 3 && each.data.trim());
+    return [one.tagName, ...given.sort(), style.color, style.backgroundColor, style.fontSize,
+      style.opacity, says, "(", ...kept(one), ")"].join(" ");
+  };
+  const plots = [...document.querySelectorAll(".area")];
+  const drawn = plots.find((one) => one.querySelector(".main-svg"));
+  for (const one of plots) if (one !== drawn) one.remove();
+  kept(document.body);
+}"""
 
 
 def chromium() -> str:
@@ -81,6 +107,10 @@ class Visit:
         self.page.emulate_media(color_scheme="dark" if scheme == "dark" else "light")
         self.page.wait_for_timeout(100)
 
+    def keep_one_of_each(self) -> None:
+        """Take away what is alike, but for its words, to what stands beside it."""
+        self.ask(ALIKE)
+
     def scroll_through(self) -> None:
         """Open everything that can be opened, and scroll from the top to the end."""
         self.ask(SCROLL)
@@ -106,9 +136,11 @@ def driven() -> Iterator[Browser]:
 def visited(
     browser: Browser, page: Path, place: str = "", width: int = 1280, scheme: str = "light"
 ) -> Iterator[Visit]:
-    """A page at a width [px] in a colour scheme, loaded."""
+    """A page at a width [px] in a colour scheme, loaded by a reader who prefers less motion: no
+    replay plays by itself meanwhile."""
     context = browser.new_context(
         viewport={"width": width, "height": 900},
+        reduced_motion="reduce",
         color_scheme="dark" if scheme == "dark" else "light",
     )
     opened = context.new_page()

@@ -80,6 +80,7 @@ def invented_study(wanted: Requests) -> Study:
         nothing(), scenes=plan.scenes, methods=plan.methods, convergence=_convergence(plan),
         costs={(s.name, m.name): cost for s, m in pairs(plan.scenes, plan.methods)},
         extras={request: _invented(request) for request in wanted(plan)},
+        interest={s.name: system_of(s).quantities(case_of(s)) for s in plan.scenes},
     )  # fmt: skip
 
 
