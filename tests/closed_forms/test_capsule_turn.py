@@ -97,6 +97,25 @@ def test_a_repeated_motion_needs_its_pauses() -> None:
         RepeatedTurn(WHOLE, 2, 0.0)
 
 
+@pytest.mark.parametrize("friction", [0.0, 1e-308, 1e-17])
+def test_friction_that_no_double_shows_is_refused_before_anything_is_worked_out(
+    friction: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(f"{RepeatedTurn.__module__}.three_point_motion", None)
+    slippery = RepeatedTurn(replace(WHOLE, capsule=replace(CHECK, friction=friction)))
+    with pytest.raises(ParameterError, match=r"^friction = .* greater than .*e-15"):
+        _ = slippery.single
+
+
+def test_friction_that_changes_the_last_digit_of_the_largest_rate_ends_a_turn() -> None:
+    least = WHOLE.least_friction
+    bound = replace(WHOLE, capsule=replace(CHECK, friction=least)).friction_bound
+    rate = WHOLE.inertia_ratio * abs(WHOLE.angular_acceleration) * WHOLE.half_time
+    assert 2.0 * WHOLE.half_time * bound == pytest.approx(2.0**-53 * rate, rel=1e-12)
+    enough = RepeatedTurn(replace(WHOLE, capsule=replace(CHECK, friction=2.0 * least)))
+    assert math.isfinite(enough.single.rest_time)
+
+
 def test_a_reference_is_in_the_axes_of_its_start() -> None:
     path = turn_of(CHECK, 0.12, 0.3).path
     times = np.linspace(0.0, 0.2, 9)

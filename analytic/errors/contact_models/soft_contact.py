@@ -12,13 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plumbob.analytic.errors.schemes import EULER
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import load_fractions
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 
 DEPTH_ROUNDINGS = 16  # of the place of a support, turned and moved
 # Calibrated; tests/sensitivity/test_contact_calibration.py holds both from both sides.
-QUASI_STATIC_FACTOR = 3.0  # on a quasi-static error, for contacts that lag behind and overshoot
+QUASI_STATIC_FACTOR = 2.0  # on a quasi-static error, for contacts that lag behind and overshoot
 OVERSHOOT_FACTOR = 6.0  # on the loads that inertia takes: overshoot of weakly damped tilt
 
 
@@ -44,6 +45,7 @@ class SoftContact:
     solver_tolerance: float  # the solver ends when its cost per mass, a^2/2, falls by less
     armature: float  # A: added inertia of the slider's joint [kg]
     normal: NormalContact | None = None  # None where friction is a joint's: nothing deflects
+    integrator: str = EULER  # of the steps, or RK4
 
     @property
     def contact_rate(self) -> float:

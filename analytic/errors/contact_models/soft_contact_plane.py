@@ -20,7 +20,8 @@ never works with that. So with e the root of twice that energy, and directions d
     e' <= ((sum f dN_i d_i)^2/(M + m) + (sum f dN_i rho_i x d_i)^2/I)^(1/2),    rho_i = CA_i - mu r,
 
 the errors of the rates are e/I^(1/2) and e/(M + m)^(1/2), of angle and place their integrals. The
-friction of a support that sticks may differ in any direction. The error resets at rest.
+friction of a support that sticks may differ in any direction. The error resets where the exact
+motion and that of the steps are both at rest.
 Derivations: THEORY.md, section 9.
 """
 
@@ -28,10 +29,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -50,6 +51,8 @@ from plumbob.analytic.errors.contact_models.soft_contact import (
     load_fraction_slopes,
     shortest_arm,
 )
+from plumbob.analytic.errors.sliding_motion.plane_errors import MOST_STEPS
+from plumbob.analytic.errors.sliding_motion.plane_steps import course
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import (
     ROUNDOFF,
@@ -62,6 +65,7 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.equations import Complex
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.analytic.systems.three_points.reference import PlaneReference
 
 PLACES = 33  # in each piece of the slider's motion, for what is smooth within one
 LATE = 257  # after the last one, where friction alone acts
@@ -84,11 +88,13 @@ class PlaneMotion:
     arms: Complex
     slips: Complex  # [m/s]; zero where a support sticks
     limits: Array  # friction limits f N_i [N], shape (3, n)
+    stepping: Any = False  # whether the steps' body moves, shape (n,)
 
     @property
     def resting(self) -> Any:
-        """Whether body and slider are at rest, shape (n,)."""
-        return (np.abs(self.slips).max(axis=0) == 0.0) & (self.speed == 0.0)
+        """Whether body and slider are at rest, and the steps' body too, shape (n,)."""
+        still = (np.abs(self.slips).max(axis=0) == 0.0) & (self.speed == 0.0)
+        return still & ~np.asarray(self.stepping)
 
     @property
     def directions(self) -> Complex:
@@ -116,6 +122,7 @@ def model_error(problem: CapsuleProblem, duration: float, contact: SoftContact) 
         raise ValueError("a motion in the plane has no theory of joint friction")
     capsule = problem.setup.capsule
     motion, count = plane_motion(problem, duration), problem.motion.count
+    motion = replace(motion, stepping=_stepping(problem, motion.times, duration, contact))
     lost = missing_loads(problem, motion, contact.normal.compliance, contact.normal.tilt_inertia)
     coupled = _coupled_loads(capsule, motion, contact.normal, contact.step)
     accuracy = math.sqrt(2.0 * contact.solver_tolerance * motion.mass)
@@ -151,7 +158,23 @@ def plane_motion(problem: CapsuleProblem, duration: float) -> PlaneMotion:
     """The motion, or the first of several alike, until `duration` [s], finely in each piece."""
     motion, setup = problem.motion, problem.setup
     start = Start(velocity=setup.velocity, angular_velocity=setup.heading_rate)
-    return _sampled(setup.capsule, motion.single.path, start, min(duration, motion.period))
+    end = duration if motion.count == 1 else min(duration, motion.period)
+    return _sampled(setup.capsule, motion.single.path, start, end)
+
+
+def _stepping(problem: CapsuleProblem, times: Array, duration: float, contact: SoftContact) -> Any:
+    """Whether the steps' body moves at `times` [s], shape (n,): what a step leaves of a turn lasts
+    until friction has stopped that too. False where the steps are too many to be taken."""
+    steps = round(duration / contact.step)
+    if steps > MOST_STEPS:
+        return False
+    begun = cast(PlaneReference, problem.reference).begun
+    driven = (problem.setup.capsule, problem.motion.path, begun)
+    rows = course(*driven, contact.integrator, contact.step, steps)
+    turned = max(math.hypot(*support) for support in problem.setup.capsule.supports) * rows[:, 5]
+    moved = np.abs(rows[:, 3]) + np.abs(rows[:, 4]) + np.abs(turned)
+    moving = moved > STILL * moved.max()
+    return moving[np.minimum(np.rint(times / contact.step).astype(int), steps)]
 
 
 @lru_cache(maxsize=8)  # every method and step of a scene asks for the same

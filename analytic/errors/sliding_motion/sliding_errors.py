@@ -8,7 +8,6 @@ from typing import Literal
 
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.model_error import NORMAL_FORCES
 from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.analytic.errors.sliding_motion.discontinuities import (
     GRID,
@@ -18,7 +17,7 @@ from plumbob.analytic.errors.sliding_motion.discontinuities import (
 )
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import load_slopes
+from plumbob.analytic.systems.capsule import by_support, load_slopes
 from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
@@ -146,7 +145,7 @@ def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: 
     times, moving = np.asarray(times, dtype=np.float64), motion.coasting
     sense = math.copysign(1.0, moving.rate)
     still = rate = np.zeros_like(times)
-    loads = dict.fromkeys(NORMAL_FORCES, still)
+    loads = by_support(np.zeros((times.size, 3)))
     if scheme.integrator == RK4:
         late, fast = rk4_stop(moving.duration, moving.deceleration, step, times)
         way, rate = sense * late, sense * fast

@@ -11,7 +11,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule, Path, validity
+from plumbob.analytic.systems.capsule import ROUNDOFF, Capsule, Path, validity
 from plumbob.analytic.systems.manoeuvres.turn_correction import (
     TurnCorrection,
     TurnPose,
@@ -66,9 +66,21 @@ class TurnManoeuvre:
     @property
     def friction_bound(self) -> float:
         """R_0 [rad/s^2], at least the angular acceleration that friction can give (eq. 28)."""
+        return self.capsule.friction * self._friction_pace
+
+    @property
+    def least_friction(self) -> float:
+        """The friction that over the manoeuvre, 2 tau, could change the body's largest rate,
+        mu_1 |Z| tau, by the rounding of a double: below it nothing tells when the body rests."""
+        rate = self.inertia_ratio * abs(self.angular_acceleration) * self.half_time
+        return ROUNDOFF * rate / (2.0 * self.half_time * self._friction_pace)
+
+    @property
+    def _friction_pace(self) -> float:
+        """R_0 per friction coefficient [rad/s^2]."""
         arm = max(math.hypot(*point) for point in self.capsule.supports)
         reach = arm + self.capsule.mass_ratio * self.radius
-        return reach * self.capsule.friction * self.capsule.weight / self.inertia
+        return reach * self.capsule.weight / self.inertia
 
     @property
     def characteristic_time(self) -> float:

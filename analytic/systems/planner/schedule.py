@@ -173,13 +173,15 @@ def turns(
     """Turn manoeuvres for the heading `wanted` [rad], whose sign is opposite to the slider's, and
     then `displacement` [m], in body axes at the start. Raises ParameterError.
 
-    After each turn has been computed the rest is scheduled anew; the last one is exact.
+    After each turn has been computed the rest is scheduled anew; the last one is exact. One may
+    turn the body the other way: what a turn with a heavy slider near C does depends on where it
+    begins more than on its size.
     """
     seen, left = survey(capsule, limits, circle, drive), abs(wanted)
-    if (fewest := seen.fewest(left)) > limits.manoeuvres:
-        raise too_many(limits, fewest)
     most = None
-    while True:
+    for made in itertools.count():
+        if (least := made + seen.fewest(left)) > limits.manoeuvres:
+            raise too_many(limits, least)
         now = schedule(seen, circle, left, displacement, line_time, most)
         most = now.count - 1
         done = None
@@ -187,7 +189,7 @@ def turns(
             done = outcome(
                 capsule, limits.radius, now.start, circle.sense * now.swing, drive(now.swing)
             )
-        if done is None or abs(done.heading) > left:
+        if done is None or circle.gained(done.heading) > left:
             guess, start, longest = seen.swing(left), now.start, circle.longest
             if circle.extent is not None:
                 margin = max(circle.extent - SPARE * guess, 0.0)
@@ -200,7 +202,7 @@ def turns(
             swing = seen.swing(0.5 * left)
             done = outcome(capsule, limits.radius, now.start, circle.sense * swing, drive(swing))
         yield done
-        left -= abs(done.heading)
+        left -= circle.gained(done.heading)
         displacement = (displacement - done.shift) * np.exp(-1j * done.heading)
         if circle.extent is None:
             end = math.remainder(now.start + done.swing, FULL_CIRCLE)

@@ -58,7 +58,7 @@ def plan(
     few equal turns and lines as possible, w1 = 3 f g/mu, w2 = 0.8 f g/mu, mu_1 Z = 3 R_0, a slow
     return after each. On the track "curve" the slider goes along C-Ai and C-Aj, where i and j are
     the `legs`, and the `arc` between them. Raises ParameterError naming the limit that makes a pose
-    unreachable, or the pose where the plan misses it, as with a slider a thousand times as heavy.
+    unreachable, or the pose where the plan misses it.
     """
     limits = limits or Limits()
     start = start or RestPose(0.0, 0.0, 0.0)

@@ -69,6 +69,11 @@ class Circle:
     extent: float | None
     starts: Array
 
+    def gained(self, heading: float) -> float:
+        """What of a turn's `heading` [rad] is the way its slider is to turn the body, against its
+        own: negative where the body turned the other way."""
+        return -self.sense * heading
+
 
 def quickest_drive(limits: Limits) -> Drive:
     """Z for which the largest |w|, at half time, is at its limit: there the slider's centripetal
@@ -147,7 +152,7 @@ def survey(capsule: Capsule, limits: Limits, circle: Circle, drive: Drive) -> Su
         curve = PchipInterpolator(swings, values / swings**power)
         return np.asarray(curve(np.maximum(dense, swings[0])) * dense**power)
 
-    headings = interpolated([-circle.sense * f.heading for f in found], 1.0)
+    headings = interpolated([circle.gained(f.heading) for f in found], 1.0)
     count = int(np.argmax(headings)) + 1
     if count == 1 or np.any(np.diff(headings[:count]) <= 0.0):
         need = f"large enough to turn the body with a slider {limits.radius:g} m from C"
@@ -189,7 +194,7 @@ def exact_turn(
         return outcome(capsule, limits.radius, start, circle.sense * swing, drive(swing))
 
     def excess(swing: float) -> float:
-        return -circle.sense * followed(swing).heading - wanted
+        return circle.gained(followed(swing).heading) - wanted
 
     low, high = 0.98 * min(guess, longest), min(1.02 * guess, longest)
     while excess(low) > 0.0:

@@ -18,6 +18,7 @@ import numpy as np
 from plumbob.analytic.errors.contact_models import soft_contact_line, soft_contact_plane
 from plumbob.analytic.errors.contact_models.soft_contact import without_formula
 from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import load_fractions
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.capsule import reduced
@@ -68,12 +69,21 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
     spec.option.disableflags |= ISLANDS
 
     def tune(compiled: mujoco.MjModel) -> None:
-        compiled.body_invweight0[compiled.body("body").id] *= chosen.softening
+        weight = compiled.body_invweight0[compiled.body("body").id]
+        weight *= chosen.softening
+        if chosen.convergent and model == "full":
+            # MuJoCo's own is of a force at C, which also turns a body with its slider elsewhere:
+            # with m/M = 1e3 the contacts would be 80 times softer than they are meant to be.
+            weight[0] = chosen.softening / (setup.capsule.body_mass + setup.capsule.slider_mass)
         # Read at the samples alone.
         compiled.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
-    settling = (step, SETTLED) if chosen.convergent else (DEFAULT_STEP, SETTLING)
-    rest = settled(spec, tune, setup.press, *settling)
+    if chosen.convergent:
+        ahead = float(method.settings.get("slider_ahead", 0.0))
+        deflected = statics(setup, chosen.compliance(step), ahead) if model == "full" else None
+        rest = settled(spec, tune, setup.press, step, SETTLED, deflected)
+    else:
+        rest = settled(spec, tune, setup.press, DEFAULT_STEP, SETTLING)
     qpos, qvel = start(setup, rest)
     add_sensors(spec)
     size = float(np.abs(setup.capsule.supports).max())
@@ -167,15 +177,20 @@ def settled(
     press: float,
     step: float,
     steps: int,
+    deflected: Array | None = None,
 ) -> Array:
     """Coordinates at rest under gravity of `press` [m/s^2] alone, shape (nq,), after so many
     `steps` of `step` [s], with the first two and any turn about the vertical at zero: a run from
-    elsewhere begins with a drop."""
+    elsewhere begins with a drop. The body of a free joint begins `deflected` (`statics`)."""
     resting = spec.copy()
     resting.option.gravity = [0.0, 0.0, -press]
     resting.option.timestep = step
     model = resting.compile()
     tune(model)
+    if deflected is not None:
+        model.qpos0[2] += deflected[0]
+        model.qpos0[4:6] = 0.5 * deflected[2], -0.5 * deflected[1]
+        model.qpos0[3] = math.sqrt(1.0 - float(np.square(model.qpos0[4:6]).sum()))
     held = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, held)
     rest = np.array(_at_rest(held.tobytes(), steps))
@@ -186,6 +201,23 @@ def settled(
     else:
         rest[3:] = 0.0
     return rest
+
+
+def statics(setup: CapsuleSetup, compliance: float, ahead: float = 0.0) -> Array | None:
+    """Height of C over the plane [m] and gradient of the body's plane along its x and y, shape
+    (3,), on contacts that deflect by `compliance` [m/N] times M + m under the loads of statics,
+    with the slider `ahead` [m] on its line; None where it stands beyond an edge, and nothing rests.
+
+    A body that begins elsewhere drops: a support with hardly any load then takes off, and lands
+    when the rest has long settled.
+    """
+    capsule, (x, y) = setup.capsule, setup.slider
+    x, y = x + ahead * math.cos(setup.direction), y + ahead * math.sin(setup.direction)
+    loads = load_fractions(capsule, capsule.mass_ratio * np.array([x, y]))
+    if loads.min() <= 0.0:
+        return None
+    places = np.column_stack([np.ones(3), np.asarray(capsule.supports)])
+    return np.asarray(np.linalg.solve(places, -compliance * setup.press * loads))
 
 
 @lru_cache(maxsize=256)
