@@ -27,7 +27,8 @@ test: .venv/.develop  ## run the tests (ARGS go to pytest)
 
 test-long: .venv/.develop  ## mutations, the full profile, and a longer search by hypothesis: hours
 	$(BIN)/python -m plumbob.tests.validation.mutations
-	$(BIN)/python -m pytest --numprocesses auto tests/validation tests/site tests/replay --profile full $(ARGS)
+	$(BIN)/python -m pytest --numprocesses auto --profile full \
+	  tests/validation tests/site tests/replay tests/closed_forms tests/three_points $(ARGS)
 	@$(PIP) --editable '.[robots]'
 	$(BIN)/python -m pytest --numprocesses auto tests/audit --profile full $(ARGS)
 	HYPOTHESIS_PROFILE=search $(BIN)/python -m pytest --numprocesses auto $(ARGS)

@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from plumbob.tests.validation.measured_once import Shared
 
 # Machines differ in speed, so no deadline; the same examples every time, so that failures repeat.
-settings.register_profile("repeatable", deadline=None, derandomize=True, print_blob=True)
+settings.register_profile(
+    "repeatable", deadline=None, derandomize=True, print_blob=True, max_examples=40
+)
 settings.register_profile("search", deadline=None, max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 

@@ -23,7 +23,7 @@ from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.tests.support.high_precision import Orbit, orbit_of, started
 from plumbob.tests.support.random_pendulums import REGIMES, pendulums
 
-EACH = 28  # of every regime
+EACH = {"quick": 9, "full": 28}  # of every regime, by profile
 PERIODS = np.array([0.31, -1.7, 50.3])  # after the start
 # Rounded once from 34 digits: 1.1e-16 in theory.
 PERIOD = 1e-15
@@ -82,24 +82,25 @@ def simple(theta: float, theta_dot: float, **given: float) -> tuple[PendulumMoti
 
 
 @cache
-def drawn() -> tuple[tuple[str, ConePendulum], ...]:
-    return tuple(pendulums(EACH * len(REGIMES)))
+def drawn(each: int) -> tuple[tuple[str, ConePendulum], ...]:
+    return tuple(pendulums(each * len(REGIMES)))
 
 
 @pytest.mark.parametrize("regime", REGIMES)
-def test_random_parameters(regime: str) -> None:
-    for name, pendulum in drawn():
+def test_random_parameters(regime: str, pytestconfig: pytest.Config) -> None:
+    for name, pendulum in drawn(EACH[pytestconfig.getoption("profile")]):
         if name == regime:
             assert_exact(pendulum.motion, orbit_of(pendulum))
 
 
-def test_random_parameters_cover_wide_ranges() -> None:
-    bodies = [p.body for _, p in drawn()]
-    assert len(bodies) >= 300
-    assert sum(b.inertia_x < b.inertia_z for b in bodies) >= 30
-    assert sum(b.inertia_x != b.inertia_y for b in bodies) >= 100
-    assert max(p.platform_rate for _, p in drawn()) == 1000.0
-    assert {p.motion.well for _, p in drawn()} >= {
+def test_random_parameters_cover_wide_ranges(pytestconfig: pytest.Config) -> None:
+    each = EACH[pytestconfig.getoption("profile")]
+    bodies = [p.body for _, p in drawn(each)]
+    assert len(bodies) == 11 * each
+    assert sum(b.inertia_x < b.inertia_z for b in bodies) >= each
+    assert sum(b.inertia_x != b.inertia_y for b in bodies) >= 3 * each
+    assert max(p.platform_rate for _, p in drawn(each)) == 1000.0
+    assert {p.motion.well for _, p in drawn(each)} >= {
         "", "one of two wells", "the only well", "both wells", "the deeper well"
     }  # fmt: skip
 

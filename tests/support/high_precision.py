@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
-from itertools import pairwise
+from functools import cache, cached_property, lru_cache
 from typing import Any
 
 import gmpy2
@@ -25,6 +24,7 @@ Pair = tuple[Number, Number]
 PI: Number = gmpy2.const_pi()
 TURN: Number = 2 * PI
 ZERO: Number = mpfr(0)
+_ONE: Number = mpfr(1)
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Orbit:
     theta: Number
     theta_dot: Number
     d: Number = ZERO  # I_yz w^2 / 2 of a product of inertia
-    agreement: float = 1e-12  # between a Gauss rule and its two halves, far more accurate
+    agreement: float = 1e-12  # of a Gauss rule and its two halves, whose error is 1e-17 then
 
     def potential(self, theta: Number) -> Number:
         """V(theta)."""
@@ -113,48 +113,90 @@ class Orbit:
         """-1 when the start moves backward, else 1."""
         return -1 if self.theta_dot < 0 else 1
 
+    @cached_property
+    def _swing(self) -> tuple[Number, Number, Number, Number] | None:
+        """Middle of a libration, its sine and cosine, and sine of half the amplitude."""
+        if self.turning is None:
+            return None
+        low, high = self.turning
+        middle = (low + high) / 2
+        return middle, *gmpy2.sin_cos(middle), gmpy2.sin((high - low) / 4)
+
     def chart(self, u: Number) -> Pair:
         """theta and |dtheta/du| of a parameter that grows with time by 2 pi a period and in which
-        dt/du is smooth: theta = middle + reach sin u removes the square roots of a libration."""
-        if self.turning is None:
+        dt/du is smooth: sin((theta - middle) / 2) = sin(amplitude / 2) sin u removes the square
+        roots of a libration."""
+        if self._swing is None:
             return self.theta + self.sense * u, mpfr(1)
-        low, high = self.turning
+        middle, _, _, most = self._swing
         sine, cosine = gmpy2.sin_cos(u)
-        reach = (high - low) / 2
-        return low + reach + reach * sine, abs(reach * cosine)
+        half = most * sine
+        width = 2 * most * abs(cosine) / gmpy2.sqrt(1 - half * half)
+        return middle + 2 * gmpy2.asin(half), width
+
+    def _along(self, sine: Number, cosine: Number) -> Pair:
+        """|dtheta/du| and the speed of the u with this sine and cosine; in a rotation of a u from
+        theta = 0 on, forward."""
+        if self._swing is None:
+            width = _ONE
+        else:
+            _, sine_middle, cosine_middle, most = self._swing
+            half = most * sine
+            square = half * half
+            other = gmpy2.sqrt(1 - square)
+            width = 2 * most * abs(cosine) / other
+            sine, cosine = 2 * half * other, 1 - 2 * square
+            sine, cosine = (
+                sine_middle * cosine + cosine_middle * sine,
+                cosine_middle * cosine - sine_middle * sine,
+            )
+        height = (self.a * sine + self.b) * sine + self.c * cosine
+        if self.d != 0:
+            height += 2 * self.d * sine * cosine
+        return width, gmpy2.sqrt(abs(self.energy + height) * self._per_energy)
+
+    @cached_property
+    def _per_energy(self) -> Number:
+        """2 / I."""
+        return 2 / self.inertia
 
     def parameter(self, theta: Number, theta_dot: Number) -> Number:
         """The u of a state, as a first guess of Newton's method."""
-        if self.turning is None:
+        if self._swing is None:
             return self.sense * (mpfr(theta) - self.theta)
-        low, high = self.turning
-        u = gmpy2.asin(max(-1, min(1, (2 * mpfr(theta) - low - high) / (high - low))))
+        middle, _, _, most = self._swing
+        u = gmpy2.asin(max(-1, min(1, gmpy2.sin((mpfr(theta) - middle) / 2) / most)))
         return u if theta_dot >= 0 else PI - u
 
     def over(self, low: Number, high: Number) -> Pair:
         """Time, and integral of |p| dtheta, from one u to another."""
-        count = max(1, math.ceil(abs(high - low)))
-        edges = [low + (high - low) * i / count for i in range(count + 1)]
-        parts = [self._halved(*pair, self._gauss(*pair)) for pair in pairwise(edges)]
+        count = max(1, math.ceil(abs(high - low) / 2))
+        reach = (high - low) / (2 * count)
+        middles = [low + (2 * i + 1) * reach for i in range(count)]
+        parts = [self._halved(middle, reach, self._gauss(middle, reach)) for middle in middles]
         return sum(t for t, _ in parts), sum(area for _, area in parts)
 
-    def _halved(self, low: Number, high: Number, whole: Pair) -> Pair:
-        middle = (low + high) / 2
-        left, right = self._gauss(low, middle), self._gauss(middle, high)
+    def _halved(self, middle: Number, reach: Number, whole: Pair) -> Pair:
+        reach = reach / 2
+        left, right = self._gauss(middle - reach, reach), self._gauss(middle + reach, reach)
         total = left[0] + right[0], left[1] + right[1]
         if all(abs(x - y) <= self.agreement * abs(x) for x, y in zip(total, whole, strict=True)):
             return total
-        left, right = self._halved(low, middle, left), self._halved(middle, high, right)
+        left = self._halved(middle - reach, reach, left)
+        right = self._halved(middle + reach, reach, right)
         return left[0] + right[0], left[1] + right[1]
 
-    def _gauss(self, low: Number, high: Number) -> Pair:
-        middle, reach = (low + high) / 2, (high - low) / 2
+    def _gauss(self, middle: Number, reach: Number) -> Pair:
+        """Time, and integral of |p| dtheta, over u from middle - reach to middle + reach."""
+        here = middle if self._swing is not None else self.theta + self.sense * middle
+        sine, cosine = gmpy2.sin_cos(here)
         time = area = ZERO
-        for node, weight in _rule():
-            theta, width = self.chart(middle + reach * node)
-            speed = self.speed(theta)
-            time += weight * width / speed
-            area += weight * width * speed
+        for weight, sine_off, cosine_off in _offsets(reach):
+            x, y, z, w = sine * cosine_off, cosine * sine_off, cosine * cosine_off, sine * sine_off
+            width, speed = self._along(x + y, z - w)
+            other_width, other_speed = self._along(x - y, z + w)
+            time += weight * (width / speed + other_width / other_speed)
+            area += weight * (width * speed + other_width * other_speed)
         return reach * time, reach * area * self.inertia
 
     def follow(
@@ -182,7 +224,7 @@ class Orbit:
         for _ in range(12):
             theta, width = self.chart(u)
             step = missing * self.speed(theta) / width
-            missing = missing - self._gauss(u, u + step)[0]
+            missing = missing - self._gauss(u + step / 2, step / 2)[0]
             u = u + step
             if abs(step) < 1e-20:
                 theta, _ = self.chart(u)
@@ -212,6 +254,12 @@ def _rule(count: int = 24) -> tuple[Pair, ...]:
     return tuple(rule)
 
 
+@lru_cache(maxsize=64)
+def _offsets(reach: Number) -> tuple[tuple[Number, Number, Number], ...]:
+    """Weight of each pair of nodes, and sine and cosine of its distance from the middle."""
+    return tuple((weight, *gmpy2.sin_cos(reach * x)) for x, weight in _rule() if x > 0)
+
+
 def _root(
     function: Callable[[Number], Number],
     slope: Callable[[Number], Number],
@@ -227,6 +275,8 @@ def _root(
         value = function(x)
         low, high = (x, high) if (value < 0) == rising else (low, x)
         step = value / (slope(x) or 1)
+        if abs(step) < 1e-45:  # what a step of Newton's method leaves is its square
+            return x - step
         inside = min(low, high) < x - step < max(low, high) and abs(step) < abs(last) / 2
         last, x = (step, x - step) if inside else (high - low, (low + high) / 2)
         if abs(last) < 1e-56:

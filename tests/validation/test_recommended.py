@@ -33,7 +33,8 @@ from plumbob.tests.validation.recommended import (
 )
 
 SCENES = ",".join((
-    "simple-pendulum", "linear-pendulum", "cone-pendulum/rotating-base", "capsule-line/ca1",
+    "simple-pendulum/free-small", "simple-pendulum/forced-large", "simple-pendulum/damped-small",
+    "linear-pendulum", "cone-pendulum/rotating-base", "capsule-line/ca1",
     "capsule-line/heading-030",
 ))  # fmt: skip
 METHODS = (

@@ -1,5 +1,6 @@
-"""Every scene with every method, at all its step sizes, is as expected: `plumbob validate` as a
-test, with the same options: pytest tests/validation --profile full --scenes GLOB --methods GLOB."""
+"""Scenes with methods, at all their step sizes, are as expected: `plumbob validate` as a test, with
+the same options: pytest tests/validation --profile full --scenes GLOB --methods GLOB. Without
+options those that stand for the rest of the quick profile."""
 
 from __future__ import annotations
 
@@ -15,12 +16,17 @@ from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import expected, surprise
 from plumbob.reports.judge.verdict import judge_convergence
 from plumbob.tests.validation.measured_once import Shared
+from plumbob.tests.validation.representatives import mechanisms, representatives
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """One test for each pair that the options choose."""
+    if "method" not in metafunc.fixturenames:
+        return
     option = metafunc.config.getoption
     chosen = pairs(scenes(option("scenes"), option("profile")), methods(option("methods")))
+    if (option("scenes"), option("methods"), option("profile")) == ("*", "*", "quick"):
+        chosen = representatives(chosen)
     names = [f"{scene.name}-{method.name}" for scene, method in chosen]
     metafunc.parametrize(("scene", "method"), chosen, ids=names)
 
@@ -34,3 +40,12 @@ def test_verdict(scene: Scene, method: Method, shared: Shared, pytestconfig: pyt
     assert judgement.reason or judgement.verdict != "unsupported"
     why = surprise(scene, method, judgement)
     assert not why, f"{why} ({judgement.reason}) {expected(scene.name, method.name).reason}"
+
+
+def test_representatives_miss_no_mechanism() -> None:
+    chosen = pairs(scenes("*", "quick"), methods("*"))
+    stand = representatives(chosen)
+    assert {one for pair in chosen for one in mechanisms(*pair)} == {
+        one for pair in stand for one in mechanisms(*pair)
+    }
+    assert len(stand) < 0.42 * len(chosen)
