@@ -23,7 +23,7 @@ validate: .venv/.run  ## run the validation and write its page (ARGS go to `plum
 	$(BIN)/plumbob validate $(ARGS)
 
 test: .venv/.develop  ## run the tests (ARGS go to pytest)
-	$(CACHED) $(BIN)/python -m pytest $(PARALLEL) $(ARGS)
+	$(CACHED) $(BIN)/python -m pytest $(PARALLEL) --pairs representative $(ARGS)
 
 test-long: .venv/.develop  ## mutations, the full profile, and a longer search by hypothesis: hours
 	$(BIN)/python -m plumbob.tests.validation.mutations

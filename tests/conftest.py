@@ -137,3 +137,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--profile", choices=("quick", "full"), default="quick", help="how much to run")
     group.addoption("--scenes", metavar="GLOB", default="*", help="scenes by name, as 'cone-*'")
     group.addoption("--methods", metavar="GLOB", default="*", help="methods by name, as 'ode/*'")
+    group.addoption(
+        "--pairs", choices=("all", "representative"), default="all",
+        help="of scenes and methods: all that are chosen, or those that stand for the rest",
+    )  # fmt: skip

@@ -1,6 +1,6 @@
-"""Scenes with methods, at all their step sizes, are as expected: `plumbob validate` as a test, with
-the same options: pytest tests/validation --profile full --scenes GLOB --methods GLOB. Without
-options those that stand for the rest of the quick profile."""
+"""Every scene with every method, at all its step sizes, is as expected: `plumbob validate` as a
+test, with the same options: pytest tests/validation --profile full --scenes GLOB --methods GLOB;
+`make test` takes those that stand for the rest."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         return
     option = metafunc.config.getoption
     chosen = pairs(scenes(option("scenes"), option("profile")), methods(option("methods")))
-    if (option("scenes"), option("methods"), option("profile")) == ("*", "*", "quick"):
+    if option("pairs") == "representative":
         chosen = representatives(chosen)
     names = [f"{scene.name}-{method.name}" for scene, method in chosen]
     metafunc.parametrize(("scene", "method"), chosen, ids=names)
