@@ -176,8 +176,7 @@ class Unfinished:
         query += "where unfinished = ? and key = ? order by rowid"
         rows = self._store.execute(query, (self._number, key)).fetchall()
         with decoding():
-            single = json.loads(body) if body else {}
-            if not isinstance(single, dict):
+            if not isinstance(single := json.loads(body or "{}"), dict):
                 raise ValueError(f"no object: {body}")
             return Piece(
                 from_json(json.dumps(single["convergence"]), ConvergenceStudy)
