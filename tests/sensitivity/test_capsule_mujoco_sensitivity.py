@@ -32,6 +32,7 @@ from plumbob.tests.support.mujoco_capsule import (
     run,
     verdict,
 )
+from plumbob.tests.support.random_capsules import changed
 
 LINE = systems()["capsule-line"]
 FINE = ("euler+coulomb", "euler+coulomb+noslip", "euler+reduced", "rk4+coulomb")
@@ -57,7 +58,7 @@ def test_friction_of_rk4_is_that_of_its_first_stage(name: str, method: str) -> N
     assert error.predicted.for_this_step
     assert error.predicted.beyond < allowed < 0.02 < error.largest
     # friction off by 1 % is more than theory leaves open, as is Euler's mean over a step
-    wrong = scene(name, {"friction": 0.3 * 1.01})
+    wrong = changed(name, {"friction": 0.3 * 1.01})
     other = run(name, method, step, other=wrong)[0].errors["friction_force"].predicted
     assert other is not None
     assert other.for_this_step

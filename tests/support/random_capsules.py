@@ -1,14 +1,18 @@
-"""Random capsules and line manoeuvres for property tests."""
+"""Capsules, line manoeuvres and scenes of them that tests vary, at random or as they say."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 from hypothesis import strategies as st
 
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+from plumbob.models.registry import case_of, scene
+from plumbob.models.scene import Scene
 
 CHECK = Capsule(1.0, 0.3, 0.02, ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15)), 0.3, 9.81)
 LIMIT = CHECK.holding_acceleration
@@ -41,3 +45,14 @@ def lines(draw: st.DrawFn, friction: float | None = None) -> LineManoeuvre:
     a, b, c = ((size * x, size * y) for x, y in capsule.supports)
     start = draw(st.floats(-1.0, 0.1)) * stroke
     return LineManoeuvre(replace(capsule, supports=(a, b, c)), w1, w2, t1, heading, start)
+
+
+def changed(name: str, changes: Mapping[str, Any]) -> Scene:
+    """A scene of a capsule with changed parameters; repeated manoeuvres begin when they did, for
+    nothing is predicted of those that begin between two steps."""
+    usual = scene(name)
+    if "pause" not in usual.parameters:
+        return scene(name, changes)
+    period = case_of(usual).problem.motion.period
+    shortest = case_of(scene(name, {**changes, "pause": 0.0})).problem.motion.period
+    return scene(name, {**changes, "pause": period - shortest})
