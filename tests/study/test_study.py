@@ -18,7 +18,7 @@ from plumbob.engines.study.convergence import (
     chosen_step_sizes,
     convergence_study,
 )
-from plumbob.engines.study.cost import Cost
+from plumbob.engines.study.cost import ENOUGH, Cost
 from plumbob.engines.study.measurement import floor, measure
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
@@ -63,7 +63,7 @@ def test_costs_are_medians_and_ratios_of_one_run() -> None:
     for cost in (cheap, expensive):
         assert 0 < cost.low <= cost.ns_per_step <= cost.high
         assert cost.ratio == pytest.approx(cost.ns_per_step / study.reference_step)
-        assert cost.repeats >= 5
+        assert cost.repeats >= ENOUGH
 
 
 def test_step_sizes_stop_where_the_error_has_reached_its_floor() -> None:
