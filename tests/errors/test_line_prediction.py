@@ -106,7 +106,7 @@ def test_repeated_lines(scheme: str) -> None:
     assert max(unexplained.values()) < ROUNDING, unexplained
 
 
-@pytest.mark.parametrize("beside", [1e-3, 0.5])
+@pytest.mark.parametrize("beside", [1e-6, 1e-3, 0.5])
 def test_starts_between_two_steps_are_not_predicted(beside: float) -> None:
     # friction is held for a whole step against a push that lasts for a part of it
     step = 1e-3

@@ -25,6 +25,10 @@ from plumbob.analytic.systems.manoeuvres.residual_motion import Coasting, Residu
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold
 
+# Of a step: a start nearer to a grid time is on it. Rounding leaves 1e-9 after a million steps, and
+# the velocity that this costs, f g step, is then below 1e-10 m/s for steps of milliseconds.
+STARTS = 1e-8
+
 Errors = Mapping[str, Array]
 Sampling = Literal["middle", "mean"]
 
@@ -105,7 +109,7 @@ def repeated_line_errors(motion: RepeatedLine, scheme: Scheme, step: float, time
     times = np.asarray(times, dtype=np.float64)
     done, local = motion.within(times)
     starts = np.unique(done) * motion.period / step
-    if np.abs(starts - np.round(starts)).max() > GRID * motion.count:
+    if np.abs(starts - np.round(starts)).max() > STARTS:
         return {}
     line, end = motion.manoeuvre, np.array([motion.period])
     found = dict(line_errors(line, scheme, step, local))
