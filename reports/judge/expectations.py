@@ -66,6 +66,11 @@ _DRIFT = (
     " their edges"
 )
 _DEFLECTION = "a contact deflection of 0.1 mm tilts the body: 1e-10 m, and normal forces that lag"
+_AFTERWARDS = (
+    "noslip changes friction after the normal forces are found: where a support carries hardly"
+    " anything, that is up to 1.4 times theory's bound at the coarsest step, 3e-10 m and 3e-10 rad,"
+    " and falls with the square of the step"
+)
 _EQUAL_LOADS = (
     "one equation, of vertical displacement, for three normal forces: MuJoCo distributes the weight"
     " equally over them, where statics does not, and friction turns the body"
@@ -130,6 +135,10 @@ EXPECTATIONS: tuple[Expectation, ...] = (
         if m != "mujoco/rk4"
     ),
     *(Expectation("capsule-plan/*", m, "not-converging", _VARIES, "fail") for m in _CONTACTS),
+    *(
+        Expectation(scene, "mujoco/euler+coulomb+noslip", "fail", _AFTERWARDS)
+        for scene in ("capsule-coast/edge", "capsule-hold/unloading")
+    ),
     *(Expectation("capsule-*", m, "not-converging", _CHATTER) for m in _CONTACTS),
     Expectation("capsule-line/*", "mujoco/euler+planar", "fail", _EQUAL_LOADS),
     Expectation("free-body/*", "pymunk/*", "unsupported", _TWO_DIMENSIONS),
