@@ -152,7 +152,7 @@ def contacts(problem: CapsuleProblem, settings: Mapping[str, Any]) -> ContactPro
     if not (chosen.convergent and without_formula(problem)):
         return chosen
     options = {**chosen.options, "impratio": REGULARISATION_RATIO * PLANE_SOFTENING}
-    lead = FRICTION_LEADS[_steps(settings)]
+    lead = FRICTION_LEADS[integrator_of(settings)]
 
     def pair(step: float) -> PairFields:
         return coulomb_pair(step, PLANE_SOFTENING, lead)
@@ -184,10 +184,11 @@ def soft_contact(
     )
     tolerance = float(chosen.options["tolerance"])
     slip = chosen.slip_compliance(step) / both
-    return SoftContact(step, slip, tolerance, armature(setup), normal, _steps(settings))
+    return SoftContact(step, slip, tolerance, armature(setup), normal, integrator_of(settings))
 
 
-def _steps(settings: Mapping[str, Any]) -> str:
+def integrator_of(settings: Mapping[str, Any]) -> str:
+    """The integrator that theory takes: RK4, or Euler for every other one of MuJoCo's."""
     return RK4 if settings.get("integrator") == "RK4" else EULER
 
 

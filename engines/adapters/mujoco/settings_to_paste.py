@@ -10,7 +10,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-from plumbob.analytic.errors.schemes import EULER, RK4
 from plumbob.analytic.errors.sliding_motion.plane_steps import FRICTION_LEADS
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.contacts import (
@@ -22,6 +21,7 @@ from plumbob.engines.adapters.mujoco.contacts import (
     ContactProfile,
     PairFields,
     coulomb_pair,
+    integrator_of,
     profile,
 )
 from plumbob.engines.method import Method, Settings, Snippet
@@ -74,7 +74,7 @@ def own_pair(
 ) -> PairFields:
     """Fields of a contact pair that converges with `method` at `step` [s] in a model of one's
     own, whose bodies' inverse weights are overstated by `softening`."""
-    lead = FRICTION_LEADS[RK4 if method.settings["integrator"] == "RK4" else EULER]
+    lead = FRICTION_LEADS[integrator_of(method.settings)]
     return coulomb_pair(step, softening, lead, stiffness)
 
 
