@@ -14,6 +14,7 @@ import pytest
 from hypothesis import settings
 
 from plumbob.tests.contracts.second_copies import second_copies
+from plumbob.tests.contracts.tree import layer_modules
 from plumbob.tests.sharing.shared import share
 from plumbob.tests.support.browser import driven
 
@@ -83,14 +84,10 @@ def _shares(tmp_path_factory: pytest.TempPathFactory) -> None:
 def _same_examples(request: pytest.FixtureRequest) -> None:
     """hypothesis also tries the constants of the modules that are loaded: all of ours, so that what
     it tries depends neither on the order of tests nor on the process they run in."""
-    root = Path(__file__).parents[1]
     if any(item.get_closest_marker("hypothesis") for item in request.session.items):
-        for layer in ("analytic", "models", "engines", "reports"):
-            for path in sorted((root / layer).rglob("*.py")):
-                parts = path.relative_to(root).with_suffix("").parts
-                if path.stem != "__main__":
-                    with suppress(ImportError):  # of an engine that is not installed
-                        import_module(".".join(("plumbob", *parts)).removesuffix(".__init__"))
+        for name in layer_modules(Path(__file__).parents[1]):
+            with suppress(ImportError):  # of an engine that is not installed
+                import_module(name)
 
 
 @pytest.fixture(autouse=True, scope="session")

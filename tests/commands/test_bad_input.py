@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plumbob.analytic.systems.three_points import sliding
 from plumbob.engines.method import Engine
 from plumbob.engines.study import store
 from plumbob.engines.study.codec import packed, unpacked
@@ -61,6 +60,7 @@ BAD = {
     "a place 1e17 m away": ("plan", "--to", "1e17", "0", "0"),
     "an angular speed that overflows": ("solve", "simple-pendulum", "--set", "theta_dot=1e30"),
     "gravity that underflows": ("solve", "simple-pendulum", "--set", "gravity=1e-308"),
+    "friction that never ends a turn": ("solve", "capsule-turn", "--set", "friction=1e-308"),
     "a length that overflows": ("run", "simple-pendulum", "ode/rk4", "--step", "1e-3",
                                 "--set", "length=1e308"),
     "export onto a pipe": ("models", "export", "pipes"),
@@ -98,15 +98,6 @@ def test_it_is_one_line_and_nothing_is_written(
     assert (code, out, err.count("\n")) == (2, "", 1), err
     assert err.startswith("plumbob: ")
     assert sorted(inputs.rglob("*")) == before
-
-
-def test_friction_that_never_ends_a_turn_is_one_line(
-    inputs: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Any number of elements is given up after; few do here."""
-    monkeypatch.setattr(sliding, "ELEMENTS", 40)
-    words = ("solve", "capsule-turn", "--set", "friction=1e-308")
-    test_it_is_one_line_and_nothing_is_written(words, inputs, capsys)
 
 
 @pytest.mark.parametrize(

@@ -12,13 +12,10 @@ import pytest
 
 from plumbob.engines.registry import engines, installed
 from plumbob.tests.contracts.second_copies import second_copies
-from plumbob.tests.contracts.tree import LAYERS, PACKAGE, files, module_name
+from plumbob.tests.contracts.tree import LAYERS, PACKAGE, layer_modules
 
 ROOT = Path(__file__).parents[2]
-MODULES = (
-    PACKAGE,
-    *(module_name(p) for p in files(ROOT) if p.suffix == ".py" and p.parts[0] in LAYERS),
-)
+MODULES = (PACKAGE, *layer_modules(ROOT))
 ABSENT = tuple(  # parts of adapters, which import an engine that is not installed
     f"{PACKAGE}.engines.adapters.{engine.name}."
     for engine in engines().values()

@@ -48,6 +48,12 @@ def module_name(path: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
+def layer_modules(root: Path) -> tuple[str, ...]:
+    """Names of the modules of all layers."""
+    chosen = (p for p in files(root) if p.suffix == ".py" and p.parts[0] in LAYERS)
+    return tuple(module_name(path) for path in chosen)
+
+
 @cache
 def imports(path: Path, module: ast.Module) -> tuple[Import, ...]:
     """Every import in a file, those inside functions and type-checking blocks included."""
