@@ -22,8 +22,8 @@ help:  ## list the targets
 validate: .venv/.run  ## run the validation and write its page (ARGS go to `plumbob validate`)
 	$(BIN)/plumbob validate $(ARGS)
 
-test: .venv/.develop  ## run the tests (ARGS go to pytest)
-	$(CACHED) $(BIN)/python -m pytest $(PARALLEL) --pairs representative $(ARGS)
+test: .venv/.develop  ## run the tests but those that take seconds (those too: ARGS='--suite whole')
+	$(CACHED) $(BIN)/python -m pytest $(PARALLEL) --suite short $(ARGS)
 
 test-long: .venv/.develop  ## mutations, the full profile, and a longer search by hypothesis: hours
 	$(BIN)/python -m plumbob.tests.validation.mutations

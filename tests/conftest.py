@@ -31,9 +31,16 @@ settings.register_profile("search", deadline=None, max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Those that take tens of seconds first: none is left for one process at the end."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Those that take seconds first: none is left for one process at the end. The short suite
+    leaves them out, but as many cases of each as its mark keeps."""
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
+    if config.getoption("--suite") == "short":
+        from plumbob.tests.validation.representatives import left_out
+
+        left = set(left_out(items))
+        config.hook.pytest_deselected(items=list(left))
+        items[:] = [item for item in items if item not in left]
 
 
 WORKED_OUT = ("plumbob.analytic", "plumbob.engines.adapters", "plumbob.engines.study.measurement")
@@ -135,6 +142,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--scenes", metavar="GLOB", default="*", help="scenes by name, as 'cone-*'")
     group.addoption("--methods", metavar="GLOB", default="*", help="methods by name, as 'ode/*'")
     group.addoption(
-        "--pairs", choices=("all", "representative"), default="all",
-        help="of scenes and methods: all that are chosen, or those that stand for the rest",
+        "--suite", choices=("whole", "short"), default="whole",
+        help="short: without what takes seconds; scenes and methods that stand for the rest",
     )  # fmt: skip

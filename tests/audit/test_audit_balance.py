@@ -36,6 +36,7 @@ def test_energy_error_of_a_fall_is_that_of_the_step() -> None:
     assert exact.apart < 1e-9
 
 
+@pytest.mark.long
 def test_penetration_is_beside_the_continuous_one() -> None:
     model = ready(ball(0.11))
     found = audited(model, script(model, duration=0.2), "rest", 20.0)
@@ -61,6 +62,7 @@ def test_slip_is_the_speed_across_the_normal() -> None:
     assert speeds[-1] < speeds[0] - 0.2
 
 
+@pytest.mark.long
 def test_limits_that_are_exceeded_are_reported() -> None:
     names = {b.name: b for b in audit_of(LIMITED, 0.5).balances}
     assert names["limits exceeded"].own > 1e-4

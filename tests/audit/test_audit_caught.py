@@ -113,6 +113,7 @@ class Unclamped(MujocoModel):
         return ContinuousField(exact_solver(self.raw.__copy__()), self.start, width)
 
 
+@pytest.mark.long
 def test_clamp_that_is_left_out_is_caught() -> None:
     """Contacts of 0.1 ms at steps of 1 ms are raised to 2 ms: without that, the reference is that
     of another model, to which no step tends."""
@@ -181,6 +182,7 @@ def test_activation_at_its_limit_ends_the_reference() -> None:
     assert "an activation reaches its limit" in found.why
 
 
+@pytest.mark.long
 def test_board_that_drags_is_certified() -> None:
     """A board that lands at an angle and slides begins and ceases to touch."""
     text = """<mujoco><option timestep="0.005"/><worldbody><geom type="plane" size="9 9 1"/>

@@ -45,6 +45,7 @@ def apart(found: Audit) -> np.ndarray:
     return np.asarray(np.abs(found.reference.positions[:, 1, 0] - exact))
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
 def test_a_foot_that_chatters_is_certified_where_coulomb_has_it(cone: str) -> None:
     found = audit_of(cone)
@@ -57,11 +58,13 @@ def test_a_foot_that_chatters_is_certified_where_coulomb_has_it(cone: str) -> No
     assert found.error > 1e-4  # of its own steps
 
 
+@pytest.mark.long
 def test_another_friction_is_not_certified_there() -> None:
     found = audit_of("pyramidal", 1.001 * FRICTION)
     assert apart(found)[-1] > 5 * found.uncertainty
 
 
+@pytest.mark.long
 def test_wrong_weights_within_the_layer_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """With the loads of contacts that act from the start of the layer on, the limit is another."""
     monkeypatch.setattr(

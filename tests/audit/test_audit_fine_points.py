@@ -49,6 +49,7 @@ def audit_of(text: str, keyframe: str | None = None, duration: float = 0.4) -> A
     return audited(model, script(model, duration=duration), "rest", BUDGET)
 
 
+@pytest.mark.long
 def test_tolerances_are_refined_where_they_do_not_resolve_the_error(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -62,6 +63,7 @@ def test_tolerances_are_refined_where_they_do_not_resolve_the_error(
     assert abs(coarse.error - found.error) <= coarse.uncertainty + found.uncertainty
 
 
+@pytest.mark.long
 def test_integrators_in_processes_give_the_same_errors(capsys: pytest.CaptureFixture[str]) -> None:
     model = mujoco.MjModel.from_xml_string(ARM)
     one, two = (plumbob.audit(model, duration=0.1, budget=60.0, jobs=jobs) for jobs in (1, 2))

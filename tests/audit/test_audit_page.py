@@ -29,6 +29,7 @@ def _found() -> Audit:
     return audited(model, script(model, duration=0.2), "rest", 20.0)
 
 
+@pytest.mark.long
 def test_page_says_what_the_text_says(found: Audit) -> None:
     page = render(found, "plumbob audit ball.xml --out <folder>")
     shown = unescape(page)
@@ -39,6 +40,7 @@ def test_page_says_what_the_text_says(found: Audit) -> None:
     assert not re.search(r'(src|href)="(https?:)?//', page.partition("<footer")[0])
 
 
+@pytest.mark.long
 def test_figures_are_drawn_from_the_audit(found: Audit) -> None:
     page = render(found, "")
     drawn = [

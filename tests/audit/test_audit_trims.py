@@ -64,6 +64,7 @@ def states(path: Path, steps: int = 200) -> Any:
     return np.array(found)
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("name", MODELS)
 def test_trimmed_file_moves_as_the_complete_one(name: str, tmp_path: Path) -> None:
     source, target = tmp_path / "my.xml", tmp_path / "less.xml"
@@ -121,6 +122,7 @@ def test_trims_that_change_the_motion_are_not_left_out() -> None:
         assert isinstance(tried.together, Trim)
 
 
+@pytest.mark.long
 def test_command_writes_the_trimmed_model(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -137,6 +139,7 @@ def test_command_writes_the_trimmed_model(
     assert Path("less.xml").exists() == (code == 0)
 
 
+@pytest.mark.long
 def test_answer_has_the_trims() -> None:
     found = plumbob.audit(
         mujoco.MjModel.from_xml_string(MODELS["cluttered"]), keyframe=0, duration=0.2, budget=10.0

@@ -71,6 +71,7 @@ def smoothed(capsule: Capsule, slider: Point, rates: Array, time: float, delta: 
     return np.asarray(found.y[:, -1])
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("capsule", "slider", "motion"),
     [

@@ -86,6 +86,7 @@ def drawn(each: int) -> tuple[tuple[str, ConePendulum], ...]:
     return tuple(pendulums(each * len(REGIMES)))
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("regime", REGIMES)
 def test_random_parameters(regime: str, pytestconfig: pytest.Config) -> None:
     for name, pendulum in drawn(EACH[pytestconfig.getoption("profile")]):

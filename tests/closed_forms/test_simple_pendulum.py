@@ -62,6 +62,7 @@ NOTEBOOK = {
 }
 
 
+@pytest.mark.long(keep=5)
 @pytest.mark.parametrize("case", NOTEBOOK)
 @pytest.mark.parametrize("method", ["ode/rk4", "mujoco/rk4"])
 def test_the_error_of_the_notebook(case: str, method: str) -> None:
@@ -100,6 +101,7 @@ ORDERS = [
 ]
 
 
+@pytest.mark.long(keep=6)
 @pytest.mark.parametrize(("case", "method", "order", "band"), ORDERS)
 def test_order(case: str, method: str, order: float, band: float) -> None:
     fourth = method == "ode/rk4" or (method == "mujoco/rk4" and "forced" not in case)
@@ -178,6 +180,7 @@ def test_force_sensor_tells_the_tension(case: str) -> None:
     assert own.min() < 0.0 or case != "free-large"  # a rod that is pushed
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["mujoco/rk4", "ode/rk4"])
 def test_energy_drifts_as_averaging_predicts(method: str) -> None:
     # 1e5 steps: the drift per step is D5 h^6, and C4 h^4 only oscillates: 1 % of it here

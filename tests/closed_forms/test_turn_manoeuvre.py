@@ -204,6 +204,7 @@ def left_at_stop(turn: TurnManoeuvre) -> Array:
     return np.asarray(rates / turn.half_time)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("number", range(len(TURNS)))
 def test_the_velocities_left_at_the_stop(number: int) -> None:
     """In proportion to epsilon, not zero as eq. 32 has it; what remains is epsilon^2 ln(1/epsilon)

@@ -52,6 +52,7 @@ def test_validate_reports_the_error_and_better_methods(
     assert "at no greater cost " in cone  # what, depends on costs: see test_user_settings.py
 
 
+@pytest.mark.long
 def test_the_same_of_a_file_with_rk4(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -12,6 +12,7 @@ from plumbob.reports.cli import main
 from plumbob.reports.commands.plan import PLACES
 
 
+@pytest.mark.long(keep=9)
 @pytest.mark.parametrize(
     ("name", "change"),
     [
@@ -35,6 +36,7 @@ def test_the_parameter_that_rules_a_plan_out_is_named(
     assert capsys.readouterr().err.startswith(f"plumbob: {name} = ")
 
 
+@pytest.mark.long
 def test_the_command_prints_manoeuvres_time_and_errors(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["plan", "--to", "0.05", "-1e-2", "0", "--track", "curve", "--set", "stroke=0.1"]
     assert main(words) == 0

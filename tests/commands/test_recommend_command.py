@@ -41,6 +41,7 @@ def answer(capsys: pytest.CaptureFixture[str], folder: Path, *words: str) -> dic
     return found
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("few")
 def test_what_is_not_stored_is_run_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     first = answer(capsys, tmp_path, CONE, "--error", "1e-4")
@@ -66,8 +67,8 @@ def test_what_is_not_stored_is_run_once(tmp_path: Path, capsys: pytest.CaptureFi
     assert answer(capsys, tmp_path, CONE, "--error", "1e-4", *slow)["choice"] == other["choice"]
 
 
-@pytest.mark.usefixtures("few")
 @pytest.mark.long
+@pytest.mark.usefixtures("few")
 def test_a_family_of_lines_takes_a_full_model_that_converges(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -30,6 +30,7 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.long
 def test_the_page_is_the_same_to_the_byte_without_engines(out: Path) -> None:
     page = out / "index.html"
     written = page.read_bytes()
@@ -42,6 +43,7 @@ def test_the_page_is_the_same_to_the_byte_without_engines(out: Path) -> None:
     assert page.read_bytes() == written
 
 
+@pytest.mark.long
 def test_any_study_by_its_number(
     out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -49,6 +49,7 @@ def red(found: Outcome, scene: str, method: str) -> bool:
     return said
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(
     ("scene", "method", "parameter", "factor"),
     [

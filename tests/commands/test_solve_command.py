@@ -69,6 +69,7 @@ QUICK_PLANS = tuple(
 ALL = [one.name for one in scenes("*")]
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("system", list(systems()))
 def test_every_scene_is_printed(
     system: str, capsys: pytest.CaptureFixture[str], pytestconfig: pytest.Config

@@ -89,6 +89,7 @@ def test_each_case_has_its_time_its_errors_and_its_order(validate: Validate) -> 
     assert "ode/rk4" not in {c.attrib["name"] for c in found.junit if c.get("classname") == LINE}
 
 
+@pytest.mark.long
 def test_an_engine_that_refuses_every_model_is_unexpected(
     whole: Validate, monkeypatch: pytest.MonkeyPatch
 ) -> None:

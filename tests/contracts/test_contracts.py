@@ -151,6 +151,7 @@ def write(root: Path, contents: Mapping[str, str]) -> Path:
     return root
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("contract", CONTRACTS, ids=lambda contract: contract.__name__)
 def test_contract_holds(contract: Contract) -> None:
     assert not (found := contract(ROOT)), "\n".join(found)

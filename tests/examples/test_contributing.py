@@ -119,6 +119,7 @@ def test_each_kind_of_addition_has_an_example() -> None:
     assert all(example.commands for example in EXAMPLES.values())
 
 
+@pytest.mark.long
 def test_commands_work(tree: Path, tmp_path: Path) -> None:
     commands = [example.commands for example in EXAMPLES.values()]
     assert all(line.startswith("plumbob ") for lines in commands for line in lines)

@@ -29,6 +29,7 @@ def test_an_empty_study_has_no_findings() -> None:
     assert not SECTION.findings(nothing())
 
 
+@pytest.mark.long
 def test_mujoco_s_rk4_against_the_classical_one() -> None:
     found = second_order(study("mujoco/rk4", "ode/rk4"))
     assert found is not None

@@ -164,6 +164,7 @@ def _slow(case: Scene) -> bool:
     return case.system == "capsule-plan" and case.profile != "quick"
 
 
+@pytest.mark.long
 def test_free_inertias_are_possible_and_large_enough(pytestconfig: pytest.Config) -> None:
     for case in scenes("capsule-*"):
         if pytestconfig.getoption("profile") == "quick" and _slow(case):
@@ -177,6 +178,7 @@ def test_free_inertias_are_possible_and_large_enough(pytestconfig: pytest.Config
         assert armature(problem.setup) >= ARMATURE_RATIO * capsule.slider_mass
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("name", CAPSULES)
 def test_scenes_describe_problems_and_facts(name: str) -> None:
     system = systems()[name]

@@ -82,6 +82,7 @@ def test_the_notebooks_form_is_the_same_pendulum() -> None:
     assert light.damping_rate == pytest.approx(3.0 * heavy.damping_rate, rel=1e-15)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", METHODS)
 def test_engines_with_another_mass(method: str) -> None:
     how = find_method(method)

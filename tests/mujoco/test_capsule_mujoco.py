@@ -125,6 +125,7 @@ def test_the_record_for_theory_says_how_far_contacts_deflect(name: str, method: 
         assert force[0] == pytest.approx(exact[LOADS[i]][0], rel=1e-6)
 
 
+@pytest.mark.long
 def test_isotropy() -> None:
     for step, bar in ((1e-3, 1e-12), (1e-4, 1e-10)):  # rounding over depths of 1e-5, 1e-7 m
         errors = [
@@ -220,6 +221,7 @@ def test_momentum_is_balanced_where_contacts_chatter() -> None:
     assert np.abs(moved.channels["momentum_residual"]).max() < 1e-10
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["euler+coulomb", "euler+reduced"])
 def test_repeated_manoeuvres_add_up(method: str) -> None:
     # A thousand of them, for which 1e-3 is allowed: the error of one, with t_star at two thirds of

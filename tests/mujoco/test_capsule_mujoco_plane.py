@@ -30,6 +30,7 @@ def step_of(name: str, parts: int) -> float:
     return float(scene(name).parameters["half_time"]) / parts
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("epsilon", [0.3, 0.03])
 def test_a_turn_is_accurate_to_a_ten_thousandth(epsilon: float) -> None:
     # The requirement for epsilon of 0.03 and more: 7.9e-5 at rest is from friction half a step
@@ -111,6 +112,7 @@ def test_implicitfast_takes_another_step_with_a_lone_body() -> None:
     assert "no error theory" in lone.note
 
 
+@pytest.mark.long
 def test_a_plan_open_loop() -> None:
     # the pose at its end, with errors of a millimetre and a thousandth of a radian at the coarsest
     # step
@@ -156,6 +158,7 @@ def test_loads_are_exact_where_nothing_deflects() -> None:
     np.testing.assert_allclose(missing_loads(posed, motion, 2e-7, across), 2.0 * lost, rtol=1e-9)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     "wrong",
     [
@@ -173,6 +176,7 @@ def test_a_wrong_parameter_is_seen(wrong: dict[str, Any]) -> None:
     assert verdict(found, RK4) == "fail"
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(
     ("name", "part", "method", "wrong"),
     [

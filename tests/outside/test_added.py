@@ -67,6 +67,7 @@ def test_both_are_listed(both: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert err == ""
 
 
+@pytest.mark.long
 def test_both_are_measured_judged_and_recommended(
     both: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -339,6 +340,7 @@ sys.exit(code)
 """
 
 
+@pytest.mark.long
 def test_no_package_is_loaded_whose_methods_are_not_chosen(
     site: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

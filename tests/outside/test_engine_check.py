@@ -104,6 +104,7 @@ def outcome(
     return code, {check["name"]: check for check in json.loads(capsys.readouterr().out)}
 
 
+@pytest.mark.long(keep=10)
 @pytest.mark.parametrize("defect", DEFECTS)
 def test_a_defect_turns_its_check_red(
     defect: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -134,6 +135,7 @@ def test_the_example_passes_with_a_line_a_check(
     assert os.listdir(tmp_path) == ["site"]
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ["ode/leapfrog", "ode/dop853", "mujoco/euler", "pymunk/tight"])
 def test_engines_of_ours_pass(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check-engine", name, "--scenes", "*/free-small"]) == 0

@@ -67,6 +67,7 @@ def test_a_plain_test_run_loads_nothing(repository: Path) -> None:
     assert "1 passed" in done.stdout
 
 
+@pytest.mark.long
 def test_options_add_a_test_for_each_pair_and_the_fixture_is_there(repository: Path) -> None:
     (repository / "test_theirs.py").write_text(FIXTURE, "utf-8")
     chosen = ("--plumbob-scenes", "simple-pendulum/free-*", "--plumbob-methods", "tiny,ode/rk4")
@@ -78,6 +79,7 @@ def test_options_add_a_test_for_each_pair_and_the_fixture_is_there(repository: P
     assert "no theory" not in done.stdout
 
 
+@pytest.mark.long
 def test_an_unexpected_verdict_fails_with_a_line(repository: Path) -> None:
     module = repository.parent / "site" / "tiny_engine.py"
     text = module.read_text("utf-8")

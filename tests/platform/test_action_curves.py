@@ -53,6 +53,7 @@ def test_period_and_action_against_40_digits(name: str) -> None:
         assert branch.actions[i] == pytest.approx(float(action), rel=allowed)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_the_rate_is_the_slope_of_h_over_i(name: str) -> None:
     """dH/dI = Omega (12): the integral of T/2 pi over H is what the action gains."""

@@ -104,6 +104,7 @@ def test_model_error_bounds_are_small(model: str) -> None:
         assert sum(bounds["displacement"].values()) < part * LINE.closed.braking * step**2 / 8
 
 
+@pytest.mark.long
 def test_every_heading_alike() -> None:
     # The force limit of a joint is a disc, so that headings differ by rounding only; required:
     # 1e-12.

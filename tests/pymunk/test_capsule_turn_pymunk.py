@@ -42,6 +42,7 @@ def step_of(name: str, parts: float) -> float:
     return scene(name).parameters["half_time"] / parts if parts > 1 else parts
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize(("name", "parts", "part"), CASES)
 def test_the_error_of_feet_is_as_predicted(name: str, parts: float, part: float) -> None:
     """Within the error of the step plus the model-error bound, which is much smaller (except where
@@ -54,6 +55,7 @@ def test_the_error_of_feet_is_as_predicted(name: str, parts: float, part: float)
     assert leading.largest == pytest.approx(leading.predicted.largest, rel=part)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("epsilon", [0.3, 0.1, 0.03])
 def test_a_turn_ends_within_1e_4_rad_at_800_steps_in_a_half_time(epsilon: float) -> None:
     """At 2 tau and at rest."""
@@ -153,6 +155,7 @@ def test_a_turn_of_the_whole_scene_turns_the_same_way() -> None:
         np.testing.assert_allclose(turned[seen], plain[seen], rtol=0, atol=1e-12)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("which", [min, max], ids=["shorter slide", "longer slide"])
 @pytest.mark.parametrize(("late", "least", "most"), [(0.5, 0.0, 1e-10), (0.9987, 1e-7, 1.0)])
 def test_a_switch_at_the_very_end_of_a_step(

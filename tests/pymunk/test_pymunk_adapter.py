@@ -45,6 +45,7 @@ CASES = ("free-small", "free-large", "rotating-slow", "damped-large", "damped-ro
 STEPS = {"pymunk/default": 1e-4, "pymunk/tight": 2e-4}
 
 
+@pytest.mark.long(keep=6)
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("case", CASES)
 def test_errors_are_what_the_joint_makes_them(name: str, case: str) -> None:
@@ -70,6 +71,7 @@ def test_the_other_joint_is_not_this_one(name: str) -> None:
     assert verdict(found, wrong) == "fail" or name == "pymunk/tight"  # whose error is smaller
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("parameter", ["gravity", "length", "forcing_amplitude", "damping_rate"])
 def test_a_parameter_error_of_a_thousandth(name: str, parameter: str) -> None:
@@ -81,6 +83,7 @@ def test_a_parameter_error_of_a_thousandth(name: str, parameter: str) -> None:
     assert verdict(run_of(how, scene, STEPS[name], wrong)[0], how) == "fail"
 
 
+@pytest.mark.long
 def test_joints_with_default_settings_lose_energy_at_first_order() -> None:
     # 0.28 % of the span a second for each millisecond of step, averaged over 10 s of case 2
     losses = []

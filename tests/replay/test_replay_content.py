@@ -38,11 +38,13 @@ NAMES = [scene.name for scene in plan().scenes]
 FRACTION = 2e-3  # of a channel's range, or of a radian: 0.4 pixel of 200
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_a_scene_takes_few_bytes(name: str) -> None:
     assert len(replays()[name].data) < 1e3 * KILOBYTES
 
 
+@pytest.mark.long
 def test_the_largest_scene_of_the_full_profile_takes_few_bytes() -> None:
     """Long plans have the most samples; their recordings have at most some 500 each."""
     scene = find_scene("capsule-plan/half-turn-curve")

@@ -104,6 +104,7 @@ def time_of(figure: Locator) -> float:
     return float(figure.locator("input[type=range]").input_value()) / LAST
 
 
+@pytest.mark.long
 def test_the_button_plays_and_pauses(pausable: Page) -> None:
     figure = paused(pausable, NAME)
     figure.get_by_role("button", name="Play").click()
@@ -127,6 +128,7 @@ def test_it_ends_at_the_end_and_begins_again(pausable: Page) -> None:
     assert 0.0 < time_of(figure) < 0.1
 
 
+@pytest.mark.long
 def test_each_speed_is_what_it_says(pausable: Page) -> None:
     figure = paused(pausable, NAME)
     options = figure.locator("select.speed option")
@@ -142,6 +144,7 @@ def test_each_speed_is_what_it_says(pausable: Page) -> None:
             figure.locator(".play").click()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("place", ["input[type=range]", ".play"])
 def test_keys_move_it(place: str, page: Page) -> None:
     figure = found(page, NAME)
@@ -177,6 +180,7 @@ def test_one_plays_at_a_time(page: Page) -> None:
     expect(other.locator(".play")).to_have_text("Pause")
 
 
+@pytest.mark.long
 def test_it_starts_by_itself_once(moving: Page) -> None:
     figure = found(moving, NAME)
     figure.locator("canvas").scroll_into_view_if_needed()
@@ -202,6 +206,7 @@ FRAMES = """() => new Promise((done) => {
 })"""
 
 
+@pytest.mark.long
 def test_it_stops_out_of_sight(moving: Page) -> None:
     figure = found(moving, NAME)
     figure.locator("canvas").scroll_into_view_if_needed()
@@ -210,6 +215,7 @@ def test_it_stops_out_of_sight(moving: Page) -> None:
     expect(figure.locator(".play")).to_have_text("Play")
 
 
+@pytest.mark.long
 def test_less_motion_is_no_motion_by_itself_and_twelve_steps(browser: Browser, file: Path) -> None:
     for page in opened(browser, file, clocked):
         figure = found(page, NAME)
@@ -317,6 +323,7 @@ def test_friction_points_against_the_sliding_of_each_foot(page: Page) -> None:
                 assert (coverage > 0.5) == coloured, (i, turn, part)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("name", "part", "wanted", "unwanted"),
     [
@@ -373,6 +380,7 @@ def test_without_scripts_there_are_six_moments(browser: Browser, file: Path) -> 
         assert not figure.locator("[data-layer]").first.is_visible()
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("width", [390, 1280])
 def test_nothing_is_wider_than_the_window(width: int, browser: Browser, file: Path) -> None:
     for page in opened(browser, file, viewport={"width": width, "height": 800}):

@@ -88,6 +88,7 @@ def test_energy_is_bounded_or_drifts_as_predicted() -> None:
     assert drift.round_off < 1e-3 * abs(drift.rate)
 
 
+@pytest.mark.long
 def test_errors_grow_at_the_saddle_s_rate() -> None:
     scene = find_scene("cone-pendulum/above-barrier-1e-6")
     plot, table = energy.hard(quick(), scene)
@@ -116,6 +117,7 @@ def test_finding_uniformity() -> None:
         assert at_rest == pytest.approx(one.resting.deviation[:, 0], rel=1e-12)
 
 
+@pytest.mark.long
 def test_finding_action_and_phase() -> None:
     given = declared(nothing(), action_phase.requests)
     found = action_phase.finding(given)
@@ -153,6 +155,7 @@ def test_finding_work_of_the_drive() -> None:
     assert float(own[1].text) > 1000.0
 
 
+@pytest.mark.long
 def test_finding_generating_solution() -> None:
     found = generating_solution.finding(declared(nothing(), generating_solution.requests))
     damping, drives = found.tables

@@ -90,6 +90,7 @@ def whole(scene: str, method: str) -> Judgement:
     return judged(found, case.system, how, case.system.quantities(case)).whole
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("wrong", "expected"),
     [

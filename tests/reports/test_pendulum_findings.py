@@ -53,6 +53,7 @@ def texts(found: Finding, table: int = 0) -> list[list[str]]:
     return [[cell.text for cell in row] for row in found.tables[table].rows]
 
 
+@pytest.mark.long
 def test_errors_of_the_notebook_are_those_that_physics_says() -> None:
     # the seven figures, measured with the notebook's integrator, to three digits
     found = notebook.finding(study())
@@ -65,6 +66,7 @@ def test_errors_of_the_notebook_are_those_that_physics_says() -> None:
         assert apart > max(own, linear)  # as the summary states for the linear equation
 
 
+@pytest.mark.long
 def test_every_case_has_its_plots() -> None:
     galleries = SECTION.figures(study())
     assert [head.split(":")[0] for head, _ in galleries] == [

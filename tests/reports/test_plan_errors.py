@@ -17,6 +17,7 @@ TO = (0.02, 0.0, 0.05)  # a turn and a line or two
 FEET = method("pymunk/feet")
 
 
+@pytest.mark.long
 def test_the_errors_of_all_manoeuvres_add_up_to_the_error_at_the_end() -> None:
     short = scene("capsule-plan", {"to": TO})
     found = planned(short.parameters)
@@ -36,6 +37,7 @@ def test_the_errors_of_all_manoeuvres_add_up_to_the_error_at_the_end() -> None:
     assert abs(last.heading) < 1e-3
 
 
+@pytest.mark.long
 def test_the_command_says_where_errors_arise(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["plan", "--to", *(str(value) for value in TO), "--method", "pymunk/feet"]
     assert main([*words, "--step", "1e-3"]) == 0

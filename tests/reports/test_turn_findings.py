@@ -144,6 +144,7 @@ def test_spin() -> None:
         assert missing > 0.5
 
 
+@pytest.mark.long
 def test_plans(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(capsule_plan, "QUICK", (FEET,))
     given = declared(measured(SHOWN, (FEET,)), capsule_plan.requests)
@@ -161,6 +162,7 @@ def test_plans(monkeypatch: pytest.MonkeyPatch) -> None:
     assert capsule_plan.poses(study("capsule-turn/0.3", (EULER,))) is None
 
 
+@pytest.mark.long
 def test_plans_along_any_two_lines(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(capsule_plan, "QUICK", (FEET,))
     shown = plan_legs.SCENES[1]

@@ -164,6 +164,7 @@ def test_the_reduced_model_sees_friction_off_by_little(
         assert verdict(found, method) == "fail"
 
 
+@pytest.mark.long(keep=6)
 @pytest.mark.parametrize("method", REDUCED)
 @pytest.mark.parametrize(
     ("name", "step"),
@@ -257,6 +258,7 @@ def bodies(draw: st.DrawFn) -> dict[str, Any]:
     }
 
 
+@pytest.mark.long
 @settings(max_examples=40)
 @given(bodies(), st.sampled_from(FINE), st.floats(20, 60))
 def test_any_body_moves_as_predicted(given: dict[str, Any], method: str, fine: float) -> None:

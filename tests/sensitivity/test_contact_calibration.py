@@ -61,6 +61,7 @@ def looseness(run: Run) -> Mapping[str, float]:
     }
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("run", [LINE, OFF_CENTROID, *TURNS, *HEAVY])
 def test_with_the_present_factors_runs_pass_and_bounds_are_not_loose(run: Run) -> None:
     assert verdict(run) == "pass"

@@ -50,6 +50,7 @@ def verdict(name: str, method: str, step: float, exact: Exact | None = None) -> 
     return judge(measure(other, how, step)[0], case.system, how).verdict
 
 
+@pytest.mark.long(keep=7)
 @pytest.mark.parametrize("parameter", ["length", "damping_rate"])
 @pytest.mark.parametrize("name", SCENES)
 def test_a_parameter_error_of_a_millionth(name: str, parameter: str) -> None:
@@ -74,6 +75,7 @@ def early(problem: SimplePendulum, time: float) -> Exact:
     return RodMotion(angle, rotor, problem.length, problem.gravity), RodErrors(problem, errors)
 
 
+@pytest.mark.long(keep=6)
 @pytest.mark.parametrize("method", ["ode/rk4", "ode/leapfrog", "mujoco/rk4+midpoint"])
 @pytest.mark.parametrize("case", ["forced-small", "forced-large", "forced-chaotic"])
 @pytest.mark.parametrize("system", ["simple-pendulum", "linear-pendulum"])

@@ -38,6 +38,7 @@ def off(found: Measurement) -> bool:
     return any(missed(found.errors[load]) > allowed(found.errors[load]) for load in LOADS)
 
 
+@pytest.mark.long(keep=3)
 @BOTH
 @pytest.mark.parametrize(("name", "part"), [(TURN, 2), (SPIN, 2), (ROTATION, 2), (PLAN, 1)])
 def test_normal_forces_are_predicted_and_bounds_are_tight(
@@ -50,6 +51,7 @@ def test_normal_forces_are_predicted_and_bounds_are_tight(
         assert missed(error) <= allowed(error) < 10 * missed(error), load
 
 
+@pytest.mark.long(keep=3)
 @BOTH
 @pytest.mark.parametrize(("name", "part"), [("capsule-turn/pivot", 3), (SPIN, 2)])
 @pytest.mark.parametrize("sign", [1, -1])

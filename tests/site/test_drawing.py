@@ -48,6 +48,7 @@ def _few_are_many(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(drawing, "MANY", 1)
 
 
+@pytest.mark.long
 def test_two_processes_draw_the_same_bytes() -> None:
     one, two, three = (
         measured(scene, ("ode/rk4", "ode/leapfrog"), 1e-2)
@@ -63,12 +64,14 @@ def test_two_processes_draw_the_same_bytes() -> None:
     assert "steps-of-cone-pendulum" in page
 
 
+@pytest.mark.long
 def test_sensitivity_to_who_draws() -> None:
     """A process that says something else makes other pages: it is the workers that draw."""
     study = made_up([(find_method("ode/rk4"), (1e-3, 1e-4), lambda h: h)])
     assert _page(study, other_in_workers, 2) == _page(study, lambda name: None, 1)
 
 
+@pytest.mark.long
 def test_what_a_process_does_not_draw_another_does() -> None:
     study = made_up([(find_method("ode/rk4"), (1e-3, 1e-4), lambda h: h)])
     assert _page(study, deadly, 2) == _page(study, lambda name: None, 1)

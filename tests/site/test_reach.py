@@ -53,6 +53,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         metafunc.parametrize("name", [*(NAMES if full else FIRST), SCENE])
 
 
+@pytest.mark.long
 def test_nothing_is_out_of_reach(
     name: str, index: Path, browser: Browser, pytestconfig: pytest.Config
 ) -> None:
@@ -137,6 +138,7 @@ SEEN = [
 ]  # fmt: skip
 
 
+@pytest.mark.long
 def test_sensitivity_of_the_looks(index: Path, browser: Browser) -> None:
     """What is wrong in one theme or at one width alone, of one line among dozens that are alike but
     for it, is seen there and nowhere else; so are a link without words and an error in a script."""
@@ -149,6 +151,7 @@ def test_sensitivity_of_the_looks(index: Path, browser: Browser) -> None:
         assert any("broken" in line for line in visit.console)
 
 
+@pytest.mark.long
 def test_a_page_that_stands_alone(browser: Browser, tmp_path: Path) -> None:
     """What `plumbob solve --figures` writes is made of the same parts."""
     page = tmp_path / "figures.html"
@@ -171,6 +174,7 @@ def test_an_index_is_light(index: Path) -> None:
     assert index.stat().st_size < KILOBYTES * 1e3
 
 
+@pytest.mark.long
 def test_index_and_a_system_fit_on_twelve_sheets(index: Path, browser: Browser) -> None:
     sheets = 0
     for name in ("index", "capsule-line"):
@@ -181,6 +185,7 @@ def test_index_and_a_system_fit_on_twelve_sheets(index: Path, browser: Browser) 
     assert 2 < sheets <= SHEETS
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["index", "cone-pendulum", SCENE])
 def test_every_button_works(name: str, index: Path, browser: Browser) -> None:
     """Hints appear on focus, tap and hover; methods come and go; tables of plots open."""
@@ -242,6 +247,7 @@ def _table_of_a_plot(visit: Visit) -> None:
     rows.first.wait_for(state="detached")
 
 
+@pytest.mark.long
 def test_plots_are_drawn_when_near_and_taken_away_when_far(index: Path, browser: Browser) -> None:
     with visited(browser, _page(index, SCENE)) as visit:
         first = visit.page.locator(".area").first

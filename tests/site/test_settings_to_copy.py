@@ -82,6 +82,7 @@ def test_an_engine_that_is_not_in_the_study_is_not_spoken_of() -> None:
     assert CODE.findall(render(study, section=lambda name: None)) == []
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("clipboard", CLIPBOARDS)
 def test_a_click_copies_or_selects(
     clipboard: str, page: Path, browser: Browser, tmp_path: Path
@@ -97,6 +98,7 @@ def test_a_click_copies_or_selects(
             assert one["selected"].strip() == code.strip()
 
 
+@pytest.mark.long
 def test_sensitivity_to_what_is_copied(page: Path, browser: Browser, tmp_path: Path) -> None:
     """A button that copies another text, or does nothing where it is refused, is seen."""
     text = page.read_text("utf-8")

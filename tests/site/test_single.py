@@ -78,6 +78,7 @@ def test_it_has_the_content_of_every_page(single: Path, index: Path) -> None:
     assert _text(text.partition("<template")[0]) == _text(first.read_text("utf-8"))
 
 
+@pytest.mark.long
 def test_its_links_turn_pages(single: Path, browser: Browser) -> None:
     with visited(browser, single) as visit:
         heading = visit.page.locator("h1")
@@ -97,6 +98,7 @@ def test_its_links_turn_pages(single: Path, browser: Browser) -> None:
         assert visit.requests == [single.resolve().as_uri()]
 
 
+@pytest.mark.long
 def test_a_link_from_outside_leads_to_a_place_on_a_page_which_takes_what_another_holds(
     single: Path, browser: Browser
 ) -> None:

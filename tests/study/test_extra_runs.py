@@ -169,6 +169,7 @@ def test_a_run_of_the_study_itself_is_not_made_again(monkeypatch: pytest.MonkeyP
         assert recording.times.tobytes() == run_directly(request).times.tobytes()
 
 
+@pytest.mark.long
 def test_two_processes_make_the_same(study: Study) -> None:
     both = run_study(study.scenes, study.methods, jobs=2, timed=False, requests=wanted)
     for request in (PLAIN, CHANGED, SETTING):

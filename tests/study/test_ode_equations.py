@@ -176,6 +176,7 @@ def run_of(problem: Fall | Throw, method: Method, step: float) -> Array:
     return np.array([values[-1] for values in run.observables.values()])
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("method", ENGINE.methods, ids=lambda method: method.name)
 def test_several_coordinates_that_explode_diverge(method: Method) -> None:
     # r'' = 6 r^2 in both coordinates, whose solution 1/(1 - t)^2 ends at t = 1: arrays overflow

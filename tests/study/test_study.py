@@ -42,6 +42,7 @@ def _errors(convergence: tuple[ConvergenceStudy, ...]) -> list[tuple[str, str, f
     ]
 
 
+@pytest.mark.long
 def test_one_process_two_and_an_executor_agree_to_the_last_bit() -> None:
     alone = _errors(_study(jobs=1).convergence)
     assert len(alone) == 16

@@ -71,6 +71,7 @@ def _counting(monkeypatch: pytest.MonkeyPatch, out: Path, ends: int = 0, number:
     monkeypatch.setattr(unfinished.Unfinished, "keep_all", keep_all)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("moment", [1, 3, 6])
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
 def test_a_study_goes_on_after_a_signal(
@@ -100,6 +101,7 @@ def test_a_study_goes_on_after_a_signal(
     assert (out / "index.html").read_text() != OLD
 
 
+@pytest.mark.long
 def test_workers_are_killed_then_the_parent_then_all_are_interrupted(
     out: Path, undisturbed: Path
 ) -> None:
@@ -148,6 +150,7 @@ def test_two_processes_measure_one_study(
     )
 
 
+@pytest.mark.long
 def test_what_two_workers_die_of_is_named_and_tried_again(
     out: Path, undisturbed: Path, capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
@@ -170,6 +173,7 @@ def test_what_two_workers_die_of_is_named_and_tried_again(
     )
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("limit", "said"),
     [(50_000, "store = "), (120_000, "store = "), (2_000_000, "the study is stored: `plumbob re")],

@@ -43,6 +43,7 @@ def _worked_out(
     return found, lost
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("kind", FATAL)
 def test_a_fatal_piece_is_tried_once_more_and_given_up(kind: str) -> None:
     do, arguments, limit, said = FATAL[kind]

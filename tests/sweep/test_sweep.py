@@ -56,6 +56,7 @@ def test_every_point_is_the_run_of_its_own_parameters() -> None:
     assert found.errors.ravel()[point] == largest
 
 
+@pytest.mark.long
 def test_two_processes_give_the_same_to_the_bit() -> None:
     alone = sweep(small(), {}, forgotten)
     shared = sweep(small(), {}, forgotten, jobs=2)

@@ -41,6 +41,7 @@ def spoilt(case: Case, factor: float) -> Case:
     return replace(case, reference=_Off(case.reference, factor))  # type: ignore[arg-type]
 
 
+@pytest.mark.long
 def test_the_worst_heading_for_default_contacts() -> None:
     found = search(box("capsule-line", {}, [AROUND]), EULER, 1e-3, 60)
     assert found.error > 0.34
@@ -53,6 +54,7 @@ def test_the_worst_heading_for_default_contacts() -> None:
     assert found.parameters["heading"] % (math.pi / 2) == pytest.approx(math.pi / 4, abs=1e-2)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("factor", "certain"), [(1.0, True), (1.5, False)])
 def test_a_wrong_exact_answer_is_not_confirmed(factor: float, certain: bool) -> None:
     case = spoilt(case_of(scene("capsule-line", {"heading": math.pi / 4})), factor)
@@ -61,6 +63,7 @@ def test_a_wrong_exact_answer_is_not_confirmed(factor: float, certain: bool) -> 
     assert (held.distance <= SURE * 0.34) is certain
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(
     ("name", "tried", "factor", "fails"),
     [

@@ -79,6 +79,7 @@ def ends_off(body: Capsule, made: Plan) -> float:
     return max(pose_error(RestPose(float(x), float(y), float(heading)), made.goal))
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(("name", "track"), CASES)
 def test_every_pose_is_reached_at_rest_within_the_limits(name: str, track: str) -> None:
     made, limits = planned(name, track), Limits()
@@ -106,6 +107,7 @@ def test_every_pose_is_reached_at_rest_within_the_limits(name: str, track: str) 
             assert track == "free" or stroke <= limits.radius * (1.0 + 1e-12)
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize(("name", "track"), CASES)
 def test_the_body_rests_between_manoeuvres_and_in_slow_ones(name: str, track: str) -> None:
     made = planned(name, track)
@@ -142,6 +144,7 @@ def on_curve(legs: tuple[int, int], arc: ArcName) -> Plan:
     return plan(SCALENE, BESIDE, track="curve", legs=legs, arc=arc)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("legs", "arc"), PAIRS)
 def test_the_curve_may_have_any_two_lines_and_either_arc(
     legs: tuple[int, int], arc: ArcName
@@ -190,6 +193,7 @@ def test_a_mean_acceleration_held_over_steps_gives_the_velocity_at_every_edge() 
     assert np.abs(reached - made.relative_velocity(edges[1:])).max() <= 1e-11
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "track", "least"), [("half-turn", "free", 7.0), ("ahead", "curve", 1.6)]
 )
@@ -249,6 +253,7 @@ def test_slow_motions_reach_the_friction_limit_and_no_more(body: Capsule) -> Non
     assert 0.7 < across / body.holding_acceleration < 0.9
 
 
+@pytest.mark.long
 @settings(max_examples=3)
 @given(
     st.sampled_from([CHECK, SCALENE]),
@@ -309,6 +314,7 @@ def test_sensitivity_to_the_body(body: Capsule) -> None:
     assert ends_off(body, planned("near", "free")) > 1e-6
 
 
+@pytest.mark.long
 def test_the_order_of_the_legs_does_not_matter_and_the_pair_does(quick: bool) -> None:
     reversed_ = plan(SCALENE, BESIDE, track="curve", legs=(2, 1))
     assert reversed_.duration == pytest.approx(on_curve((1, 2), "shorter").duration, rel=1e-9)
@@ -382,6 +388,7 @@ def test_turns_that_do_not_end_are_refused(monkeypatch: pytest.MonkeyPatch) -> N
         plan(CHECK, RestPose(0.0, 0.0, 0.2), Limits(stroke=0.06, manoeuvres=5))
 
 
+@pytest.mark.long
 def test_a_plan_that_misses_its_pose_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
     """Here nothing is near enough."""
     monkeypatch.setattr("plumbob.analytic.systems.planner.search.CLOSED", 1e-25)

@@ -47,6 +47,7 @@ def apart(of: ThreePointMotion, friction: float = 1.0) -> float:
     return float(np.abs(found - exact).max() / np.abs(exact).max())
 
 
+@pytest.mark.long
 def test_smoothed_friction_finds_the_same_pose(request: pytest.FixtureRequest) -> None:
     """And with `--profile full` no other where friction is 0.1 % off."""
     full = request.config.getoption("--profile") == "full"
@@ -56,6 +57,7 @@ def test_smoothed_friction_finds_the_same_pose(request: pytest.FixtureRequest) -
         assert not full or apart(of, 1.001) > 3.0 * AGREES, name
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("angle", [30, 45])
 @pytest.mark.parametrize(("system", "usual"), [("turn", "0.3"), ("plan", "")])
 def test_a_heading_at_the_start_changes_nothing_in_the_body_s_axes(

@@ -153,6 +153,7 @@ def gradual(motion: ThreePointMotion) -> bool:
     )
 
 
+@pytest.mark.long
 def test_smoothed_friction_finds_the_same_pose(request: pytest.FixtureRequest) -> None:
     """50 slides with `--profile full`, a few otherwise; 1e-9 is the accuracy of the smoothed
     motion, whose measured error is up to 1e-10."""

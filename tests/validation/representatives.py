@@ -1,10 +1,13 @@
-"""Two fifths of the pairs of scenes and methods, which stand for the rest: every scene is among
-them, and of each system every method and every declared expectation."""
+"""What stands for the rest in the short suite of tests. Of pairs of scenes and methods two fifths:
+every scene is among them, and of each system every method and every declared expectation. Of tests
+that take seconds as many cases as their mark keeps."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Sequence
+
+import pytest
 
 from plumbob.engines.method import Method
 from plumbob.models.scene import Scene
@@ -40,3 +43,17 @@ def mechanisms(scene: Scene, method: Method) -> Iterator[Hashable]:
     yield scene.name
     yield scene.system, method.name
     yield scene.system, wanted.verdict, wanted.other, wanted.reason
+
+
+def left_out(items: Iterable[pytest.Item]) -> list[pytest.Item]:
+    """Of the tests marked `long` those that the whole suite alone runs: all cases of each but the
+    first `keep` that its mark names."""
+    met, left = Counter[str](), list[pytest.Item]()
+    for item in items:
+        if (mark := item.get_closest_marker("long")) is None:
+            continue
+        name = item.nodeid.partition("[")[0]
+        met[name] += 1
+        if met[name] > mark.kwargs.get("keep", 0):
+            left.append(item)
+    return left

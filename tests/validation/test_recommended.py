@@ -79,6 +79,7 @@ def _offered(study: Study, scene: str, wanted: float) -> Iterator[Choice]:
     yield from dict.fromkeys(choice for choice in offered if choice is not None)
 
 
+@pytest.mark.long(keep=2)
 def test_a_fresh_run_reaches_it(
     scene: Scene, tmp_path: Path, shared: Shared, pytestconfig: pytest.Config
 ) -> None:
@@ -93,6 +94,7 @@ def test_a_fresh_run_reaches_it(
             assert error <= choice.error * (1 + 1e-6)
 
 
+@pytest.mark.long
 def test_the_search_finds_a_step_that_holds_and_none_much_cheaper_is_missed(
     shared: Shared, pytestconfig: pytest.Config
 ) -> None:

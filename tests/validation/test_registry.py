@@ -16,7 +16,7 @@ from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import expected, surprise
 from plumbob.reports.judge.verdict import judge_convergence
 from plumbob.tests.validation.measured_once import Shared
-from plumbob.tests.validation.representatives import mechanisms, representatives
+from plumbob.tests.validation.representatives import representatives
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
@@ -25,7 +25,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         return
     option = metafunc.config.getoption
     chosen = pairs(scenes(option("scenes"), option("profile")), methods(option("methods")))
-    if option("pairs") == "representative":
+    if option("suite") == "short":
         chosen = representatives(chosen)
     names = [f"{scene.name}-{method.name}" for scene, method in chosen]
     metafunc.parametrize(("scene", "method"), chosen, ids=names)
@@ -40,12 +40,3 @@ def test_verdict(scene: Scene, method: Method, shared: Shared, pytestconfig: pyt
     assert judgement.reason or judgement.verdict != "unsupported"
     why = surprise(scene, method, judgement)
     assert not why, f"{why} ({judgement.reason}) {expected(scene.name, method.name).reason}"
-
-
-def test_representatives_miss_no_mechanism() -> None:
-    chosen = pairs(scenes("*", "quick"), methods("*"))
-    stand = representatives(chosen)
-    assert {one for pair in chosen for one in mechanisms(*pair)} == {
-        one for pair in stand for one in mechanisms(*pair)
-    }
-    assert len(stand) < 0.42 * len(chosen)

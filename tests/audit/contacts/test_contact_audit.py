@@ -64,6 +64,7 @@ def missed(found: ContactAudit) -> float:
     return float(max(parts))
 
 
+@pytest.mark.long(keep=1)
 def test_pasted_contacts_miss_coulomb_by_what_is_predicted(found: ContactAudit) -> None:
     assert found.exact == pytest.approx(EXACT, rel=1e-12)
     assert all(found.determined)
@@ -71,6 +72,7 @@ def test_pasted_contacts_miss_coulomb_by_what_is_predicted(found: ContactAudit) 
     assert missed(found) < REST
 
 
+@pytest.mark.long(keep=1)
 def test_default_contacts_depend_on_the_direction(found: ContactAudit) -> None:
     for one in found.own:
         errors = dict(zip(np.degrees(HEADINGS).round(), found.errors(one) / EXACT, strict=True))
@@ -93,6 +95,7 @@ def test_the_stiffness_is_one_at_which_the_body_is_stable(found: ContactAudit) -
     assert (found.stiffness < 0.15) == (len(found.standing.points) == 8)  # wheels: two points each
 
 
+@pytest.mark.long
 def test_a_flat_body_on_three_points_turns_as_theory_says(flat: ContactAudit) -> None:
     assert flat.exact_turn is not None
     turning = flat.pasted[-1].turning
@@ -103,6 +106,7 @@ def test_a_flat_body_on_three_points_turns_as_theory_says(flat: ContactAudit) ->
     assert own.turn != pytest.approx(flat.exact_turn, rel=10 * TURN)
 
 
+@pytest.mark.long
 def test_higher_bodies_do_not_turn_by_that_theory() -> None:
     found = audited(model_text(FLAT.replace(' 0" mass', ' -.05" mass'), 0.051))
     assert found.exact_turn is None
@@ -130,6 +134,7 @@ def tends_to_a_turn(found: ContactAudit) -> None:
     assert f"tend to {math.degrees(turns[-1]):.3g}° (± {math.degrees(left[-1]):.2g}°)" in said
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("factor", [0.97, 1.03])
 def test_a_wrong_moment_of_inertia_is_seen(
     factor: float, flat: ContactAudit, monkeypatch: pytest.MonkeyPatch
@@ -206,6 +211,7 @@ def test_a_mesh_is_a_foot_too() -> None:
     assert missed(found) < REST
 
 
+@pytest.mark.long
 def test_feet_of_unlike_friction_are_compared_by_convergence() -> None:
     geoms, height, _ = BODIES["four-footed box"]
     unlike = geoms.replace('name="foot_0"', 'name="foot_0" friction=".6"')
@@ -217,6 +223,7 @@ def test_feet_of_unlike_friction_are_compared_by_convergence() -> None:
     assert found.predicted(found.pasted[0]) is None
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("two_steps")
 def test_a_body_that_tips_is_judged_at_less_friction() -> None:
     jointed, _ = jointed_stand()

@@ -113,6 +113,7 @@ def test_options_of_the_contact_audit_need_it(
     assert "speed = '1': must be given with --contacts" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_command_prints_and_writes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -157,6 +158,7 @@ def test_settings_are_those_that_the_command_prints(
     assert [f"foot_{i}" in found.snippet for i in range(5)] == [True] * 4 + [False]
 
 
+@pytest.mark.long
 def test_settings_pasted_into_the_file_give_what_is_said(found: ContactAudit) -> None:
     """The file with the snippet in it, read anew, is its own contact audit's pasted result."""
     text = texts()["four-footed box"]
@@ -177,6 +179,7 @@ def test_an_audit_says_that_there_is_one_of_contacts(
         assert ("base rests on a plane: --contacts" in capsys.readouterr().out) == said
 
 
+@pytest.mark.long
 def test_a_body_that_tips_gets_a_friction_that_is_possible(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
