@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 from numpy.polynomial import legendre
 
 from plumbob.analytic.reference import Array
@@ -15,9 +16,12 @@ ITERATIONS = 12
 CONVERGED = 1e-15  # Newton step over the scale of the state
 STALLED = 1e-12  # below this a step that no longer shrinks is round-off
 DIVERGED = 1e6  # Newton step over the scale of the state
+FACTORED = 1e-4  # Newton step over the scale of the state, below which its matrix is used again
+SLOW = 0.1  # of the step before: such a step with an old matrix asks for a new one
 LARGEST_EXPONENT = 3.0  # a first guess needs no faster growth than this
 
-RightHandSide = Callable[[Array], tuple[Array, Array]]
+RightHandSide = Callable[[Array, bool], tuple[Array, Array]]
+"""States at the nodes, and whether derivatives are wanted -> slopes there, and these."""
 
 
 @dataclass(frozen=True)
@@ -134,46 +138,70 @@ def collocate(
     """Slopes dz/dc at the nodes, shape (n, d), of the polynomial that solves dz/dc = f(z) there, or
     None if Newton's iteration does not converge.
 
-    `right_hand_side` maps states (n, d) to slopes (n, d) and their derivatives (n, d, k) by the
-    first k components of the state; f may depend weakly on the others. `start` (d,) is the state
-    at c = 0, `guess` (n, d) the first slopes, `scale` (d,) the size of the state.
+    `right_hand_side` maps states (n, d) to slopes (n, d) and, if asked, their derivatives (n, d, k)
+    by the first k components of the state; f may depend weakly on the others. `start` (d,) is the
+    state at c = 0, `guess` (n, d) the first slopes, `scale` (d,) the size of the state.
     """
-    slopes, previous = guess.copy(), 0.0
+    slopes, previous, matrix = guess.copy(), 0.0, None
     for _ in range(ITERATIONS):
-        value, derivative = right_hand_side(start + rule.integral @ slopes)
-        if not np.isfinite(derivative.sum() + value.sum()):
+        fresh = matrix is None
+        value, derivative = right_hand_side(start + rule.integral @ slopes, fresh)
+        if fresh:
+            matrix = _NewtonMatrix.of(rule, derivative)
+        if matrix is None or not np.isfinite(value.sum()):
             return None
-        correction = _newton_correction(rule, value - slopes, derivative)
-        if correction is None:
-            return None
+        correction = matrix.correction(rule, value - slopes)
         slopes += correction
         step = float((np.abs(rule.integral @ correction) / scale).max())
-        # Newton's method converges quadratically: the next step is below step^2/previous.
+        # Newton's method converges quadratically, with an old matrix linearly: the next step is
+        # below step^2/previous.
         if step <= CONVERGED or step * step <= CONVERGED * previous or STALLED > step > previous:
             return slopes
         if step > DIVERGED:
             return None
+        if step > FACTORED or (not fresh and step > SLOW * previous):
+            matrix = None
         previous = step
     return None
 
 
-def _newton_correction(rule: Collocation, residual: Array, derivative: Array) -> Array | None:
-    """Newton's correction of the slopes, shape (n, d), implicit in the first k components and then
-    explicit in the rest; None where the matrix is singular."""
-    (count, width), stiff = residual.shape, derivative.shape[2]
-    coupling = -rule.integral[:, None, :, None] * derivative[:, :stiff, None, :]
-    matrix = coupling.reshape(count * stiff, count * stiff)
-    matrix.flat[:: count * stiff + 1] += 1.0
-    try:
-        solved = np.linalg.solve(matrix, residual[:, :stiff].reshape(-1))
-    except np.linalg.LinAlgError:
-        return None
-    correction = residual
-    correction[:, :stiff] = solved.reshape(count, stiff)
-    if stiff < width:
-        moved = rule.integral @ correction[:, :stiff]
-        correction[:, stiff:] += (derivative[:, stiff:] @ moved[:, :, None])[:, :, 0]
-    return correction
+@dataclass(frozen=True)
+class _NewtonMatrix:
+    """The matrix of Newton's method, factored, implicit in the first k components and then explicit
+    in the rest."""
+
+    factors: Array  # shape (n k, n k)
+    pivots: npt.NDArray[np.int32]
+    rest: Array  # derivatives of the components after the first k, shape (n, d - k, k)
+
+    @classmethod
+    def of(cls, rule: Collocation, derivative: Array) -> _NewtonMatrix | None:
+        """From the derivatives at the nodes, shape (n, d, k); None where it is singular, or they
+        are not finite."""
+        from scipy.linalg.lapack import dgetrf
+
+        if not np.isfinite(derivative.sum()):
+            return None
+        count, _, stiff = derivative.shape
+        across = derivative[:, :stiff].transpose(2, 0, 1)
+        matrix = np.multiply(-rule.integral.T[:, None, :, None], across[None]).reshape(-1)
+        matrix[:: count * stiff + 1] += 1.0
+        square = matrix.reshape(count * stiff, count * stiff).T
+        factors, pivots, singular = dgetrf(square, overwrite_a=True)
+        return None if singular else cls(factors, pivots, derivative[:, stiff:])
+
+    def correction(self, rule: Collocation, residual: Array) -> Array:
+        """Newton's correction of the slopes, shape (n, d), for their `residual`, which it
+        replaces."""
+        from scipy.linalg.lapack import dgetrs
+
+        stiff = self.rest.shape[2]
+        solved = dgetrs(self.factors, self.pivots, residual[:, :stiff].reshape(-1))[0]
+        residual[:, :stiff] = solved.reshape(-1, stiff)
+        if stiff < residual.shape[1]:
+            moved = rule.integral @ residual[:, :stiff]
+            residual[:, stiff:] += (self.rest @ moved[:, :, None])[:, :, 0]
+        return residual
 
 
 def linearised(rates: Array, derivative: Array, lengths: Array) -> Array:

@@ -109,103 +109,104 @@ def sliding_rates(
     heading: Array,
     clock: tuple[float, Array] | None,
     jerk: Complex | None = None,
+    derived: bool = True,
 ) -> tuple[Array, Array]:
     """Rates of (p_x, p_y, omega, t) while every support slides, shape (n, 4), and their derivatives
     by (p_x, p_y, omega), shape (n, 4, 3), or with a clock by all four, (n, 4, 4), those by t only
-    as far as they become large where v_i -> 0.
+    as far as they become large where v_i -> 0; without `derived` an empty array instead.
 
     `heading` psi [rad] matters on tilted ground only; `jerk` dw/dt [m/s^3], shape (n,), only in the
     derivatives. With `clock` = (a, b_i) the rates are by sigma in place of time, d sigma = dt (a +
     sum b_i/|v_i|): v_i = 0, where a force is singular in time, is approached as sigma -> infinity,
     and smoothly.
     """
-    point, omega = state[:, 0] + 1j * state[:, 1], state[:, 2]
-    velocities = support_velocities(at, point, omega)
-    speeds = np.abs(velocities)
-    e = velocities / speeds
-    rates = _rates(body, at, point, omega, heading, e)
-    turned = e.conjugate() * at.arms
-    drift = None
-    if clock:
-        drift = e.conjugate() * (-1j * body.mass_ratio * omega * at.velocity)[:, None]
-    derivative = _derivatives(body, at, point, omega, e, turned, speeds, drift)
-    if clock is None or drift is None:
-        return rates, derivative
+    now = _Slide.of(body, at, state)
+    rates = now.rates(body, at, heading)
+    if not derived:
+        return (rates * now.pace(clock)[:, None] if clock else rates), np.empty(0)
+    if clock is None:
+        return rates, now.derivatives(body, at, None)
 
-    along = np.empty((len(state), 3, 4))
-    along[..., 0], along[..., 1], along[..., 2], along[..., 3] = (
-        e.real,
-        e.imag,
-        -turned.imag,
-        drift.real,
-    )
-    weights = clock[1] / speeds
-    pace = 1.0 / (clock[0] + weights.sum(axis=1))
-    gradient = np.matmul((weights / speeds)[:, None, :], along)[:, 0] * (pace * pace)[:, None]
+    drift = now.back * (-1j * body.mass_ratio * now.omega * at.velocity)[:, None]
+    derivative, pace = now.derivatives(body, at, drift), now.pace(clock)
     if jerk is not None:
-        _add_jerk(body, at, omega, jerk, derivative)
+        _add_jerk(body, at, now.omega, jerk, derivative)
     derivative *= pace[:, None, None]
-    derivative += rates[:, :, None] * gradient[:, None, :]
-    return rates * pace[:, None], derivative
+    rates *= pace[:, None]
+    along = np.empty((len(state), 3, 4))  # of d|v_i| by p_x, p_y, omega and t
+    along[..., 0], along[..., 1] = now.back.real, -now.back.imag
+    along[..., 2], along[..., 3] = -now.turned.imag, drift.real
+    weights = clock[1] / (now.speeds * now.speeds) * pace[:, None]
+    derivative += rates[:, :, None] * np.matmul(weights[:, None, :], along)
+    return rates, derivative
 
 
 def rates_in_time(body: Mechanics, at: Configuration, state: Array, heading: Array) -> Array:
     """Rates of (p_x, p_y, omega, t) by time while every support slides, shape (n, 4)."""
-    point, omega = state[:, 0] + 1j * state[:, 1], state[:, 2]
-    velocities = support_velocities(at, point, omega)
-    return _rates(body, at, point, omega, heading, velocities / np.abs(velocities))
+    return _Slide.of(body, at, state).rates(body, at, heading)
 
 
-def _widening(body: Mechanics, at: Configuration) -> Array:
-    """d/dt of the moment of inertia [kg m^2/s], shape (n,)."""
-    return np.asarray(2.0 * body.reduced_mass * (at.position.conjugate() * at.velocity).real)
+@dataclass(frozen=True)
+class _Slide:
+    """All supports sliding, at n times: p and omega, shape (n,), and of each v_i its size, shape
+    (n, 3), and its direction e as `back` e* and `turned` e* (CA_i - mu r)."""
 
+    point: Complex
+    omega: Array
+    speeds: Array
+    back: Complex
+    turned: Complex
+    widening: Array  # d/dt of the moment of inertia [kg m^2/s], shape (n,)
 
-def _rates(
-    body: Mechanics, at: Configuration, point: Complex, omega: Array, heading: Array, e: Complex
-) -> Array:
-    """Rates of (p_x, p_y, omega, t) by time, shape (n, 4); `e` are the directions of v_i."""
-    forces = -at.limits * e
-    mu, v, w = body.mass_ratio, at.velocity, at.acceleration
-    push = forces.sum(axis=1) / body.mass - mu * w - 1j * omega * (point + mu * v)
-    if body.tilt:
-        push += body.tilt * np.exp(-1j * heading)
-    rates = np.empty((len(omega), 4))
-    rates[:, 0], rates[:, 1] = push.real, push.imag
-    rates[:, 2] = cross(at.arms, forces).sum(axis=1) - body.reduced_mass * cross(at.position, w)
-    rates[:, 2] = (rates[:, 2] - _widening(body, at) * omega) / at.inertia
-    rates[:, 3] = 1.0
-    return rates
+    @classmethod
+    def of(cls, body: Mechanics, at: Configuration, state: Array) -> _Slide:
+        """From the `state` (p_x, p_y, omega, ...), shape (n, 3 or more)."""
+        point, omega = state[:, 0] + 1j * state[:, 1], state[:, 2]
+        velocities = support_velocities(at, point, omega)
+        speeds = np.abs(velocities)
+        back = velocities.conjugate() / speeds
+        widening = 2.0 * body.reduced_mass * (at.position.conjugate() * at.velocity).real
+        return cls(point, omega, speeds, back, back * at.arms, widening)
 
+    def pace(self, clock: tuple[float, Array]) -> Array:
+        """dt/d(sigma) of the `clock`, shape (n,)."""
+        return np.asarray(1.0 / (clock[0] + (clock[1] / self.speeds).sum(axis=1)))
 
-def _derivatives(
-    body: Mechanics,
-    at: Configuration,
-    point: Complex,
-    omega: Array,
-    e: Complex,
-    turned: Complex,
-    speeds: Array,
-    drift: Complex | None,
-) -> Array:
-    """Derivatives of the rates by (p_x, p_y, omega), shape (n, 4, 3), and with `drift` by t too,
-    (n, 4, 4): each v_i changes across e with p_x, p_y, omega and t."""
-    across = np.empty((*e.shape, 3 if drift is None else 4))
-    across[..., 0], across[..., 1], across[..., 2] = -e.imag, e.real, turned.real
-    if drift is not None:
-        across[..., 3] = drift.imag
-    stiffness = (at.limits / speeds)[:, None, :]
-    resisting = np.matmul(across[..., :3].transpose(0, 2, 1) * stiffness, across)
-    derivative = np.zeros((len(omega), 4, across.shape[2]))
-    derivative[:, :2] = resisting[:, :2] / -body.mass
-    derivative[:, 2] = resisting[:, 2] / -at.inertia[:, None]
-    derivative[:, 0, 1] += omega
-    derivative[:, 1, 0] -= omega
-    carried = point + body.mass_ratio * at.velocity
-    derivative[:, 0, 2] += carried.imag
-    derivative[:, 1, 2] -= carried.real
-    derivative[:, 2, 2] -= _widening(body, at) / at.inertia
-    return derivative
+    def rates(self, body: Mechanics, at: Configuration, heading: Array) -> Array:
+        """Rates of (p_x, p_y, omega, t) by time, shape (n, 4)."""
+        mu, w, omega = body.mass_ratio, at.acceleration, self.omega
+        resistance = (at.limits * self.back).sum(axis=1).conjugate() / body.mass
+        push = -resistance - mu * w - 1j * omega * (self.point + mu * at.velocity)
+        if body.tilt:
+            push += body.tilt * np.exp(-1j * heading)
+        rates = np.empty((len(omega), 4))
+        rates[:, 0], rates[:, 1] = push.real, push.imag
+        moment = (at.limits * self.turned.imag).sum(axis=1)
+        moment -= body.reduced_mass * cross(at.position, w) + self.widening * omega
+        rates[:, 2] = moment / at.inertia
+        rates[:, 3] = 1.0
+        return rates
+
+    def derivatives(self, body: Mechanics, at: Configuration, drift: Complex | None) -> Array:
+        """Derivatives of the rates by (p_x, p_y, omega), shape (n, 4, 3), and with `drift` by t
+        too, (n, 4, 4): each v_i changes across e with p_x, p_y, omega and t."""
+        across = np.empty((*self.back.shape, 3 if drift is None else 4))
+        across[..., 0], across[..., 1] = self.back.imag, self.back.real
+        across[..., 2] = self.turned.real
+        if drift is not None:
+            across[..., 3] = drift.imag
+        stiffness = (at.limits / self.speeds)[:, None, :]
+        resisting = np.matmul(across[..., :3].transpose(0, 2, 1) * stiffness, across)
+        derivative = np.zeros((len(self.omega), 4, across.shape[2]))
+        derivative[:, :2] = resisting[:, :2] / -body.mass
+        derivative[:, 2] = resisting[:, 2] / -at.inertia[:, None]
+        derivative[:, 0, 1] += self.omega
+        derivative[:, 1, 0] -= self.omega
+        carried = self.point + body.mass_ratio * at.velocity
+        derivative[:, 0, 2] += carried.imag
+        derivative[:, 1, 2] -= carried.real
+        derivative[:, 2, 2] -= self.widening / at.inertia
+        return derivative
 
 
 def _add_jerk(

@@ -307,14 +307,13 @@ def _solution(
     method does not converge."""
     heading = np.full(rule.nodes.size, state.heading)
 
-    def right_hand_side(states: Array) -> tuple[Array, Array]:
-        at = configuration(body, piece, states[:, 3])
-        jerk = None
-        if plan.clock and at.acceleration.any():
+    def right_hand_side(states: Array, derived: bool) -> tuple[Array, Array]:
+        at, jerk = configuration(body, piece, states[:, 3]), None
+        if derived and plan.clock and at.acceleration.any():
             passing = rule.derivative @ states[:, 3]
             if passing.min() > SHORT * abs(states[-1, 3]):
                 jerk = (rule.derivative @ at.acceleration) / passing
-        rates, derivative = sliding_rates(body, at, states, heading, plan.clock, jerk)
+        rates, derivative = sliding_rates(body, at, states, heading, plan.clock, jerk, derived)
         if body.tilt:
             heading[:] = state.heading + size * rule.integral @ (states[:, 2] * rates[:, 3])
         return size * rates, size * derivative
