@@ -7,13 +7,13 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement, roundings
 from plumbob.models.registry import case_of, system_of
@@ -62,6 +62,27 @@ class Noticed:
     change: float  # relative to the parameter; in its SI unit where that is zero
     step: float
     observable: str
+
+
+@runtime_checkable
+class Neighbouring(Protocol):
+    """A reference that costs less where one of nearly the same motion is known."""
+
+    def beside(self, known: Any) -> Reference:
+        """The same reference, to be computed from a `known` one of its own type."""
+        ...
+
+
+@dataclass(frozen=True)
+class _Known:
+    """A reference, and its uncertainty at `times` [s], shape (n,)."""
+
+    reference: Reference
+    times: Array
+
+    @cached_property
+    def doubt(self) -> Mapping[str, Array]:
+        return self.reference.uncertainty(self.times)
 
 
 Slopes = Mapping[str, Array]  # {observable: |derivative| at the times, shape (n,)}
@@ -140,7 +161,13 @@ class Sensitivities:
 
     @cached_property
     def _doubt(self) -> Mapping[str, Array]:
-        return self._case.reference.uncertainty(self._times)
+        return self._known[type(self._case.reference)].doubt
+
+    @cached_property
+    def _known(self) -> dict[type, _Known]:
+        """By its type, the first reference that is worked out in each way."""
+        exact = self._case.reference
+        return {type(exact): _Known(exact, self._times)}
 
     def _slopes(self, parameter: Parameter) -> Slopes | None:
         """By one difference, less what rounding may make of it."""
@@ -162,12 +189,14 @@ class Sensitivities:
         may add to that: as much for both motions, if they are worked out alike."""
         if (other := self._nudged(parameter, nudge)) is None:
             return None
-        seen = other.reference.observe(self._times)
-        alike = type(other.reference) is type(self._case.reference)
-        doubt = self._doubt if alike else other.reference.uncertainty(self._times)
+        reference = other.reference
+        known = self._known.setdefault(type(reference), _Known(reference, self._times))
+        if reference is not known.reference and isinstance(reference, Neighbouring):
+            reference = reference.beside(known.reference)
+        seen = reference.observe(self._times)
         names = [observable.name for observable in self._case.system.observables]
         moved = {name: np.abs(seen[name] - self._right[name]) for name in names}
-        return moved, {name: self._doubt[name] + doubt[name] for name in names}
+        return moved, {name: self._doubt[name] + known.doubt[name] for name in names}
 
     def _nudged(self, parameter: Parameter, nudge: float) -> Case | None:
         """The case with a parameter a little larger, or smaller where that is not allowed."""

@@ -23,7 +23,7 @@ from plumbob.analytic.systems.three_points.equations import (
     configuration,
     mechanics,
 )
-from plumbob.analytic.systems.three_points.motion import Event, ThreePointMotion
+from plumbob.analytic.systems.three_points.motion import Segments, ThreePointMotion
 from plumbob.analytic.systems.three_points.pivoting import pivot, pivot_motion
 from plumbob.analytic.systems.three_points.rest import (
     EDGE,
@@ -61,13 +61,14 @@ class Start:
 
 @dataclass(frozen=True)
 class Now:
-    """A mode about to begin."""
+    """A mode about to begin; `near` are slides of a motion that is nearly the same from there."""
 
     state: State
     mode: Mode
     support: int = -1
     sense: float = 1.0
     departure: Guess | None = None
+    near: Segments = ()
 
 
 @lru_cache(maxsize=16)  # a reference and what theory samples are one motion
@@ -97,7 +98,10 @@ def three_point_motion(
     if capsule.friction == 0.0 and not np.isfinite(until):
         raise ParameterError("friction", 0.0, "greater than 0 for a motion without `until`")
     body = mechanics(capsule, tilt)
-    segments = _integrate(body, path, start, until, Accuracy(radau_collocation(nodes), tolerance))
+    accuracy = Accuracy(radau_collocation(nodes), tolerance)
+
+    def integrated(near: Segments) -> Segments:
+        return _integrate(body, path, start, until, accuracy, near)
 
     def coarser() -> ThreePointMotion:
         return three_point_motion(
@@ -110,17 +114,24 @@ def three_point_motion(
             tolerance=COARSER * tolerance,
         )
 
-    events = _events(segments, path.breakpoints)
-    return ThreePointMotion(capsule, path, body, segments, events, coarser)
+    return ThreePointMotion(capsule, path, body, integrated, coarser)
 
 
 def _piece_motion(
-    body: Mechanics, piece: Piece, number: int, duration: float, now: Now, accuracy: Accuracy
+    body: Mechanics,
+    piece: Piece,
+    number: int,
+    duration: float,
+    now: Now,
+    accuracy: Accuracy,
+    near: Segments,
 ) -> tuple[list[SmoothSegment], Now]:
-    """All segments of one piece, and the mode at its end."""
-    segments: list[SmoothSegment] = []
+    """All segments of one piece, and the mode at its end; `near` are those of the piece in a motion
+    that is nearly the same."""
+    segments, slides = list[SmoothSegment](), tuple(s for s in near if s.mode == "slide")
     for _ in range(EVENTS):
         phase = {"rest": _resting, "pivot": _pivoting, "slide": _sliding}[now.mode]
+        now = replace(now, near=slides[sum(s.mode == "slide" for s in segments) :])
         found, now, over = phase(body, piece, number, duration, now, accuracy)
         segments += found
         if over:
@@ -167,7 +178,8 @@ def _sliding(
     body: Mechanics, piece: Piece, number: int, duration: float, now: Now, accuracy: Accuracy
 ) -> Phase:
     """Slide until a support, or the whole body, comes to rest."""
-    slid = slide(body, piece, number, duration, now.state, accuracy, now.departure, now.support)
+    state, slipped = now.state, now.support
+    slid = slide(body, piece, number, duration, state, accuracy, now.departure, slipped, now.near)
     if not slid.still:
         return slid.segments, Now(slid.state, "slide"), True
     if len(slid.still) == 1:
@@ -192,8 +204,13 @@ def _initial(body: Mechanics, piece: Piece, start: Start) -> Now:
 
 
 def _integrate(
-    body: Mechanics, path: SliderPath, start: Start, until: float, accuracy: Accuracy
-) -> tuple[SmoothSegment, ...]:
+    body: Mechanics,
+    path: SliderPath,
+    start: Start,
+    until: float,
+    accuracy: Accuracy,
+    near: Segments,
+) -> Segments:
     pieces = (*path.pieces, StraightPiece(np.inf, path.end, 0.0, 0.0, 0.0, 0.0))
     now, segments = _initial(body, pieces[0], start), list[SmoothSegment]()
     for number, piece in enumerate(pieces):
@@ -202,23 +219,13 @@ def _integrate(
         if duration <= 0.0 and number < len(path.pieces):
             continue
         now = _begin(body, piece, now)
-        found, now = _piece_motion(body, piece, number, duration, now, accuracy)
+        beside = tuple(segment for segment in near if segment.piece == number)
+        found, now = _piece_motion(body, piece, number, duration, now, accuracy, beside)
         segments += found
         if until <= began + piece.duration:
             break
         now = replace(now, state=replace(now.state, time=0.0), departure=None)
     return tuple(segments)
-
-
-def _events(segments: tuple[SmoothSegment, ...], breakpoints: Array) -> tuple[Event, ...]:
-    events: list[Event] = []
-    for segment in segments:
-        continued = bool(events) and segment.mode == events[-1].mode
-        slips = segment.mode == "slide" and segment.support >= 0
-        if not continued or slips:
-            time = float(breakpoints[segment.piece]) + segment.start
-            events.append(Event(time, segment.mode, segment.support))
-    return tuple(events)
 
 
 def _slide_from_rest(answer: Onset, ramp: float) -> Guess:

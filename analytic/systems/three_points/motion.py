@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
@@ -24,6 +24,7 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
     states_of,
 )
 
+Segments = tuple[SmoothSegment, ...]
 ROUNDINGS = 32 * ROUNDOFF  # of a sum over some tens of segments
 
 
@@ -50,18 +51,44 @@ class Pose:
 
 @dataclass(frozen=True)
 class ThreePointMotion:
-    """An exact motion, in segments of one mode each, and the events between them; `coarser`
-    computes it again with fewer nodes and a larger tolerance, for `error`."""
+    """An exact motion, in segments of one mode each, and the events between them.
+
+    `integrated` gives the segments, at less cost where it is given those of a motion that is nearly
+    the same, as `near` is; `coarser` computes the motion with fewer nodes and a larger tolerance,
+    for `error`.
+    """
 
     capsule: Capsule
     path: SliderPath
     body: Mechanics
-    segments: tuple[SmoothSegment, ...]
-    events: tuple[Event, ...]
+    integrated: Callable[[Segments], Segments]
     coarser: Callable[[], ThreePointMotion]
+    near: ThreePointMotion | None = None
     kind: ClassVar[MotionKind] = "plane"
     count: ClassVar[int] = 1
     period: ClassVar[float] = np.inf
+
+    @cached_property
+    def segments(self) -> Segments:
+        """The segments, in the order of time."""
+        return self.integrated(() if self.near is None else self.near.segments)
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """Where the mode changes, and where a support slips from rest, in the order of time."""
+        events: list[Event] = []
+        for segment in self.segments:
+            continued = bool(events) and segment.mode == events[-1].mode
+            slips = segment.mode == "slide" and segment.support >= 0
+            if not continued or slips:
+                time = float(self.path.breakpoints[segment.piece]) + segment.start
+                events.append(Event(time, segment.mode, segment.support))
+        return tuple(events)
+
+    def beside(self, known: ThreePointMotion) -> ThreePointMotion:
+        """The same motion, to be computed at less cost from one that is `known` and nearly the
+        same; it agrees with this one to their errors."""
+        return replace(self, near=known)
 
     @property
     def single(self) -> ThreePointMotion:

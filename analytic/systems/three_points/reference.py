@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import ClassVar, Protocol
 
@@ -20,7 +20,7 @@ from plumbob.analytic.systems.capsule import (
 )
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.friction import Start
-from plumbob.analytic.systems.three_points.motion import Pose
+from plumbob.analytic.systems.three_points.motion import Pose, ThreePointMotion
 
 ROUNDINGS = 8 * ROUNDOFF  # of parameters and times, and of the change to the axes of the start
 
@@ -45,6 +45,16 @@ class PlaneMotion(Protocol):
     @property
     def error(self) -> Pose:
         """Largest error over the whole motion, parts of shape (1, 2) and (1,)."""
+        ...
+
+    @property
+    def single(self) -> ThreePointMotion:
+        """The motion itself, or the one that it repeats."""
+        ...
+
+    def beside(self, known: ThreePointMotion) -> PlaneMotion:
+        """The same motion, to be computed at less cost from one that is `known` and nearly the
+        same as `single`."""
         ...
 
 
@@ -120,6 +130,11 @@ class PlaneReference:
         late = ROUNDINGS * float(np.max(np.abs(times))) * float(np.hypot(*speeds.T).max())
         reach = float(np.hypot(*places.T).max())
         return normal_force_uncertainty(capsule, reach) + steepest_load(capsule) * late
+
+    def beside(self, known: PlaneReference) -> PlaneReference:
+        """The same motion, to be computed at less cost from one that is `known` and nearly the
+        same."""
+        return replace(self, motion=self.motion.beside(known.motion.single))
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """None: no expansion of the error is claimed."""

@@ -15,7 +15,7 @@ open set of motions meets v = 0 exactly and leaves it again at once along the ot
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,6 +35,7 @@ from plumbob.analytic.systems.three_points.equations import (
 from plumbob.analytic.systems.three_points.smooth_segment import (
     Accuracy,
     SmoothSegment,
+    Solution,
     State,
     fitted,
     monotone_root,
@@ -54,6 +55,8 @@ FIRST = 2.0  # length in sigma: e-folds of the speed that changes fastest
 NEAR_POLE = 3.0  # time scales from a zero of v_i, within which the element runs in sigma
 REACH = 4.0  # times the time in which the slowest change stops a support
 FLOOR = 0.3  # of the speed at which a support counts as stuck: where an element may end
+NEAR = 1e-2  # of the rest of a piece: a known element this near its end ends with it
+LOOSER = 2.0  # times the tolerance: a known element's truncation error may be a little larger
 ELEMENTS = 2000  # in one piece, before giving up
 
 Guess = Callable[[Array, Configuration], Array]  # times since the start, slider -> states (n, 3)
@@ -91,11 +94,11 @@ class ElementPlan:
 
 @dataclass(frozen=True)
 class Element:
-    """A solved element: SmoothSegment coefficients, its length in its variable, and the next
-    one's."""
+    """A solved element: SmoothSegment coefficients, how they were found, and the next one's length
+    in its variable."""
 
     coefficients: Array
-    size: float
+    solution: Solution
     next_size: float
 
 
@@ -130,12 +133,14 @@ def slide(
     accuracy: Accuracy,
     departure: Guess | None = None,
     slipped: int = -1,
+    near: Sequence[SmoothSegment] = (),
 ) -> Slid:
     """Slide from `state` until a support comes to rest or `duration` [s] of piece `number` is over.
 
     `departure` gives first guesses of (p_x, p_y, omega) where a support starts from rest: the
     equations define no direction at v_i = 0, and one solution leaves it smoothly. `slipped` is that
-    support. Raises RuntimeError when no element is small enough.
+    support. `near` are the elements of a slide that is nearly the same: where they do as first
+    guesses they save most of the cost. Raises RuntimeError when no element is small enough.
     """
     segments: list[SmoothSegment] = []
     size, timed, fastest = 0.0, True, 0.0
@@ -146,23 +151,32 @@ def slide(
         still = () if departure is not None else _at_rest(at, state, fastest)
         if still or remaining <= 0.0:
             return Slid(segments, state, still)
-        if departure is not None:
-            plan = _departing(body, piece, accuracy.rule, state, remaining, departure)
+        known = near[len(segments)].solution if len(segments) < len(near) else None
+        followed = None
+        if known is not None:
+            followed = _following(body, piece, accuracy, state, known, remaining)
+        if followed is not None:
+            found, timed = followed, followed.solution.clock is None
         else:
-            plan = _continuing(body, piece, accuracy.rule, state, remaining, fastest)
-        if size == 0.0 or timed != (plan.clock is None):
-            size, timed = (FIRST if plan.clock else plan.time_scale), plan.clock is None
-        found = _element(body, piece, accuracy, state, plan, min(size, plan.longest))
+            near = ()
+            if departure is not None:
+                plan = _departing(body, piece, accuracy.rule, state, remaining, departure)
+            else:
+                plan = _continuing(body, piece, accuracy.rule, state, remaining, fastest)
+            if size == 0.0 or timed != (plan.clock is None):
+                size, timed = (FIRST if plan.clock else plan.time_scale), plan.clock is None
+            found = _element(body, piece, accuracy, state, plan, min(size, plan.longest))
 
         last, end = 1.0, float(found.coefficients[:, 3].sum())
-        if timed and found.size == remaining:
+        if timed and found.solution.size == remaining:
             end = duration
         elif end > duration:
             last = float(monotone_root(found.coefficients[:, 3], np.array([duration]))[0])
             end = duration
         segments.append(
             SmoothSegment(
-                "slide", slipped, number, state.time, end, state, found.coefficients, last
+                *("slide", slipped, number, state.time, end, state),
+                *(found.coefficients, last, found.solution),
             )
         )
         state = replace(state_at(found.coefficients, last), time=end)
@@ -290,39 +304,70 @@ def _element(
     within the tolerance. Raises RuntimeError when none is short enough."""
     rule, least = accuracy.rule, SMALLEST * (1.0 if plan.clock else plan.time_scale)
     while size >= least:
-        found = _solution(body, piece, rule, state, plan, size)
-        truncation = np.inf if found is None else max(found[1], LEAST_TRUNCATION)
-        change = 0.9 * (accuracy.tolerance / truncation) ** STEEPNESS
-        if found is not None and truncation <= accuracy.tolerance:
-            coefficients = fitted(rule, body, piece, state, found[0])
-            return Element(coefficients, size, size * change)
+        guess = plan.guess(size)
+        scale = _state_scale(plan, np.abs(rule.integral @ guess).max(axis=0))
+        first = Solution(plan.clock, size, scale, guess)
+        slopes = _solved(body, piece, rule, state, first)
+        truncation = np.inf if slopes is None else rule.truncation(slopes, scale)
+        change = _change(accuracy, truncation)
+        if slopes is not None and truncation <= accuracy.tolerance:
+            coefficients = fitted(rule, body, piece, state, slopes)
+            return Element(coefficients, replace(first, slopes=slopes), size * change)
         size *= min(GROWTH[1], max(GROWTH[0], change))
     raise RuntimeError(f"no step is small enough at {state.time!r} s of a piece")
 
 
-def _solution(
-    body: Mechanics, piece: Piece, rule: Collocation, state: State, plan: ElementPlan, size: float
-) -> tuple[Array, float] | None:
-    """Slopes at the nodes, shape (n, 4), and their relative truncation error; None where Newton's
-    method does not converge."""
-    heading = np.full(rule.nodes.size, state.heading)
+def _change(accuracy: Accuracy, truncation: float) -> float:
+    """What to multiply an element's length by for its `truncation` to be within the tolerance."""
+    return float(0.9 * (accuracy.tolerance / max(truncation, LEAST_TRUNCATION)) ** STEEPNESS)
+
+
+def _following(
+    body: Mechanics,
+    piece: Piece,
+    accuracy: Accuracy,
+    state: State,
+    known: Solution,
+    remaining: float,
+) -> Element | None:
+    """The element from `state` that is nearly the `known` one, with `remaining` [s] of the piece;
+    None where it is not, or its truncation error is not within the tolerance."""
+    size, rule = known.size, accuracy.rule
+    if known.slopes.shape[0] != rule.nodes.size:
+        return None
+    if known.clock is None and size > remaining * (1.0 - NEAR):
+        size = remaining
+    first = Solution(known.clock, size, known.scale, known.slopes * (size / known.size))
+    slopes = _solved(body, piece, rule, state, first)
+    truncation = np.inf if slopes is None else rule.truncation(slopes, known.scale)
+    if slopes is None or truncation > LOOSER * accuracy.tolerance:
+        return None
+    coefficients = fitted(rule, body, piece, state, slopes)
+    return Element(
+        coefficients, replace(first, slopes=slopes), size * _change(accuracy, truncation)
+    )
+
+
+def _solved(
+    body: Mechanics, piece: Piece, rule: Collocation, state: State, first: Solution
+) -> Array | None:
+    """Slopes at the nodes, shape (n, 4), of the element that begins at `state`, from those of its
+    `first` guess; None where Newton's method does not converge."""
+    heading, size, clock = np.full(rule.nodes.size, state.heading), first.size, first.clock
 
     def right_hand_side(states: Array, derived: bool) -> tuple[Array, Array]:
         at, jerk = configuration(body, piece, states[:, 3]), None
-        if derived and plan.clock and at.acceleration.any():
+        if derived and clock and at.acceleration.any():
             passing = rule.derivative @ states[:, 3]
             if passing.min() > SHORT * abs(states[-1, 3]):
                 jerk = (rule.derivative @ at.acceleration) / passing
-        rates, derivative = sliding_rates(body, at, states, heading, plan.clock, jerk, derived)
+        rates, derivative = sliding_rates(body, at, states, heading, clock, jerk, derived)
         if body.tilt:
             heading[:] = state.heading + size * rule.integral @ (states[:, 2] * rates[:, 3])
         return size * rates, size * derivative
 
-    guess = plan.guess(size)
-    scale = _state_scale(plan, np.abs(rule.integral @ guess).max(axis=0))
     with np.errstate(all="ignore"):
-        slopes = collocate(rule, right_hand_side, _row(state), guess, scale)
-    return None if slopes is None else (slopes, rule.truncation(slopes, scale))
+        return collocate(rule, right_hand_side, _row(state), first.slopes, first.scale)
 
 
 def _state_scale(plan: ElementPlan, change: Array) -> Array:
