@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre, slow_arc, turn
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, too_many
 from plumbob.analytic.systems.three_points.equations import Complex
 from plumbob.analytic.systems.three_points.friction import three_point_motion
+from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 
 WAITING = 1.1  # times the residual motion, as a margin
 SURVEYED = 8  # turns in a survey, and two more for each doubling beyond a full circle
@@ -104,12 +105,26 @@ def outcome(
 ) -> Outcome:
     """Compute a turn from rest: slider from angle `start` through `swing` [rad], of either sign, at
     +-`angular_acceleration` [rad/s^2] (positive) in each half."""
+    return _followed(capsule, radius, start, swing, angular_acceleration, None)[0]
+
+
+def _followed(
+    capsule: Capsule,
+    radius: float,
+    start: float,
+    swing: float,
+    angular_acceleration: float,
+    near: ThreePointMotion | None,
+) -> tuple[Outcome, ThreePointMotion]:
+    """As `outcome`, at less cost from a motion that is nearly the same, and the motion."""
     half_time = math.sqrt(abs(swing) / angular_acceleration)
     drive = math.copysign(angular_acceleration, swing)
     made = turn(radius, start, drive, half_time)
     motion = three_point_motion(capsule, made.path)
+    motion = motion if near is None else motion.beside(near)
     end = motion.at(np.array([motion.rest_time]))
-    return Outcome(made, float(end.heading[0]), complex(*end.position[0]), motion.rest_time)
+    found = Outcome(made, float(end.heading[0]), complex(*end.position[0]), motion.rest_time)
+    return found, motion
 
 
 @dataclass(frozen=True)
@@ -190,8 +205,14 @@ def exact_turn(
     angle being near `guess` [rad]; None if it takes more than `longest` [rad]."""
     from scipy.optimize import brentq
 
+    near: ThreePointMotion | None = None
+
+    @cache
     def followed(swing: float) -> Outcome:
-        return outcome(capsule, limits.radius, start, circle.sense * swing, drive(swing))
+        nonlocal near
+        given = (limits.radius, start, circle.sense * swing, drive(swing))
+        found, near = _followed(capsule, *given, near)
+        return found
 
     def excess(swing: float) -> float:
         return circle.gained(followed(swing).heading) - wanted
