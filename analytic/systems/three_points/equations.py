@@ -86,7 +86,7 @@ def configuration(body: Mechanics, piece: Piece, times: Array) -> Configuration:
         acceleration=w,
         limits=body.centre_limits + places @ body.limit_slopes,
         arms=body.supports - body.mass_ratio * r[:, None],
-        inertia=body.body_inertia + body.reduced_mass * (places * places).sum(axis=1),
+        inertia=body.body_inertia + body.reduced_mass * np.vecdot(places, places),
     )
 
 
@@ -170,18 +170,18 @@ class _Slide:
 
     def pace(self, clock: tuple[float, Array]) -> Array:
         """dt/d(sigma) of the `clock`, shape (n,)."""
-        return np.asarray(1.0 / (clock[0] + (clock[1] / self.speeds).sum(axis=1)))
+        return np.asarray(1.0 / (clock[0] + (1.0 / self.speeds) @ clock[1]))
 
     def rates(self, body: Mechanics, at: Configuration, heading: Array) -> Array:
         """Rates of (p_x, p_y, omega, t) by time, shape (n, 4)."""
         mu, w, omega = body.mass_ratio, at.acceleration, self.omega
-        resistance = (at.limits * self.back).sum(axis=1).conjugate() / body.mass
+        resistance = np.vecdot(self.back, at.limits) / body.mass
         push = -resistance - mu * w - 1j * omega * (self.point + mu * at.velocity)
         if body.tilt:
             push += body.tilt * np.exp(-1j * heading)
         rates = np.empty((len(omega), 4))
         rates[:, 0], rates[:, 1] = push.real, push.imag
-        moment = (at.limits * self.turned.imag).sum(axis=1)
+        moment = np.vecdot(at.limits, self.turned.imag)
         moment -= body.reduced_mass * cross(at.position, w) + self.widening * omega
         rates[:, 2] = moment / at.inertia
         rates[:, 3] = 1.0

@@ -160,9 +160,9 @@ def slide(
         else:
             near = ()
             if departure is not None:
-                plan = _departing(body, piece, accuracy.rule, state, remaining, departure)
+                plan = _departing(body, piece, at, accuracy.rule, state, remaining, departure)
             else:
-                plan = _continuing(body, piece, accuracy.rule, state, remaining, fastest)
+                plan = _continuing(body, at, accuracy.rule, state, remaining, fastest)
             if size == 0.0 or timed != (plan.clock is None):
                 size, timed = (FIRST if plan.clock else plan.time_scale), plan.clock is None
             found = _element(body, piece, accuracy, state, plan, min(size, plan.longest))
@@ -207,13 +207,14 @@ def _acceleration(body: Mechanics, at: Configuration) -> float:
 def _departing(
     body: Mechanics,
     piece: Piece,
+    at: Configuration,
     rule: Collocation,
     state: State,
     remaining: float,
     departure: Guess,
 ) -> ElementPlan:
-    """The element in which a support starts from rest, in time; `remaining` [s] of the piece."""
-    at = configuration(body, piece, np.array([state.time]))
+    """The element in which a support starts from rest, in time; `at` is where the slider is then,
+    `remaining` [s] are left of the piece."""
     speed, acceleration = speed_scale(at, state), _acceleration(body, at)
     time_scale = remaining if np.isfinite(remaining) else 4.0 * speed / acceleration
 
@@ -237,15 +238,14 @@ def _departing(
 
 def _continuing(
     body: Mechanics,
-    piece: Piece,
+    at: Configuration,
     rule: Collocation,
     state: State,
     remaining: float,
     fastest: float,
 ) -> ElementPlan:
-    """The element that continues sliding from `state`; `remaining` [s] of the piece, `fastest`
-    [m/s] the largest speed scale met in it."""
-    at = configuration(body, piece, np.array([state.time]))
+    """The element that continues sliding from `state`, with the slider as in `at`; `remaining` [s]
+    are left of the piece, `fastest` [m/s] is the largest speed scale met in it."""
     start, heading = _row(state)[None, :], np.array([state.heading])
     supports = _support_motion(body, at, state, rates_in_time(body, at, start, heading)[0])
     slowing, speed = supports.slowing, speed_scale(at, state)
@@ -303,8 +303,8 @@ def _element(
     """The element from `state` of length `size` or less, shortened until its truncation error is
     within the tolerance. Raises RuntimeError when none is short enough."""
     rule, least = accuracy.rule, SMALLEST * (1.0 if plan.clock else plan.time_scale)
+    guess = plan.guess(size)
     while size >= least:
-        guess = plan.guess(size)
         scale = _state_scale(plan, np.abs(rule.integral @ guess).max(axis=0))
         first = Solution(plan.clock, size, scale, guess)
         slopes = _solved(body, piece, rule, state, first)
@@ -313,7 +313,9 @@ def _element(
         if slopes is not None and truncation <= accuracy.tolerance:
             coefficients = fitted(rule, body, piece, state, slopes)
             return Element(coefficients, replace(first, slopes=slopes), size * change)
-        size *= min(GROWTH[1], max(GROWTH[0], change))
+        shorter = min(GROWTH[1], max(GROWTH[0], change))
+        size *= shorter
+        guess = plan.guess(size) if slopes is None else rule.shortened(slopes, shorter)
     raise RuntimeError(f"no step is small enough at {state.time!r} s of a piece")
 
 
