@@ -12,6 +12,7 @@ sticks when a.n <= sum f N_i |G_i a| for every a: n then lies in the sum of the 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
@@ -122,19 +123,23 @@ class _Dissipation:
     def value(self, y: Array) -> float:
         return float(self.limits @ np.abs(self.flat @ y + self.offsets))
 
-    def _square(self, support: int) -> Array:
-        """The map of y to v_i as a real matrix, shape (2, 2)."""
-        return np.stack([self.flat[support].real, self.flat[support].imag])
+    def _places(self) -> tuple[Array, Array]:
+        """The y of each pivot, shape (3, 2), by Cramer's rule, and the determinants of the maps of
+        y to v_i, shape (3,)."""
+        first, second = self.flat.T
+        sizes = cross(first, second)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = np.stack([cross(second, self.offsets), cross(self.offsets, first)]) / sizes
+        return found.T, sizes
 
     def lowest_corner(self) -> tuple[Array, int]:
         """The lowest of y = 0 and the pivots, and the support of the pivot, else -1."""
+        places, sizes = self._places()
         start, corner = np.zeros(2), -1
+        least = self.value(start)
         for i in range(3):
-            square = self._square(i)
-            if abs(np.linalg.det(square)) > 1e-12:
-                place = -np.linalg.solve(square, [self.offsets[i].real, self.offsets[i].imag])
-                if self.value(place) <= self.value(start):
-                    start, corner = place, i
+            if abs(sizes[i]) > 1e-12 and (value := self.value(places[i])) <= least:
+                start, corner, least = places[i], i, value
         return start, corner
 
     def descent(self, place: Array, corner: int) -> Array | None:
@@ -144,13 +149,16 @@ class _Dissipation:
         e = self.flat[others] @ place + self.offsets[others]
         unit = (e / np.abs(e)).conjugate()[:, None]
         gradient = self.limits[others] @ (unit * self.flat[others]).real
-        square = self._square(corner)
-        needed = -np.linalg.solve(square.T, gradient)
-        size = np.linalg.norm(needed)
+        first, second = (complex(column) for column in self.flat[corner])
+        size = (first.conjugate() * second).imag
+        # The force at the support, whose power at v_i is that of the gradient at y.
+        needed = 1j * (second * gradient[0] - first * gradient[1]) / size
         # At the limit itself rounding decides; what lies below the corner is then of second order.
-        if size <= (1.0 + EDGE) * self.limits[corner]:
+        if abs(needed) <= (1.0 + EDGE) * self.limits[corner]:
             return None
-        return np.asarray(np.linalg.solve(square, needed / size))
+        along = needed / abs(needed)
+        found = [(along.conjugate() * second).imag, (first.conjugate() * along).imag]
+        return np.array(found) / size
 
     def minimum(self) -> Array:
         """The y of least dissipation, shape (2,)."""
@@ -161,6 +169,17 @@ class _Dissipation:
                 return y
             y = _leave(self.value, y, direction, 1.0 + float(np.linalg.norm(y)))
         return lowest(np.zeros((2, 2)), np.zeros(2), self.limits, self.flat, self.offsets, y)
+
+
+def _across(normal: Array) -> Array:
+    """Two unit vectors, shape (3, 2), at right angles to each other and to the unit vector
+    `normal`, by its reflection on an axis."""
+    mirror = normal.copy()
+    mirror[0] += math.copysign(1.0, mirror[0])
+    columns = mirror[:, None] * (mirror[1:] * (-2.0 / float(mirror @ mirror)))
+    columns[1, 0] += 1.0
+    columns[2, 1] += 1.0
+    return np.asarray(columns)
 
 
 def load_factor(limits: Array, arms: Complex, force: complex, torque: float) -> tuple[float, Array]:
@@ -179,7 +198,7 @@ def load_factor(limits: Array, arms: Complex, force: complex, torque: float) -> 
         return np.inf, wrench / [1.0, 1.0, length]
     normal = wrench / size
     maps = _velocity_maps(arms / length)
-    basis = np.linalg.svd(normal[None, :])[2][1:].T
+    basis = _across(normal)
     dissipation = _Dissipation(limits, maps @ basis, maps @ normal)
     y = dissipation.minimum()
     return size / dissipation.value(y), (normal + basis @ y) / [1.0, 1.0, length]
