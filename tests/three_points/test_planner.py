@@ -22,7 +22,7 @@ from plumbob.analytic.systems.planner.lines import quickest_push
 from plumbob.analytic.systems.planner.manoeuvre import slow_arc, slow_line
 from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
 from plumbob.analytic.systems.planner.result import Plan, pose_error, simulate
-from plumbob.analytic.systems.planner.schedule import turns
+from plumbob.analytic.systems.planner.schedule import first_of_least, turns
 from plumbob.analytic.systems.planner.search import plan
 from plumbob.analytic.systems.planner.tracks import ArcName, FreePlane
 from plumbob.analytic.systems.planner.turns import Outcome, outcome, quickest_drive
@@ -394,3 +394,10 @@ def test_a_plan_that_misses_its_pose_is_refused_by_name(monkeypatch: pytest.Monk
     monkeypatch.setattr("plumbob.analytic.systems.planner.search.CLOSED", 1e-25)
     with pytest.raises(ParameterError, match=r"to = .* a pose that a plan reaches: .* rad away"):
         plan(CHECK, RestPose(0.001, 0.0, 0.01))
+
+
+@pytest.mark.parametrize("times", [(2.0, 1.0 + 1e-15, 1.0), (2.0, 1.0, 1.0 + 1e-15)])
+def test_rounding_decides_between_no_choices(times: tuple[float, ...]) -> None:
+    """As two turns, the second of no size, take the time of one."""
+    assert times.index(first_of_least(times, lambda time: time)) == 1
+    assert first_of_least((1.0 + 1e-9, 1.0), lambda time: time) == 1.0

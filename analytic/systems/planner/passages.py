@@ -18,7 +18,7 @@ from plumbob.analytic.systems.planner.lines import (
 )
 from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre, slow_arc, wait
 from plumbob.analytic.systems.planner.problem import Limits
-from plumbob.analytic.systems.planner.schedule import turns
+from plumbob.analytic.systems.planner.schedule import first_of_least, turns
 from plumbob.analytic.systems.planner.tracks import Legs, Track
 from plumbob.analytic.systems.planner.turns import common_drive, equal_turns, quickest_drive
 from plumbob.analytic.systems.three_points.equations import Complex
@@ -56,7 +56,7 @@ def joined(track: Track, first: Passage, second: Passage) -> Passage:
 
 def quickest(ways: Iterable[Passage]) -> Passage:
     """The passage of least duration, the first of equals."""
-    return min(ways, key=lambda way: way.duration)
+    return first_of_least(ways, lambda way: way.duration)
 
 
 def turning(

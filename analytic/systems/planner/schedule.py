@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -35,6 +36,9 @@ LEAST = 0.2  # of an equal part of the heading, for the turns before the last
 SPARE = 1.05  # times the arc that the last turn is estimated to need
 BEFORE = (0.0, 0.5, 1.0)  # fractions of the arc left by a turn, tried as the part before it
 
+TIE = 1e-10  # of a time: choices this near are equal, as with one more turn that has no size
+
+Kind = TypeVar("Kind")
 LineTime = Callable[[Complex], Array]
 """Displacements of the body in its axes [m], shape (n,) -> estimated time of the lines [s]."""
 
@@ -68,7 +72,14 @@ def schedule(
         _of_count(seen, circle, wanted, displacement, line_time, count)
         for count in range(fewest, max(fewest, most) + 1)
     ]
-    return min(found, key=lambda one: one.time)
+    return first_of_least(found, lambda one: one.time)
+
+
+def first_of_least(found: Iterable[Kind], time: Callable[[Kind], float]) -> Kind:
+    """The first whose `time` [s] is the least, to rounding."""
+    times = [(time(one), one) for one in found]
+    least = min(one[0] for one in times)
+    return next(one for taken, one in times if taken <= least * (1.0 + TIE))
 
 
 def _of_count(
@@ -85,7 +96,7 @@ def _of_count(
         return _on_circle(sizes, circle, displacement, line_time)
     tried = itertools.product(BEFORE, BEFORE) if count > 1 else ((s, s) for s in BEFORE)
     found = [_on_arc(seen, sizes, circle, displacement, line_time, *ends) for ends in tried]
-    return min(found, key=lambda one: one.time)
+    return first_of_least(found, lambda one: one.time)
 
 
 @dataclass(frozen=True)
