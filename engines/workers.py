@@ -38,11 +38,12 @@ UNMAPPED = "failed to map segment"  # what is said of a library that memory does
 
 @dataclass(frozen=True)
 class Work:
-    """A piece of work, and the time [s] after which it hangs."""
+    """A piece of work, the time [s] after which it hangs, and what it shares with others."""
 
     do: Callable[..., Any]
     arguments: tuple[Any, ...]
     limit: float
+    group: str = ""  # what a worker has found once for all pieces with this name
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,7 @@ class Workers:
         self._events: queue.SimpleQueue[tuple[int, str, Any]] = queue.SimpleQueue()
         self._workers: dict[int, _Worker] = {}
         self._last: dict[int, Hashable] = {}  # what each has worked on
+        self._groups: dict[str, int] = {}  # who has worked on each last
         self._ready: set[int] = set()
         self._begun = self._unready = 0
 
@@ -89,6 +91,15 @@ class Workers:
         for number in range(self._begun + 1, min(count, self.count) + 1):
             self._of(number, module)
 
+    def who(self, group: str) -> int | None:
+        """The number of the worker that has worked on this group of pieces, the last of several;
+        None where none has, or it is no longer there."""
+        number = self._groups.get(group, 0) if group else 0
+        return number if number in self._workers and self._lives(number) else None
+
+    def _lives(self, number: int) -> bool:
+        return not wait([self._workers[number].process.sentinel], 0.0)
+
     def work_out(
         self,
         take: Callable[[Hashable | None], tuple[Hashable, Work] | None],
@@ -96,10 +107,11 @@ class Workers:
         lost: Callable[[Hashable, str], None],
         count: int | None = None,
     ) -> None:
-        """Work out what `take` gives, given what that worker had last, until it gives
-        None; `done` is called with each result, and `lost` with the reason where a worker has died
-        or hung twice. What a worker does next is taken while it is busy, and given to it before
-        `done` is called. Raises what a piece raises, and ParameterError where no worker starts."""
+        """Work out what `take` gives, given what that worker had last, until it gives None; one
+        after the other, by whoever knows its group, for a `count` of 1. `done` is called with each
+        result, and `lost` with the reason where a worker has died or hung twice. What a worker does
+        next is taken while it is busy, and given to it before `done` is called. Raises what a piece
+        raises, and ParameterError where no worker starts."""
         running: dict[int, _Job] = {}
         ahead: dict[int, _Job] = {}
         again: deque[_Job] = deque()
@@ -109,18 +121,22 @@ class Workers:
         def begin() -> None:
             while len(running) < limit:
                 idle = self._idle(running)
+                own = idle if limit > 1 else next(iter(ahead), idle)
                 if again:
                     job = again.popleft()
-                elif idle in ahead:
-                    job = ahead.pop(idle)
+                elif own in ahead:
+                    job = ahead.pop(own)
                 elif (taken := take(self._last.get(idle, None))) is not None:
                     job = _Job(*taken)
                 elif ahead:  # of a worker that is still busy
                     job = ahead.pop(next(iter(ahead)))
                 else:
                     return
+                if limit == 1:
+                    idle = self.who(job.work.group) or idle
                 running[idle] = job
                 self._last[idle] = job.key
+                self._groups[job.work.group] = idle
                 self._of(idle).orders.put((job.work.do, job.work.arguments))
 
         while True:
@@ -149,7 +165,7 @@ class Workers:
     def _idle(self, running: dict[int, _Job]) -> int:
         """The number of a worker that has nothing to do, or that of the next one to begin."""
         for number in [n for n in self._workers if n not in running]:
-            if not wait([self._workers[number].process.sentinel], 0.0):
+            if self._lives(number):
                 return number
         return self._begun + 1
 

@@ -1,11 +1,13 @@
-"""What a step costs: measured alone, interleaved, as medians, and against a reference step."""
+"""What a step costs: measured alone, interleaved, against reference steps just before and after,
+as medians."""
 
 from __future__ import annotations
 
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 from plumbob.engines.method import Method, Simulation, Stepping, Unsupported
 from plumbob.engines.registry import engine_of, installed
@@ -14,7 +16,11 @@ from plumbob.models.scene import Case
 Key = tuple[str, str]  # scene, method
 TRIAL = 200  # steps of a trial, and the least that are timed
 PIECES = 64  # of a scene, one of which is an adaptive solver's first trial
-ENOUGH, CLOSE = 3, 0.02  # rounds after which times that differ by so little of them are enough
+BESIDE = 100  # reference steps before and after each timing
+# Ratios about the median that are enough where they differ by no more: on a machine that others
+# use, costs then scatter by 2.1 per cent, and with all rounds by 1.8.
+ENOUGH, CLOSE = 3, 0.08
+NO_RUNS: Mapping[Key, Stepping] = MappingProxyType({})
 EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of a long run's
 
 
@@ -24,16 +30,28 @@ class Piece:
 
     simulation: Simulation
     fraction: float
+    least: int = 1  # steps or evaluations that represent the scene
 
     def stepped(self) -> Stepping:
         """Its steps alone."""
         return self.simulation.stepped(self.fraction)
 
+    def longer(self, run: Stepping, budget: float) -> Piece | None:
+        """A longer piece where this one's `run` tells too little of what a step costs: it took
+        less than half of `budget` [s], or too few steps."""
+        if self.fraction >= 1.0 or not run.steps:
+            return None
+        if run.seconds >= budget / 2 and run.steps >= self.least:
+            return None
+        wanted = max(budget / max(run.seconds, 1e-9), self.least / run.steps)
+        return replace(self, fraction=min(1.0, self.fraction * max(1.25, wanted)))
+
 
 @dataclass(frozen=True)
 class Cost:
-    """Time that a step computes for [ns], median over repeats, with the quartiles; the same over
-    the reference step's; and how long the scene took to compile [s]."""
+    """Time that a step computes for, over that of the reference steps beside it: median over
+    repeats; the same in the time of the run's median reference step [ns], with the quartiles; and
+    how long the scene took to compile [s]."""
 
     ns_per_step: float
     low: float
@@ -48,37 +66,43 @@ def costs(
     repeats: int = 5,
     budget: float = 0.05,
     progress: Callable[[str], None] = lambda _: None,
+    runs: Mapping[Key, Stepping] = NO_RUNS,
 ) -> tuple[Mapping[Key, Cost], float]:
     """Cost of each task (a scene, a method and a step), and the reference step's [ns per step].
 
-    Every round times each task once, in turn, so that a slow spell of the machine touches all of
-    them alike, but for those whose times are close to each other already; `budget` [s] limits how
-    much of a long scene one round runs.
+    Every round times each task once, in turn, but for those whose times are close to each other
+    already. Each time is divided by that of the reference steps before and after it, so that a slow
+    spell of the machine has no effect. `budget` [s] limits how much of a long scene one round runs,
+    by a trial unless a whole run of it is known in `runs`.
     """
     ready: dict[Key, Piece] = {}
     for case, method, step in tasks:
         if not installed(engine_of(method)):
             continue
+        name = case.scene.name, method.name
         try:
-            ready[case.scene.name, method.name] = _sized(case, method, step, budget)
+            ready[name] = _sized(case, method, step, budget, runs.get(name))
         except Unsupported:
             continue
-    rule = reference_step()
-    times: dict[Key, list[float]] = {key: [] for key in ready}
-    rules: list[float] = []
+    rule = reference_step(BESIDE)
+    ratios: dict[Key, list[float]] = {key: [] for key in ready}
+    rules = [rule()]
     for _ in range(repeats):
-        rules.append(rule())
-        for key, piece in ready.items():
-            if _agree(times[key]):
+        for key in ready:
+            if _agree(ratios[key]):
                 continue
             progress(" ".join(key))
-            run = piece.stepped()
+            run = ready[key].stepped()
+            while longer := ready[key].longer(run, budget):
+                ready[key], run = longer, longer.stepped()
+            rules.append(rule())
             if run.steps:
-                times[key].append(1e9 * run.seconds / run.steps)
+                beside = (rules[-2] + rules[-1]) / 2.0
+                ratios[key].append(1e9 * run.seconds / run.steps / beside)
     unit = statistics.median(rules)
     return {
         key: _cost(values, unit, ready[key].simulation.compile_seconds)
-        for key, values in times.items()
+        for key, values in ratios.items()
         if values
     }, unit
 
@@ -100,12 +124,18 @@ def reference_step(steps: int = 2_000) -> Callable[[], float]:
     return once
 
 
-def _sized(case: Case, method: Method, step: float, budget: float) -> Piece:
-    """The scene, compiled, and the fraction of it that takes about `budget` seconds to step,
-    found by a trial, or for an adaptive method by trials of longer and longer pieces; raises
-    Unsupported."""
+def _sized(
+    case: Case, method: Method, step: float, budget: float, known: Stepping | None = None
+) -> Piece:
+    """The scene, compiled, and the fraction of it that takes about `budget` seconds to step, found
+    from what is `known` of a whole run, or else by a trial, or for an adaptive method by trials of
+    longer and longer pieces; raises Unsupported."""
     adaptive, duration = method.control == "tolerance", case.scene.duration
     simulation = engine_of(method).prepare(case, method, step)
+    if known is not None and known.steps:
+        least = EVALUATIONS if adaptive else TRIAL
+        steps = max(least, budget / max(known.seconds, 1e-9) * known.steps)
+        return Piece(simulation, min(1.0, steps / known.steps), least if adaptive else 1)
     if not adaptive:
         fraction = min(1.0, TRIAL * step / duration)
         trial = simulation.stepped(fraction)
@@ -121,15 +151,21 @@ def _sized(case: Case, method: Method, step: float, budget: float) -> Piece:
 
 
 def _agree(values: Sequence[float]) -> bool:
-    """Whether another time would tell nothing new."""
-    return len(values) >= ENOUGH and max(values) - min(values) <= CLOSE * min(values)
-
-
-def _cost(values: Sequence[float], unit: float, compile_seconds: float) -> Cost:
-    middle = statistics.median(values)
-    low, high = (
-        (min(values), max(values))
-        if len(values) < 4
-        else (statistics.quantiles(values, n=4)[0], statistics.quantiles(values, n=4)[2])
+    """Whether another ratio would tell nothing new: ENOUGH of them, the median among them, are
+    within CLOSE of each other."""
+    ordered, middle = sorted(values), (len(values) - 1) / 2
+    return any(
+        first <= middle <= first + ENOUGH - 1
+        and ordered[first + ENOUGH - 1] <= (1.0 + CLOSE) * ordered[first]
+        for first in range(len(ordered) - ENOUGH + 1)
     )
-    return Cost(middle, low, high, middle / unit, compile_seconds, len(values))
+
+
+def _cost(ratios: Sequence[float], unit: float, compile_seconds: float) -> Cost:
+    middle = statistics.median(ratios)
+    low, high = (
+        (min(ratios), max(ratios))
+        if len(ratios) < 4
+        else (statistics.quantiles(ratios, n=4)[0], statistics.quantiles(ratios, n=4)[2])
+    )
+    return Cost(unit * middle, unit * low, unit * high, middle, compile_seconds, len(ratios))

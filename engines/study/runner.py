@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from plumbob.engines.added import one_line
-from plumbob.engines.method import Method, meant
+from plumbob.engines.method import Method, Stepping, meant
 from plumbob.engines.registry import find_engine
 from plumbob.engines.study.convergence import (
     ConvergenceStudy,
@@ -66,6 +66,7 @@ class _Timing:
     scene: Scene
     method: Method
     step: float
+    run: Stepping  # the whole run, as its error was measured
 
 
 def run_study(
@@ -158,18 +159,13 @@ def _cost_pieces(
     timings: dict[Key, _Timing] = {}
     for c in convergence:
         scene, method = by_scene[c.scene], by_method[c.method]
-        if (step := _typical(c, method)) is not None:
+        if (chosen := _typical(c, method)) is not None:
+            step, run = chosen.step, Stepping(chosen.steps, chosen.seconds)
             key = key_of("cost", scene, method, step, how, versions_of(method), here)
-            timings[c.scene, c.method] = _Timing(key, scene, method, step)
+            timings[c.scene, c.method] = _Timing(key, scene, method, step, run)
     keys = {timing.key: name for name, timing in timings.items()}
     found = {keys[key]: piece for key, piece in work.kept.there(list(keys)).items()}
-    rest = [(name, timing) for name, timing in timings.items() if name not in found]
-    batches: list[dict[Key, _Timing]] = [{}]
-    for name, timing in rest:
-        last = batches[-1]
-        if len(last) >= TOGETHER and name[0] not in {scene for scene, _ in last}:
-            batches.append(last := {})
-        last[name] = timing
+    batches = _batches({n: t for n, t in timings.items() if n not in found}, work.workers)
     while batches:
         batch = batches.pop(0)
         given = _timed_by(batch, how, work, f"costs, {len(found)} of {len(timings)}")
@@ -183,6 +179,19 @@ def _cost_pieces(
     return found
 
 
+def _batches(timings: Mapping[Key, _Timing], workers: Workers | None) -> list[dict[Key, _Timing]]:
+    """Costs that are measured in turns: of scenes, whole, of which one worker knows the models."""
+    who = {n[0]: 0 if workers is None else workers.who(n[0]) or 0 for n in timings}
+    batches: list[dict[Key, _Timing]] = [{}]
+    for name in sorted(timings, key=lambda name: who[name[0]]):
+        scenes = {scene for scene, _ in batches[-1]}
+        another = any(who[scene] != who[name[0]] for scene in scenes)
+        if another or (len(batches[-1]) >= TOGETHER and name[0] not in scenes):
+            batches.append({})
+        batches[-1][name] = timings[name]
+    return batches
+
+
 def _timed_by(
     batch: Mapping[Key, _Timing], how: tuple[int, float], work: Working, label: str
 ) -> Mapping[Key, Piece] | None:
@@ -190,11 +199,12 @@ def _timed_by(
     if not batch:
         return {}
     work.progress(label, 0, 0)
-    arguments = ([(t.scene, t.method, t.step) for t in batch.values()], *how)
+    arguments = (list(batch.values()), *how)
     if work.workers is None:
         return _timed(*arguments)
     found: list[Mapping[Key, Piece]] = []
-    waiting = [(label, Work(_timed, arguments, LEAST + GENEROUS * len(batch) * how[0] * how[1]))]
+    limit, (scene, _) = LEAST + GENEROUS * len(batch) * how[0] * how[1], next(iter(batch))
+    waiting = [(label, Work(_timed, arguments, limit, scene))]
     work.workers.work_out(
         lambda _: waiting.pop() if waiting else None,
         lambda _, given: found.append(given),
@@ -204,14 +214,12 @@ def _timed_by(
     return found[0] if found else None
 
 
-def _timed(
-    tasks: Sequence[tuple[Scene, Method, float]], repeats: int, budget: float
-) -> Mapping[Key, Piece]:
+def _timed(timings: Sequence[_Timing], repeats: int, budget: float) -> Mapping[Key, Piece]:
     """The costs of methods on scenes, each at its step; no cost where the engine runs it not."""
-    cases = {scene.name: case_of(scene) for scene, _, _ in tasks}
-    found, unit = costs([(cases[s.name], m, step) for s, m, step in tasks], repeats, budget)
-    names = [(scene.name, method.name) for scene, method, _ in tasks]
-    return {name: Piece(cost=found.get(name), reference_step=unit) for name in names}
+    runs = {(t.scene.name, t.method.name): t.run for t in timings}
+    tasks = [(case_of(t.scene), t.method, t.step) for t in timings]
+    found, unit = costs(tasks, repeats, budget, runs=runs)
+    return {name: Piece(cost=found.get(name), reference_step=unit) for name in runs}
 
 
 def _together(pieces: Mapping[Key, Piece]) -> tuple[Mapping[Key, Cost], float]:
@@ -333,10 +341,10 @@ def _work(scene: Scene, method: Method, steps: Sequence[float]) -> float:
     return count * system_of(scene).weight * (1.0 if method.engine == "mujoco" else 2.0)
 
 
-def _typical(found: ConvergenceStudy, method: Method) -> float | None:
-    """The step that a method's cost is measured at: the first of its own, or the middle one of
+def _typical(found: ConvergenceStudy, method: Method) -> Measurement | None:
+    """The run at whose step a method's cost is measured: the first of its own, or the middle one of
     those that worked."""
-    done = [m.step for m in found.measurements if m.status == "done"]
+    done = [m for m in found.measurements if m.status == "done"]
     if not done:
         return None
     return done[0 if own_steps(method) else len(done) // 2]

@@ -36,7 +36,8 @@ class Task:
 
     def asked(self) -> Work:
         """The same for a worker."""
-        return Work(_done, (self.do, self.arguments), LEAST + GENEROUS * PREDICTED * self.work)
+        limit = LEAST + GENEROUS * PREDICTED * self.work
+        return Work(_done, (self.do, self.arguments), limit, self.group)
 
 
 def _done(do: Callable[..., Piece], arguments: tuple[Any, ...]) -> Piece:

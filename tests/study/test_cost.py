@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import repeat
 from typing import Any
 
 import numpy as np
@@ -84,36 +86,82 @@ def test_a_fraction_of_the_steps_is_taken(method: str) -> None:
     assert simulation.run().steps == 5000  # as if nothing had been timed
 
 
+@dataclass
+class Slow:
+    """A simulation whose turns of 1000 steps, and the reference steps before and after each, take
+    what `milliseconds` and `rules` [ns] give."""
+
+    milliseconds: Iterator[float]
+    compile_seconds: float = 0.5
+
+    def stepped(self, fraction: float) -> Stepping:
+        assert fraction == 0.25
+        return Stepping(1000, 1e-3 * next(self.milliseconds))
+
+
+def cost_of(
+    patch: pytest.MonkeyPatch, milliseconds: Iterable[float], rules: Iterable[float]
+) -> tuple[cost.Cost, float]:
+    """What is made of these times, and the unit [ns]."""
+    piece, steps = cost.Piece(Slow(iter(milliseconds)), 0.25), iter(rules)  # type: ignore[arg-type]
+    patch.setattr(cost, "_sized", lambda *_: piece)
+    patch.setattr(cost, "reference_step", lambda _: lambda: next(steps))
+    task = system_of(SCENE).case(SCENE), find_method("mujoco/euler"), 1e-3
+    found, unit = cost.costs([task], budget=1e-3)
+    return found[SCENE.name, "mujoco/euler"], unit
+
+
 @pytest.mark.parametrize(
     ("milliseconds", "median", "low", "high"),
     [
         ((3.0, 1.0, 10.0, 2.0, 4.0), 3.0, 1.5, 7.0),
-        ((3.0, 3.05, 3.02), 3.02, 3.0, 3.05),  # close to each other: two rounds less
-        ((3.0, 3.07, 3.02, 3.03, 3.03), 3.03, 3.01, 3.05),
+        ((3.0, 3.23, 3.02), 3.02, 3.0, 3.23),  # close to each other: two rounds less
+        ((3.0, 9.0, 3.02, 3.04), 3.03, 3.005, 7.51),  # three of four are
+        ((1.0, 3.0, 3.02, 9.0, 3.04), 3.02, 2.0, 6.02),  # three of five
+        ((1.0, 2.0, 3.0, 3.01, 3.02), 3.0, 1.5, 3.015),  # the median is one of them
+        ((3.0, 3.25, 3.12, 3.12), 3.12, 3.03, 3.2175),
     ],
 )
 def test_a_cost_is_computing_time_over_steps_with_its_quartiles(
     milliseconds: tuple[float, ...], median: float, low: float, high: float,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
-    computing = iter(milliseconds)
-
-    class Simulation:
-        compile_seconds = 0.5
-
-        def stepped(self, fraction: float) -> Stepping:
-            assert fraction == 0.25
-            return Stepping(1000, 1e-3 * next(computing))
-
-    monkeypatch.setattr(cost, "_sized", lambda *_: cost.Piece(Simulation(), 0.25))  # type: ignore[arg-type]
-    monkeypatch.setattr(cost, "reference_step", lambda: lambda: 500.0)
-    task = system_of(SCENE).case(SCENE), find_method("mujoco/euler"), 1e-3
-    found, unit = cost.costs([task])
-    one = found[SCENE.name, "mujoco/euler"]
+    one, unit = cost_of(monkeypatch, milliseconds, repeat(500.0))
     assert unit == 500.0
     assert (one.ns_per_step, one.ratio) == pytest.approx((1e3 * median, 2 * median), rel=1e-9)
     assert (one.low, one.high) == pytest.approx((1e3 * low, 1e3 * high), rel=1e-9)
     assert (one.compile_seconds, one.repeats) == (0.5, len(milliseconds))
+
+
+def test_a_machine_that_becomes_slower_changes_no_cost(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All of it takes three times as long from the second round on, or grows slower evenly."""
+    one, unit = cost_of(monkeypatch, (3.0, 9.0, 9.0), (500.0, 500.0, 2500.0, 500.0))
+    assert (one.ratio, unit) == pytest.approx((6.0, 500.0))
+    one, unit = cost_of(monkeypatch, (3.0, 6.0, 9.0), (250.0, 750.0, 1250.0, 1750.0))
+    assert (one.ratio, one.repeats, unit) == pytest.approx((6.0, 3, 1000.0))
+    assert (one.ns_per_step, one.low, one.high) == pytest.approx((6000.0, 6000.0, 6000.0))
+
+
+@pytest.mark.parametrize(
+    ("method", "step", "scale"),
+    [("mujoco/euler", 1e-4, 1.0), ("mujoco/euler", 1e-4, 1e3), ("ode/dop853", 1e-8, 1.0)],
+)
+def test_a_known_run_gives_the_piece_that_a_trial_gives(
+    method: str, step: float, scale: float
+) -> None:
+    """Also where the run was slower by a factor `scale`, since others used the machine: the piece
+    is then too short, and made longer before it counts."""
+    simulation = engine_of(find_method(method)).prepare(case_of(SCENE), find_method(method), step)
+    whole = simulation.stepped(1.0)
+    case, known = case_of(SCENE), Stepping(whole.steps, scale * whole.seconds)
+    piece = cost._sized(case, find_method(method), step, 2e-3, known)
+    assert scale == 1.0 or piece.stepped().steps == cost.TRIAL
+    run = piece.stepped()
+    while longer := piece.longer(run, 2e-3):
+        piece, run = longer, longer.stepped()
+    assert run.seconds >= 1e-3
+    assert run.steps >= (cost.TRIAL if method == "mujoco/euler" else cost.EVALUATIONS)
+    assert piece.fraction < 0.5
 
 
 @pytest.mark.parametrize("name", ["capsule-turn", "capsule-line", "simple-pendulum/forced-small"])

@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, Stepping
 from plumbob.engines.registry import method, methods
+from plumbob.engines.study import runner
 from plumbob.engines.study.convergence import (
     ConvergenceStudy,
     chosen_step_sizes,
@@ -22,6 +23,7 @@ from plumbob.engines.study.cost import ENOUGH, Cost
 from plumbob.engines.study.measurement import floor, measure
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
+from plumbob.engines.workers import Workers
 from plumbob.models.registry import case_of, scene, scenes, system_of
 from plumbob.models.scene import Case, Scene
 
@@ -116,7 +118,7 @@ def test_a_cost_is_taken_at_the_middle_step(monkeypatch: pytest.MonkeyPatch) -> 
     asked: list[float] = []
 
     def record(
-        tasks: Sequence[tuple[Case, Method, float]], *how: object
+        tasks: Sequence[tuple[Case, Method, float]], *how: object, runs: object
     ) -> tuple[dict[tuple[str, str], Cost], float]:
         asked.extend(step for _, _, step in tasks)
         return {}, 1.0
@@ -126,6 +128,22 @@ def test_a_cost_is_taken_at_the_middle_step(monkeypatch: pytest.MonkeyPatch) -> 
     own = replace(method("mujoco/euler"), name="mujoco/mine", step_sizes=(2e-3, 1e-3, 5e-4))
     run_study([chosen], [method("ode/rk4"), own])
     assert asked == [1e-3, 2e-3]  # of a method with steps of its own the first, the user's
+
+
+def test_costs_are_measured_in_turns_of_scenes_that_one_worker_knows() -> None:
+    class Known(Workers):
+        def who(self, group: str) -> int | None:
+            return {"a": 2, "b": 1, "c": 2}.get(group)
+
+    timing = runner._Timing("", scene("cone-pendulum"), method("ode/rk4"), 1e-3, Stepping(1, 1.0))
+    timings = {(name, f"ode/{k}"): timing for name in "abcd" for k in range(runner.TOGETHER // 2)}
+    batches = runner._batches(timings, Known(2))
+    assert [dict.fromkeys(name for name, _ in batch) for batch in batches] == [
+        {"d": None}, {"b": None}, {"a": None, "c": None},
+    ]  # fmt: skip
+    assert {name for batch in batches for name in batch} == set(timings)
+    alone = runner._batches(timings, None)
+    assert [len(batch) for batch in alone] == [runner.TOGETHER, runner.TOGETHER]
 
 
 def test_an_engine_that_is_not_there_is_missing_and_nothing_else(

@@ -74,6 +74,30 @@ def test_the_next_piece_is_taken_and_given_before_the_last_one_is_done_with() ->
         assert len(multiprocessing.active_children()) > 0  # for what comes after
 
 
+def test_pieces_one_after_the_other_are_for_the_worker_that_knows_their_group() -> None:
+    found: dict[Any, Any] = {}
+
+    def take_from(given: dict[Hashable, Work]) -> Callable[..., tuple[Hashable, Work] | None]:
+        return lambda _: (key := next(iter(given)), given.pop(key)) if given else None
+
+    def work_out(given: dict[Hashable, Work], count: int | None) -> None:
+        workers.work_out(take_from(given), found.__setitem__, lambda *_: None, count)
+
+    with Workers(2) as workers:
+        work_out({name: Work(os.getpid, (), 60.0, name) for name in "ab"}, None)
+        assert found["a"] != found["b"]
+        assert {workers.who(name) for name in "ab"} == {1, 2}
+        assert workers.who("c") is workers.who("") is None
+        again = [("b", 1), ("a", 2), ("b", 3), ("a", 4), ("a", 5)]
+        work_out({key: Work(os.getpid, (), 60.0, key[0]) for key in again}, 1)
+        assert [found[key] for key in again] == [found[name] for name, _ in again]
+        os.kill(found["b"], signal.SIGKILL)
+        while workers.who("b") is not None:  # until the system has ended it
+            pass
+        work_out({("b", 6): Work(os.getpid, (), 60.0, "b")}, 1)
+        assert found["b", 6] != found["b"]
+
+
 def test_a_piece_taken_for_a_busy_worker_is_done_by_an_idle_one(tmp_path: Path) -> None:
     file = str(tmp_path / "there")
     waits = f"import os, time\nwhile not os.path.exists({file!r}): time.sleep(0.01)"
