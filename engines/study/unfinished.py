@@ -217,11 +217,9 @@ class Unfinished:
         """Claim and keep pieces, by key with the label of each, in one transaction."""
         with transaction(self._store):
             for key, (label, piece) in pieces.items():
-                body = piece.lost or json.dumps({
-                    "convergence": piece.convergence and json.loads(to_json(piece.convergence)),
-                    "cost": piece.cost and json.loads(to_json(piece.cost)),
-                    "reference_step": piece.reference_step,
-                })  # fmt: skip
+                names = ("convergence", "cost", "reference_step")
+                parts = [f'"{name}": {to_json(getattr(piece, name))}' for name in names]
+                body = piece.lost or f"{{{', '.join(parts)}}}"
                 state, where = "lost" if piece.lost else "done", (self._number, key)
                 self._store.execute(
                     "insert or ignore into piece values (?, ?, ?, ?, 'claimed', 0, null)",
