@@ -142,10 +142,10 @@ def cost(
         "real-time factor",
     )
     note = (
-        "Medians of interleaved repeats, with nothing else running, each over the time of reference "
-        "steps just before and after it. A step of an adaptive solver is one evaluation of the "
-        "equation. The reference step is a bare MuJoCo step of an empty model. Real-time factor: "
-        "simulated time over wall time."
+        "Medians of interleaved repeats, with nothing else running, each over the time of "
+        "reference steps just before and after it. A step of an adaptive solver is one evaluation "
+        "of the equation. The reference step is a bare MuJoCo step of an empty model. Real-time "
+        "factor: simulated time over wall time."
     )
     return Table("Cost", heads, tuple(rows), note)
 
