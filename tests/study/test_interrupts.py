@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import multiprocessing
 import signal
+import subprocess
+import sys
 import time
 
 import pytest
@@ -18,6 +20,26 @@ def test_processes_never_see_an_interrupt() -> None:
             blocked = pool.submit(signal.pthread_sigmask, signal.SIG_BLOCK, ())
         assert signal.SIGINT in blocked.result()
         assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+BEGINS = """
+import signal
+from plumbob.engines.workers import Work, Workers
+asked = {name: Work(signal.pthread_sigmask, (signal.SIG_BLOCK, ()), 60.0) for name in "ab"}
+with Workers(2) as workers:
+    workers.begin(2, "signal")
+    take = lambda _: asked.popitem() if asked else None
+    workers.work_out(take, lambda _, held: print(signal.SIGINT in held), print)
+print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ()))
+"""
+
+
+def test_nor_do_the_first_that_a_process_begins() -> None:
+    """With the first of them Python begins another process, and lets interrupts through then."""
+    said = subprocess.run(
+        [sys.executable, "-c", BEGINS], capture_output=True, text=True, timeout=300, check=True
+    )
+    assert (said.stdout.split(), said.stderr) == (["True", "True", "False"], "")
 
 
 def test_an_interrupt_that_comes_while_processes_begin_is_not_lost() -> None:
