@@ -174,6 +174,8 @@ def studies_of(file: Path, scene: str) -> tuple[Study, ...]:
     query = "select distinct study from run where scene = ? order by study"
     with reading(file) as store:
         numbers = [number for (number,) in store.execute(query, (scene,))]
+        if lost := set(numbers).difference(n for (n,) in store.execute("select id from study")):
+            raise ValueError(f"runs of study {min(lost, key=str)}, which is not there")
     found = (load(file, number, scene) for number in numbers)
     return tuple(study for study in found if study is not None)
 

@@ -142,8 +142,8 @@ def _scenes(name: str, changed: dict[str, Any], out: Path, stored: bool) -> tupl
     if stored and not changed:
         # As it was typed first: to know every scene takes longer than to answer.
         there = store.scene_names(out / store.FILE) + store.scene_names(out / FILE)
-        if names := [n for n in dict.fromkeys(there) if fnmatchcase(n, name)]:
-            studies = [s for n in names if (s := _newest(out, n)) is not None]
+        names = [n for n in dict.fromkeys(there) if fnmatchcase(n, name)]
+        if studies := [s for n in names if (s := _newest(out, n)) is not None]:
             return tuple(study.scenes[0] for study in studies)
     from plumbob.models.registry import scene as find_scene
     from plumbob.models.registry import scenes as find_scenes

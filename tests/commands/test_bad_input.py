@@ -180,6 +180,19 @@ def test_a_store_that_contradicts_itself_is_bad_input(
     assert err.startswith("plumbob: store = ")
 
 
+def test_runs_of_a_study_that_is_not_there_are_bad_input(
+    stored: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / store.FILE).write_bytes(stored)
+    with closing(sqlite3.connect(tmp_path / store.FILE)) as held, held:
+        held.execute("delete from study")
+    words = ["recommend", SMALL, "--error", "1e-3", "--stored", "--out", str(tmp_path)]
+    assert main(words) == 2
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert "(runs of study 1, which is not there)" in err
+
+
 @pytest.mark.parametrize("kept", [0.1, 0.5, 0.9])
 def test_a_store_that_was_cut_off_is_bad_input(
     kept: float, stored: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
