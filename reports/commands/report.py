@@ -8,6 +8,7 @@ from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
+from plumbob.engines.study.extra_runs import UndeclaredRun
 from plumbob.reports.commands.arguments import values
 
 
@@ -38,11 +39,15 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.reports.view.site.writing import render, write_page
 
     history = store.history(Path(chosen.out) / store.FILE)
-    if single is None:
-        print(write_page(study, Path(chosen.out), section, history=history, jobs=jobs))
-    else:
-        text = render(study, section, others=versions(history, chosen.out), jobs=jobs)
-        print(written(text, single.parent, single.name))
+    try:
+        if single is None:
+            print(write_page(study, Path(chosen.out), section, history=history, jobs=jobs))
+        else:
+            text = render(study, section, others=versions(history, chosen.out), jobs=jobs)
+            print(written(text, single.parent, single.name))
+    except UndeclaredRun as missing:
+        need = "that of a study with every run that these pages show, by this version and undamaged"
+        raise ParameterError("store", store.FILE, need) from missing
     return 0
 
 

@@ -180,6 +180,27 @@ def test_a_store_that_contradicts_itself_is_bad_input(
     assert err.startswith("plumbob: store = ")
 
 
+@pytest.mark.long
+def test_a_study_that_lacks_what_its_pages_show_is_bad_input(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As one of another version, whose pages showed other runs."""
+    monkeypatch.chdir(tmp_path)
+    chosen = ["--scenes", "simple-pendulum/free-large", "--methods", "ode/rk4", "--jobs", "1"]
+    assert main(["validate", *chosen, "--out", "."]) == 0
+    capsys.readouterr()
+    page = (tmp_path / "index.html").read_bytes()
+    with closing(sqlite3.connect(store.FILE)) as held, held:
+        assert held.execute("delete from extra").rowcount > 0
+    for words in ([], ["--single", "one.html"]):
+        assert main(["report", ".", *words]) == 2
+        out, err = capsys.readouterr()
+        assert (out, err.count("\n")) == ("", 1)
+        assert "every run that these pages show" in err
+    assert (tmp_path / "index.html").read_bytes() == page
+    assert not (tmp_path / "one.html").exists()
+
+
 def test_runs_of_a_study_that_is_not_there_are_bad_input(
     stored: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
