@@ -189,8 +189,12 @@ def scene_names(file: Path) -> tuple[str, ...]:
 
 
 def _whole(study: Study) -> None:
-    """Raises ValueError where a run is of a scene or a method that the study does not hold."""
+    """Raises ValueError where a run is of a scene or a method that the study does not hold, or a
+    scene is without observables."""
     scenes, methods = {s.name for s in study.scenes}, {m.name for m in study.methods}
+    for scene, names in study.observed.items():
+        if not names:
+            raise ValueError(f"no observables of {scene}")
     for c in study.convergence:
         for named, known in ((c.scene, scenes), (c.method, methods)):
             if named not in known:

@@ -160,6 +160,7 @@ def test_a_damaged_store_is_bad_input(
         "update method set body = replace(body, 'rk4', 'rk5')",
         "update convergence_study set body = replace(body, 'rk4', 'rk5')",
         "update scene set observables = '7'",
+        "update scene set observables = '[]'",
         "update convergence_study set cost = '{'",
         "update run set body = 7",
         "update run set body = x'ff'",
