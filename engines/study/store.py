@@ -1,11 +1,14 @@
 """Studies kept in a file: every run a row, so that an answer, or a page, needs no new run.
 
 An SQLite file, in one transaction a study. What is measured of a study that is not complete is kept
-in the same file, by `plumbob.engines.study.unfinished`.
+in the same file, by `plumbob.engines.study.unfinished`. Each study has checksums: of each scene, of
+its extra runs, and one of the rest and of those checksums. What they do not fit is not read, so
+that a damaged file is told by them alone, whatever the damage.
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
 import sqlite3
 from collections.abc import Mapping
@@ -32,8 +35,22 @@ from plumbob.engines.study.store_file import FILE, SCHEMA, reading, transaction,
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Scene
 
-__all__ = ["FILE", "SCHEMA", "add", "load", "removed", "save", "scene_names", "studies_of"]
-_TABLES = ("extra", "run", "convergence_study", "method", "scene")
+__all__ = [
+    "FILE", "SCHEMA", "add", "load", "removed", "save", "scene_names", "seal", "studies_of",
+]  # fmt: skip
+_TABLES = ("extra", "run", "convergence_study", "method", "scene", "checksum")
+# Rows that a checksum is of: those of a scene, of extra runs, and of the rest.
+_OF_SCENE = (
+    "select * from scene where study = ? and name = ?",
+    "select * from convergence_study where study = ? and scene = ? order by rowid",
+    "select * from run where study = ? and scene = ? order by rowid",
+)
+_OF_EXTRAS = ("select * from extra where study = ? order by rowid",)
+_OF_THE_REST = (
+    "select * from study where id = ?",
+    "select * from method where study = ? order by rowid",
+    "select scene, part, digest from checksum where study = ? and part <> 'study' order by rowid",
+)
 
 
 @dataclass(frozen=True)
@@ -106,7 +123,55 @@ def add(
         else:
             row = (number, *extra_row(request, result))
             store.execute("insert into extra values (?, ?, ?, ?, ?)", row)
+    seal(store, number)
     return number
+
+
+def seal(store: sqlite3.Connection, number: int) -> None:
+    """Write the checksums of a study, in an open transaction, in place of those there were."""
+    store.execute("delete from checksum where study = ?", (number,))
+    names = store.execute("select name from scene where study = ? order by rowid", (number,))
+    parts = [("scene", name) for (name,) in names.fetchall()]
+    for part, scene in (*parts, ("extra runs", ""), ("study", "")):
+        row = (number, part, scene, _digest(store, number, part, scene))
+        store.execute("insert into checksum values (?, ?, ?, ?)", row)
+
+
+def _digest(store: sqlite3.Connection, number: int, part: str, scene: str) -> str:
+    """A hash of every row of a part of a study, as it is stored."""
+    queries = {"scene": _OF_SCENE, "extra runs": _OF_EXTRAS, "study": _OF_THE_REST}[part]
+    where = (number, scene) if part == "scene" else (number,)
+    found = hashlib.sha256()
+    for query in queries:
+        for row in store.execute(query, where).fetchall():
+            for value in row:
+                held = value if isinstance(value, bytes) else str(value).encode()
+                found.update(f"{type(value).__name__} {len(held)} ".encode())
+                found.update(held)
+    return found.hexdigest()
+
+
+def _intact(store: sqlite3.Connection, number: int, *parts: tuple[str, str]) -> None:
+    """Raises ValueError where a study, or one of these parts of it, is not as it was stored."""
+    query = "select part, scene, digest from checksum where study = ?"
+    rows = store.execute(query, (number,)).fetchall()
+    held = {(part, scene): digest for part, scene, digest in rows}
+    for part, scene in (("study", ""), *parts):
+        if held.get((part, scene)) != _digest(store, number, part, scene):
+            of = f", {scene or part}," if part != "study" else ""
+            raise ValueError(f"study {number}{of} is not as it was stored")
+
+
+def _numbers(store: sqlite3.Connection, scene: str | None = None) -> list[int]:
+    """The studies, or those of a scene, the oldest first; raises ValueError for a damaged one."""
+    query = "select id from study union select study from checksum order by 1"
+    every = [number for (number,) in store.execute(query).fetchall()]
+    for number in every:
+        _intact(store, number)
+    if scene is None:
+        return every
+    query = "select study from checksum where part = 'scene' and scene = ? order by study"
+    return [number for (number,) in store.execute(query, (scene,)).fetchall()]
 
 
 def removed(store: sqlite3.Connection, number: int) -> None:
@@ -116,45 +181,48 @@ def removed(store: sqlite3.Connection, number: int) -> None:
     store.execute("delete from study where id = ?", (number,))
 
 
-def load(file: Path, number: int | None = None, scene: str | None = None) -> Study | None:
-    """The study of that number, or the newest one; where a scene is given, what the newest study of
-    it says of that scene, without extra runs; None where there is none. Raises ParameterError for
-    a file that is no store, or one of another version."""
+def load(file: Path, number: int | None = None) -> Study | None:
+    """The study of that number, or the newest one; None where there is none. Raises ParameterError
+    for a file that is no store, is damaged, or is of another version."""
     if not os.path.lexists(file):
         return None
     with reading(file) as store:
-        if (found := _newest(store, scene) if number is None else number) is None:
-            return None
-        body = store.execute("select body from study where id = ?", (found,)).fetchone()
-        if body is None:
-            return None
-        head = from_json(body[0], _Head)
-        only = "" if scene is None else " and scene = ?"
-        where = (found,) if scene is None else (found, scene)
-        scenes = [
-            (
-                from_json(text, Scene),
-                from_json(observables, Observables),
-                from_json(quantities, Quantities),
-            )
-            for text, observables, quantities in store.execute(
-                "select body, observables, quantities from scene where study = ?"
-                f"{only.replace('scene', 'name')} order by rowid",
-                where,
-            ).fetchall()
-        ]
-        query = "select body from method where study = ? order by rowid"
-        methods = store.execute(query, (found,)).fetchall()
-        convergence, costs = _convergence(store, only, where)
-        extras = {} if scene is not None else _extras(store, found)
-        study = Study(
-            head.profile, tuple(s for s, _, _ in scenes),
-            tuple(from_json(text, Method) for (text,) in methods), convergence, costs,
-            head.reference_step, head.seconds, {s.name: names for s, names, _ in scenes},
-            {s.name: about for s, _, about in scenes}, extras, head.provenance,
-        )  # fmt: skip
-        _whole(study)
-        return study
+        numbers = _numbers(store)
+        found = numbers[-1:] if number is None else [n for n in numbers if n == number]
+        return _loaded(store, found[0]) if found else None
+
+
+def _loaded(store: sqlite3.Connection, number: int, scene: str | None = None) -> Study:
+    """A study, or what it says of one scene, without extra runs."""
+    query = "select part, scene from checksum where study = ? and part <> 'study'"
+    parts = store.execute(query, (number,)).fetchall()
+    _intact(store, number, *(p for p in parts if scene is None or p == ("scene", scene)))
+    (body,) = store.execute("select body from study where id = ?", (number,)).fetchone()
+    head = from_json(body, _Head)
+    only = "" if scene is None else " and scene = ?"
+    where = (number,) if scene is None else (number, scene)
+    scenes = [
+        (
+            from_json(text, Scene),
+            from_json(observables, Observables),
+            from_json(quantities, Quantities),
+        )
+        for text, observables, quantities in store.execute(
+            "select body, observables, quantities from scene where study = ?"
+            f"{only.replace('scene', 'name')} order by rowid",
+            where,
+        ).fetchall()
+    ]
+    query = "select body from method where study = ? order by rowid"
+    methods = store.execute(query, (number,)).fetchall()
+    convergence, costs = _convergence(store, only, where)
+    extras = {} if scene is not None else _extras(store, number)
+    return Study(
+        head.profile, tuple(s for s, _, _ in scenes),
+        tuple(from_json(text, Method) for (text,) in methods), convergence, costs,
+        head.reference_step, head.seconds, {s.name: names for s, names, _ in scenes},
+        {s.name: about for s, _, about in scenes}, extras, head.provenance,
+    )  # fmt: skip
 
 
 def history(file: Path) -> dict[int, Provenance]:
@@ -162,43 +230,29 @@ def history(file: Path) -> dict[int, Provenance]:
     if not os.path.lexists(file):
         return {}
     with reading(file) as store:
+        _numbers(store)
         found = store.execute("select id, body from study order by id").fetchall()
-    return {number: from_json(body, _Head).provenance for number, body in found}
+        return {number: from_json(body, _Head).provenance for number, body in found}
 
 
 def studies_of(file: Path, scene: str) -> tuple[Study, ...]:
-    """What every study in `file` says of a scene, the oldest first, without extra runs. Raises
-    ParameterError for a file that is no store, or one of another version."""
+    """What every study in `file` that ran a scene says of it, the oldest first, without extra runs;
+    raises as above."""
     if not os.path.lexists(file):
         return ()
-    query = "select distinct study from run where scene = ? order by study"
     with reading(file) as store:
-        numbers = [number for (number,) in store.execute(query, (scene,))]
-        if lost := set(numbers).difference(n for (n,) in store.execute("select id from study")):
-            raise ValueError(f"runs of study {min(lost, key=str)}, which is not there")
-    found = (load(file, number, scene) for number in numbers)
-    return tuple(study for study in found if study is not None)
+        found = [_loaded(store, number, scene) for number in _numbers(store, scene)]
+    return tuple(s for s in found if any(c.measurements for c in s.convergence))
 
 
 def scene_names(file: Path) -> tuple[str, ...]:
-    """The scenes that studies in `file` ran, in the order of their names; raises as above."""
+    """The scenes of studies in `file`, in the order of their names; raises as above."""
     if not os.path.lexists(file):
         return ()
+    query = "select distinct scene from checksum where part = 'scene' order by scene"
     with reading(file) as store:
-        return tuple(n for (n,) in store.execute("select distinct scene from run order by scene"))
-
-
-def _whole(study: Study) -> None:
-    """Raises ValueError where a run is of a scene or a method that the study does not hold, or a
-    scene is without observables."""
-    scenes, methods = {s.name for s in study.scenes}, {m.name for m in study.methods}
-    for scene, names in study.observed.items():
-        if not names:
-            raise ValueError(f"no observables of {scene}")
-    for c in study.convergence:
-        for named, known in ((c.scene, scenes), (c.method, methods)):
-            if named not in known:
-                raise ValueError(f"runs of {named}, which the study lacks")
+        _numbers(store)
+        return tuple(name for (name,) in store.execute(query).fetchall())
 
 
 def _convergence(
@@ -246,11 +300,3 @@ def extra_of(
     if kind == ModelReading.__name__:
         return from_json(request, ModelReading), from_json(text, ModelRead) if text else None
     return from_json(request, TrimmingRun), from_json(text, Trimming) if text else None
-
-
-def _newest(store: sqlite3.Connection, scene: str | None) -> int | None:
-    if scene is None:
-        row = store.execute("select max(id) from study").fetchone()
-    else:
-        row = store.execute("select max(study) from run where scene = ?", (scene,)).fetchone()
-    return None if row is None else row[0]

@@ -17,7 +17,7 @@ from urllib.parse import quote
 from plumbob.analytic.parameters import ParameterError
 
 FILE = "studies.sqlite3"  # its name in a folder of results
-SCHEMA = 4  # of the tables and of the JSON in them; 3 had no quantities of interest
+SCHEMA = 5  # of the tables and of the JSON in them; 4 had no checksums
 PATIENCE = 5.0  # [s] to wait for another process that has locked the file
 STUDIES = """
 create table if not exists study (
@@ -35,6 +35,9 @@ create table if not exists run (
 create table if not exists extra (
     study integer not null references study, kind text not null, request text not null,
     result text, arrays blob);
+create table if not exists checksum (
+    study integer not null references study, part text not null, scene text not null,
+    digest text not null, primary key (study, part, scene));
 create index if not exists run_of on run (study, scene, method);
 """
 # What is measured of studies that are not complete: a file without these has none.

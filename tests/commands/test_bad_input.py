@@ -138,12 +138,14 @@ def test_names_of_folders_may_hold_anything(
 
 @pytest.mark.parametrize("damage", ["[]", "null", "7", '"text"', '{"a": 1}', "{", "\0"])
 @pytest.mark.parametrize("table", ["study", "method", "convergence_study", "run", "scene"])
-def test_a_damaged_store_is_bad_input(
+def test_a_store_that_cannot_be_read_back_is_bad_input(
     table: str, damage: str, stored: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """As one of another program is, whose checksums fit."""
     (tmp_path / store.FILE).write_bytes(stored)
     with closing(sqlite3.connect(tmp_path / store.FILE)) as held, held:
         held.execute(f"update {table} set body = ?", (damage,))
+        store.seal(held, 1)
     assert main(["report", str(tmp_path)]) == 2
     out, err = capsys.readouterr()
     assert (out, err.count("\n")) == ("", 1)
@@ -156,11 +158,7 @@ def test_a_damaged_store_is_bad_input(
 @pytest.mark.parametrize(
     "damage",
     [
-        "update scene set name = 'other', body = replace(body, 'overdamped', 'other')",
-        "update method set body = replace(body, 'rk4', 'rk5')",
-        "update convergence_study set body = replace(body, 'rk4', 'rk5')",
         "update scene set observables = '7'",
-        "update scene set observables = '[]'",
         "update convergence_study set cost = '{'",
         "update run set body = 7",
         "update run set body = x'ff'",
@@ -169,12 +167,13 @@ def test_a_damaged_store_is_bad_input(
     ],
 )
 @pytest.mark.parametrize("command", ["report", "compare"])
-def test_a_store_that_contradicts_itself_is_bad_input(
+def test_a_store_with_values_of_another_kind_is_bad_input(
     command: str, damage: str, stored: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / store.FILE).write_bytes(stored)
     with closing(sqlite3.connect(tmp_path / store.FILE)) as held, held:
         assert held.execute(damage).rowcount > 0
+        store.seal(held, 1)
     assert main([command, *([str(tmp_path)] * (2 if command == "compare" else 1))]) == 2
     out, err = capsys.readouterr()
     assert (out, err.count("\n")) == ("", 1)
@@ -193,6 +192,7 @@ def test_a_study_that_lacks_what_its_pages_show_is_bad_input(
     page = (tmp_path / "index.html").read_bytes()
     with closing(sqlite3.connect(store.FILE)) as held, held:
         assert held.execute("delete from extra").rowcount > 0
+        store.seal(held, 1)
     for words in ([], ["--single", "one.html"]):
         assert main(["report", ".", *words]) == 2
         out, err = capsys.readouterr()
@@ -212,7 +212,7 @@ def test_runs_of_a_study_that_is_not_there_are_bad_input(
     assert main(words) == 2
     out, err = capsys.readouterr()
     assert (out, err.count("\n")) == ("", 1)
-    assert "(runs of study 1, which is not there)" in err
+    assert "(study 1 is not as it was stored)" in err
 
 
 @pytest.mark.parametrize("kept", [0.1, 0.5, 0.9])
@@ -233,6 +233,7 @@ def test_an_unknown_field_in_a_store_is_left_out(
     (tmp_path / store.FILE).write_bytes(stored)
     with closing(sqlite3.connect(tmp_path / store.FILE)) as held, held:
         held.execute(f"update {table} set body = '{{\"later\": 1, ' || substr(body, 2)")
+        store.seal(held, 1)
     assert main(["report", str(tmp_path)]) == 0
     assert capsys.readouterr().err == ""
 

@@ -18,6 +18,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import methods
 from plumbob.engines.study import store
 from plumbob.engines.study.codec import packed, unpacked
+from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.measurement import ObservedError
 from plumbob.engines.study.merged import merged
 from plumbob.engines.study.provenance import provenance
@@ -52,19 +53,78 @@ def test_a_study_comes_back_as_it_was(study: Study, tmp_path: Path) -> None:
     assert back.reference_step == study.reference_step
 
 
-def test_the_newest_study_of_a_scene(study: Study, tmp_path: Path) -> None:
+def test_the_studies_of_a_scene(study: Study, tmp_path: Path) -> None:
     file = tmp_path / store.FILE
     assert store.load(file) is None
     first = _save(study, file)
     _save(replace(study, scenes=(), convergence=(), costs={}, reference_step=math.nan), file)
-    found = store.load(file, scene=SCENE)
-    assert found is not None
+    (found,) = store.studies_of(file, SCENE)
     assert found.convergence == study.convergence
     assert store.load(file, first) == found
     second = _save(replace(study, reference_step=2 * study.reference_step), file)
-    assert store.load(file, scene=SCENE) == store.load(file, second)
-    assert store.load(file, second) != found
-    assert store.load(file, scene="nothing/like-it") is None
+    assert store.studies_of(file, SCENE) == (found, store.load(file, second))
+    assert store.load(file) == store.load(file, second) != found
+    assert store.load(file, 99) is None
+    assert store.studies_of(file, "nothing/like-it") == ()
+
+
+OTHER = "linear-pendulum/overdamped"
+PARTS = ("study", "method", "scene", "convergence_study", "run", "extra", "checksum")
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """A store with a study of two scenes, with an extra run."""
+    file = tmp_path_factory.mktemp("stored") / store.FILE
+    chosen = [replace(s, steps=(1e-2, 5e-3)) for s in (*scenes(SCENE), *scenes(OTHER))]
+    asked = (ExtraRun(SCENE, "ode/rk4", 1e-3),)
+    _save(run_study(chosen, methods("ode/rk4"), requests=lambda plan: asked), file)
+    return file.read_bytes()
+
+
+def _all_columns(file: Path) -> list[tuple[str, str]]:
+    with closing(sqlite3.connect(file)) as held:
+        return [
+            (table, column)
+            for table in PARTS
+            for (_, column, *_) in held.execute(f"pragma table_info({table})").fetchall()
+        ]
+
+
+def test_any_change_of_a_stored_study_is_noticed(stored: bytes, tmp_path: Path) -> None:
+    """One value of one row, whichever it is, and as slightly as can be; or a row less, or twice."""
+    file = tmp_path / store.FILE
+    file.write_bytes(stored)
+    assert store.load(file) is not None
+    changes = [
+        f"update {table} set {column} = case typeof({column}) when 'text' then {column} || ' ' "
+        f"when 'blob' then cast({column} || x'00' as blob) when 'null' then '' "
+        f"when 'real' then {column} * (1 + 4e-16) else {column} + 1 end "
+        f"where rowid = (select max(rowid) from {table})"
+        for table, column in _all_columns(file)
+    ]
+    for table in PARTS:
+        changes.append(f"delete from {table} where rowid = (select min(rowid) from {table})")
+        if table not in ("study", "checksum"):  # whose rows are unique
+            changes.append(f"insert into {table} select * from {table}")
+    assert len(changes) > 40
+    for change in changes:
+        file.write_bytes(stored)
+        with closing(sqlite3.connect(file)) as held, held:
+            assert held.execute(change).rowcount > 0
+        with pytest.raises(ParameterError, match="is not as it was stored"):
+            store.load(file)
+
+
+def test_one_scene_is_read_though_another_is_damaged(stored: bytes, tmp_path: Path) -> None:
+    file = tmp_path / store.FILE
+    file.write_bytes(stored)
+    before = store.studies_of(file, OTHER)
+    with closing(sqlite3.connect(file)) as held, held:
+        held.execute("update run set body = replace(body, '1', '2') where scene = ?", (SCENE,))
+    assert store.studies_of(file, OTHER) == before != ()
+    with pytest.raises(ParameterError, match=f"study 1, {SCENE}, is not as it was stored"):
+        store.studies_of(file, SCENE)
 
 
 def test_a_recording_comes_back_as_it_was() -> None:

@@ -66,9 +66,7 @@ def _stored(scene: Scene, pattern: str, folder: Path, shared: Shared) -> Study:
     """A quick study of a scene, as read back from its file."""
     file = folder / store.FILE
     store.save(run_study([scene], find_methods(pattern), kept=shared), file)
-    study = store.load(file, scene=scene.name)
-    assert study is not None
-    return study
+    return store.studies_of(file, scene.name)[-1]
 
 
 def _offered(study: Study, scene: str, wanted: float) -> Iterator[Choice]:
