@@ -79,7 +79,8 @@ def reading(file: Path) -> Iterator[sqlite3.Connection]:
             with closing(_connection(file, "ro")) as store:
                 _ours(store, file, STORED_STUDIES)
         except sqlite3.OperationalError as error:
-            if error.sqlite_errorcode != sqlite3.SQLITE_READONLY_ROLLBACK:
+            # What Python itself raises, as of a text that is no UTF-8, has no code.
+            if getattr(error, "sqlite_errorcode", 0) != sqlite3.SQLITE_READONLY_ROLLBACK:
                 raise
             _rolled_back(file)
         with closing(_connection(file, "ro")) as store:

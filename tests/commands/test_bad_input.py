@@ -215,6 +215,20 @@ def test_runs_of_a_study_that_is_not_there_are_bad_input(
     assert "(study 1 is not as it was stored)" in err
 
 
+@pytest.mark.parametrize(
+    "text", [b"label text not", b'"scene": "linear-pendulum'], ids=["definition", "value"]
+)
+def test_a_store_with_a_text_that_is_no_utf_8_is_bad_input(
+    text: bytes, stored: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert text in stored
+    (tmp_path / store.FILE).write_bytes(stored.replace(text, text[:-3] + b"\xff" + text[-2:]))
+    assert main(["report", str(tmp_path)]) == 2
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert err.startswith("plumbob: store = ")
+
+
 @pytest.mark.parametrize("kept", [0.1, 0.5, 0.9])
 def test_a_store_that_was_cut_off_is_bad_input(
     kept: float, stored: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
