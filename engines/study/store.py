@@ -2,8 +2,8 @@
 
 An SQLite file, in one transaction a study. What is measured of a study that is not complete is kept
 in the same file, by `plumbob.engines.study.unfinished`. Each study has checksums: of each scene, of
-its extra runs, and one of the rest and of those checksums. What they do not fit is not read, so
-that a damaged file is told by them alone, whatever the damage.
+its extra runs, and one of the rest and of those checksums. What they do not fit is not read:
+whatever has damaged a file, nothing else has to notice it.
 """
 
 from __future__ import annotations

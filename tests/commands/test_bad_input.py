@@ -100,6 +100,7 @@ def test_it_is_one_line_and_nothing_is_written(
     assert sorted(inputs.rglob("*")) == before
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("scene", "method", "verdict"),
     [

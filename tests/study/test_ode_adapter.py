@@ -202,6 +202,7 @@ def sine_of_much(t: float, x: float, v: float) -> float:
     return math.sin(x) + 1e3 * x
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("law", [exploding, sine_of_much])
 @pytest.mark.parametrize("method", ENGINE.methods, ids=lambda method: method.name)
 def test_divergence_is_a_result(

@@ -51,6 +51,7 @@ def test_noise_widens_the_interval_to_hold_the_truth() -> None:
     assert abs(inside - 380) < 18
 
 
+@pytest.mark.long
 @given(st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=6))
 def test_the_interval_is_the_one_of_a_regression(noise: list[float]) -> None:
     from scipy.stats import linregress  # takes a second: one process imports it, and not each

@@ -114,7 +114,7 @@ def _rk4(body: _Body, state: State, w: complex, step: float, near: Slip) -> tupl
     return state, slip
 
 
-@lru_cache(maxsize=16)  # all methods of one scheme ask for the same
+@lru_cache(maxsize=64)  # all methods of one scheme ask for the same, scene by scene
 def course(
     capsule: Capsule, path: SliderPath, start: Start, integrator: str, step: float, steps: int
 ) -> Array:

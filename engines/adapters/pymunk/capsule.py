@@ -68,7 +68,7 @@ def described(problem: CapsuleProblem, method: Method, step: float) -> Sequentia
     capsule, reach = problem.setup.capsule, foot_reach(problem.setup)
     model, least = method.settings["model"], int(method.settings["iterations"])
     if model == "pivots":
-        slowest = pivots_factor(capsule, np.asarray(problem.setup.slider))
+        slowest = _pivots_factor(capsule, problem.setup.slider)
         return SequentialImpulse(model, step, least, reach, slowest, slowest)
     if model == "side":
         moment = side_moment(problem.setup)
@@ -83,6 +83,11 @@ def described(problem: CapsuleProblem, method: Method, step: float) -> Sequentia
 
 
 @lru_cache(maxsize=32)  # every step of a scene asks for the same
+def _pivots_factor(capsule: Capsule, slider: tuple[float, float]) -> float:
+    return pivots_factor(capsule, np.asarray(slider))
+
+
+@lru_cache(maxsize=32)
 def _largest_feet_factor(capsule: Capsule, mass: float, places: bytes) -> float:
     """The largest `feet_factor` over `places` of the slider, pairs of doubles."""
     return max(feet_factor(capsule, mass, place) for place in np.frombuffer(places).reshape(-1, 2))
