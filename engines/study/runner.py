@@ -248,8 +248,7 @@ def _convergence_task(
     scene: Scene, method: Method, profile: Profile, asked: Sequence[Request]
 ) -> Task:
     """The convergence study of a pair, with the recordings of it that are asked for."""
-    most = most_steps(scene, profile)
-    work = _work(scene, method, chosen_step_sizes(scene, method, most))
+    most, work = most_steps(scene, profile), predicted_work(scene, method, profile)
     own = [r for r in asked if isinstance(r, ExtraRun) and is_of(r, scene, method)]
     key = key_of("errors", scene, method, most, own, versions_of(method))
     return Task(
@@ -331,6 +330,11 @@ def joined(study: Study, more: Study) -> Study:
 def pairs(scenes: Sequence[Scene], methods: Sequence[Method]) -> list[tuple[Scene, Method]]:
     """Every scene with every method that is meant for it."""
     return [(scene, method) for scene in scenes for method in methods if meant(method, scene)]
+
+
+def predicted_work(scene: Scene, method: Method, profile: Profile) -> float:
+    """Roughly how many steps of a pendulum the runs of a pair take."""
+    return _work(scene, method, chosen_step_sizes(scene, method, most_steps(scene, profile)))
 
 
 def _work(scene: Scene, method: Method, steps: Sequence[float]) -> float:

@@ -45,7 +45,7 @@ def apart(found: Audit) -> np.ndarray:
     return np.asarray(np.abs(found.reference.positions[:, 1, 0] - exact))
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
 def test_a_foot_that_chatters_is_certified_where_coulomb_has_it(cone: str) -> None:
     found = audit_of(cone)

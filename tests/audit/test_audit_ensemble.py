@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
 import numpy as np
+import pytest
 
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.ensemble import STANDS_OUT, STARTS, likely
@@ -26,6 +27,7 @@ def test_starts_are_near_and_repeat() -> None:
     assert np.allclose(np.linalg.norm(starts[:, 3:7], axis=1), 1.0)
 
 
+@pytest.mark.long
 def test_large_step_stands_out_and_an_accurate_one_does_not() -> None:
     means = {}
     for step, integrator in ((0.02, "Euler"), (0.005, "RK4")):

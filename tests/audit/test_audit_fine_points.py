@@ -129,6 +129,7 @@ def test_a_gap_that_is_not_zero_is_certified(gap: float) -> None:
     assert found.until == pytest.approx(0.4)
 
 
+@pytest.mark.long
 def test_a_body_at_rest_at_a_gap_of_zero_is_certified() -> None:
     """Nothing moves, whether or not they touch; and a free body soon does more than touch."""
     assert audit_of(ON_RAILS.format(height=0.5)).error == 0.0

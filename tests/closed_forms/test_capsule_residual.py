@@ -97,6 +97,7 @@ def test_closed_form_is_where_smoothing_tends(
     assert errors[1] <= errors[0] / 90 + 1e-11
 
 
+@pytest.mark.long
 def test_sensitivity() -> None:
     """The same check sees f off by 1e-4, and one support moved by 1e-4 of its arm."""
     motion = pivoting(CHECK, (0.6, 0.0), 1, 2.0)

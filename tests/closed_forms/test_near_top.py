@@ -52,6 +52,7 @@ def misses(given: SimplePendulum, orbit: Orbit) -> tuple[float, float]:
     return abs(float(motion.period / period - 1)), float((np.abs(gaps) / condition).max())
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("k", range(1, 13))
 def test_against_forty_digits(k: int) -> None:
     given = problem(f"near-top-1e-{k}")

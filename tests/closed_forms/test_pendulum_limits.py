@@ -130,6 +130,7 @@ def test_any_number_of_times(count: int) -> None:
             assert all(v.shape == times.shape for v in values.values())
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("index", range(11))
 def test_time_of_an_angle(index: int) -> None:
     """theta(time_at(x)) = x, and no earlier time has it."""

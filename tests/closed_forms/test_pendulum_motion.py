@@ -106,6 +106,7 @@ def test_random_parameters_cover_wide_ranges(pytestconfig: pytest.Config) -> Non
     }  # fmt: skip
 
 
+@pytest.mark.long(keep=6)
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["above", "below"])
 @pytest.mark.parametrize("pendulum", [STEEL, LEVEL, FLAT], ids=["two wells", "equal wells", "flat"])
 @pytest.mark.parametrize("k", [3, 6, 9, 12, 20])
@@ -115,12 +116,14 @@ def test_next_to_the_highest_barrier(pendulum: ConePendulum, sign: float, k: int
     assert_exact(near.motion, orbit_of(near))
 
 
+@pytest.mark.long(keep=6)
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["above", "below"])
 @pytest.mark.parametrize("k", range(1, 13))
 def test_simple_pendulum_next_to_its_top(k: int, sign: float) -> None:
     assert_exact(*simple(0.1, 2.0, excess=sign * 19.6 * 10.0**-k))
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["before", "beyond"])
 @pytest.mark.parametrize("k", range(1, 13))
 def test_simple_pendulum_released_at_its_top(k: int, sign: float) -> None:
@@ -148,6 +151,7 @@ HARD = {
 }  # fmt: skip
 
 
+@pytest.mark.long(keep=8)
 @pytest.mark.parametrize("case", HARD)
 def test_hard_case(case: str) -> None:
     assert_exact(HARD[case].motion, orbit_of(HARD[case]))

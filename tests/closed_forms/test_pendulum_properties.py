@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
@@ -59,6 +60,7 @@ def test_energy_is_conserved(motion: PendulumMotion) -> None:
     assert np.abs(drift).max() <= 1e-12 * scale(motion)
 
 
+@pytest.mark.long
 @given(motions(), st.floats(-3.0, 3.0))
 def test_state_carries_on_from_any_of_its_states(motion: PendulumMotion, share: float) -> None:
     """The flow is a group: from theta(s), in t, to theta(s + t)."""
@@ -139,6 +141,7 @@ def test_period_is_the_derivative_of_the_action_by_the_energy(motion: PendulumMo
     assert abs(2 * math.pi * slope / motion.period - 1) <= 1e-6
 
 
+@pytest.mark.long
 @given(st.lists(motions(), min_size=2, max_size=6))
 def test_many_starts_at_once_are_each_of_them(several: list[PendulumMotion]) -> None:
     def column(values: list[Any]) -> Any:

@@ -62,7 +62,7 @@ NOTEBOOK = {
 }
 
 
-@pytest.mark.long(keep=5)
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("case", NOTEBOOK)
 @pytest.mark.parametrize("method", ["ode/rk4", "mujoco/rk4"])
 def test_the_error_of_the_notebook(case: str, method: str) -> None:
@@ -120,6 +120,7 @@ QUICK = [s.name for s in scenes(f"{SIMPLE}[!ms]*") if "near-top" not in s.name]
 STEPS = {"euler": 1e-3, "leapfrog": 1e-2, "rk4": 1e-2}
 
 
+@pytest.mark.long(keep=8)
 @pytest.mark.parametrize("name", [*QUICK, SIMPLE + "near-top-1e-4", SIMPLE + "near-top-1e-9"])
 @pytest.mark.parametrize("method", ["mujoco/euler", "mujoco/rk4", "ode/leapfrog", "ode/rk4"])
 def test_errors_are_within_their_budget(name: str, method: str) -> None:
@@ -129,6 +130,7 @@ def test_errors_are_within_their_budget(name: str, method: str) -> None:
     assert judged(name, method, step, duration=6.0).verdict == "pass"
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize(
     "method", ["mujoco/euler", "mujoco/discrete", "mujoco/rk4", "ode/leapfrog"]
 )
@@ -146,6 +148,7 @@ def test_the_spring_of_discrete_is_implicit() -> None:
     assert judged(LINEAR + "free-large", plain, 1e-3, duration=6.0).verdict == "fail"
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("name", ["length", "damping_rate", "gravity", "theta"])
 def test_a_parameter_error_of_a_millionth(name: str) -> None:
     scene = find_scene(SIMPLE + "damped-large")

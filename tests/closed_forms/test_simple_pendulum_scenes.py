@@ -20,6 +20,7 @@ from plumbob.reports.judge.verdict import judge
 SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("name", [s.name for s in scenes(SIMPLE + "[df]*")])
 def test_two_methods_agree_on_the_reference(name: str) -> None:
     # Required: 3e-12 over 50 s; for chaotic motion within the horizon that the scene states.
@@ -68,6 +69,7 @@ def test_bad_parameters_are_named(name: str, value: object) -> None:
         find_scene("simple-pendulum", {name: value})
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize(
     "changes",
     [{"theta": 0.0}, {"theta": math.pi}, {"gravity": 0.0, "theta_dot": 2.0},

@@ -77,6 +77,7 @@ def test_the_second_order_is_the_one_seen() -> None:
     assert squared * turn.correction.at_rest.heading == pytest.approx(1.90, abs=5e-3)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("number", range(len(TURNS)))
 def test_the_error_of_the_corrected_pose_is_of_higher_order(number: int) -> None:
     """Formulas: order 2; corrected: 4 at 2 tau, and at rest 4 with a logarithm, which takes up to
@@ -133,6 +134,7 @@ def test_a_small_turn_below_the_friction_limit_turns_nothing() -> None:
     assert exact(turn)[1][2] == 0.0
 
 
+@pytest.mark.long
 @given(
     st.floats(0.02, 0.15),
     st.floats(0.01, 0.1),

@@ -12,7 +12,7 @@ from plumbob.reports.cli import main
 from plumbob.reports.commands.plan import PLACES
 
 
-@pytest.mark.long(keep=9)
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize(
     ("name", "change"),
     [

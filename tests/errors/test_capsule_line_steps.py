@@ -82,6 +82,7 @@ def rounding(line: LineManoeuvre, run: Run) -> float:
     return 4 * run.x.size * 2.0**-53 * reach
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("sampling", ["middle", "mean"])
 @pytest.mark.parametrize("position_first", [False, True])
 @given(line=lines(), steps=st.floats(0.3, 60.0) | st.floats(0.5, 1.5))

@@ -59,6 +59,7 @@ def test_the_table_of_32_digits_follows_from_the_equation() -> None:
         assert abs(v - mp.mpf(float(orbit.theta_dot[-1]))) < 2e-15
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("name", AFTER_50)
 def test_both_methods_reach_the_32_digits(name: str) -> None:
     case = CASES[name]
@@ -112,6 +113,7 @@ def test_the_cone_has_its_check_values() -> None:
     assert endpoint(case) == pytest.approx([19.655093168749575, 45.196918078698202], rel=1e-15)
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("name", CASES)
 def test_the_two_methods_agree_to_3e_12_over_50_seconds(name: str) -> None:
     case = replace(CASES[name], duration=50.0 if name != "cone" else 5.0)
@@ -140,6 +142,7 @@ def test_energy_is_constant_without_damping_and_forcing(case: Case) -> None:
     assert np.abs(energy - energy[0]).max() <= 1e-14 * abs(scale)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("change", "name"),
     [

@@ -62,6 +62,7 @@ def left_over(case: str, closing: float, step: float, rotor: DrivenRotor | None 
     return np.array(left)
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("closing", RUNS)
 @pytest.mark.parametrize("case", ["free-large", "damped-large", "forced-large", "damped-rotating"])
 def test_each_term_removes_one_order(case: str, closing: float) -> None:

@@ -60,6 +60,7 @@ def test_sensitivities_are_central_differences(name: str) -> None:
         )
 
 
+@pytest.mark.long
 def test_chaos_has_a_positive_exponent_and_a_horizon() -> None:
     case = CASES["forced-chaotic"]
     found = lyapunov.largest_exponent(case.rotor, case.theta, case.theta_dot, duration=1000.0)

@@ -63,6 +63,7 @@ def test_what_the_series_leaves_is_of_the_next_order(scheme: Scheme) -> None:
     assert (np.log2(coarse / fine) > after - 0.3).all()
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("scheme", PLAIN, ids=str)
 def test_a_wrong_coefficient_leaves_more(scheme: Scheme) -> None:
     right = left_over(scheme, 1e-2)
@@ -100,6 +101,7 @@ RUNS = (
 )
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize(("name", "method", "step"), RUNS)
 def test_an_engine_takes_these_steps(name: str, method: str, step: float) -> None:
     theory, errors, steps = stepped(name, method, step)

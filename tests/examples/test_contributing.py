@@ -131,6 +131,7 @@ def test_commands_work(tree: Path, tmp_path: Path) -> None:
     assert "within 0.1 % of the terminal speed after 13.8 s" in page
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     "broken",
     [

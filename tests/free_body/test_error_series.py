@@ -122,6 +122,7 @@ def test_two_engines_with_one_scheme_have_one_error() -> None:
     assert np.abs(implicit - first).max() > 1e-3
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ["mujoco/euler", "mujoco/implicitfast", "mujoco/rk4", "ode/rk4"])
 def test_the_verdict_is_two_sided(name: str) -> None:
     of, how, step = case(), method(name), 1e-3

@@ -93,7 +93,7 @@ def test_the_separatrix_is_met_exactly() -> None:
 EVERY = [m for m in methods() if meant(m, FLIP.scene)]
 
 
-@pytest.mark.long(keep=15)
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("how", EVERY, ids=lambda m: m.name)
 @pytest.mark.parametrize("name", ["flip", "symmetric", "about-largest"])
 def test_every_method_makes_the_error_that_is_predicted(how: object, name: str) -> None:

@@ -20,6 +20,7 @@ def about(chosen: Scene) -> dict[str, Quantity]:
     return {q.observable: q for q in case.system.quantities(case)}
 
 
+@pytest.mark.long(keep=6)
 @pytest.mark.parametrize("chosen", scenes(profile="quick"), ids=lambda s: s.name)
 def test_every_scene_is_about_observables_of_its_own_with_scales(chosen: Scene) -> None:
     found = about(chosen)

@@ -207,6 +207,7 @@ def test_without_friction_the_centre_of_mass_stays() -> None:
         assert np.abs(shift).max() < 1e-15
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("method", [*GOOD, *REDUCED])
 @pytest.mark.parametrize("name", ["capsule-line/at-50", "capsule-hold/0.5"])
 def test_momentum_changes_by_friction_and_gravity_alone(name: str, method: str) -> None:
@@ -254,6 +255,7 @@ def test_coasting(case: str, method: str) -> None:
 HARD = ("w2-threshold", "w1-threshold", "light-slider", "heavy-slider", "near-edge", "near-vertex")
 
 
+@pytest.mark.long(keep=6)
 @pytest.mark.parametrize("case", [*HARD, "off-grid", "off-centroid"])
 @pytest.mark.parametrize("method", ["euler+coulomb", "euler+coulomb+noslip", "rk4+coulomb"])
 def test_hard_cases_are_as_predicted(case: str, method: str) -> None:

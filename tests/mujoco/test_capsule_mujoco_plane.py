@@ -30,7 +30,7 @@ def step_of(name: str, parts: int) -> float:
     return float(scene(name).parameters["half_time"]) / parts
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("epsilon", [0.3, 0.03])
 def test_a_turn_is_accurate_to_a_ten_thousandth(epsilon: float) -> None:
     # The requirement for epsilon of 0.03 and more: 7.9e-5 at rest is from friction half a step
@@ -55,6 +55,7 @@ def test_euler_leaks_what_theory_says(epsilon: float) -> None:
     assert error == pytest.approx(lead * step, rel=6e-3)
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(
     ("name", "parts", "method"),
     [
@@ -158,7 +159,7 @@ def test_loads_are_exact_where_nothing_deflects() -> None:
     np.testing.assert_allclose(missing_loads(posed, motion, 2e-7, across), 2.0 * lost, rtol=1e-9)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(
     "wrong",
     [

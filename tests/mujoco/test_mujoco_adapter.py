@@ -73,6 +73,7 @@ WIDE = cone(8000.0, 0.1, 2.6)
 SKEW = replace(DEFAULT.body, inertia_y=DEFAULT.body.inertia_y + 0.03)
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(
     ("given", "duration", "tolerance"),
     [
@@ -143,6 +144,7 @@ def test_the_first_order_integrators_take_the_same_steps() -> None:
     np.testing.assert_allclose(ends["mujoco/implicit"], ends["mujoco/euler"], rtol=0, atol=1e-12)
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("pivot_x", [0.0, 0.2])
 @pytest.mark.parametrize("armature", [1e6, 1e8, 1e10])
 def test_armature_has_the_error_that_theory_gives_it(armature: float, pivot_x: float) -> None:

@@ -95,7 +95,7 @@ def _slide(model: mujoco.MjModel) -> tuple[float, float]:
     return float(np.linalg.norm(data.subtree_com[1, :2] - start[:2])), shape
 
 
-@pytest.mark.long(keep=18)
+@pytest.mark.long(keep=5)
 @pytest.mark.parametrize("step", STEPS)
 @pytest.mark.parametrize("body", BODIES)
 @pytest.mark.parametrize("method", METHODS)

@@ -104,7 +104,7 @@ def outcome(
     return code, {check["name"]: check for check in json.loads(capsys.readouterr().out)}
 
 
-@pytest.mark.long(keep=10)
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("defect", DEFECTS)
 def test_a_defect_turns_its_check_red(
     defect: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -94,7 +94,7 @@ def test_theta_moves_by_5_mrad() -> None:
     assert float(moved[1][0] - moved[0][0]) == pytest.approx(0.005130600, abs=1e-9)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["mujoco/rk4", "mujoco/euler", "ode/dop853", "ode/leapfrog"])
 def test_engines_agree_and_a_small_defect_fails(method: str) -> None:
     """A product of inertia that is wrong by a relative 1e-4 (1e-2 for Euler's larger error), or of

@@ -99,6 +99,7 @@ def full(pendulum: ConePendulum, inertia: float, rate: float, time: float) -> tu
     return float(end[0]), float(end[2])
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("rate", [0.0, 5.0, 50.0])
 def test_a_drive_that_is_not_ideal(rate: float) -> None:
     """What first order leaves is of the next: ten times smaller for ten times the inertia. Its

@@ -32,6 +32,7 @@ LINES = ("ca1", "ca2", "at-50", "at-222", "off-centroid", "off-grid", "frictionl
 HARD = ("w1-threshold", "w2-threshold", "near-edge", "near-vertex")
 
 
+@pytest.mark.long(keep=6)
 @pytest.mark.parametrize("model", GOOD)
 @pytest.mark.parametrize(
     ("name", "step"),

@@ -42,7 +42,7 @@ def step_of(name: str, parts: float) -> float:
     return scene(name).parameters["half_time"] / parts if parts > 1 else parts
 
 
-@pytest.mark.long(keep=3)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("name", "parts", "part"), CASES)
 def test_the_error_of_feet_is_as_predicted(name: str, parts: float, part: float) -> None:
     """Within the error of the step plus the model-error bound, which is much smaller (except where

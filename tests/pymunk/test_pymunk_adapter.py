@@ -71,7 +71,7 @@ def test_the_other_joint_is_not_this_one(name: str) -> None:
     assert verdict(found, wrong) == "fail" or name == "pymunk/tight"  # whose error is smaller
 
 
-@pytest.mark.long(keep=3)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("parameter", ["gravity", "length", "forcing_amplitude", "damping_rate"])
 def test_a_parameter_error_of_a_thousandth(name: str, parameter: str) -> None:

@@ -23,7 +23,7 @@ def test_the_page_of_a_small_study_runs_no_engine_and_asks_for_what_was_declared
     assert pages.common["study"].extras.looked_up == set(requests(plan_of(quick())))
 
 
-@pytest.mark.long(keep=1)  # the first that asks for the whole pages makes them
+@pytest.mark.long
 def test_the_pages_of_the_quick_profile_ask_for_what_was_declared_and_nothing_else() -> None:
     pages = shown()  # without an engine
     asked = pages.common["study"].extras

@@ -34,7 +34,7 @@ def verdict(found: Measurement, name: str, solver: str) -> str:
     return judge(found, case_of(scene(name)).system, method(solver)).verdict
 
 
-@pytest.mark.long(keep=3)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize(("name", "parameter"), [(SWING, "gravity"), (TURN, "platform_rate")])
 def test_a_parameter_that_is_a_millionth_off_is_seen(

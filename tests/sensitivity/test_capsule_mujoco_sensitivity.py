@@ -164,7 +164,7 @@ def test_the_reduced_model_sees_friction_off_by_little(
         assert verdict(found, method) == "fail"
 
 
-@pytest.mark.long(keep=6)
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("method", REDUCED)
 @pytest.mark.parametrize(
     ("name", "step"),

@@ -18,6 +18,7 @@ from plumbob.tests.support.cases import held_against
 METHODS = [("mujoco/rk4", 5e-4), ("ode/rk4", 5e-4), ("mujoco/rk4", 1e-4), ("ode/dop853", 1e-13)]
 
 
+@pytest.mark.long(keep=5)
 @pytest.mark.parametrize(("method", "step"), METHODS)
 @pytest.mark.parametrize("name", ["gravity", "platform_rate", "pivot_y", "theta_dot"])
 def test_a_parameter_error_of_a_millionth(name: str, method: str, step: float) -> None:

@@ -71,6 +71,7 @@ def test_with_the_present_factors_runs_pass_and_bounds_are_not_loose(run: Run) -
         assert all(1.0 <= looseness(run)[name] < LOOSE["line"] for name in ("displacement", *LOADS))
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("run", HEAVY)
 def test_a_third_of_the_quasi_static_factor_is_refuted(
     run: Run, monkeypatch: pytest.MonkeyPatch
@@ -79,6 +80,7 @@ def test_a_third_of_the_quasi_static_factor_is_refuted(
     assert verdict(run) == "fail"
 
 
+@pytest.mark.long
 def test_three_times_the_quasi_static_factor_is_loose(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(soft_contact, QUASI_STATIC, soft_contact.QUASI_STATIC_FACTOR * 3)
     assert all(looseness(run)["body_angle"] > LOOSE["turn"] for run in TURNS)

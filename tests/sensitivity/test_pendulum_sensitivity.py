@@ -75,7 +75,7 @@ def early(problem: SimplePendulum, time: float) -> Exact:
     return RodMotion(angle, rotor, problem.length, problem.gravity), RodErrors(problem, errors)
 
 
-@pytest.mark.long(keep=6)
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("method", ["ode/rk4", "ode/leapfrog", "mujoco/rk4+midpoint"])
 @pytest.mark.parametrize("case", ["forced-small", "forced-large", "forced-chaotic"])
 @pytest.mark.parametrize("system", ["simple-pendulum", "linear-pendulum"])

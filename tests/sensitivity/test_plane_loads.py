@@ -51,7 +51,7 @@ def test_normal_forces_are_predicted_and_bounds_are_tight(
         assert missed(error) <= allowed(error) < 10 * missed(error), load
 
 
-@pytest.mark.long(keep=3)
+@pytest.mark.long(keep=1)
 @BOTH
 @pytest.mark.parametrize(("name", "part"), [("capsule-turn/pivot", 3), (SPIN, 2)])
 @pytest.mark.parametrize("sign", [1, -1])

@@ -56,7 +56,7 @@ def verdict_of_changed(scene: str, method: str, label: str, by: float, step: flo
     return judge(measure(case, how, step)[0], right.system, how).verdict
 
 
-@pytest.mark.long(keep=4)
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(("scene", "method", "label", "steps"), CASES)
 def test_held_from_both_sides(
     scene: str, method: str, label: str, steps: tuple[float, ...]

@@ -52,6 +52,7 @@ def fixed_steps(name: str) -> list[Method]:
     ]  # fmt: skip
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("step", [1e-1, 5e-2])
 @pytest.mark.parametrize("method", fixed_steps(SLOW), ids=lambda m: m.name)
 def test_gravity_off_by_a_hundredth_next_to_the_separatrix(method: Method, step: float) -> None:
@@ -68,6 +69,7 @@ def test_gravity_off_by_a_hundredth_next_to_the_top(method: Method) -> None:
     assert verdict(TOP, method, step, gravity=1.01) == "fail"
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize(
     ("name", "method", "step", "parameter", "off"),
     [
@@ -129,6 +131,7 @@ def late(
     return replace(found, errors={n: e + there[n] - here[n] for n, e in found.errors.items()})
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize(
     ("change", "wanted"), [(as_it_is, "pass"), (flipped, "fail"), (late, "fail")]
 )

@@ -37,6 +37,7 @@ def forgotten(number: int, chunk: Chunk) -> None:
     """Keep nothing."""
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(("name", "tried"), RUNS)
 def test_the_error_of_a_run_is_the_study_s(name: str, tried: str) -> None:
     case, chosen = case_of(scene(name)), method(tried)

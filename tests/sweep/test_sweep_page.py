@@ -39,6 +39,7 @@ def test_a_sweep_is_printed_written_and_kept(
     assert "6 of 6 points were stored" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_the_command_of_a_worst_point_gives_its_error(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

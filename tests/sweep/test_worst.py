@@ -54,7 +54,7 @@ def test_the_worst_heading_for_default_contacts() -> None:
     assert found.parameters["heading"] % (math.pi / 2) == pytest.approx(math.pi / 4, abs=1e-2)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(("factor", "certain"), [(1.0, True), (1.5, False)])
 def test_a_wrong_exact_answer_is_not_confirmed(factor: float, certain: bool) -> None:
     case = spoilt(case_of(scene("capsule-line", {"heading": math.pi / 4})), factor)

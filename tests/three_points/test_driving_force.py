@@ -118,6 +118,7 @@ def measured(name: str, method: str, other: object = None) -> tuple[float, float
     return error.predicted.beyond, sum(error.model.values())
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("method", ENGINES)
 @pytest.mark.parametrize("name", ["capsule-line/ca1", "capsule-train/ten"])
 def test_engines_are_judged_by_it(name: str, method: str) -> None:

@@ -77,6 +77,7 @@ def test_a_motion_from_one_nearby_costs_less(
     assert apart(near, right) > 1e3
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("longer", [0.3, 1.2, 3.0])
 def test_it_is_the_same_from_one_that_is_not_near(longer: float) -> None:
     right = three_point_motion(CHECK, turn(1.0))

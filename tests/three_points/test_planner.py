@@ -75,7 +75,7 @@ def ends_off(body: Capsule, made: Plan) -> float:
     return max(pose_error(RestPose(float(x), float(y), float(heading)), made.goal))
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("name", "track"), CASES)
 def test_every_pose_is_reached_at_rest_within_the_limits(name: str, track: str) -> None:
     made, limits = planned(name, track), Limits()
@@ -103,7 +103,7 @@ def test_every_pose_is_reached_at_rest_within_the_limits(name: str, track: str) 
             assert track == "free" or stroke <= limits.radius * (1.0 + 1e-12)
 
 
-@pytest.mark.long(keep=3)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("name", "track"), CASES)
 def test_the_body_rests_between_manoeuvres_and_in_slow_ones(name: str, track: str) -> None:
     made = planned(name, track)
@@ -119,6 +119,7 @@ def test_the_body_rests_between_manoeuvres_and_in_slow_ones(name: str, track: st
     assert np.abs(after.heading[slow] - before.heading[slow]).max() <= still
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", PLACES)
 def test_the_curve_has_one_degree_of_freedom(name: str) -> None:
     made = planned(name, "curve")
@@ -282,6 +283,7 @@ def test_what_is_said_of_a_plan_s_error() -> None:
     assert said["heading_error"] == pytest.approx(0.1, abs=1e-9)
 
 
+@pytest.mark.long
 def test_a_plan_does_not_depend_on_the_axes() -> None:
     goal, turned = PLACES["near"], 1.234
     place = goal.place * complex(math.cos(turned), math.sin(turned)) + 3.0
@@ -297,6 +299,7 @@ def test_a_pose_already_taken_needs_no_manoeuvre() -> None:
     assert made.error == (0.0, 0.0)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     "body",
     [

@@ -21,6 +21,7 @@ from plumbob.tests.support.random_slides import COAST, ending, pose, slide
 SEEDS = st.integers(0, 10**6)
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("seed", [2, 6, 24, 26, 27, 89, 120, 174])
 def test_energy_and_momentum_balance(seed: int) -> None:
     """Gauss quadrature of 64 points per segment is accurate to 1e-12 of the total exchange."""

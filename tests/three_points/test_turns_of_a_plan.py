@@ -28,6 +28,7 @@ RATIOS = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 def test_a_pose_is_reached_whatever_the_mass_ratio(request: pytest.FixtureRequest) -> None:
     """With `--profile full` at all of these, and where a slider a thousand times as heavy as the
     body turns it the wrong way with one of twenty turns, which depends on where a turn begins."""
@@ -45,6 +46,7 @@ def test_a_pose_is_reached_whatever_the_mass_ratio(request: pytest.FixtureReques
         assert np.diff(headings).min() < -1e-3
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_a_turn_the_wrong_way_is_made_up_for(sense: float, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Outcome] = []

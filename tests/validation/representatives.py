@@ -1,4 +1,4 @@
-"""What stands for the rest in the short suite of tests. Of pairs of scenes and methods two fifths:
+"""What stands for the rest in the short suite of tests. Of pairs of scenes and methods a third:
 every scene is among them, and of each system every method and every declared expectation. Of tests
 that take seconds as many cases as their mark keeps."""
 
@@ -10,29 +10,20 @@ from collections.abc import Hashable, Iterable, Iterator, Sequence
 import pytest
 
 from plumbob.engines.method import Method
+from plumbob.engines.study.runner import predicted_work
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import expected
 
-EVERY = 4
 Pair = tuple[Scene, Method]
 
 
 def representatives(chosen: Sequence[Pair]) -> list[Pair]:
-    """Of the methods of a scene every fourth, beginning one further with each scene, so that every
-    method meets scenes of each of its systems; and what is missing of `mechanisms`, once each."""
-    places = dict.fromkeys(scene.name for scene, _ in chosen)
-    begins = {name: -place for place, name in enumerate(places)}
-    taken: dict[tuple[str, str], Pair] = {}
-    met = Counter[str]()
-    for scene, method in chosen:
-        if (begins[scene.name] + met[scene.name]) % EVERY == 0:
-            taken[scene.name, method.name] = (scene, method)
-        met[scene.name] += 1
-    seen = {one for pair in taken.values() for one in mechanisms(*pair)}
-    for pair in chosen:
-        if not seen.issuperset(mechanisms(*pair)):
-            seen.update(mechanisms(*pair))
-            taken[pair[0].name, pair[1].name] = pair
+    """All `mechanisms` of these pairs, each at least once, and where it takes the least work."""
+    seen, taken = set[Hashable](), set[tuple[str, str]]()
+    for scene, method in sorted(chosen, key=lambda pair: predicted_work(pair[0], pair[1], "quick")):
+        if not seen.issuperset(mechanisms(scene, method)):
+            seen.update(mechanisms(scene, method))
+            taken.add((scene.name, method.name))
     return [pair for pair in chosen if (pair[0].name, pair[1].name) in taken]
 
 

@@ -82,6 +82,7 @@ def test_default_contacts_depend_on_the_direction(found: ContactAudit) -> None:
     assert found.dependence(found.pasted[0]) < 1e-3
 
 
+@pytest.mark.long(keep=1)
 def test_a_push_moves_the_default_contacts_only(found: ContactAudit) -> None:
     drifts = found.own[0].drift, found.pasted[0].drift
     assert drifts[0] is not None
@@ -134,7 +135,7 @@ def tends_to_a_turn(found: ContactAudit) -> None:
     assert f"tend to {math.degrees(turns[-1]):.3g}° (± {math.degrees(left[-1]):.2g}°)" in said
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("factor", [0.97, 1.03])
 def test_a_wrong_moment_of_inertia_is_seen(
     factor: float, flat: ContactAudit, monkeypatch: pytest.MonkeyPatch
@@ -176,6 +177,7 @@ def test_joints_are_locked_where_they_are() -> None:
     assert missed(one) < REST
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("two_steps")
 def test_the_posture_is_that_of_the_keyframe() -> None:
     key = '<keyframe><key name="wide" qpos="0 0 .21 1 0 0 0 -.3 -.3 -.3 -.3"/></keyframe>'
