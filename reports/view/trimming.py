@@ -11,7 +11,7 @@ from plumbob.models.scene import Scene
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
 
-STEPS, REPEATS = 100, 7  # of a timing: enough for a ratio within a few per cent
+STEPS, REPEATS = 150, 7  # of a timing: enough for a ratio within a few per cent
 ENGINE = "mujoco"  # whose models have parts and stages to leave out
 
 
