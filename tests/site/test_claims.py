@@ -118,7 +118,6 @@ def test_every_finding_is_named_here(before: dict[str, Finding]) -> None:
     assert set(before) == {*COMPUTED, *MEASURED}
 
 
-@pytest.mark.long(keep=8)
 @pytest.mark.parametrize("name", MEASURED)
 def test_another_figure_in_the_store_is_another_on_the_page(
     name: str, before: dict[str, Finding], after: dict[str, Finding]
