@@ -206,6 +206,23 @@ def test_adapters_are_imported_without_their_engines(code: str) -> None:
     assert done.stdout.strip() == "set()"
 
 
+@pytest.mark.parametrize("chosen", ["", "glfw"])
+def test_a_command_begins_no_process_that_looks_for_windows(
+    chosen: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Unless the user's environment names a library for them."""
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    if chosen:
+        monkeypatch.setenv("MUJOCO_GL", chosen)
+    code = "import sys; from plumbob.__main__ import main; code = main(); "
+    code += "print(code, 'mujoco' in sys.modules, 'glfw' in sys.modules)"
+    words = ["run", "linear-pendulum/overdamped", "mujoco/euler", "--step", "0.01"]
+    done = subprocess.run(
+        [sys.executable, "-c", code, *words], check=True, capture_output=True, text=True
+    )
+    assert done.stdout.splitlines()[-1] == f"0 True {bool(chosen)}"
+
+
 @pytest.mark.parametrize("name", ["mujoco/euler", "mujoco/rk4", "mujoco/implicitfast"])
 def test_sensors_are_those_of_the_samples_to_the_bit(name: str) -> None:
     case = case_of(find_scene("simple-pendulum/damped-rotating"))

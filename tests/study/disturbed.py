@@ -34,14 +34,15 @@ from plumbob.engines.study import unfinished
 usual = unfinished.Unfinished.keep_all
 def keep_all(self, pieces):
     usual(self, pieces)
-    with open(sys.argv[1], "a", encoding="utf-8") as log:
+    with open(log, "a", encoding="utf-8") as kept:
         for key, (label, piece) in pieces.items():
-            log.write(f"{'lost ' if piece.lost else ''}{key}\\n")
+            kept.write(f"{'lost ' if piece.lost else ''}{key}\\n")
 unfinished.Unfinished.keep_all = keep_all
-from plumbob.reports.cli import main
+from plumbob.__main__ import main
 if __name__ == "__main__":
     %s
-    sys.exit(main(sys.argv[2:]))
+    log = sys.argv.pop(1)
+    sys.exit(main())
 """
 
 
