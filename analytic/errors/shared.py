@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -38,12 +38,32 @@ def exactly(exact: Same, times: bytes) -> tuple[Mapping[str, Array], Mapping[str
     return exact.one.observe(at), exact.one.uncertainty(at)
 
 
-@lru_cache(maxsize=KEPT)
+@runtime_checkable
+class Simplifying(Protocol):
+    """An ErrorTheory of a motion on which schemes that differ may have the same errors."""
+
+    def simplest(self, scheme: Scheme) -> Scheme:
+        """A scheme with the same errors, the same for all schemes that have them."""
+        ...
+
+
+def _simplest(theory: Same, scheme: Scheme) -> Scheme:
+    return theory.one.simplest(scheme) if isinstance(theory.one, Simplifying) else scheme
+
+
 def expected(
     exact: Same, theory: Same, scheme: Scheme, step: float, times: bytes
 ) -> tuple[Powers, Mapping[str, Array], float]:
     """The terms of the series of an ErrorTheory at `step` [s] and `times` [s], their sum, where
-    every power has the observable, and its nonlinearity: the same for all methods of a scheme."""
+    every power has the observable, and its nonlinearity: the same for all methods of a scheme, and
+    of those that have the same errors."""
+    return _expected(exact, theory, _simplest(theory, scheme), step, times)
+
+
+@lru_cache(maxsize=KEPT)
+def _expected(
+    exact: Same, theory: Same, scheme: Scheme, step: float, times: bytes
+) -> tuple[Powers, Mapping[str, Array], float]:
     at = np.frombuffer(times)
     series = theory.one.series(scheme, at)
     powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
@@ -58,8 +78,12 @@ def expected(
     return powers, total, exact.one.nonlinearity(at, total) if total else 0.0
 
 
-@lru_cache(maxsize=KEPT)
 def as_stepped(theory: Same, scheme: Scheme, step: float, times: bytes) -> SteppedErrors:
-    """What an ErrorTheory says of a step as it is: the same for all methods of a scheme."""
+    """What an ErrorTheory says of a step as it is: the same for the same methods as `expected`."""
+    return _as_stepped(theory, _simplest(theory, scheme), step, times)
+
+
+@lru_cache(maxsize=KEPT)
+def _as_stepped(theory: Same, scheme: Scheme, step: float, times: bytes) -> SteppedErrors:
     found: SteppedErrors = theory.one.at_step(scheme, step, np.frombuffer(times))
     return found

@@ -10,6 +10,7 @@ import pytest
 
 from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
+from plumbob.analytic.errors.smooth_motion.rotor_steps import simplest
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import MOST_STEPS
 from plumbob.analytic.errors.theory import SteppedErrors, reaches
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
@@ -61,6 +62,25 @@ def test_what_the_series_leaves_is_of_the_next_order(scheme: Scheme) -> None:
     coarse, fine = (left_over(scheme, h) for h in (2e-2, 1e-2))
     assert (fine > 1e-12).all()
     assert (np.log2(coarse / fine) > after - 0.3).all()
+
+
+@pytest.mark.parametrize("without", ["nothing", "stiffness", "damping_rate", "forcing_amplitude"])
+def test_schemes_taken_for_one_have_the_same_errors_and_others_have_not(without: str) -> None:
+    rotor = ROTOR if without == "nothing" else replace(ROTOR, **{without: 0.0})
+    theory, step = RotorErrors(rotor, *START), 1e-2
+    times = np.arange(0, 21, 4) * step
+    of: dict[bytes, Scheme] = {}
+    for scheme in PLAIN:
+        chosen = simplest(scheme, rotor)
+        found = [theory.at_step(s, step, times).errors["theta_dot"] for s in (scheme, chosen)]
+        series = [theory.series(s, times) for s in (scheme, chosen)]
+        assert found[0].tobytes() == found[1].tobytes()
+        for power, terms in series[0].items():
+            for name, values in terms.items():
+                np.testing.assert_array_equal(values, series[1][power][name])
+        assert of.setdefault(found[0].tobytes(), chosen) == chosen
+    expected = {"nothing": 9, "stiffness": 9, "damping_rate": 8, "forcing_amplitude": 6}
+    assert len(of) == expected[without]
 
 
 @pytest.mark.long(keep=3)

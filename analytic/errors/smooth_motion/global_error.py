@@ -30,6 +30,7 @@ from plumbob.analytic.errors.smooth_motion.rotor_steps import (
     StepSeries,
     exact,
     rotor_step,
+    simplest,
 )
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import stepped_errors
 from plumbob.analytic.errors.theory import Coefficients, SteppedErrors
@@ -82,6 +83,10 @@ class RotorErrors:
     def exact(self) -> UnendingMotion:
         """The exact motion."""
         return UnendingMotion(self.rotor, self.theta, self.theta_dot)
+
+    def simplest(self, scheme: Scheme) -> Scheme:
+        """A scheme with the same errors, the same for all schemes that have them."""
+        return simplest(scheme, self.rotor)
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """What `leading_error` says at `times` [s], shape (n,). Raises ParameterError."""

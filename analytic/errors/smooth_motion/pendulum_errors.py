@@ -10,6 +10,7 @@ import numpy as np
 from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
 from plumbob.analytic.errors.smooth_motion.jointed_euler import JointedSeries
+from plumbob.analytic.errors.smooth_motion.rotor_steps import simplest
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import Rod, stepped_errors
 from plumbob.analytic.errors.theory import Coefficients, ErrorTheory, SteppedErrors
 from plumbob.analytic.numerics.truncated_series import constant, product, sine_cosine
@@ -28,6 +29,10 @@ class PendulumErrors:
     def _rotor(self) -> RotorErrors:
         theta, theta_dot = self.motion.closed_form.state(np.zeros(1))
         return RotorErrors(self.motion.rotor, float(theta[0]), float(theta_dot[0]))
+
+    def simplest(self, scheme: Scheme) -> Scheme:
+        """A scheme with the same errors, the same for all schemes that have them."""
+        return simplest(scheme, self.motion.rotor)
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """Four coefficients of the global error of theta [rad] and theta_dot [rad/s] at `times`
@@ -52,6 +57,10 @@ class RodErrors:
     def _jointed(self) -> JointedSeries:
         start = self.pendulum.started
         return JointedSeries(self.pendulum.rotor, start.theta, start.theta_dot)
+
+    def simplest(self, scheme: Scheme) -> Scheme:
+        """A scheme with the same errors, the same for all schemes that have them."""
+        return simplest(scheme, self.pendulum.rotor)
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """Coefficients of the error of each observable at `times` [s], shape (n,): of the tension

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -153,3 +153,15 @@ def rotor_step(scheme: Scheme) -> RotorStep | None:
     elif scheme.implicit_damping:
         advance = sprung_euler if scheme.implicit_spring else damped_euler
     return RotorStep(scheme.order, advance, control=control)
+
+
+def simplest(scheme: Scheme, rotor: DrivenRotor) -> Scheme:
+    """The scheme without those of its variants that change nothing on `rotor`: methods that differ
+    in them alone have the same errors there."""
+    if scheme.integrator not in (EULER, LEAPFROG, RK4):
+        return scheme
+    spring = scheme.implicit_spring and rotor.stiffness != 0.0
+    damping = spring or (scheme.implicit_damping and rotor.damping_rate != 0.0)
+    at_start = scheme.integrator == EULER and scheme.control == "start"  # as EULER reads it anyway
+    control = "continuous" if rotor.autonomous or at_start else scheme.control
+    return replace(scheme, control=control, implicit_damping=damping, implicit_spring=spring)
