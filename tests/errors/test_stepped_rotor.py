@@ -68,7 +68,7 @@ def test_what_the_series_leaves_is_of_the_next_order(scheme: Scheme) -> None:
 def test_schemes_taken_for_one_have_the_same_errors_and_others_have_not(without: str) -> None:
     rotor = ROTOR if without == "nothing" else replace(ROTOR, **{without: 0.0})
     theory, step = RotorErrors(rotor, *START), 1e-2
-    times = np.arange(0, 21, 4) * step
+    times = np.arange(0, 21, 4).astype(float) * step
     of: dict[bytes, Scheme] = {}
     for scheme in PLAIN:
         chosen = simplest(scheme, rotor)

@@ -84,22 +84,10 @@ def _with_uncertainty(
     step_map: StepMap, step: float, marks: Marks, reached: Array, kept: npt.NDArray[np.bool_]
 ) -> Orbit | None:
     """Carry the responses of the blocks between `marks` one after the other."""
-    flow, forced, rounded = _blocks(step_map, step, marks, reached)
-    count, size = forced.shape[2], len(step_map.start)
-    responses = np.zeros((len(marks), size, count + size))
-    responses[0, :, count:] = ULP * np.diag(np.abs(step_map.start))
-    covariances = np.zeros((len(marks), size, size))
-    covariances[0] = np.diag(ROUNDOFF * step_map.noise(reached[:, :1])[:, 0]) ** 2
-    after = zip(flow, np.swapaxes(flow, 1, 2), forced, rounded, responses[1:], covariances[1:],
-                strict=True)  # fmt: skip
-    response, covariance = responses[0], covariances[0]
-    for across, back, pushed, noise, response_after, covariance_after in after:
-        response = np.matmul(across, response, out=response_after)
-        response[:, :count] += pushed
-        covariance = np.matmul(across @ covariance, back, out=covariance_after)
-        covariance += noise
+    responses, covariances = _carried(*_blocks(step_map, step, marks, reached))
+    size = len(step_map.start)
     states = reached[:, None, kept] + 1j * TINY * np.eye(size)[:, :, None]
-    built = step_map.build(step_map.coefficients, np.sin, np.cos)
+    built = step_map.build(step_map.coefficients, _sine, _cosine)
     seen = np.array(np.broadcast_arrays(*built.observe(*states)))  # (observables, size, n)
     slopes = np.moveaxis(seen.imag / TINY, -1, 0)
     inputs = np.abs(slopes @ responses[kept]).sum(axis=2)
@@ -113,9 +101,10 @@ def _with_uncertainty(
 def _blocks(
     step_map: StepMap, step: float, marks: Marks, reached: Array
 ) -> tuple[Array, Array, Array]:
-    """For each block between marks, shape (blocks, ...): the derivative of its end by its start,
-    (d, d); the response to an ulp of each coefficient that is not zero, (d, c); the covariance of
-    what rounds in it, (d, d)."""
+    """What the start, and then each block between marks, does to the state, shape (1 + blocks,
+    ...): the derivative of its end by what was before, (d, d), none by what was before the start;
+    the response to an ulp of each coefficient that is not zero and of each number of the start,
+    (d, c + d); the covariance of what rounds in it, (d, d)."""
     coefficients = step_map.coefficients
     varied = [i for i, value in enumerate(coefficients) if value]
     size, count = reached.shape[0], len(varied)
@@ -124,7 +113,7 @@ def _blocks(
     given.real = np.array(coefficients)[:, None, None]
     for column, i in enumerate(varied, start=size):
         given[i, column] += 1j * TINY * ULP * abs(coefficients[i])
-    advance = step_map.build(tuple(given), np.sin, np.cos).advance
+    advance = step_map.build(tuple(given), _sine, _cosine).advance
     lengths = np.diff(marks)
     blocks, states = len(lengths), reached[:, :-1].copy()
     flow = np.broadcast_to(np.eye(size), (blocks, size, size)).copy()
@@ -149,7 +138,45 @@ def _blocks(
         flow[on] = (matrix @ flow)[on]
         forced[on] = slopes[on][:, :, size:]
         rounded[on] = carried[on]
-    return flow, forced, rounded
+    own = np.hstack([np.zeros((size, count)), ULP * np.diag(np.abs(step_map.start))])
+    first = np.diag(ROUNDOFF * step_map.noise(reached[:, :1])[:, 0]) ** 2
+    forced = np.concatenate([forced, np.zeros((blocks, size, size))], axis=2)
+    return (
+        np.concatenate([np.zeros((1, size, size)), flow]),
+        np.concatenate([own[None], forced]),
+        np.concatenate([first[None], rounded]),
+    )
+
+
+def _carried(flow: Array, forced: Array, rounded: Array) -> tuple[Array, Array]:
+    """The responses and covariances after each block of `_blocks`, which may overwrite them: the
+    blocks of a group one after the other, all groups at once, then the groups."""
+    count = len(flow)
+    width = math.isqrt(count - 1) + 1  # blocks of a group
+    for first in range(1, width):
+        own = slice(first, None, width)
+        across, before = flow[own], slice(first - 1, first - 1 + width * len(flow[own]), width)
+        forced[own] += across @ forced[before]
+        rounded[own] += across @ rounded[before] @ np.swapaxes(across, 1, 2)
+        flow[own] = across @ flow[before]
+    for first in range(width, count, width):
+        across = flow[first : first + width]
+        forced[first : first + width] += across @ forced[first - 1]
+        rounded[first : first + width] += across @ rounded[first - 1] @ np.swapaxes(across, 1, 2)
+    return forced, rounded
+
+
+def _sine(x: Any) -> Any:
+    """Sine of numbers with derivatives as imaginary parts, which along axis 0 have one real
+    part."""
+    angle = x.real[:1]
+    return np.sin(angle) + 1j * (np.cos(angle) * x.imag)
+
+
+def _cosine(x: Any) -> Any:
+    """Cosine, as `_sine`."""
+    angle = x.real[:1]
+    return np.cos(angle) - 1j * (np.sin(angle) * x.imag)
 
 
 def seen_by(names: tuple[str, ...], values: Array) -> Mapping[str, Array]:
