@@ -42,21 +42,24 @@ class Response:
         step = self.orbit.locate(times)
         length = np.diff(self.orbit.breakpoints)[step]
         weights = self._rule.integral_to((times - self.orbit.breakpoints[step]) / length)
-        values = self.starts[step]
-        for i, weight in enumerate((length[:, None] * weights).T):
-            values = values + weight[:, None, None] * self.slopes[step, i]
-        return values
+        gained = (length[:, None] * weights)[:, None] @ _flat(self.slopes)[step]
+        return np.asarray(self.starts[step] + gained.reshape(-1, *self.end.shape))
 
     def at_nodes(self, derivative: int = 0) -> Array:
         """Values, or time derivatives of the order given, at the nodes of all steps, shape
         (steps, stages, 2, columns)."""
         if derivative == 0:
-            gained = np.einsum("im,nmjk->nijk", self._rule.integral, self.slopes)
+            gained = (self._rule.integral @ _flat(self.slopes)).reshape(self.slopes.shape)
             return np.asarray(self.starts[:, None] + self._lengths * gained)
-        values = self.slopes
+        values = _flat(self.slopes)
         for _ in range(derivative - 1):
-            values = np.einsum("im,nmjk->nijk", self._rule.derivative, values) / self._lengths
-        return values
+            values = self._rule.derivative @ values / self._lengths[..., 0]
+        return values.reshape(self.slopes.shape)
+
+
+def _flat(slopes: Array) -> Array:
+    """The slopes at each node of a step in one row, shape (steps, stages, 2 columns)."""
+    return slopes.reshape(*slopes.shape[:2], -1)
 
 
 def together(responses: Sequence[Response]) -> Response:
@@ -126,17 +129,26 @@ class TangentFlow:
         nodes, shape (steps, stages, 2, columns)."""
         forced = self._solve(forcing)
         gained = self._across(forced)
-        starts = np.empty((len(gained) + 1, *start.shape))
-        starts[0] = start
-        for n, transition in enumerate(self.transitions):
-            starts[n + 1] = transition @ starts[n] + gained[n]
-        slopes = forced + np.einsum("nijm,nmk->nijk", self._free, starts[:-1])
-        return Response(self.orbit, starts[:-1], starts[-1], slopes)
+        starts = self._carried(start, gained)
+        free = self._free.reshape(len(gained), -1, 2) @ starts[:-1]
+        return Response(self.orbit, starts[:-1], starts[-1], forced + free.reshape(forced.shape))
+
+    def _carried(self, start: Array, gained: Array) -> Array:
+        """From `start`, the response at the ends of all steps, shape (steps + 1, 2, columns), each
+        of which adds what is `gained`, shape (steps, 2, columns)."""
+        reached, across = [], self.transitions.reshape(-1, 4).tolist()
+        for column, (x, v) in enumerate(start.T.tolist()):  # plain numbers: a step is a few sums
+            ends = [(x, v)]
+            for (a, b, c, d), (p, q) in zip(across, gained[:, :, column].tolist(), strict=True):
+                x, v = a * x + b * v + p, c * x + d * v + q
+                ends.append((x, v))
+            reached.append(ends)
+        return np.moveaxis(np.array(reached), 0, -1)
 
     def _across(self, slopes: Array) -> Array:
         lengths = np.diff(self.orbit.breakpoints)
-        weights = gauss_collocation(STAGES).weights
-        return np.asarray(np.einsum("n,i,nijk->njk", lengths, weights, slopes))
+        gained = gauss_collocation(STAGES).weights @ _flat(slopes)
+        return (lengths[:, None] * gained).reshape(len(lengths), *slopes.shape[2:])
 
     def _solve(self, sources: Array) -> Array:
         """Node slopes of each step from rest, for `sources` at its nodes, same shape."""
