@@ -26,14 +26,6 @@ def raised(series: Series, power: int = 1) -> Series:
     return higher
 
 
-def integrated(series: Array) -> Array:
-    """Integral of the series from 0, in its variable."""
-    degrees = np.arange(1, len(series)).reshape(-1, *[1] * (series.ndim - 1))
-    integral = np.zeros_like(series)
-    integral[1:] = series[:-1] / degrees
-    return integral
-
-
 def over_one_plus(series: Array, factor: float) -> Array:
     """The series divided by 1 + factor times the variable."""
     quotient = series.copy()

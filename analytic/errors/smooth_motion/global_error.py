@@ -128,7 +128,7 @@ def expansion(flow: TangentFlow, scheme: RotorStep, terms: int = 2) -> Mapping[i
     found: dict[int, Response] = {}
     for order in range(first, last + 1, stride):
         m = order + 1
-        stepped = scheme.advance(step, *state)
+        stepped = scheme.advance(step, *(series[: m + 1] for series in state))
         source = np.stack([a[m] - b[m] for a, b in zip(stepped, flown, strict=True)], axis=-1)
         for lower, response in found.items():
             j = m - lower

@@ -10,8 +10,8 @@ import numpy as np
 from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.truncated_series import (
-    integrated,
     over_one_plus,
+    product,
     raised,
     sine_cosine,
 )
@@ -31,10 +31,12 @@ class StepSeries:
     def undamped(self, fraction: float, theta: Array) -> Array:
         """Series of the acceleration at t + fraction h, damping left out."""
         rotor = self.rotor
-        sine, cosine = sine_cosine(theta)
-        total = rotor.cos * cosine - rotor.sin * sine - rotor.stiffness * theta
-        if rotor.sin2:
-            total += rotor.sin2 * sine_cosine(2 * theta)[0]
+        total = -rotor.stiffness * theta
+        if not rotor.linear:
+            sine, cosine = sine_cosine(theta)
+            total += rotor.cos * cosine - rotor.sin * sine
+            if rotor.sin2:
+                total += 2 * rotor.sin2 * product(sine, cosine)
         if not rotor.autonomous:
             total += self._forcing(fraction if self.control is None else self.control, len(theta))
         return np.asarray(total)
@@ -52,11 +54,12 @@ class StepSeries:
 
 
 def exact(step: StepSeries, theta: Array, theta_dot: Array) -> Pair:
-    """Series of the motion itself after h, by Picard iteration: each pass is right to one degree
-    more."""
-    x, v = theta, theta_dot
-    for _ in range(len(theta)):
-        v, x = theta_dot + integrated(step.acceleration(1.0, x, v)), theta + integrated(v)
+    """Series of the motion itself after h, whose degrees follow from the acceleration's, each from
+    lower ones."""
+    x, v = theta.copy(), theta_dot.copy()
+    for n in range(1, len(theta)):
+        v[n] += step.acceleration(1.0, x[:n], v[:n])[-1] / n
+        x[n] += v[n - 1] / n
     return x, v
 
 

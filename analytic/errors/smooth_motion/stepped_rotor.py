@@ -274,18 +274,20 @@ def _jointed(
     def build(given: tuple[Any, ...], sin: Function, cos: Function) -> Step:
         push = _Torques(rotor, step, scheme, given, sin, cos).push()
         down, damping = given[2], given[3]
+        lever, pulled = step / part, part / step
+        weight = lever * down
 
         def advance(t: Any, x: Any, w: Any, v: Any, a: Any, b: Any, pull: Any) -> State:
             turned = step * w
             s, c = sin(turned), cos(turned)
             x = x + turned
-            out, aside, weight = 1.0 + kept * a, turned + kept * b, step / part * down
-            back, along = -rate * a, v + step / part * (push(t, 0.0) - damping * w)
+            out, aside = 1.0 + kept * a, turned + kept * b
+            back, along = -rate * a, v + lever * (push(t, 0.0) - damping * w)
             outwards = c * back + s * along + weight * cos(x)
             along = c * along - s * back - weight * sin(x)
             a, b = c * out + s * aside - 1.0, c * aside - s * out
             w = w + part * (along - w + rate * b)
-            return x, w, w - rate * b, a, b, part / step * (outwards + rate * a)
+            return x, w, w - rate * b, a, b, pulled * (outwards + rate * a)
 
         def observe(x: Any, w: Any, v: Any, a: Any, b: Any, pull: Any) -> tuple[Any, ...]:
             return (x, w) if rod is None else (x, w, rod.mass * rod.length * pull)
