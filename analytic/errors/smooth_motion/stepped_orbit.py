@@ -118,19 +118,20 @@ def _blocks(
     blocks, states = len(lengths), reached[:, :-1].copy()
     flow = np.broadcast_to(np.eye(size), (blocks, size, size)).copy()
     forced, rounded = np.zeros((blocks, size, count)), np.zeros((blocks, size, size))
+    begun = np.zeros((size, size + count, blocks), dtype=complex)
+    begun.imag[:, :size] = TINY * np.eye(size)[:, :, None]
+    after, diagonal = np.empty_like(begun), np.arange(size)
     for n in range(int(lengths.max())):
         on = lengths > n
-        begun = np.zeros((size, size + count, blocks), dtype=complex)
         begun.real = states[:, None, :]
-        begun.imag[:, :size] = TINY * np.eye(size)[:, :, None]
         begun.imag[:, size:] = TINY * np.moveaxis(forced, 0, -1)
-        after = np.array(np.broadcast_arrays(*advance((marks[:-1] + n) * step, *begun)))
-        slopes = np.moveaxis(after.imag / TINY, -1, 0)  # (blocks, size, size + count)
-        matrix = slopes[:, :, :size]
-        new = after[:, 0].real
-        noise = ROUNDOFF * step_map.noise(new)
+        for part, values in zip(after, advance((marks[:-1] + n) * step, *begun), strict=True):
+            part[...] = values
+        # (blocks, size, size + count), in this order in memory, as products of matrices need it
+        slopes = np.ascontiguousarray(np.moveaxis(after.imag, -1, 0)) / TINY
+        matrix, new = slopes[:, :, :size], after[:, 0].real.copy()
         carried = matrix @ rounded @ np.swapaxes(matrix, 1, 2)
-        carried += np.eye(size) * (noise**2).T[:, :, None]
+        carried[:, diagonal, diagonal] += (ROUNDOFF * step_map.noise(new)).T ** 2
         if on.all():
             states, flow, forced, rounded = new, matrix @ flow, slopes[:, :, size:], carried
             continue
