@@ -212,3 +212,14 @@ def test_a_change_of_5e_11_near_the_top_is_detected(name: str) -> None:
     found = errors(motion, orbit, PERIODS * motion.period)
     for quantity in ("period", "theta", "theta_dot"):
         assert found[quantity] > 1.0, quantity
+
+
+def test_an_uncertainty_does_not_depend_on_what_was_asked_before() -> None:
+    def rotation() -> PendulumMotion:
+        return PendulumMotion(SIMPLE, 1.0, 0.3, 7.0)
+
+    asked = rotation()
+    for last in (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 1.0):  # more angles than are kept
+        times = np.linspace(0.0, last, 20)
+        for name, known in rotation().uncertainty(times).items():
+            np.testing.assert_array_equal(asked.uncertainty(times)[name], known)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -14,6 +15,22 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import Trigonome
 from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
+
+
+KEPT = 4  # roundings: the largest angle is that of one end of the run or of the other
+
+
+@dataclass(frozen=True)
+class Fastest:
+    """Where in its first period a motion is fastest: the time [s], theta [rad], theta_dot
+    [rad/s]."""
+
+    time: float
+    theta: float
+    rate: float
+    rounded: dict[float, EllipticMotion] = field(default_factory=dict, compare=False)
+    """Those last asked for, by the angle [rad] whose rounding it is: the motion from there, then
+    with theta, then with theta_dot changed by a rounding."""
 
 
 class ExactMotion(Protocol):
@@ -31,6 +48,8 @@ class ExactMotion(Protocol):
     def period(self) -> float: ...
     @property
     def neighbours(self) -> EllipticMotion: ...
+    @property
+    def fastest(self) -> Fastest: ...
     @property
     def rotor(self) -> DrivenRotor: ...
     def state(self, times: Array) -> tuple[Array, Array]: ...
@@ -50,25 +69,34 @@ def uncertainty(motion: ExactMotion, times: Array) -> Mapping[str, Array]:
     for values, total in zip(motion.neighbours.state(times[None, :]), moved, strict=True):
         total += np.abs(values[1:] - values[:1]).sum(axis=0)
     if np.isfinite(motion.period):
-        for change, total in zip(_rounded_where_fastest(motion, times), moved, strict=True):
+        for change, total in zip(_rounded_where_fastest(motion, times, theta), moved, strict=True):
             total += change
     return dict(zip(names, moved, strict=True))
 
 
-def _rounded_where_fastest(motion: ExactMotion, times: Array) -> tuple[Array, Array]:
-    """Change of theta and theta_dot by a rounding of both where the motion is fastest."""
+def fastest(motion: ExactMotion) -> Fastest:
+    """Where `motion`, which is periodic, is fastest."""
     first = np.linspace(0.0, motion.period, 128)
     angles, rates = motion.state(first)
     at = int(np.abs(rates).argmax())
-    theta, rate = float(angles[at]), float(rates[at])
-    ulp = quad(ULP)
+    return Fastest(float(first[at]), float(angles[at]), float(rates[at]))
+
+
+def _rounded_where_fastest(motion: ExactMotion, times: Array, angles: Array) -> tuple[Array, Array]:
+    """Change of theta and theta_dot, theta being `angles` [rad], by a rounding of both where the
+    motion is fastest."""
+    place, ulp = motion.fastest, quad(ULP)
     # The rounding of an angle grows with the number of turns, and the force's with it; late
     # roundings have less time to act, so that half of the last angle represents all of them.
-    wound = max(abs(theta), 0.5 * float(np.abs(motion.state(times)[0]).max(initial=0.0)))
-    starts = quad(theta) + np.array([[quad(0.0)], [wound * ulp], [quad(0.0)]])
-    speeds = quad(rate) + np.array([[quad(0.0)], [quad(0.0)], [rate * ulp]])
-    rows = solve(motion.exact_potential, motion.inertia, starts, speeds)
-    after = np.maximum(times - first[at], 0.0)[None, :]
+    wound = max(abs(place.theta), 0.5 * float(np.abs(angles).max(initial=0.0)))
+    if wound not in place.rounded:
+        starts = quad(place.theta) + np.array([[quad(0.0)], [wound * ulp], [quad(0.0)]])
+        speeds = quad(place.rate) + np.array([[quad(0.0)], [quad(0.0)], [place.rate * ulp]])
+        if len(place.rounded) == KEPT:
+            place.rounded.clear()
+        place.rounded[wound] = solve(motion.exact_potential, motion.inertia, starts, speeds)
+    rows = place.rounded[wound]
+    after = np.maximum(times - place.time, 0.0)[None, :]
     x, v = (np.abs(values[1:] - values[:1]).sum(axis=0) for values in rows.state(after))
     return x, v
 
