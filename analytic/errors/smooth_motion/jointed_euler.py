@@ -50,7 +50,7 @@ class JointedStep:
     the joint's pull over the tension of that state, per mass and length [1/s^2]."""
 
     theta: Array
-    theta_dot: Array
+    theta_dot: Array  # its last term is not to be used
     opening: Complex  # its last term is not to be used
     excess: Array  # its last two terms are not to be used
 
@@ -155,16 +155,19 @@ def expansion(flow: TangentFlow, closing: float) -> JointedErrors:
     openings: list[tuple[Complex, ...]] = []  # each Q_p and its derivatives, at the nodes
     opening = np.zeros(state[0].shape, dtype=complex)
     for power in range(1, TERMS + 2):
+        degrees = slice(power + 3)  # up to two powers more, of which the last is not to be used
         if math.isinf(closing):
             opening = _trailing(flown[1], responses)
         else:
-            step = stepped(flow.rotor, flow.times, closing, state[0], state[1], opening)
+            series = (part[degrees] for part in (*state, opening))
+            step = stepped(flow.rotor, flow.times, closing, *series)
             source = step.opening[power + 1].copy()
             for lower, known in enumerate(openings):
                 source -= known[power - lower] / math.factorial(power - lower)
             openings.append(_relaxed(flow, closing, source))
             opening[power] = openings[-1][0]
-        step = stepped(flow.rotor, flow.times, closing, state[0], state[1], opening)
+        series = (part[degrees] for part in (*state, opening))
+        step = stepped(flow.rotor, flow.times, closing, *series)
         if power > TERMS:
             break
         m = power + 1
@@ -197,12 +200,13 @@ def _relaxed(flow: TangentFlow, closing: float, source: Complex) -> tuple[Comple
     system = np.eye(STAGES) + lengths[:, None, None] * loss[:, :, None] * rule.integral
     right = np.stack([source, -loss], axis=-1)
     forced, free = np.moveaxis(np.linalg.solve(system, right), -1, 0)
-    start, values, slopes = 0j, np.empty_like(source), np.empty_like(source)
-    for n, length in enumerate(lengths):
-        slopes[n] = forced[n] + free[n] * start
-        values[n] = start + length * rule.integral @ slopes[n]
-        start += length * complex(rule.weights @ slopes[n])
-    known = [values, slopes]
+    gains, grown = lengths * (forced @ rule.weights), 1.0 + lengths * (free @ rule.weights)
+    starts = [0j]
+    for gain, factor in zip(gains[:-1].tolist(), grown[:-1].tolist(), strict=True):
+        starts.append(factor * starts[-1] + gain)
+    start = np.array(starts)[:, None]
+    slopes = forced + free * start
+    known = [start + lengths[:, None] * (slopes @ rule.integral.T), slopes]
     for _ in range(TERMS):
         known.append(known[-1] @ rule.derivative.T / lengths[:, None])
     return tuple(known)

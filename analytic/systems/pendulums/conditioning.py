@@ -16,7 +16,6 @@ from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
 
-
 KEPT = 4  # roundings: the largest angle is that of one end of the run or of the other
 
 
