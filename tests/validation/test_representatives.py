@@ -42,11 +42,11 @@ def test_cases_beyond_those_that_are_kept_are_left_out() -> None:
 
 
 def test_a_part_is_left_out_that_is_small(request: pytest.FixtureRequest) -> None:
-    """Of what this run has collected, where it has the whole suite: at most one test in ten."""
+    """Of what this run has collected, where it has the whole suite: at most one test in five."""
     every = request.session.items
     if len(every) < 1000 or request.config.getoption("--suite") == "short":
         pytest.skip("not the whole suite")
-    assert len(left_out(every)) < 0.1 * len(every)
+    assert len(left_out(every)) < 0.2 * len(every)
 
 
 @pytest.mark.parametrize(("where", "suite"), [("Makefile", "short"), (".ci/run", "whole")])
