@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -15,21 +15,6 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import Trigonome
 from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
-
-KEPT = 4  # roundings: the largest angle is that of one end of the run or of the other
-
-
-@dataclass(frozen=True)
-class Fastest:
-    """Where in its first period a motion is fastest: the time [s], theta [rad], theta_dot
-    [rad/s]."""
-
-    time: float
-    theta: float
-    rate: float
-    rounded: dict[float, EllipticMotion] = field(default_factory=dict, compare=False)
-    """Those last asked for, by the angle [rad] whose rounding it is: the motion from there, then
-    with theta, then with theta_dot changed by a rounding."""
 
 
 class ExactMotion(Protocol):
@@ -48,9 +33,8 @@ class ExactMotion(Protocol):
     @property
     def neighbours(self) -> EllipticMotion: ...
     @property
-    def fastest(self) -> Fastest: ...
-    @property
     def rotor(self) -> DrivenRotor: ...
+    def __hash__(self) -> int: ...
     def state(self, times: Array) -> tuple[Array, Array]: ...
 
 
@@ -73,31 +57,36 @@ def uncertainty(motion: ExactMotion, times: Array) -> Mapping[str, Array]:
     return dict(zip(names, moved, strict=True))
 
 
-def fastest(motion: ExactMotion) -> Fastest:
-    """Where `motion`, which is periodic, is fastest."""
-    first = np.linspace(0.0, motion.period, 128)
-    angles, rates = motion.state(first)
-    at = int(np.abs(rates).argmax())
-    return Fastest(float(first[at]), float(angles[at]), float(rates[at]))
-
-
 def _rounded_where_fastest(motion: ExactMotion, times: Array, angles: Array) -> tuple[Array, Array]:
     """Change of theta and theta_dot, theta being `angles` [rad], by a rounding of both where the
     motion is fastest."""
-    place, ulp = motion.fastest, quad(ULP)
+    time, theta, _ = _fastest(motion)
     # The rounding of an angle grows with the number of turns, and the force's with it; late
     # roundings have less time to act, so that half of the last angle represents all of them.
-    wound = max(abs(place.theta), 0.5 * float(np.abs(angles).max(initial=0.0)))
-    if wound not in place.rounded:
-        starts = quad(place.theta) + np.array([[quad(0.0)], [wound * ulp], [quad(0.0)]])
-        speeds = quad(place.rate) + np.array([[quad(0.0)], [quad(0.0)], [place.rate * ulp]])
-        if len(place.rounded) == KEPT:
-            place.rounded.clear()
-        place.rounded[wound] = solve(motion.exact_potential, motion.inertia, starts, speeds)
-    rows = place.rounded[wound]
-    after = np.maximum(times - place.time, 0.0)[None, :]
+    wound = max(abs(theta), 0.5 * float(np.abs(angles).max(initial=0.0)))
+    rows = _rounded(motion, wound)
+    after = np.maximum(times - time, 0.0)[None, :]
     x, v = (np.abs(values[1:] - values[:1]).sum(axis=0) for values in rows.state(after))
     return x, v
+
+
+@lru_cache(maxsize=16)
+def _fastest(motion: ExactMotion) -> tuple[float, float, float]:
+    """When in its first period a motion is fastest [s], with theta [rad] and theta_dot [rad/s]."""
+    first = np.linspace(0.0, motion.period, 128)
+    angles, rates = motion.state(first)
+    at = int(np.abs(rates).argmax())
+    return float(first[at]), float(angles[at]), float(rates[at])
+
+
+@lru_cache(maxsize=32)  # the largest angle is that of one end of the run or of the other
+def _rounded(motion: ExactMotion, wound: float) -> EllipticMotion:
+    """The motion from where it is fastest, then with theta changed by the rounding of an angle
+    `wound` [rad], then with theta_dot by that of its own."""
+    (_, theta, rate), ulp = _fastest(motion), quad(ULP)
+    starts = quad(theta) + np.array([[quad(0.0)], [wound * ulp], [quad(0.0)]])
+    speeds = quad(rate) + np.array([[quad(0.0)], [quad(0.0)], [rate * ulp]])
+    return solve(motion.exact_potential, motion.inertia, starts, speeds)
 
 
 def nonlinearity(motion: ExactMotion, times: Array, errors: Mapping[str, Array]) -> float:

@@ -25,12 +25,7 @@ from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.pendulums.conditioning import (
-    Fastest,
-    fastest,
-    nonlinearity,
-    uncertainty,
-)
+from plumbob.analytic.systems.pendulums.conditioning import nonlinearity, uncertainty
 
 Regime = Literal["rest", "libration", "rotation", "separatrix"]
 _FEW = 256  # for fewer times a table costs more than it saves
@@ -112,11 +107,6 @@ class PendulumMotion:
         for i in range(6):
             factors[i, i + 1] = factors[i, i + 1] + quad(ULP)
         return self._solve(*(factor[:, None] for factor in factors))
-
-    @cached_property
-    def fastest(self) -> Fastest:
-        """Where the motion is fastest."""
-        return fastest(self)
 
     @property
     def regime(self) -> Regime:
