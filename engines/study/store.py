@@ -152,11 +152,11 @@ def _digest(store: sqlite3.Connection, number: int, part: str, scene: str) -> st
 
 
 def _intact(store: sqlite3.Connection, number: int, *parts: tuple[str, str]) -> None:
-    """Raises ValueError where a study, or one of these parts of it, is not as it was stored."""
+    """Raises ValueError where one of these parts of a study is not as it was stored."""
     query = "select part, scene, digest from checksum where study = ?"
     rows = store.execute(query, (number,)).fetchall()
     held = {(part, scene): digest for part, scene, digest in rows}
-    for part, scene in (("study", ""), *parts):
+    for part, scene in parts:
         if held.get((part, scene)) != _digest(store, number, part, scene):
             of = f", {scene or part}," if part != "study" else ""
             raise ValueError(f"study {number}{of} is not as it was stored")
@@ -167,7 +167,7 @@ def _numbers(store: sqlite3.Connection, scene: str | None = None) -> list[int]:
     query = "select id from study union select study from checksum order by 1"
     every = [number for (number,) in store.execute(query).fetchall()]
     for number in every:
-        _intact(store, number)
+        _intact(store, number, ("study", ""))
     if scene is None:
         return every
     query = "select study from checksum where part = 'scene' and scene = ? order by study"
