@@ -4,15 +4,13 @@ import os
 import sys
 
 INTERRUPTED = 130
-# No command opens a window: MuJoCo need not look for a library that does, which takes a process of
-# its own that an interrupt of the terminal would end with a traceback.
-NO_WINDOW = {"MUJOCO_GL": "disable"}
 
 
 def main() -> int:
     """Run the command line; returns its exit code."""
-    for name, value in NO_WINDOW.items():
-        os.environ.setdefault(name, value)
+    # No command opens a window: MuJoCo need not look for a library that does, which takes a process
+    # of its own that an interrupt of the terminal would end with a traceback.
+    os.environ.setdefault("MUJOCO_GL", "disable")
     try:
         from plumbob.reports.cli import main as run
 

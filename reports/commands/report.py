@@ -46,7 +46,7 @@ def command(chosen: argparse.Namespace) -> int:
             text = render(study, section, others=versions(history, chosen.out), jobs=jobs)
             print(written(text, single.parent, single.name))
     except UndeclaredRun as missing:
-        need = "that of a study with every run that these pages show, by this version and undamaged"
+        need = "that of a study with every run that these pages show, by this version"
         raise ParameterError("store", store.FILE, need) from missing
     return 0
 
