@@ -77,13 +77,14 @@ class Validation(pytest.Item):
 
     def runtest(self) -> None:
         """Raises Unexpected; skips where the engine is not installed."""
-        from plumbob.engines.study.convergence import convergence_study
+        from plumbob.engines.study.convergence import SEED, convergence_study
         from plumbob.engines.study.runner import most_steps
         from plumbob.models.registry import case_of
         from plumbob.reports.judge.expectations import surprise
         from plumbob.reports.judge.verdict import judge_convergence
 
-        found = convergence_study(self.scene, self.method, most_steps(self.scene, self.profile))
+        most = most_steps(self.scene, self.profile)
+        found = convergence_study(self.scene, self.method, most, seed=SEED)
         case = case_of(self.scene)
         about = case.system.quantities(case)
         judgement = judge_convergence(found, case.system, self.method, about)

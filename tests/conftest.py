@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from hypothesis import settings
 
+from plumbob.engines.study.convergence import SEED
 from plumbob.tests.contracts.second_copies import second_copies
 from plumbob.tests.contracts.tree import layer_modules
 from plumbob.tests.sharing.shared import share
@@ -141,6 +142,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--profile", choices=("quick", "full"), default="quick", help="how much to run")
     group.addoption("--scenes", metavar="GLOB", default="*", help="scenes by name, as 'cone-*'")
     group.addoption("--methods", metavar="GLOB", default="*", help="methods by name, as 'ode/*'")
+    group.addoption("--seed", type=int, default=SEED, help="draws one more step for each pair")
     group.addoption(
         "--suite", choices=("whole", "short"), default="whole",
         help="short: without what takes seconds; scenes and methods that stand for the rest",

@@ -13,7 +13,7 @@ import numpy as np
 
 from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters import sampling
+from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_errors
 from plumbob.engines.adapters.three_feet import CAPSULE

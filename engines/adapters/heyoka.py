@@ -19,8 +19,8 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.sampling import SAMPLES
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
+from plumbob.engines.sampling import SAMPLES
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 

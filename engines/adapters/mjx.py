@@ -16,7 +16,7 @@ import numpy as np
 
 from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters import sampling
+from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.registry import find_builder

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from plumbob.engines.adapters import sampling
+from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.method import Stepping
 from plumbob.engines.trajectory import Trajectory

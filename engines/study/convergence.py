@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import random
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 
@@ -27,6 +28,7 @@ TRACE = 160  # points of an error curve: as many as a plot can show
 DEFAULT = ("mujoco/euler", 2e-3)  # MuJoCo's default settings: method and step [s]
 PER_OCTAVE, OCTAVES = 3, 5  # step sizes for a method that no theory covers
 FURTHER = 8  # times the most steps, for a method with steps of its own: three halvings
+SEED = 1  # of the steps that are drawn, unless another is chosen
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,8 @@ class ConvergenceStudy:
     predicted_order: Order | None = None  # the same fit to what theory predicts at those steps
     trace: Trace | None = None
     cut: bool = False  # the finest step sizes were left out: too many steps
+    drawn: Measurement | None = None
+    """One more run, at a step that nobody listed: judged, and part of nothing else."""
 
 
 def convergence_study(
@@ -58,11 +62,12 @@ def convergence_study(
     most_steps: int,
     step_sizes: tuple[float, ...] = (),
     keep: Callable[[float, Trajectory], None] = lambda step, run: None,
+    seed: int | None = None,
 ) -> ConvergenceStudy:
     """Run `scene` with `method` at its step sizes (or those given), coarse to fine, leaving out
     runs of more than `most_steps`, and stopping two step sizes after the error reaches its floor;
-    where no theory covers the method, at steps between them too. `keep` is given each run, for what
-    a measurement does not hold."""
+    where no theory covers the method, at steps between them too; and at one that `seed` draws.
+    `keep` is given each run, for what a measurement does not hold."""
     case = case_of(scene)
     leading = case.system.observables[0].name
     chosen = chosen_step_sizes(scene, method, most_steps, step_sizes)
@@ -97,9 +102,27 @@ def convergence_study(
     )
     trace = _trace(*finest, leading, case.reference) if finest else None
     taken.sort(key=lambda m: -m.step)
+    another = None if seed is None else drawn_step(taken, scene, method, seed)
+    drawn = None if another is None else measure(case, method, another, second)[0]
     return ConvergenceStudy(
-        scene.name, method.name, tuple(taken), *_orders(taken, leading, method), trace, cut
+        scene.name, method.name, tuple(taken), *_orders(taken, leading, method), trace, cut, drawn
     )
+
+
+def drawn_step(
+    taken: Sequence[Measurement], scene: Scene, method: Method, seed: int
+) -> float | None:
+    """A step [s], or tolerance, between those of the runs that were `taken`, of which every octave
+    is as likely, the finest left out where there are more: it costs most. None where no two runs
+    reached their end."""
+    done = [m.step for m in taken if m.status == "done"]
+    if len(done) < 2 or own_steps(method):
+        return None
+    coarse, fine = max(done), min(done)
+    if method.control == "step" and coarse > 4.0 * fine:
+        fine *= 2.0
+    draw = random.Random(f"{seed} {scene.name} {method.name}")
+    return math.exp(draw.uniform(math.log(fine), math.log(coarse)))
 
 
 def chosen_step_sizes(

@@ -22,6 +22,9 @@ BESIDE = 100  # reference steps before and after each timing
 ENOUGH, CLOSE = 3, 0.08
 NO_RUNS: Mapping[Key, Stepping] = MappingProxyType({})
 EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of a long run's
+# What is timed may differ so much from what a whole run takes a step: reading its samples, or
+# waiting for a busy machine, adds less than a factor of two on every pair of the quick profile.
+APART, HELD = 3.0, 3  # a factor, and how many whole runs confirm that it is exceeded
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,13 @@ class Cost:
     ratio: float
     compile_seconds: float
     repeats: int
+    whole_run: float = 1.0
+    """Time of a step in a whole run over that of a step timed here; 1 within a factor of APART."""
+
+    @property
+    def believed(self) -> bool:
+        """Whether steps that are timed take what they take in a whole run."""
+        return 1.0 / APART <= self.whole_run <= APART
 
 
 def costs(
@@ -101,10 +111,32 @@ def costs(
                 ratios[key].append(1e9 * run.seconds / run.steps / beside)
     unit = statistics.median(rules)
     return {
-        key: _cost(values, unit, ready[key].simulation.compile_seconds)
+        key: replace(_cost(values, unit, ready[key].simulation.compile_seconds),
+                     whole_run=_whole_run(ready[key], unit * values[0], runs.get(key)))
         for key, values in ratios.items()
         if values
-    }, unit
+    }, unit  # fmt: skip
+
+
+def _whole_run(piece: Piece, ns_per_step: float, known: Stepping | None) -> float:
+    """Time of a step in a whole run over `ns_per_step` [ns], that of a step of a `piece`: where the
+    run that is `known` says that they are APART, by medians of HELD of both, in turn, a whole run's
+    without the time that it waits; else 1."""
+    if known is None or not known.steps:
+        return 1.0
+    if 1.0 / APART <= 1e9 * known.seconds / known.steps / max(ns_per_step, 1e-3) <= APART:
+        return 1.0
+    whole, timed = [], []
+    for _ in range(HELD):
+        begin, computed = time.perf_counter(), time.thread_time()
+        run = piece.simulation.run()
+        elapsed, computed = time.perf_counter() - begin, time.thread_time() - computed
+        taken = piece.stepped()
+        if not run.steps or not taken.steps:
+            return 1.0
+        whole.append(run.seconds * min(1.0, computed / elapsed) / run.steps)
+        timed.append(taken.seconds / taken.steps)
+    return statistics.median(whole) / max(statistics.median(timed), 1e-12)
 
 
 def reference_step(steps: int = 2_000) -> Callable[[], float]:

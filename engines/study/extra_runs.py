@@ -11,6 +11,7 @@ from plumbob.engines.method import Method, Trimming, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
+from plumbob.engines.study.measurement import not_asked_for
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
@@ -118,18 +119,21 @@ def _recording(request: ExtraRun, scene: Scene, method: Method) -> Trajectory | 
         return None
     changed = replace(method, settings={**method.settings, **dict(request.settings)})
     try:
-        return _whole(engine_of(method).prepare(case_of(scene), changed, request.step).run())
+        run = engine_of(method).prepare(case_of(scene), changed, request.step).run()
     except Unsupported:
         return None
+    return _whole(run, scene, changed, request.step)
 
 
-def _whole(run: Trajectory) -> Trajectory | None:
-    """A run that reached its end."""
-    return run if run.diverged_at is None else None
+def _whole(run: Trajectory, scene: Scene, method: Method, step: float) -> Trajectory | None:
+    """A run that reached its end, with the samples that were asked for."""
+    if run.diverged_at is not None or not_asked_for(case_of(scene), method, step, run):
+        return None
+    return run
 
 
 def convergence_with(
-    scene: Scene, method: Method, most_steps: int, asked: Sequence[ExtraRun]
+    scene: Scene, method: Method, most_steps: int, asked: Sequence[ExtraRun], seed: int
 ) -> tuple[ConvergenceStudy, dict[ExtraRun, Trajectory | None]]:
     """The convergence study of a pair, and the recordings of the same pair that are `asked` for:
     those of its own runs where the steps are the same, others run beside them."""
@@ -137,9 +141,9 @@ def convergence_with(
 
     def keep(step: float, run: Trajectory) -> None:
         if any(request.step == step for request in asked):
-            runs[step] = _whole(run)
+            runs[step] = _whole(run, scene, method, step)
 
-    found = convergence_study(scene, method, most_steps, keep=keep)
+    found = convergence_study(scene, method, most_steps, keep=keep, seed=seed)
     for request in asked:
         if request.step not in runs:
             runs[request.step] = _recording(request, scene, method)

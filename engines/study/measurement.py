@@ -16,13 +16,14 @@ from plumbob.analytic.errors.theory import SteppedErrors, reaches
 from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
+from plumbob.engines.sampling import cut_short
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case, Quantity
 
 # Of the difference to a second run with a much smaller tolerance: its error is at most half.
 SURE = 2.0
 REFERENCE_STEP = 1e-3  # [s] that errors of fixed-step methods are shown at
-Status = Literal["done", "diverged", "unsupported", "missing"]
+Status = Literal["done", "diverged", "cut-short", "unsupported", "missing"]
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,7 @@ def measure(
     except Unsupported as why:
         return _with(blank, reason=str(why)), None
     run = simulation.run()
-    if run.diverged_at is not None or len(run.times) < 2:
+    if run.diverged_at is not None:
         return _with(
             blank,
             status="diverged",
@@ -132,6 +133,8 @@ def measure(
             seconds=run.seconds,
             warnings=run.warnings,
         ), run
+    if short := not_asked_for(case, method, step, run):
+        return _with(blank, status="cut-short", reason=f"the run is cut short: {short}"), run
     drifts = _drifts(case, run)
     scheme = scheme_of(case, method)
     return _with(
@@ -147,6 +150,12 @@ def measure(
         warnings=run.warnings,
         note="" if scheme.known else f"no error theory for the scheme '{scheme}'",
     ), run
+
+
+def not_asked_for(case: Case, method: Method, step: float, run: Trajectory) -> str:
+    """Why a run that did not diverge is not the one asked for; empty where it is."""
+    fixed = step if method.control == "step" else None
+    return cut_short(run, case.scene.duration, fixed)
 
 
 def scheme_of(case: Case, method: Method) -> Scheme:
@@ -243,7 +252,8 @@ class _Second:
 def _confirmed(second: _Second) -> Trajectory | None:
     """The trajectory of such a run; None where it fails."""
     run = engine_of(second.method).prepare(second.case, second.method, second.tolerance).run()
-    return None if run.diverged_at is not None or len(run.times) < 2 else run
+    whole = not not_asked_for(second.case, second.method, second.tolerance, run)
+    return run if run.diverged_at is None and whole else None
 
 
 def _controlled(

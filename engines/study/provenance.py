@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cache
@@ -48,15 +48,19 @@ def provenance(command: str) -> Provenance:
 
 def versions_of(method: Method) -> Mapping[str, str]:
     """The versions that decide what a method's runs give, those of its engine among them."""
-    engine = engine_of(method)
-    packages = ("numpy", "scipy", "numpy-quaddtype", *OF_ENGINES.get(engine.name, [engine.package]))
+    packages = ("numpy", "scipy", "numpy-quaddtype", *packages_of(engine_of(method)))
     found = {"plumbob": _version("plumbob"), "Python": platform.python_version()}
     return found | {package: _version(package) for package in packages}
 
 
+def packages_of(engine: Engine) -> Sequence[str]:
+    """The distributions that an engine consists of."""
+    return OF_ENGINES.get(engine.name, (engine.package,))
+
+
 def version_of(engine: Engine) -> str:
     """The version of an engine's own package."""
-    return _version(OF_ENGINES.get(engine.name, (engine.package,))[0])
+    return _version(packages_of(engine)[0])
 
 
 def changed_since(stored: Provenance) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from plumbob.engines.method import Method, Trimming
-from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.convergence import SEED, ConvergenceStudy
 from plumbob.engines.study.cost import Cost, Key
 from plumbob.engines.study.extra_runs import (
     ExtraConvergence,
@@ -43,6 +43,7 @@ class Study:
     """The quantities of interest of each scene, likewise."""
     extras: Mapping[Request, Result] = field(default_factory=dict)  # what findings declared
     provenance: Provenance = field(default_factory=Provenance)
+    seed: int = SEED  # that drew one more step for each pair
 
     def observables(self, scene: str) -> Observables:
         """The observables of a scene, the leading one first."""

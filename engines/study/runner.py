@@ -14,6 +14,7 @@ from plumbob.engines.added import one_line
 from plumbob.engines.method import Method, Stepping, meant
 from plumbob.engines.registry import find_engine
 from plumbob.engines.study.convergence import (
+    SEED,
     ConvergenceStudy,
     chosen_step_sizes,
     own_steps,
@@ -80,14 +81,15 @@ def run_study(
     requests: Requests = nothing_more,
     command: str = "",
     kept: Pieces | None = None,
+    seed: int = SEED,
 ) -> Study:
     """Measure every method on every scene, and make what `requests` asks for beside it, in this
     process or, for two `jobs` and more, in so many others, or in those given; `executor`, where
     given, runs the error half in their place (a Dask client's will do); `progress` is called with
     what is being done; `command` is what repeats the study; each piece is kept in `kept` at once,
-    and those that are there are not measured again. Timings, of costs and of trimmed models, are
-    made alone, after the rest. What two processes have died of, or hung at, has the status
-    "missing"."""
+    and those that are there are not measured again; `seed` draws one more step for each pair.
+    Timings, of costs and of trimmed models, are made alone, after the rest. What two processes have
+    died of, or hung at, has the status "missing"."""
     begin = time.perf_counter()
     plan = StudyPlan(profile, tuple(scenes), tuple(methods))
     chosen = pairs(scenes, methods)
@@ -96,7 +98,7 @@ def run_study(
             workers.begin(len(chosen), __name__)
         asked = tuple(dict.fromkeys(requests(plan)))
         errors: dict[Hashable, Task] = {
-            (scene.name, method.name): _convergence_task(scene, method, profile, asked)
+            (scene.name, method.name): _convergence_task(scene, method, profile, asked, seed)
             for scene, method in chosen
         }
         errors |= {
@@ -111,7 +113,7 @@ def run_study(
         }
         kept = kept or Unkept()
         kept.begin(
-            key_of(profile, timed, plan.scenes, plan.methods),
+            key_of(profile, timed, plan.scenes, plan.methods, seed),
             [task.key for task in (*errors.values(), *trims.values())],
         )
         several = min(workers.count, len(errors)) > 1
@@ -135,7 +137,7 @@ def run_study(
         {scene.name: system_of(scene).observables for scene in scenes},
         {scene.name: system_of(scene).quantities(case_of(scene)) for scene in scenes},
         {request: extras.get(request) for request in asked},
-        provenance(command),
+        provenance(command), seed,
     )  # fmt: skip
 
 
@@ -245,20 +247,19 @@ def most_steps(scene: Scene, profile: Profile) -> int:
 
 
 def _convergence_task(
-    scene: Scene, method: Method, profile: Profile, asked: Sequence[Request]
+    scene: Scene, method: Method, profile: Profile, asked: Sequence[Request], seed: int
 ) -> Task:
     """The convergence study of a pair, with the recordings of it that are asked for."""
     most, work = most_steps(scene, profile), predicted_work(scene, method, profile)
     own = [r for r in asked if isinstance(r, ExtraRun) and is_of(r, scene, method)]
-    key = key_of("errors", scene, method, most, own, versions_of(method))
-    return Task(
-        f"{scene.name} {method.name}", key, scene.name, work, _pair, (scene, method, most, own)
-    )
+    key = key_of("errors", scene, method, most, own, versions_of(method), seed)
+    about = scene, method, most, own, seed
+    return Task(f"{scene.name} {method.name}", key, scene.name, work, _pair, about)
 
 
-def _pair(scene: Scene, method: Method, most: int, own: Sequence[ExtraRun]) -> Piece:
+def _pair(scene: Scene, method: Method, most: int, own: Sequence[ExtraRun], seed: int) -> Piece:
     try:
-        found, recordings = convergence_with(scene, method, most, own)
+        found, recordings = convergence_with(scene, method, most, own, seed)
     except Exception as error:
         return _given_up(scene, error)
     return Piece(found, {request: run for request, run in recordings.items()})

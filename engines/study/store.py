@@ -61,6 +61,7 @@ class _Head:
     reference_step: float
     seconds: dict[str, float]
     provenance: Provenance
+    seed: int
 
 
 def save(study: Study, file: Path) -> int:
@@ -78,7 +79,9 @@ def add(
 ) -> int:
     """Add a study in an open transaction, under this number where one is given; returns its
     number. `packed_extras` are the rows of `piece_extra` that hold extra runs already."""
-    head = _Head(study.profile, study.reference_step, dict(study.seconds), study.provenance)
+    head = _Head(
+        study.profile, study.reference_step, dict(study.seconds), study.provenance, study.seed
+    )
     number = store.execute(
         "insert into study values (?, ?, ?, ?)",
         (number, study.provenance.date, study.profile, to_json(head)),
@@ -221,7 +224,7 @@ def _loaded(store: sqlite3.Connection, number: int, scene: str | None = None) ->
         head.profile, tuple(s for s, _, _ in scenes),
         tuple(from_json(text, Method) for (text,) in methods), convergence, costs,
         head.reference_step, head.seconds, {s.name: names for s, names, _ in scenes},
-        {s.name: about for s, _, about in scenes}, extras, head.provenance,
+        {s.name: about for s, _, about in scenes}, extras, head.provenance, head.seed,
     )  # fmt: skip
 
 

@@ -17,7 +17,7 @@ from urllib.parse import quote
 from plumbob.analytic.parameters import ParameterError
 
 FILE = "studies.sqlite3"  # its name in a folder of results
-SCHEMA = 5  # of the tables and of the JSON in them; 4 had no checksums
+SCHEMA = 6  # of the tables and of the JSON in them; 5 had no steps that are drawn
 PATIENCE = 5.0  # [s] to wait for another process that has locked the file
 STUDIES = """
 create table if not exists study (

@@ -16,7 +16,12 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
-from plumbob.engines.study.measurement import Measurement, ObservedError, relative_error
+from plumbob.engines.study.measurement import (
+    Measurement,
+    ObservedError,
+    not_asked_for,
+    relative_error,
+)
 from plumbob.engines.sweep.box import Box, NoAnswer, answering
 from plumbob.engines.workers import Work, Workers
 from plumbob.models.registry import scene as find_scene
@@ -236,7 +241,9 @@ def run_error(case: Case, method: Method, step: float) -> float:
     found = Measurement(case.scene.name, method.name, step, "diverged")
     with answering():
         about = case.system.quantities(case)
-        if run.diverged_at is None and len(run.times) > 1:
+        if run.diverged_at is None:
+            if why := not_asked_for(case, method, step, run):
+                raise NoAnswer(f"the run is cut short: {why}")
             exact, names = case.reference.observe(run.times), {q.observable for q in about}
             off = {n: run.observables[n] - exact[n] for n in names if n in run.observables}
             errors = {

@@ -212,6 +212,7 @@ class _Gathering:
             key: cost.ratio * unit if math.isfinite(unit) else cost.ns_per_step
             for found in self.known.values()
             for key, cost in found.study.costs.items()
+            if cost.believed
         }
 
     def runs(self) -> dict[Key, dict[float, Measurement]]:

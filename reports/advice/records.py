@@ -57,13 +57,19 @@ def record(
 def records(
     study: Study, judged: Judgements, own: Sequence[UserResult] = ()
 ) -> list[dict[str, Any]]:
-    """One record a run; that of the user's own settings at their own step says what would be
-    better."""
+    """One record a run, that at the step that was drawn too; that of the user's own settings at
+    their own step says what would be better."""
     better = instead(own)
     by_method = {method.name: method for method in study.methods}
-    return [
-        record(by_method[c.method], m, judgement, c.order, study.costs.get((c.scene, c.method)))
-        | better.get((c.scene, c.method, m.step), {})
-        for c in study.convergence
-        for m, judgement in zip(c.measurements, judged[c.scene, c.method].runs, strict=True)
-    ]
+    found = []
+    for c in study.convergence:
+        both, cost = judged[c.scene, c.method], study.costs.get((c.scene, c.method))
+        runs = list(zip(c.measurements, both.runs, strict=True))
+        if c.drawn is not None and both.whole.drawn is not None:
+            runs.append((c.drawn, both.whole.drawn))
+        for m, judgement in runs:
+            said = record(by_method[c.method], m, judgement, c.order, cost)
+            found.append(
+                said | better.get((c.scene, c.method, m.step), {}) | {"drawn": m is c.drawn}
+            )
+    return found

@@ -30,15 +30,16 @@ class Point:
 
 
 def points(study: Study, scene: str, quantities: Quantities | None = None) -> tuple[Point, ...]:
-    """Every run of `scene` whose cost is known, by method, coarse to fine, with the error of
-    `quantities`, or of what the scene is about; runs that diverged at the end of the curve they
-    belong to, with an infinite error and cost."""
+    """Every run of `scene` whose cost is known and believed, by method, coarse to fine, with the
+    error of `quantities`, or of what the scene is about; runs that diverged at the end of the curve
+    they belong to, with an infinite error and cost."""
     about = study.quantities(scene) if quantities is None else quantities
     return tuple(
         Point(m.method, m.step, error_of(m, about), _cost(m, cost.ns_per_step))
         for convergence_study in study.convergence
         if convergence_study.scene == scene
         and (cost := study.costs.get((scene, convergence_study.method))) is not None
+        and cost.believed
         for m in convergence_study.measurements
         if m.status in ("done", "diverged")
     )

@@ -19,6 +19,7 @@ from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
+from plumbob.engines.study.convergence import SEED
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import pairs, run_study
 from plumbob.engines.study.unfinished import measured_into
@@ -63,6 +64,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--fresh", action="store_true",
         help="measure all of it anew, where a study of the same scenes and methods was cut off",
     )  # fmt: skip
+    parser.add_argument(
+        "--seed", metavar="N", default=str(SEED),
+        help=f"draws one more step for each pair, which is judged too (default: {SEED})",
+    )  # fmt: skip
     parser.add_argument("--out", metavar="DIR", default="plumbob-out", help="where the page goes")
     parser.add_argument(
         "-v", "--verbose", action="store_true", help="print reasons, intervals and step costs too"
@@ -78,6 +83,7 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.like:
         scenes = tuple(beside(scene, methods[0]) for scene in scenes)
     within = None if chosen.within is None else values.positive_number("within", chosen.within)
+    values.count("seed", chosen.seed)
     with values.workers(chosen) as (executor, jobs):
         return _validated(chosen, scenes, methods, within, executor, jobs)
 
@@ -108,6 +114,7 @@ def _validated(
                 measured = run_study(
                     scenes, methods, chosen.profile, workers, executor,
                     progress=show, requests=requests, command=line, kept=kept,
+                    seed=int(chosen.seed),
                 )  # fmt: skip
                 number, given_up = kept.finished(measured)
             except BaseException as error:

@@ -81,14 +81,14 @@ def command(chosen: argparse.Namespace) -> int:
 
 def of_tolerance(case: Case, method: Method, step: float) -> float:
     """The most of its tolerance that an observable's error uses up in a run: above 1 its verdict is
-    `fail`; 0 where nothing is judged, infinite where the run diverged."""
+    `fail`; 0 where nothing is judged, infinite where the run diverged or is cut short."""
     from plumbob.engines.study.measurement import measure
     from plumbob.reports.judge.tolerance import used
     from plumbob.reports.judge.verdict import judge
 
     found, _ = measure(case, method, step)
     if found.status != "done":
-        return math.inf if found.status == "diverged" else 0.0
+        return math.inf if found.status in ("diverged", "cut-short") else 0.0
     allowed = judge(found, case.system, method, case.system.quantities(case)).tolerances
     return max((used(found.errors[n], bound) for n, bound in allowed.items()), default=0.0)
 

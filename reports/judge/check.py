@@ -7,7 +7,7 @@ from typing import Any
 
 from plumbob.analytic.parameters import positive
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.convergence import convergence_study
+from plumbob.engines.study.convergence import SEED, convergence_study
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.study.runner import most_steps
 from plumbob.models.registry import case_of
@@ -47,7 +47,7 @@ def check(
     case = case_of(chosen)
     about = case.system.quantities(case)
     if step is None:
-        runs = convergence_study(chosen, how, most_steps(chosen, "quick"))
+        runs = convergence_study(chosen, how, most_steps(chosen, "quick"), seed=SEED)
         both = judged(runs, case.system, how, about)
         judgement, found = both.whole, tuple(zip(runs.measurements, both.runs, strict=True))
         why = surprise(chosen, how, judgement)

@@ -13,6 +13,7 @@ from typing import Literal, Protocol
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import (
     Measurement,
     ObservedError,
@@ -27,8 +28,8 @@ from plumbob.reports.judge.tolerance import Tolerance, missed, tolerance
 from plumbob.reports.judge.unjudged import declared, undeclared
 
 Verdict = Literal[
-    "pass", "converges", "fail", "not-converging", "diverged", "unsupported", "missing",
-    "pre-asymptotic",
+    "pass", "converges", "fail", "not-converging", "diverged", "cut-short", "unsupported",
+    "missing", "pre-asymptotic",
 ]  # fmt: skip
 NO_STEP_FITS = "no step of the scene's step sizes fits"
 # Rules of judgement, chosen and not derived:
@@ -52,6 +53,10 @@ class Judgement:
     errors: Mapping[float, float] = field(default_factory=dict)
     """Relative errors of the runs that were made, by step [s], of the quantities of interest."""
     inaccurate: bool = False  # the accuracy that a user asked for is missed
+    claims: str = ""  # what the engine says of its runs that is not so
+    drawn: Judgement | None = None  # of the run at a step that nobody listed
+    versions: Mapping[str, str] | None = None
+    """Of the packages that it was measured with; None: those that are installed."""
 
 
 @dataclass(frozen=True)
@@ -85,12 +90,19 @@ def judge_study(study: Study) -> Judgements:
     """The verdicts on everything that a study measured; each run is judged once."""
     methods = {m.name: m for m in study.methods}
     observed = {s.name: StoredObservables(study.observables(s.name)) for s in study.scenes}
-    return {
-        (c.scene, c.method): judged(
-            c, observed[c.scene], methods[c.method], study.quantities(c.scene)
-        )
-        for c in study.convergence
-    }
+    found = {}
+    for c in study.convergence:
+        one = judged(c, observed[c.scene], methods[c.method], study.quantities(c.scene))
+        claims = _of_its_cost(study.costs.get((c.scene, c.method)))
+        whole = replace(one.whole, claims=claims, versions=study.provenance.versions)
+        found[c.scene, c.method] = replace(one, whole=whole)
+    return found
+
+
+def _of_its_cost(cost: Cost | None) -> str:
+    if cost is None or cost.believed:
+        return ""
+    return f"a step in a whole run takes {cost.whole_run:.2g} times what a step is said to cost"
 
 
 def judged(
@@ -103,7 +115,9 @@ def judged(
     several = _Runs(found.measurements, runs, names, method, tuple(about))
     whole = next(verdict for rule in _RULES_OF_RUNS if (verdict := rule(several)) is not None)
     errors = {step: error for run in runs for step, error in run.errors.items()}
-    return Judged(replace(whole, cut=found.cut, unjudged=several.unjudged, errors=errors), runs)
+    drawn = None if found.drawn is None else judge(found.drawn, system, method, about)
+    whole = replace(whole, cut=found.cut, unjudged=several.unjudged, errors=errors, drawn=drawn)
+    return Judged(whole, runs)
 
 
 def judge_convergence(
@@ -311,7 +325,7 @@ class _Runs:
 
 
 def _does_not_run(several: _Runs) -> Judgement | None:
-    return several.first("unsupported") or several.first("missing")
+    return several.first("unsupported") or several.first("missing") or several.first("cut-short")
 
 
 def _drops(several: _Runs) -> Judgement | None:

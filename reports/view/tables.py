@@ -18,7 +18,7 @@ from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
 
 Costs = Mapping[str, Cost]  # by method
-BAD = ("fail", "not-converging", "diverged")
+BAD = ("fail", "not-converging", "diverged", "cut-short")
 
 
 def verdict_cell(scene: str, method: str, judged: Judgement, link: str = "") -> Cell:

@@ -16,7 +16,7 @@ from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
-from plumbob.engines.adapters.sampling import sampled
+from plumbob.engines.sampling import sampled
 from plumbob.models.registry import scene, system_of
 from plumbob.models.scene import Scene
 from plumbob.models.tripod_capsule.turn import EPSILONS, SCENES

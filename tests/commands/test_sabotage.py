@@ -6,21 +6,30 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
+import numpy as np
 import pytest
 
+from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.reference import Array
+from plumbob.engines import registry
+from plumbob.engines.method import Method, Simulation
 from plumbob.engines.study import measurement
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
+from plumbob.reports.judge import known_limits
 from plumbob.tests.commands.outcomes import (
+    Changed,
     Outcome,
+    Prepare,
     break_engine,
     changed_runs,
     misread,
     validated,
+    with_prepare,
     without_pages,
 )
 
@@ -85,6 +94,76 @@ def test_a_known_limit_that_grows_or_shrinks(
 
     changed_runs(monkeypatch, "mujoco", scaled)
     assert red(validate(LINE, "mujoco/rk4"), LINE, "mujoco/rk4") == (factor != 1.0)
+
+
+@pytest.mark.parametrize(
+    ("scene", "method", "factor"),
+    [
+        ("capsule-line/heading-030", "mujoco/euler", 1.05),
+        ("capsule-coast/translation", "mujoco/euler", 0.7),
+        ("capsule-coast/translation", "mujoco/euler+pyramidal", 1.1),
+    ],
+)
+def test_friction_that_is_read_wrongly_hides_in_no_known_limit(
+    validate: Validate, monkeypatch: pytest.MonkeyPatch, scene: str, method: str, factor: float
+) -> None:
+    misread(monkeypatch, "mujoco", {"friction": factor})
+    found = validate(scene, method)
+    assert red(found, scene, method)
+    monkeypatch.setattr(known_limits, "SAME", known_limits.FACTOR)
+    assert not red(validate(scene, method), scene, method)
+
+
+def test_a_method_that_loses_its_theory(
+    validate: Validate, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its error still falls with the step; that no theory covers it is declared of nobody here."""
+    engines = dict(registry.built_in())
+    engines["mujoco"] = replace(engines["mujoco"], scheme=lambda case, method: Scheme("own"))
+    monkeypatch.setattr(registry, "built_in", lambda: MappingProxyType(engines))
+    found = validate(CONE, "mujoco/euler")
+    assert red(found, CONE, "mujoco/euler")
+    assert found.failure(CONE, "mujoco/euler").startswith("converges, expected pass")
+
+
+Broken = Callable[[Prepare, Case, Method, float], Simulation]
+
+
+def added(run: Trajectory, size: float) -> Trajectory:
+    """A run with a swing of this size [rad] added to its angle."""
+    theta = run.observables["theta"] + size * np.sin(run.times)
+    return replace(run, observables={**run.observables, "theta": theta})
+
+
+def loose(prepare: Prepare, case: Case, method: Method, tolerance: float) -> Simulation:
+    own = prepare(case, method, tolerance)
+    return Changed(own, lambda run: added(run, 0.1)) if tolerance > 1e-9 else own  # type: ignore[return-value]
+
+
+def relaxed(prepare: Prepare, case: Case, method: Method, tolerance: float) -> Simulation:
+    return prepare(case, method, min(1e3 * tolerance, 0.5))
+
+
+def right_where_listed(prepare: Prepare, case: Case, method: Method, step: float) -> Simulation:
+    own, listed = prepare(case, method, step), (*case.scene.steps, *method.step_sizes, 2e-3)
+    size = 0.0 if step in listed else 0.1
+    return Changed(own, lambda run: added(run, size))  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize(
+    ("broken", "method"),
+    [
+        *((broken, f"ode/{name}") for broken in (loose, relaxed) for name in ("dop853", "lsoda")),
+        (relaxed, "ode/radau"),
+        *((right_where_listed, m) for m in ("mujoco/euler", "ode/rk4", "ode/dop853")),
+    ],
+)
+def test_a_solver_that_is_right_at_times(
+    validate: Validate, monkeypatch: pytest.MonkeyPatch, broken: Broken, method: str
+) -> None:
+    """At small tolerances alone, by another tolerance than it is given, and at listed steps."""
+    with_prepare(monkeypatch, method.partition("/")[0], lambda prepare: partial(broken, prepare))
+    assert red(validate(CONE, method), CONE, method)
 
 
 def test_a_prediction_with_its_sign_flipped(

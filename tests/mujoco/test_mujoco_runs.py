@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters import sampling
+from plumbob.engines import sampling
 from plumbob.engines.adapters.mujoco import ENGINE, prepare
 from plumbob.engines.adapters.mujoco import simulation as simulations
 from plumbob.engines.adapters.mujoco.options import BIT, collected, needless_stages

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from plumbob.engines.method import Method
-from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.convergence import SEED, ConvergenceStudy
 from plumbob.engines.study.runner import Profile, _convergence_task
 from plumbob.engines.study.unfinished import Piece, Unkept
 from plumbob.models.scene import Scene
@@ -35,9 +35,11 @@ class Shared(Unkept):
             part.write_bytes(pickle.dumps(piece))
             part.replace(self.folder / key)
 
-    def convergence(self, scene: Scene, method: Method, profile: Profile) -> ConvergenceStudy:
+    def convergence(
+        self, scene: Scene, method: Method, profile: Profile, seed: int = SEED
+    ) -> ConvergenceStudy:
         """The convergence study of a pair, as `run_study` measures it."""
-        task = _convergence_task(scene, method, profile, ())
+        task = _convergence_task(scene, method, profile, (), seed)
         piece = self.there([task.key]).get(task.key)
         if piece is None:
             piece = task.do(*task.arguments)

@@ -32,7 +32,8 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 def test_verdict(scene: Scene, method: Method, shared: Shared, pytestconfig: pytest.Config) -> None:
-    found = shared.convergence(scene, method, pytestconfig.getoption("profile"))
+    option = pytestconfig.getoption
+    found = shared.convergence(scene, method, option("profile"), option("seed"))
     about = system_of(scene).quantities(case_of(scene))
     judgement = judge_convergence(found, system_of(scene), method, about)
     if judgement.verdict == "missing" and not os.environ.get("CI"):

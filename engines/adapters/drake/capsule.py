@@ -22,7 +22,6 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.drake.stepping import BROKEN, advancing, simulator_of, spatial_inertia
-from plumbob.engines.adapters.sampling import step_count
 from plumbob.engines.adapters.stepping import Built, Read, stepped
 from plumbob.engines.adapters.three_feet import (
     FOOT_RADIUS,
@@ -33,6 +32,7 @@ from plumbob.engines.adapters.three_feet import (
     three_feet,
 )
 from plumbob.engines.method import Method, Simulation
+from plumbob.engines.sampling import step_count
 from plumbob.models.scene import Case
 
 SLIDER_RATIO = 1e8  # of the slider's to the capsule's mass

@@ -13,8 +13,8 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.divergence import within
-from plumbob.engines.adapters.sampling import SAMPLES
 from plumbob.engines.method import Stepping
+from plumbob.engines.sampling import SAMPLES
 from plumbob.engines.trajectory import Trajectory
 
 BROKEN = (OverflowError, ValueError, RuntimeError)  # raised where numbers are no longer finite

@@ -12,7 +12,7 @@ import numpy as np
 from mujoco.rollout import Rollout
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters import sampling
+from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.translation import (

@@ -16,7 +16,7 @@ from scipy.linalg.lapack import dgetrs, zgetrs
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters import sampling
+from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.ode.equation import Equation, State, builder
 from plumbob.engines.adapters.ode.integrators import Advance, integrator

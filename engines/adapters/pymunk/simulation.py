@@ -11,7 +11,7 @@ from typing import Any, Protocol, cast
 import numpy as np
 import pymunk
 
-from plumbob.engines.adapters import sampling
+from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.method import Method, Stepping
 from plumbob.engines.registry import find_builder

@@ -90,7 +90,7 @@ def shown(study: Study, found: ConvergenceStudy, method: Method, judged: Judgeme
     means = meaning(found.scene, found.method, whole)
     run = reference_run(found.measurements, method)
     if run is None:
-        means = "not-run" if whole.verdict != "diverged" else means
+        means = means if whole.verdict in ("diverged", "cut-short") else "not-run"
         return Shown(means, math.inf, "", whole.reason)
     error = worst(run, study.quantities(found.scene))[1]
     return Shown(means, error, notation.step(run.step, method.control), whole.reason)

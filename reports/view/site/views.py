@@ -29,8 +29,8 @@ from plumbob.reports.view.trimming import trimming
 
 Sections = Callable[[str], Section | None]  # what there is to say of one system alone, by its name
 ORDER: tuple[Verdict, ...] = (
-    "pass", "converges", "fail", "not-converging", "diverged", "pre-asymptotic", "unsupported",
-    "missing",
+    "pass", "converges", "fail", "not-converging", "diverged", "cut-short", "pre-asymptotic",
+    "unsupported", "missing",
 )  # fmt: skip
 OF_ENGINES = "engines"  # the section of what holds for engines, whatever the system, and its page
 AT_FIRST = 1e-3  # relative: the cheapest method of each engine for this error is drawn at first
