@@ -1,0 +1,110 @@
+"""What a verdict allows and no more: a series' remainder, an error that hardly falls, a failure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.errors.shared import Same, expected
+from plumbob.engines.method import Stepping
+from plumbob.engines.registry import engine_of, methods
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study import measurement
+from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction, measure
+from plumbob.engines.study.runner import pairs
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import case_of, scenes, system_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.reports.judge import expectations
+from plumbob.reports.judge.known_limits import sizes
+from plumbob.reports.judge.tolerance import tolerance
+from plumbob.reports.judge.verdict import judge, judge_convergence
+
+SCENE, STEP = "cone-pendulum/rotating-base", 1e-5  # [s] where a series tells the error
+EULER = find_method("ode/euler")
+STEPS = (8e-4, 4e-4, 2e-4, 1e-4)
+
+
+@dataclass
+class Given:
+    """A simulation that returns a trajectory."""
+
+    trajectory: Trajectory
+    compile_seconds: float = 0.0
+
+    def run(self) -> Trajectory:
+        return self.trajectory
+
+    def stepped(self, fraction: float) -> Stepping:
+        raise NotImplementedError
+
+
+def beside_the_series(parts: float, monkeypatch: pytest.MonkeyPatch) -> Measurement:
+    """A run whose error is the series', and so many times its last two terms more."""
+    case = case_of(find_scene(SCENE))
+    times = np.linspace(0.0, case.scene.duration, 101)
+    powers, total, _ = expected(
+        Same(case.reference), Same(case.errors), EULER.scheme, STEP, times.tobytes()
+    )
+    last = sorted(powers)[-2:]
+    seen = {
+        name: values + total[name] + parts * sum(np.abs(powers[p][name]) for p in last)
+        for name, values in case.reference.observe(times).items()
+        if name in total
+    }
+    run = Trajectory(times, seen, steps=round(case.scene.duration / STEP))
+    false = replace(engine_of(EULER), prepare=lambda case, method, step: Given(run))
+    monkeypatch.setattr(measurement, "engine_of", lambda method: false)
+    return measure(case, EULER, STEP)[0]
+
+
+@pytest.mark.parametrize(
+    ("parts", "verdict"), [(0.9, "pass"), (-0.9, "pass"), (4.0, "fail"), (-4.0, "fail")]
+)
+def test_a_series_leaves_its_last_two_terms_open(
+    parts: float, verdict: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """To either side, and rounding, which is half as much here: a smaller error is none better."""
+    found = beside_the_series(parts, monkeypatch)
+    assert judge(found, system_of(find_scene(SCENE)), EULER).verdict == verdict
+
+
+def test_the_remainder_in_a_tolerance_is_the_last_two_terms(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found = beside_the_series(0.0, monkeypatch)
+    predicted, allowed = found.errors["theta"].predicted, tolerance(found, EULER, "theta", "rad")
+    assert predicted is not None
+    assert allowed is not None
+    terms = {term.name: term.value for term in allowed.terms}
+    wanted = sum(predicted.terms[p] for p in (3, 4))
+    assert terms["discretisation: remainder"] == pytest.approx(wanted, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("left", "verdict"), [(0.25, "pass"), (0.65, "pass"), (0.75, "not-converging")]
+)
+def test_three_finer_steps_have_to_leave_less_than_seven_tenths(left: float, verdict: str) -> None:
+    """Of an error that is as predicted at each."""
+    runs = []
+    for step in STEPS:
+        error = 1e-3 * float(left ** (np.log(STEPS[0] / step) / np.log(STEPS[0] / STEPS[-1])))
+        predicted = Prediction(error, error, {1: error, 2: 0.0, 3: 0.0}, 0.0)
+        errors = {
+            name: ObservedError(error, error, 1e-16, 1.0, predicted=predicted)
+            for name in ("theta", "theta_dot")
+        }
+        runs.append(Measurement(SCENE, EULER.name, step, "done", errors=errors, steps=1000))
+    found = ConvergenceStudy(SCENE, EULER.name, tuple(runs))
+    assert judge_convergence(found, system_of(find_scene(SCENE)), EULER).verdict == verdict
+
+
+def test_no_failure_is_expected_without_a_size() -> None:
+    """Also not beside another verdict: a body that nothing touches fails nowhere."""
+    for scene, method in pairs(scenes("*", "quick"), methods()):
+        wanted = expectations.expected(scene.name, method.name)
+        if {wanted.verdict, wanted.other} & {"fail", "not-converging"}:
+            assert (scene.name, method.name) in sizes()
