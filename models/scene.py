@@ -24,6 +24,11 @@ class Observable:
     name: str
     unit: str
 
+    @property
+    def force(self) -> bool:
+        """Whether it is a force, which is read off a step: all else begins as the scene does."""
+        return self.unit.startswith("N")
+
 
 @dataclass(frozen=True)
 class Quantity:

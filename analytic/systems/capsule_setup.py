@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.systems.capsule import Capsule, Point
 
@@ -41,14 +42,53 @@ class CapsuleSetup:
 
 
 @dataclass(frozen=True)
+class InWorld:
+    """A motion in the axes of its start, its heading in the world: an engine that leaves the
+    `heading` [rad] of the start out has every other observable right."""
+
+    own: Reference  # in the axes of the start
+    heading: float
+
+    @property
+    def closed_form(self) -> Any:
+        """None where the motion has none."""
+        return getattr(self.own, "closed_form", self.own)
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """Exact observables at `times` [s], shape (n,)."""
+        seen = self.own.observe(times)
+        return {**seen, "heading": self.heading + seen["heading"]}
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """That of the motion; of the heading, with the start's rounding and the sum's."""
+        known, facing = self.own.uncertainty(times), self.observe(times)["heading"]
+        rounding = ROUNDOFF * (abs(self.heading) + np.abs(facing)) if self.heading else 0.0
+        return {**known, "heading": known["heading"] + rounding}
+
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """That of the motion."""
+        return self.own.nonlinearity(times, errors)
+
+    def beside(self, known: InWorld) -> InWorld:
+        """The same, to be computed at less cost from one that is `known`, where it can be."""
+        beside = getattr(self.own, "beside", None)
+        return self if beside is None else replace(self, own=beside(known.own))
+
+
+@dataclass(frozen=True)
 class CapsuleProblem:
     """A motion of the capsule, its reference, and its set-up for an engine."""
 
     motion: Any  # a `CapsuleMotion`
     """Of analytic: LineManoeuvre, SlowStroke, TiltedHold, RepeatedLine; in the plane
     ResidualMotion, ThreePointMotion (coasting), RepeatedTurn, Plan. `motion.kind` names it."""
-    reference: Reference
+    reference: Reference  # in the axes of the start
     setup: CapsuleSetup
+
+    @property
+    def in_world(self) -> InWorld:
+        """The reference, its heading in the world."""
+        return InWorld(self.reference, self.setup.heading)
 
     @property
     def slider_ends(self) -> Array:

@@ -165,7 +165,7 @@ def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
     last.setInertia(_inertia(capsule.slider_mass, (0.0, 0.0, 0.0), POINT * np.eye(3)))
     setup = body.setup
     free.setPositions([0.0, 0.0, setup.heading, 0.0, 0.0, -DEPTH])
-    vx, vy = setup.velocity  # DART's free joint has its rates in the axes of the body
+    vx, vy = body.velocity  # DART's free joint has its rates in the world's axes
     free.setVelocities([0.0, 0.0, setup.heading_rate, vx, vy, 0.0])
     for number, joint in enumerate(joints):
         joint.setVelocity(0, float(body.slider_velocity(np.zeros(1))[0, number]))

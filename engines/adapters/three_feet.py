@@ -93,9 +93,9 @@ class ThreeFeet:
         if setup.in_plane:
             x, y = _turned(*pose.place, -setup.heading)
             vx, vy = _turned(*pose.velocity, -setup.heading)
+            seen = {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy, "heading": pose.heading}
             turn = pose.heading - setup.heading
-            seen = {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy}
-            return seen | {"heading": turn, "heading_rate": pose.heading_rate, "body_angle": turn}
+            return seen | {"heading_rate": pose.heading_rate, "body_angle": turn}
         line = -(setup.heading + setup.direction)
         gone, sideways = _turned(*pose.place, line)
         velocity, _ = _turned(*pose.velocity, line)
@@ -104,7 +104,7 @@ class ThreeFeet:
             "velocity": velocity,
             "stroke": pose.slid,
             "stroke_rate": pose.slid_rate,
-            "heading": pose.heading - setup.heading,
+            "heading": pose.heading,
             "sideways": sideways,
         }
 

@@ -67,6 +67,7 @@ class ObservedError:
     model: Mapping[str, float] = field(default_factory=dict)  # {reason: bound}, not from the step
     predicted: Prediction | None = None
     controlled: Controlled | None = None
+    start: float = 0.0  # magnitude at the first sample; 0 of a force
 
     @property
     def model_error(self) -> float:
@@ -184,6 +185,7 @@ def _errors(
     second: Second,
 ) -> Mapping[str, ObservedError]:
     exact, names = case.reference, [o.name for o in case.system.observables]
+    forces = {o.name for o in case.system.observables if o.force}
     times, scheme = run.times.tobytes(), scheme_of(case, method)
     truth, doubt = exactly(Same(exact), times)
     powers, total, nonlinear = expected(Same(exact), Same(case.errors), scheme, step, times)
@@ -212,6 +214,7 @@ def _errors(
             if name in stepped.errors
             else predicted.get(name),
             controlled=controlled.get(name),
+            start=0.0 if name in forces else abs(float(error[0])),
         )
         for name, error in errors.items()
     }

@@ -121,7 +121,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
             "distance": motion.coasting.distance,
             "deceleration": motion.coasting.deceleration,
         }  # fmt: skip
-    end = problem.reference.observe(np.array([lasting]))
+    end = problem.in_world.observe(np.array([lasting]))
     rest = {name: float(end[name][0]) for name in ("x", "y", "heading")}
     return {"t_rest": lasting, "rest": rest, **about}
 

@@ -73,7 +73,7 @@ def capsule_system(
         scenes=scenes,
         default=default,
         problem=problem,
-        reference=lambda found: found.reference,
+        reference=lambda found: found.in_world,
         errors=errors,
         invariants=invariants,
         facts=facts,

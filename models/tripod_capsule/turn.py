@@ -206,7 +206,7 @@ SCENES = (
 SYSTEM = capsule_system(
     "capsule-turn",
     "Capsule on a turn manoeuvre",
-    observables=(Observable("body_angle", "rad"), *OBSERVED),
+    observables=(Observable("body_angle", "rad"), *OBSERVED, Observable("heading", "rad")),
     parameters=NAMES,
     scenes=SCENES,
     default="0.1",

@@ -226,7 +226,7 @@ def _agree(run: Trajectory, part: Trajectory, sample: int, index: int) -> None:
 
 def _states(case: Case) -> tuple[str, ...]:
     """Observables that are coordinates and rates, which steps change; forces are read off."""
-    return tuple(o.name for o in case.system.observables if not o.unit.startswith("N"))
+    return tuple(o.name for o in case.system.observables if not o.force)
 
 
 def _samples_of_a_solver(subject: Subject, case: Case, tolerance: float) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.systems.capsule_setup import InWorld
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement, roundings
 from plumbob.models.registry import case_of, system_of
@@ -161,13 +162,13 @@ class Sensitivities:
 
     @cached_property
     def _doubt(self) -> Mapping[str, Array]:
-        return self._known[type(self._case.reference)].doubt
+        return self._known[_way(self._case.reference)].doubt
 
     @cached_property
     def _known(self) -> dict[type, _Known]:
-        """By its type, the first reference that is worked out in each way."""
+        """The first reference that is worked out in each way."""
         exact = self._case.reference
-        return {type(exact): _Known(exact, self._times)}
+        return {_way(exact): _Known(exact, self._times)}
 
     def _slopes(self, parameter: Parameter) -> Slopes | None:
         """By one difference, less what rounding may make of it."""
@@ -190,7 +191,7 @@ class Sensitivities:
         if (other := self._nudged(parameter, nudge)) is None:
             return None
         reference = other.reference
-        known = self._known.setdefault(type(reference), _Known(reference, self._times))
+        known = self._known.setdefault(_way(reference), _Known(reference, self._times))
         if reference is not known.reference and isinstance(reference, Neighbouring):
             reference = reference.beside(known.reference)
         seen = reference.observe(self._times)
@@ -220,6 +221,11 @@ class Sensitivities:
         if predicted.for_this_step:
             left = np.minimum(rounding, predicted.open)
         return np.maximum(left + model + np.minimum(predicted.difference, left + model), TINY)
+
+
+def _way(reference: Reference) -> type:
+    """How a reference is worked out: its type, or that of the motion that it shows in the world."""
+    return type(reference.own if isinstance(reference, InWorld) else reference)
 
 
 def _relative(moved: Array, values: Array) -> float:

@@ -10,6 +10,9 @@ from plumbob.analytic.errors.theory import reaches
 from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement, ObservedError
 
+STARTS_OFF = "the run does not start where the scene does"
+START = 1e-6  # of an observable's size: an engine in single precision rounds it by 6e-8
+
 AT_STEP = "discretisation"  # the term that is predicted to the last digit, where one is
 
 
@@ -76,6 +79,16 @@ def missed(error: ObservedError) -> str | None:
     if predicted is None or predicted.beyond <= error.model_error:
         return None
     return f"{predicted.difference:.3g} off its prediction, allowed {error.left_open:.3g}"
+
+
+def starts_off(found: Measurement) -> str:
+    """Why the first sample is not the start of the scene; empty where it is. An observable that is
+    zero throughout has no size, and is judged by its tolerance alone."""
+    for name, error in found.errors.items():
+        allowed = START * error.scale + error.uncertainty
+        if error.scale > 0.0 and error.start > allowed:
+            return f"{STARTS_OFF}: {name} is {error.start:.3g} off, allowed {allowed:.3g}"
+    return ""
 
 
 def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:

@@ -24,7 +24,7 @@ from plumbob.engines.study.measurement import (
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Observable, Quantity
 from plumbob.reports.judge.converging import convergence
-from plumbob.reports.judge.tolerance import Tolerance, missed, tolerance
+from plumbob.reports.judge.tolerance import Tolerance, missed, starts_off, tolerance
 from plumbob.reports.judge.unjudged import declared, undeclared
 
 Verdict = Literal[
@@ -193,16 +193,19 @@ def _not_done(run: _Run) -> Judgement | None:
 
 
 def _leaves_out(run: _Run) -> Judgement | None:
-    """An observable that the run does not give, and that is not declared so, fails."""
-    return _dropped(run.found, tuple(run.units))
+    """An observable that the run does not give, and that is not declared so, fails; and one that
+    does not begin as in the scene."""
+    found = _dropped(run.found, tuple(run.units))
+    return found and replace(found, tolerances=run.tolerances)
 
 
 def _dropped(found: Measurement, observables: Sequence[str]) -> Judgement | None:
     missing = [name for name in observables if name not in found.errors]
     names = undeclared(found.scene, found.method, missing, left_out=True)
-    if found.status != "done" or not names:
+    if found.status != "done":
         return None
-    return Judgement("fail", {}, f"{LEAVES_OUT} {', '.join(names)}")
+    why = f"{LEAVES_OUT} {', '.join(names)}" if names else starts_off(found)
+    return Judgement("fail", {}, why) if why else None
 
 
 def _leads_elsewhere(run: _Run) -> Judgement | None:

@@ -141,9 +141,8 @@ def places(case: Case, time: float) -> dict[str, Any]:
         place = complex(seen["x"], seen["y"])
         place *= complex(math.cos(setup.heading), math.sin(setup.heading))
     gone = place.real * math.cos(line) + place.imag * math.sin(line)
-    turned = seen.get("heading", seen.get("body_angle", 0.0)) + setup.heading
     return {
-        "x": place.real, "y": place.imag, "heading": turned, "displacement": gone,
+        "x": place.real, "y": place.imag, "heading": seen["heading"], "displacement": gone,
         "picture": (place.real, place.imag),
     }  # fmt: skip
 

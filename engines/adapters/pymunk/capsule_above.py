@@ -172,7 +172,7 @@ def on_the_line(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read]:
             "velocity": (velocity * back).real,
             "stroke": ((inside - start) / unit).real,
             "stroke_rate": (sliding / unit).real,
-            "heading": body.angle - setup.heading,
+            "heading": body.angle,
             "sideways": gone.imag,
             **{name: c + cx * inside.real + cy * inside.imag for name, (c, cx, cy) in loads},
             "opening_rate": assembly.opening_rate,
@@ -190,7 +190,7 @@ def on_the_line(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read]:
 
 
 def in_the_plane(setup: CapsuleSetup, assembly: Assembly) -> Read:
-    """Position of C and heading in the axes of the start, and the opening rate of the pins."""
+    """Position of C in the axes of the start, heading, and the opening rate of the pins."""
     body, back = assembly.body, cmath.exp(-1j * setup.heading)
 
     def read() -> Mapping[str, float]:
@@ -200,7 +200,7 @@ def in_the_plane(setup: CapsuleSetup, assembly: Assembly) -> Read:
             "y": place.imag,
             "velocity_x": velocity.real,
             "velocity_y": velocity.imag,
-            "heading": body.angle - setup.heading,
+            "heading": body.angle,
             "body_angle": body.angle - setup.heading,
             "heading_rate": body.angular_velocity,
             "opening_rate": assembly.opening_rate,

@@ -76,7 +76,7 @@ DESCRIPTIONS: Mapping[str, Description] = MappingProxyType(
             "motion at any ε is computed from event to event: a support that stops, holds or "
             "slides again.",
             (
-                Symbol("ψ", "heading of the body", "rad"),
+                Symbol("ψ", "heading of the body, from that at the start", "rad"),
                 Symbol("Z, τ", "angular acceleration of the slider on its arc, kept for τ, then "
                        "reversed for τ", "rad/s², s"),
                 Symbol("a", "radius of the arc", "m"),
@@ -91,7 +91,7 @@ DESCRIPTIONS: Mapping[str, Description] = MappingProxyType(
             ("(0, 0, 0) → (x, y, ψ): turns, then lines, joined by slow motions",),
             "The source shows that every pose can be reached; the planner finds manoeuvres of "
             "least time, each of them exact.",
-            (Symbol("x, y, ψ", "place and heading of the body", "m, m, rad"), *LINE),
+            (Symbol("x, y, ψ", "place of the body, its heading in the world", "m, m, rad"), *LINE),
         ),
         "capsule-hold": _described(
             "The slider is fixed and gravity is tilted, to just below the tilt at which the body "
@@ -108,7 +108,7 @@ DESCRIPTIONS: Mapping[str, Description] = MappingProxyType(
             (
                 Symbol("v₀", "initial speed", "m/s"),
                 Symbol("s", "distance until rest", "m"),
-                Symbol("ψ", "heading of the body", "rad"),
+                Symbol("ψ", "heading of the body in the world", "rad"),
             ),
         ),
         "capsule-train": _described(

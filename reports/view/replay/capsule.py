@@ -125,13 +125,12 @@ def deviations(case: Case, run: Trajectory) -> Channels:
 
 def _pose(setup: CapsuleSetup, seen: Mapping[str, Array]) -> tuple[Complex, Array]:
     """Place of C in the world as x + iy [m], and heading [rad], from observables."""
-    turned = seen["heading"] if "heading" in seen else seen["body_angle"]
     if "displacement" in seen:
         line = np.exp(1j * (setup.heading + setup.direction))
         place = (seen["displacement"] + 1j * seen["sideways"]) * line
     else:
         place = (seen["x"] + 1j * seen["y"]) * np.exp(1j * setup.heading)
-    return np.asarray(place), np.asarray(turned + setup.heading)
+    return np.asarray(place), seen["heading"]
 
 
 def _velocity(setup: CapsuleSetup, seen: Mapping[str, Array]) -> tuple[Complex, Array]:

@@ -108,7 +108,7 @@ def along(setup: CapsuleSetup, rest: Array) -> Observe:
             "velocity": velocity,
             "stroke": slid,
             "stroke_rate": rate,
-            "heading": _turn(qpos, setup.heading),
+            "heading": _facing(qpos, setup.heading),
             "sideways": sideways,
         }, {"vertical_displacement": qpos[:, 2] - rest[2]}
 
@@ -116,26 +116,27 @@ def along(setup: CapsuleSetup, rest: Array) -> Observe:
 
 
 def plane(setup: CapsuleSetup, rest: Array) -> Observe:
-    """Place of C and heading, which is also the source's body angle, in the axes of the start."""
+    """Place of C and the source's body angle in the axes of the start, and the heading."""
 
     def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
         x, y = _rotated(qpos[:, 0], qpos[:, 1], -setup.heading)
         vx, vy = _rotated(qvel[:, 0], qvel[:, 1], -setup.heading)
         rate = qvel[:, 5] if qpos.shape[1] >= FREE else qvel[:, 3]
-        turn = _turn(qpos, setup.heading)
-        seen = {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy}
-        seen |= {"heading": turn, "heading_rate": rate, "body_angle": turn}
+        facing = _facing(qpos, setup.heading)
+        seen = {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy, "heading": facing}
+        seen |= {"heading_rate": rate, "body_angle": facing - setup.heading}
         return seen, {"vertical_displacement": qpos[:, 2] - rest[2]}
 
     return observe
 
 
-def _turn(qpos: Array, since: float) -> Array:
-    """Angle turned since the heading was `since` [rad], at the first of the samples."""
+def _facing(qpos: Array, begun: float) -> Array:
+    """Heading in the world [rad], at the first of the samples nearest to `begun`: an attitude tells
+    it to a whole turn."""
     if qpos.shape[1] < FREE:
-        return np.asarray(qpos[:, 3] - since)
-    angles = np.unwrap(heading(qpos[:, 3:7])) - since
-    return np.asarray(angles - 2 * np.pi * np.round(angles[0] / (2 * np.pi)))
+        return np.asarray(qpos[:, 3])
+    angles = np.unwrap(heading(qpos[:, 3:7]))
+    return np.asarray(angles + 2 * np.pi * np.round((begun - angles[0]) / (2 * np.pi)))
 
 
 def _rotated(x: Array | float, y: Array | float, angle: float) -> tuple[Array, Array]:
