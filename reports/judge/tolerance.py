@@ -3,17 +3,47 @@ merely passes."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 
 from plumbob.analytic.errors.schemes import ADAPTIVE
 from plumbob.analytic.errors.theory import reaches
 from plumbob.engines.method import Method
-from plumbob.engines.study.measurement import Measurement, ObservedError
+from plumbob.engines.study.measurement import Measurement, ObservedError, rounding
+from plumbob.models.scene import Quantity
 
 STARTS_OFF = "the run does not start where the scene does"
 START = 1e-6  # of an observable's size: an engine in single precision rounds it by 6e-8
+TOO_WIDE = "the model-error bound"
+MODEL_PART = 2.5e-3
+"""Of a quantity of interest: the most that an engine's own bound on its model's error may be at the
+finest step. A hundredth of friction, or of a mass, moves a capsule by four times as much."""
 
 AT_STEP = "discretisation"  # the term that is predicted to the last digit, where one is
+
+
+@dataclass(frozen=True)
+class ModelPart:
+    """A part of the motion, other than the usual one, that a model-error bound may be."""
+
+    scenes: str
+    part: float
+    reason: str
+
+
+_STEPS = "many short manoeuvres, at the coarse steps that a profile leaves of them"
+MODEL_PARTS: tuple[ModelPart, ...] = (
+    ModelPart("*-pendulum/*", 1e-8, "a joint: the bob's inertia adds less than rounding does"),
+    ModelPart("free-body/*", 1e-8, "one body that nothing touches: the model adds nothing"),
+    ModelPart("capsule-line/w1-threshold*", 0.5, "the body moves by 1.3 nm in all"),
+    ModelPart("capsule-turn/held*", 0.2, "friction holds the body for most of the turn"),
+    ModelPart("capsule-turn/pivot*", 5e-3, "a support sticks while the body pivots about it"),
+    ModelPart("capsule-turn/thousand", 0.3, "bounds of a thousand turns add up, over one radian"),
+    ModelPart("capsule-plan/near-free", 0.01, _STEPS),
+    ModelPart("capsule-plan/heavy-slider", 0.5, "the body weighs a thousandth of its slider"),
+    ModelPart("capsule-plan/*", 0.2, _STEPS),
+)
 
 
 @dataclass(frozen=True)
@@ -89,6 +119,25 @@ def starts_off(found: Measurement) -> str:
         if error.scale > 0.0 and error.start > allowed:
             return f"{STARTS_OFF}: {name} is {error.start:.3g} off, allowed {allowed:.3g}"
     return ""
+
+
+def too_wide(found: Measurement, quantities: Sequence[Quantity]) -> str:
+    """Why what an engine says itself of its model's error is more than a declared part of the
+    motion, and would hide other errors; empty where it is not, or rounding hides as much."""
+    part = model_part(found.scene)
+    for quantity in quantities:
+        error = found.errors.get(quantity.observable)
+        if error is None or error.model_error <= rounding(error, found.steps):
+            continue
+        if (wide := error.model_error / quantity.scale) > part:
+            of = f"{TOO_WIDE} of {quantity.observable}"
+            return f"{of} is {wide:.3g} of its scale at the finest step, declared {part:g} at most"
+    return ""
+
+
+def model_part(scene: str) -> float:
+    """The part of a quantity of interest that is declared for the scenes of this name."""
+    return next((p.part for p in MODEL_PARTS if fnmatchcase(scene, p.scenes)), MODEL_PART)
 
 
 def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:

@@ -24,7 +24,7 @@ from plumbob.engines.study.measurement import (
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Observable, Quantity
 from plumbob.reports.judge.converging import convergence
-from plumbob.reports.judge.tolerance import Tolerance, missed, starts_off, tolerance
+from plumbob.reports.judge.tolerance import Tolerance, missed, starts_off, tolerance, too_wide
 from plumbob.reports.judge.unjudged import declared, undeclared
 
 Verdict = Literal[
@@ -383,8 +383,13 @@ def _claims_too_much(several: _Runs) -> Judgement | None:
 
 
 def _passes(several: _Runs) -> Judgement | None:
-    passed = [run for run in several.runs if run.verdict == "pass"]
-    return passed[-1] if passed else None
+    """The finest run that passes stands for all, unless its model-error bound is too wide."""
+    pairs = zip(several.found, several.runs, strict=True)
+    passed = [(m, run) for m, run in pairs if run.verdict == "pass"]
+    if not passed:
+        return None
+    why = too_wide(passed[-1][0], several.quantities)
+    return Judgement("fail", passed[-1][1].tolerances, why) if why else passed[-1][1]
 
 
 def _no_step_fits(several: _Runs) -> Judgement | None:

@@ -1,24 +1,26 @@
-"""Engines that are wrong and hide it: the heading of the start is left out."""
+"""Engines that are wrong and hide it: the heading is left out, or the model-error bound is wide."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
 import pytest
 
 from plumbob.engines.method import Method
 from plumbob.engines.registry import engine_of, engines, installed, methods
+from plumbob.engines.registry import method as find_method
 from plumbob.engines.study import measurement
-from plumbob.engines.study.measurement import measure
-from plumbob.engines.study.runner import pairs
+from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
+from plumbob.engines.study.measurement import Measurement, ObservedError, measure
+from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Scene
-from plumbob.reports.judge.expectations import run_surprise
-from plumbob.reports.judge.tolerance import STARTS_OFF
+from plumbob.reports.judge.expectations import run_surprise, surprise
+from plumbob.reports.judge.tolerance import STARTS_OFF, TOO_WIDE, model_part
 from plumbob.reports.judge.unjudged import declared
-from plumbob.reports.judge.verdict import Judgement, judge
+from plumbob.reports.judge.verdict import Judgement, judge, judge_convergence
 
 TURNED = (
     *(s for s in scenes("capsule-*/heading-*") if s.name != "capsule-line/heading-000"),
@@ -30,16 +32,39 @@ TURNED = (
 ENGINES = tuple(
     name for name, engine in engines().items() if installed(engine) and pairs(TURNED, methods(name))
 )
+HIDDEN = (  # where a bound that is 10,000 times as wide hides a hundredth of friction
+    ("capsule-coast/spin", "mujoco/euler+coulomb"),
+    ("capsule-turn/0.3", "pymunk/feet"),
+    ("capsule-turn/heading-030", "pymunk/feet"),
+    ("capsule-train/ten", "mujoco/rk4+coulomb"),
+)
+WIDEST = (  # pairs whose bounds come nearest to what is declared
+    ("capsule-line/w1-threshold-short", "mujoco/euler+coulomb"),
+    ("capsule-turn/held-short", "mujoco/euler+coulomb"),
+    ("capsule-turn/pivot-short", "pymunk/feet"),
+    ("capsule-plan/near-free", "mujoco/rk4+coulomb"),
+    ("capsule-hold/slow-motion", "pymunk/feet"),
+)
 Changed = Callable[[Case], Case]
 
 
-def changing(monkeypatch: pytest.MonkeyPatch, change: Changed) -> None:
-    """Have every engine build and read another case."""
+def changing(monkeypatch: pytest.MonkeyPatch, change: Changed, wider: float = 1.0) -> None:
+    """Have every engine build and read another case, and declare bounds so many times as wide."""
 
     def false(method: Method) -> object:
         true = engine_of(method)
+
+        def bounds(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
+            found = true.model_error(case, method, step)
+            return {
+                name: {why: wider * bound for why, bound in by_reason.items()}
+                for name, by_reason in found.items()
+            }
+
         return replace(
-            true, prepare=lambda case, method, step: true.prepare(change(case), method, step)
+            true,
+            prepare=lambda case, method, step: true.prepare(change(case), method, step),
+            model_error=bounds,
         )
 
     monkeypatch.setattr(measurement, "engine_of", false)
@@ -48,6 +73,21 @@ def changing(monkeypatch: pytest.MonkeyPatch, change: Changed) -> None:
 def without_heading(case: Case) -> Case:
     setup = replace(case.problem.setup, heading=0.0)
     return replace(case, problem=replace(case.problem, setup=setup))
+
+
+def with_more_friction(case: Case) -> Case:
+    capsule = case.problem.setup.capsule
+    setup = replace(case.problem.setup, capsule=replace(capsule, friction=1.01 * capsule.friction))
+    return replace(case, problem=replace(case.problem, setup=setup))
+
+
+def study(scene: Scene, method: Method) -> ConvergenceStudy:
+    return convergence_study(scene, method, most_steps(scene, "quick"))
+
+
+def judged(scene: Scene, method: Method, found: ConvergenceStudy) -> Judgement:
+    about = system_of(scene).quantities(case_of(scene))
+    return judge_convergence(found, system_of(scene), method, about)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -73,3 +113,34 @@ def _runs(engine: str) -> Iterator[tuple[Scene, Method, Judgement]]:
         found, _ = measure(case_of(scene), method, steps[0])
         if found.status != "unsupported" and "heading" not in declared(scene.name, method.name):
             yield scene, method, judge(found, system_of(scene), method)
+
+
+@pytest.mark.parametrize(("scene", "method"), HIDDEN)
+def test_a_wide_bound_hides_no_friction(
+    scene: str, method: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    changing(monkeypatch, with_more_friction, 1e4)
+    where, how = find_scene(scene), find_method(method)
+    verdict = judged(where, how, study(where, how))
+    assert verdict.reason.startswith(TOO_WIDE)
+    assert surprise(where, how, verdict)
+
+
+@pytest.mark.parametrize(("scene", "method"), WIDEST)
+def test_what_is_declared_of_a_bound_is_as_little_as_it_needs(scene: str, method: str) -> None:
+    """Twice the bound is too much."""
+    where, how = find_scene(scene), find_method(method)
+    found = study(where, how)
+    assert not surprise(where, how, judged(where, how, found))
+    wider = replace(found, measurements=tuple(_wider(m, 2.0) for m in found.measurements))
+    verdict = judged(where, how, wider)
+    assert f"declared {model_part(scene):g} at most" in verdict.reason
+    assert surprise(where, how, verdict)
+
+
+def _wider(found: Measurement, times: float) -> Measurement:
+    errors: dict[str, ObservedError] = {
+        name: replace(error, model={why: times * bound for why, bound in error.model.items()})
+        for name, error in found.errors.items()
+    }
+    return replace(found, errors=errors)
