@@ -15,6 +15,7 @@ from plumbob.models.scene import Quantity
 
 STARTS_OFF = "the run does not start where the scene does"
 START = 1e-6  # of an observable's size: an engine in single precision rounds it by 6e-8
+ROUNDED = 1e-15  # of its unit: a small angle is read off an attitude, whose numbers are near one
 TOO_WIDE = "the model-error bound"
 MODEL_PART = 2.5e-3
 """Of a quantity of interest: the most that an engine's own bound on its model's error may be at the
@@ -115,7 +116,7 @@ def starts_off(found: Measurement) -> str:
     """Why the first sample is not the start of the scene; empty where it is. An observable that is
     zero throughout has no size, and is judged by its tolerance alone."""
     for name, error in found.errors.items():
-        allowed = START * error.scale + error.uncertainty
+        allowed = START * error.scale + error.uncertainty + ROUNDED
         if error.scale > 0.0 and error.start > allowed:
             return f"{STARTS_OFF}: {name} is {error.start:.3g} off, allowed {allowed:.3g}"
     return ""
