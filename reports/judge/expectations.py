@@ -54,8 +54,8 @@ class Expectation:
     def allows(self, found: Judgement) -> bool:
         """Whether a verdict is an expected one. Of a convergence study cut short, a failure is also
         expected where the error is expected not to converge, and a pass is not where the steps are
-        expected to be too large; and to leave out an observable, start elsewhere or declare too much
-        is no limit of a kind that is known here."""
+        expected to be too large; and to leave out an observable, to start elsewhere or declare too
+        much is no limit of a kind that is known here."""
         if found.reason.startswith(NO_LIMITS):
             return False
         allowed = {self.verdict, self.other}
