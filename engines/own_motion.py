@@ -40,8 +40,8 @@ class Field(Protocol):
         """Rates of a state y of shape (n,) at t [s]; raises NotCertifiable."""
         ...
 
-    def hold(self, control: Array) -> None:
-        """Hold a control, shape (actuators,), from now on."""
+    def hold(self, control: Array, t: float, y: Array) -> None:
+        """Hold a control, shape (actuators,), from the state `y` at `t` [s] on."""
         ...
 
     def normalised(self, y: Array) -> Array:

@@ -19,6 +19,7 @@ from plumbob.engines.audit.steps import (
     compared,
     held,
     horizon,
+    known,
     unlike,
 )
 from plumbob.engines.audit.trims import Trims, trims
@@ -67,6 +68,17 @@ class Audit:
         return float(self.script.times[self.found.index]) if self.found else 0.0
 
     @property
+    def still(self) -> bool:
+        """Whether the reference reaches the end of the motion, and no body moves until then."""
+        positions = self.reference.positions
+        return self.complete and not self.error and bool((positions == positions[0]).all())
+
+    @property
+    def complete(self) -> bool:
+        """Whether the error is known to the end of the motion."""
+        return self.until >= self.script.duration * (1 - 1e-9)
+
+    @property
     def resolved(self) -> bool:
         """Whether the error stands out of the reference's uncertainty."""
         return self.error > RESOLVED * self.uncertainty
@@ -84,7 +96,7 @@ class Audit:
     def assert_within(self, metres: float) -> None:
         """Raise AssertionError unless the error is known over the whole motion and within
         `metres`."""
-        if self.found is None or self.until < self.script.duration * (1 - 1e-9):
+        if not self.complete:
             raise AssertionError(f"{self.name}: no reference beyond {self.until:g} s: "
                                  f"{self.reference.why}")  # fmt: skip
         if not self.error + self.uncertainty <= metres:
@@ -116,9 +128,9 @@ def audited(
     if reference.until > 0.0:
         left = max((1.0 - AFTER) * budget - (clock() - begin), AFTER * budget)
         found = compared(model, script, reference, left, clock, executor, progress)
-        if not found.index:
+        if found.index < known(reference):
             reference = replace(reference, why=unlike(found, reference, script))
-            found = None
+        found = found if found.index else None
     left_out, read, means = None, tuple[Balance, ...](), None
     if found is not None:
         states = model.stepped(script, model.integrator, found.own.parts).states

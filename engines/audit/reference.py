@@ -220,8 +220,8 @@ def integrated(
     how, why, done, decided = f"{method} at {tolerance:g}", "", 0, True
     try:
         for k, control in enumerate(script.controls):
-            field.hold(control)
             start, end = k * script.period, (k + 1) * script.period
+            field.hold(control, start, y)
             first = min(size, 0.999 * (end - start)) if size else None
             run = solver(
                 field, start, y, end, rtol=tolerance, atol=tolerance, first_step=first,

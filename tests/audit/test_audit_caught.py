@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model import model as own_model_module
-from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, exact_solver
+from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
 from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.audit import Audit, audited
@@ -73,7 +73,7 @@ class Layered(MujocoModel):
     def field(self, width: float = 0.0) -> ContinuousField:
         if width:
             return super().field(width)
-        return GivesUp(exact_solver(self.effective.__copy__()), self.start)
+        return GivesUp(without_step(self.effective.__copy__()), self.start)
 
 
 class GivesUp(ContinuousField):
@@ -110,7 +110,7 @@ class Unclamped(MujocoModel):
     raw: Any = None
 
     def field(self, width: float = 0.0) -> ContinuousField:
-        return ContinuousField(exact_solver(self.raw.__copy__()), self.start, width)
+        return ContinuousField(without_step(self.raw.__copy__()), self.start, width)
 
 
 @pytest.mark.long

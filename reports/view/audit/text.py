@@ -50,7 +50,7 @@ def rows(found: Audit) -> list[tuple[str, str]]:
 
 def _compared(found: Audit, steps: Compared) -> Iterator[tuple[str, str]]:
     own = steps.own
-    if not found.error:
+    if found.still:
         yield "your error", "none: nothing moves under this control"
         return
     if found.resolved:
@@ -80,10 +80,7 @@ def _reference(found: Audit) -> str:
         how = "two layer widths"
     known = f"certified to ±{found.uncertainty:.1e} m over {found.until:.3g} s"
     nearest = f"its own steps come within {length(steps_nearest(found.found))} of it"
-    why = reference.why
-    if found.until < reference.until * (1 - 1e-9):
-        why = "the model's own steps tend to something else, or not at all"
-    ended = f"; then: {why}" if why else ""
+    ended = f"; then: {reference.why}" if reference.why else ""
     return f"{known} ({how}; {nearest}){ended}"
 
 

@@ -8,6 +8,7 @@ start, so that it is a function of the state alone.
 from __future__ import annotations
 
 from itertools import product
+from types import MappingProxyType
 from typing import Any
 
 import mujoco
@@ -22,13 +23,17 @@ BEYOND = 1e-6  # of its range: an activation as near to its limit as that may re
 ROUNDING = 1e-14  # of one metre and a place: a gap as small is zero but for rounding
 ZEROS = 10  # steps at whose ends a moving contact has such a gap: no event that is passed
 ITERATIONS = 60  # of Newton's method; it converges in a few
+VANISHING, ENDLESS = 2.0**-33, 2.0**33  # [s] in place of the step, which divides rates of controls
+SLEW_RATES = MappingProxyType({"mjDYN_PID": 1, "mjDYN_DCMOTOR": 7})  # their places in dynprm
 _FROM_THE_START = int(mujoco.mjtStage.mjSTAGE_NONE)
 _AFTER_POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
 
 
-def exact_solver(model: Any) -> Any:
-    """The model with a solver that runs to its floor and remembers nothing; changed in place."""
+def without_step(model: Any) -> Any:
+    """The model with forces that do not look a step ahead, and a solver that runs to its floor and
+    remembers nothing; changed in place."""
     option = model.opt
+    option.timestep, model.actuator_actearly[:] = VANISHING, False
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     # Never 0, which disables the early exit.
     option.tolerance, option.iterations = 1e-16, ITERATIONS
@@ -72,14 +77,20 @@ class ContinuousField:
         for i in np.flatnonzero(model.actuator_actlimited):
             last = model.actuator_actadr[i] + model.actuator_actnum[i] - 1
             self.least[last], self.most[last] = model.actuator_actrange[i]
+        self.slewing, self.slew_rates = _slewing(model)
+        self.held, self.before = 0.0, np.zeros(self.slewing.size)  # [s] since when; setpoints then
+        self.targets = self.before
 
     def __call__(self, t: float, y: Array) -> Array:
         """See `Field`; raises NotCertifiable."""
         model, data, nq, nv = self.model, self.data, self.model.nq, self.model.nv
         self.evaluations += 1
-        data.qpos[:], data.qvel[:], data.time = y[:nq], y[nq : nq + nv], t
+        self._put(t, y)
         if model.na:
-            data.act[:] = y[nq + nv :]
+            # Exactly: its rate ends at once where a setpoint arrives, where steps would hover.
+            most = self.slew_rates * (t - self.held)
+            setpoints = np.clip(self.targets, self.before - most, self.before + most)
+            data.act[self.slewing] = setpoints
             if ((data.act < self.least - BEYOND) | (data.act > self.most + BEYOND)).any():
                 raise NotCertifiable(f"an activation reaches its limit at {t:.4g} s")
         acceleration = self._in_layer() if self.width else self._sharp()
@@ -96,7 +107,13 @@ class ContinuousField:
         out[nq : nq + nv] = acceleration
         if model.na:
             out[nq + nv :] = data.act_dot
+            out[nq + nv + self.slewing] = self.slew_rates * np.sign(self.targets - setpoints)
         return out
+
+    def _put(self, t: float, y: Array) -> None:
+        data, nq, nv = self.data, self.model.nq, self.model.nv
+        data.qpos[:], data.qvel[:], data.act[:] = np.split(y, (nq, nq + nv))
+        data.time = t
 
     def _sharp(self) -> Array:
         mujoco.mj_forwardSkip(self.model, self.data, _FROM_THE_START, 1)
@@ -170,9 +187,17 @@ class ContinuousField:
         if data.nefc and data.solver_niter[0] >= ITERATIONS:
             raise NotCertifiable(f"the constraint solver stops at {ITERATIONS} iterations")
 
-    def hold(self, control: Array) -> None:
+    def hold(self, control: Array, t: float, y: Array) -> None:
         """See `Field`."""
-        self.data.ctrl[:] = control
+        model, data = self.model, self.data
+        data.ctrl[:] = control
+        if self.slewing.size:
+            self._put(t, y)
+            self.held, self.before = t, data.act[self.slewing]
+            model.opt.timestep = ENDLESS  # for which no rate is too low
+            mujoco.mj_forward(model, data)
+            model.opt.timestep = VANISHING
+            self.targets = self.before + ENDLESS * data.act_dot[self.slewing]
 
     def normalised(self, y: Array) -> Array:
         """See `Field`."""
@@ -188,3 +213,12 @@ class ContinuousField:
         touching = data.contact.geom.tobytes() if data.ncon else b""
         acting: bytes = data.efc_id.tobytes() + (data.efc_force != 0).tobytes() + touching
         return acting
+
+
+def _slewing(model: Any) -> tuple[Array, Array]:
+    """Activations of `model` that are setpoints of limited rates, and these rates."""
+    places = {int(getattr(mujoco.mjtDyn, k, -1)): place for k, place in SLEW_RATES.items()}
+    kinds = zip(model.actuator_dyntype, model.actuator_actadr, model.actuator_dynprm, strict=True)
+    rates = {int(at): prm[places[kind]] for kind, at, prm in kinds if kind in places}
+    found = {at: float(rate) for at, rate in rates.items() if rate > 0.0}
+    return np.array(list(found), int), np.array(list(found.values()))

@@ -17,7 +17,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.own_model import left_out
-from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, exact_solver
+from plumbob.engines.adapters.mujoco.own_model.field import VANISHING, ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.picture import picture
 from plumbob.engines.adapters.mujoco.own_model.readings import readings, touching, unlikely
 from plumbob.engines.own_motion import Change, NotCertifiable, Script, Stepped, Touching
@@ -99,7 +99,7 @@ class MujocoModel:
 
     def field(self, width: float = 0.0) -> ContinuousField:
         """See `OwnModel`."""
-        return ContinuousField(exact_solver(copy.copy(self.effective)), self.start, width)
+        return ContinuousField(without_step(copy.copy(self.effective)), self.start, width)
 
     def stepped(self, script: Script, integrator: str, parts: int) -> Stepped:
         """See `OwnModel`."""
@@ -305,6 +305,7 @@ def refused(model: Any) -> None:
     set_callbacks = [n for n in CALLBACKS if getattr(mujoco, f"get_mjcb_{n}")() is not None]
     reasons = (
         (bool(model.nplugin and sum(model.plugin_statenum)), "a plugin with a state of its own"),
+        (_jumps(model), "a plugin with a slew limit, which its first step is free of"),
         (bool(set_callbacks), f"a callback: mjcb_{', mjcb_'.join(set_callbacks)}"),
         (bool(np.any(getattr(model, "actuator_delay", 0.0))), "an actuator with a delay"),
         (bool(np.any(getattr(model, "sensor_delay", 0.0))), "a sensor with a delay"),
@@ -316,6 +317,21 @@ def refused(model: Any) -> None:
     for found, what in reasons:
         if found:
             raise NotCertifiable(f"the model has {what}")
+
+
+def _jumps(model: Any) -> bool:
+    """Whether a plugin's activation is set within the first step, however short that is."""
+    if not (model.nplugin and model.na):
+        return False
+    model = copy.copy(model)
+    low, high = model.actuator_ctrlrange.T
+    far, rates = np.where(abs(low) > abs(high), low, high), []
+    for model.opt.timestep in (VANISHING, 2.0 * VANISHING):
+        data = mujoco.MjData(model)
+        data.ctrl[:] = np.where(model.actuator_ctrllimited, far, 1.0)
+        mujoco.mj_forward(model, data)
+        rates.append(np.array(data.act_dot))
+    return not np.allclose(rates[0], rates[1], rtol=0.1)
 
 
 def _keyframe(model: Any, keyframe: int | str) -> int:
