@@ -4,7 +4,8 @@ Smooth motions, with a contact or a limit now and then, are integrated by an exp
 8 whose step rejection finds each event, and again by one of order 5 at another tolerance. Where a
 contact chatters (a foot slides at its touch threshold), f is discontinuous along the motion and
 integration would crawl: contacts then set in over a thin layer, and the motion is computed for
-widths that shrink. What two of these differ by, with no discount, is the certificate.
+widths that shrink. What two computations differ by, with no discount, is the certificate; of layers
+it is how far their limit is from the narrowest.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -24,6 +26,10 @@ from plumbob.engines.own_motion import Course, Field, NotCertifiable, OwnModel, 
 TIGHT, LOOSE = 1e-10, 1e-8  # relative and absolute tolerances of the two smooth methods
 WIDTHS = (1e-5, 1e-6, 3e-7)  # [m] of the layer
 IN_LAYER, OTHER_IN_LAYER = 1e-7, 1e-6  # tolerances there
+# Powers of a layer's width that its distance from the limit goes as. A touch at a speed is felt for
+# a time that goes as the width, one that grazes as its root, and one whose acceleration and jerk
+# vanish too as its fourth root; the smallest power outlasts the others as layers shrink.
+POWERS = (0.25, 0.5)
 CHATTER, WITHIN = 20, 0.05  # events, within [s]: more are chatter
 FIRST, PARTS = 0.4, 3  # of the budget, for the first method; a third of the rest confirms it
 FINER = 1e-2  # times both tolerances, where those do not resolve the step's error
@@ -130,7 +136,7 @@ def _layered(
         for key, course in zip(group, _beside(model, short, asked, clock, executor), strict=True):
             done[key], ended = course, ended or course.why
     layers = [(w, done[w, IN_LAYER]) for w in WIDTHS if (w, IN_LAYER) in done]
-    layers = [(w, course) for w, course in layers if course.until > 0.0]
+    layers = [(w, _cut(c, script, script.duration)) for w, c in layers if c.until > 0.0]
     if len(layers) < 2:
         return None, ended
     (_, other), (width, best) = layers[-2:]
@@ -140,10 +146,40 @@ def _layered(
         short = _up_to(script, min(best.until, other.until))
         last = _Run("RK45", OTHER_IN_LAYER, width, ends - clock())
         again = computed(model, short, last, clock)
-    best, other, again = (_cut(c, script, script.duration) for c in (best, other, again))
-    widths = tuple(w for w, _ in layers)
-    pairs = (_compared(model, best, one, widths) for one in (other, again))
-    return _at_most(*pairs), ended
+    return _in_layers(model, layers, _cut(again, script, script.duration)), ended
+
+
+def _in_layers(model: OwnModel, layers: Sequence[tuple[float, Course]], again: Course) -> Reference:
+    """The motion of the last, narrowest, of `layers`; how far it is from the limit and what it
+    differs by from `again`, at another tolerance, may add up."""
+    widths = tuple(width for width, _ in layers)
+    apart = [_compared(model, narrow, wide, widths) for (_, wide), (_, narrow) in pairwise(layers)]
+    last, other = apart[-1], _compared(model, layers[-1][1], again, widths)
+    coordinates = left_open(widths, [r.uncertainty_coordinates for r in apart])
+    return replace(
+        last,
+        uncertainty=left_open(widths, [r.uncertainty for r in apart]) + other.uncertainty,
+        uncertainty_coordinates=coordinates + other.uncertainty_coordinates,
+        why=last.why or other.why,
+    )
+
+
+def left_open(widths: Sequence[float], apart: Sequence[Array]) -> Array:
+    """How far the motion with the last, narrowest, of `widths` may be from the limit, given how far
+    each is `apart` from the next. The power comes from the ratio of two of these, within `POWERS`;
+    where two widths alone are known, or differences do not fall as any power's, it is the least.
+    Each difference leaves some of the way to the limit open, and one may be small by chance."""
+    powers = np.linspace(*POWERS, 101)
+    steps = np.array([wide**powers - narrow**powers for wide, narrow in pairwise(widths)])
+    power = np.full(apart[-1].shape, POWERS[0])
+    if len(apart) > 1:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            power = np.interp(np.nan_to_num(apart[-2] / apart[-1]), steps[-2] / steps[-1], powers)
+    left = [
+        one * widths[-1] ** power / (wide**power - narrow**power)
+        for one, (wide, narrow) in zip(apart, pairwise(widths), strict=True)
+    ]
+    return np.asarray(np.max(left, axis=0))
 
 
 def refined(
@@ -288,18 +324,6 @@ def _joined(first: Reference, then: Reference) -> Reference:
         uncertainty=known(first.uncertainty, then.uncertainty),
         uncertainty_coordinates=known(first.uncertainty_coordinates, then.uncertainty_coordinates),
         positions=np.concatenate([first.positions[:count], then.positions[count:]]),
-    )
-
-
-def _at_most(one: Reference, other: Reference) -> Reference:
-    """The first of two comparisons, with the larger uncertainty of both."""
-    return replace(
-        one,
-        uncertainty=np.maximum(one.uncertainty, other.uncertainty),
-        uncertainty_coordinates=np.maximum(
-            one.uncertainty_coordinates, other.uncertainty_coordinates
-        ),
-        why=one.why or other.why,
     )
 
 

@@ -164,7 +164,7 @@ def tends(steps: Sequence[StepError], own: StepError, reference: Reference) -> i
     is known, and the errors do not level off above that: what catches a reference of something
     else."""
     nearest = np.min([s.errors for s in steps], axis=0)
-    floor = np.maximum(RESOLVED * reference.uncertainty, NOTHING)
+    floor = np.maximum(reference.uncertainty, NOTHING)
     same = [s.errors for s in steps if s.integrator == own.integrator and s.parts >= own.parts]
     allowed = np.maximum(floor, FALLS * np.max(same, axis=0))
     good = np.isfinite(reference.uncertainty) & (nearest <= allowed)

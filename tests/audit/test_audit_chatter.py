@@ -15,8 +15,10 @@ import pytest
 
 from plumbob.engines.adapters.mujoco.own_model import field as field_module
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
+from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
+from plumbob.engines.audit.reference import POWERS, WIDTHS, certified, largest, left_open
 
 FRICTION, GRAVITY, SPEED = 0.3, 9.81, 1.0
 DURATION = 0.06  # [s]: a friction that differs by 1e-3 shows by 5e-6 m, twenty uncertainties
@@ -28,6 +30,17 @@ FOOT = """
     <body name="foot"><joint type="slide" axis="1 0 0"/><joint type="slide"/>
       <geom name="foot" size=".05" mass="1" pos="0 0 .05"/></body></worldbody>
   <keyframe><key qvel="1 0"/></keyframe>
+</mujoco>
+"""
+# A pole that leans and begins to fall with its foot on the ground: how long the foot is within a
+# layer, at first at rest, goes as the root of its width, and its slip with it.
+POLE = """
+<mujoco>
+  <option timestep="0.0025"/>
+  <worldbody><geom type="plane" size="9 9 1"/>
+    <body><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
+      <joint axis="0 1 0"/><geom type="capsule" size=".05" fromto="0 0 .05 .1 0 .6" friction=".5"/>
+    </body></worldbody>
 </mujoco>
 """
 
@@ -80,3 +93,47 @@ def test_more_contacts_than_the_layer_takes_are_refused(monkeypatch: pytest.Monk
     assert found.found is None
     assert "contacts chatter" in found.reference.why
     assert "1 contacts begin within" in found.reference.why
+
+
+@pytest.mark.parametrize("power", [*POWERS, 0.4, 1.0])
+def test_what_layers_leave_open_is_the_way_to_their_limit(power: float) -> None:
+    """Of motions at a distance from it that goes as a power of the width."""
+    distances = np.array(WIDTHS) ** power
+    apart = [np.array([0.0, one, np.inf]) for one in -np.diff(distances)]
+    left = left_open(WIDTHS, apart)
+    assert left[0] == 0.0
+    assert left[2] == np.inf
+    assert left[1] >= distances[-1] * (1 - 1e-4)
+    if power <= POWERS[1]:
+        assert left[1] == pytest.approx(distances[-1], rel=1e-4)
+        assert left[1] > apart[-1][1]  # by more than the narrowest two differ by
+
+
+def test_layers_that_tell_no_power_leave_as_much_open_as_the_least() -> None:
+    """Two widths alone; three whose differences do not fall; one that is small by chance."""
+    wide, narrow, last = WIDTHS
+    one = np.ones(1)
+
+    def left(wide: float, narrow: float, power: float) -> float:
+        return float(last**power / (wide**power - narrow**power))
+
+    assert left_open(WIDTHS[1:], [one]) == pytest.approx(left(narrow, last, POWERS[0]))
+    assert left_open(WIDTHS, [one, one]) == pytest.approx(left(narrow, last, POWERS[0]))
+    assert left_open(WIDTHS, [one, 0.0 * one]) == pytest.approx(left(wide, narrow, POWERS[1]))
+
+
+def test_a_certificate_of_layers_holds_where_their_distance_goes_as_a_root(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    own = own_model(mujoco.MjModel.from_xml_string(POLE), "pole")
+    motion = script(own, duration=0.1)
+    sharp = certified(own, motion, 60.0)
+    assert not sharp.widths
+    assert sharp.uncertainty[-1] < 1e-7
+    monkeypatch.setattr(reference_module, "CHATTER", 0)  # its first event is taken for chatter
+    layered = certified(own, motion, 60.0)
+    assert layered.widths == WIDTHS
+    off = largest(np.linalg.norm(layered.positions - sharp.positions, axis=2))
+    assert off[-1] > 1e-5
+    assert (off <= layered.uncertainty + sharp.uncertainty).all()
+    assert layered.uncertainty[-1] < 1.5 * off[-1]

@@ -77,7 +77,7 @@ def _reference(found: Audit) -> str:
         return f"none: {reference.why or 'two computations do not agree'}"
     how = "two methods"
     if reference.widths:
-        how = "two layer widths"
+        how = f"layers of {len(reference.widths)} widths"
     known = f"certified to ±{found.uncertainty:.1e} m over {found.until:.3g} s"
     nearest = f"its own steps come within {length(steps_nearest(found.found))} of it"
     ended = f"; then: {reference.why}" if reference.why else ""
