@@ -30,6 +30,7 @@ test-long: .venv/.develop  ## mutations, the full profile, and a longer search b
 	$(BIN)/python -m pytest --numprocesses auto --profile full \
 	  tests/validation tests/site tests/replay tests/closed_forms tests/three_points $(ARGS)
 	@$(PIP) --editable '.[robots]'
+	@$(PIP) --no-deps 'dm_control>=1.0'  # its model files: nothing of it is imported
 	$(BIN)/python -m pytest --numprocesses auto tests/audit --profile full $(ARGS)
 	HYPOTHESIS_PROFILE=search $(BIN)/python -m pytest --numprocesses auto $(ARGS)
 

