@@ -28,9 +28,11 @@ FILES = {
 }  # fmt: skip
 CASES = tuple((p, n, c) for p, names in FILES.items() for n in names for c in ("rest", "sines"))
 QUICK = (
-    ("dm_control", "hopper", "rest"), ("dm_control", "walker", "rest"),
-    ("gymnasium", "inverted_pendulum", "sines"), ("gymnasium", "swimmer", "sines"),
-)  # fmt: skip
+    ("dm_control", "hopper", "rest"),
+    ("dm_control", "walker", "rest"),
+    ("gymnasium", "inverted_pendulum", "sines"),
+    ("gymnasium", "swimmer", "sines"),
+)
 REFUSED = {
     ("dm_control", "dog"): "the noslip solver",
     ("dm_control", "lqr"): "no degree of freedom",
