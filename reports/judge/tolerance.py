@@ -3,14 +3,15 @@ merely passes."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 
 from plumbob.analytic.errors.schemes import ADAPTIVE
 from plumbob.analytic.errors.theory import reaches
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.engines.method import Method
-from plumbob.engines.study.measurement import Measurement, ObservedError, rounding
+from plumbob.engines.study.measurement import Measurement, ObservedError, floor, rounding
 from plumbob.models.scene import Quantity
 
 STARTS_OFF = "the run does not start where the scene does"
@@ -139,6 +140,29 @@ def too_wide(found: Measurement, quantities: Sequence[Quantity]) -> str:
 def model_part(scene: str) -> float:
     """The part of a quantity of interest that is declared for the scenes of this name."""
     return next((p.part for p in MODEL_PARTS if fnmatchcase(scene, p.scenes)), MODEL_PART)
+
+
+def exceeded(
+    found: Measurement, name: str, allowed: Tolerance, units: Mapping[str, str]
+) -> str | None:
+    """Why the error of an observable is not within its tolerance, or None. One that is exactly zero
+    throughout, as the heading on a line, may be what rounding makes of it."""
+    error = found.errors[name]
+    if error.scale == 0.0 and error.largest <= round_off(found, name, units):
+        return None
+    if not error.largest <= allowed.bound:
+        return f"{error.largest:.3g} {allowed.unit}, allowed {allowed.bound:.3g}"
+    return None if (why := missed(error)) is None else f"{why} {allowed.unit}"
+
+
+def round_off(found: Measurement, name: str, units: Mapping[str, str]) -> float:
+    """The round-off level of an error; an observable has that of the largest one of its unit, and
+    where it stays zero that of the largest of all."""
+    error, every = found.errors[name], found.errors
+    alike = max(e.scale for n, e in every.items() if units.get(n) == units.get(name))
+    scale = alike if error.scale else max(e.scale for e in every.values())
+    doubt = max(error.uncertainty, ULP * scale)
+    return floor(replace(error, model={}, uncertainty=doubt), found.steps)
 
 
 def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:

@@ -24,7 +24,7 @@ from plumbob.engines.study.measurement import (
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Observable, Quantity
 from plumbob.reports.judge.converging import convergence
-from plumbob.reports.judge.tolerance import Tolerance, missed, starts_off, tolerance, too_wide
+from plumbob.reports.judge.tolerance import Tolerance, exceeded, starts_off, tolerance, too_wide
 from plumbob.reports.judge.unjudged import declared, undeclared
 
 Verdict = Literal[
@@ -226,12 +226,8 @@ def _leads_elsewhere(run: _Run) -> Judgement | None:
 def _beyond_tolerance(run: _Run) -> Judgement | None:
     """An error above its bound, or off a prediction to the last digit, fails."""
     for name, bound in run.tolerances.items():
-        error = run.found.errors[name]
-        if not error.largest <= bound.bound:
-            reason = f"the error of {name} is {error.largest:.3g} {bound.unit}, allowed "
-            return Judgement("fail", run.tolerances, f"{reason}{bound.bound:.3g}")
-        if (why := missed(error)) is not None:
-            return Judgement("fail", run.tolerances, f"the error of {name} is {why} {bound.unit}")
+        if (why := exceeded(run.found, name, bound, run.units)) is not None:
+            return Judgement("fail", run.tolerances, f"the error of {name} is {why}")
     return None
 
 

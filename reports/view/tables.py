@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.cost import Cost
-from plumbob.engines.study.measurement import Measurement, ObservedError
+from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import Order
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Scene, System
 from plumbob.reports.judge.expectations import expected, marked
-from plumbob.reports.judge.tolerance import missed
+from plumbob.reports.judge.tolerance import Tolerance, exceeded
 from plumbob.reports.judge.verdict import Judged, Judgement
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
@@ -190,7 +190,7 @@ def budgets(
             error = m.errors[name].largest
             head = f"{name}, error {notation.number(error)} {bound.unit}"
             total = Cell(notation.number(bound.bound), "number total")
-            verdict = Cell(_within(m.errors[name], bound.bound), "total")
+            verdict = Cell(_within(system, m, name, bound), "total")
             at = Cell(notation.step(m.step, methods[c.method].control), "number")
             rows.append(row(Cell(c.method, "method"), at, head, total, "", verdict))
             for term in bound.terms:
@@ -220,11 +220,12 @@ def budgeted(found: ConvergenceStudy, judged: Judged) -> tuple[Measurement, Judg
     return next((pair for pair in held if pair[1].verdict == "fail"), held[-1])
 
 
-def _within(error: ObservedError, bound: float) -> str:
-    if error.largest > bound:
-        return "the sum: EXCEEDED"
-    why = missed(error)
-    return "the sum: within" if why is None else f"the sum: within, but EXCEEDED: {why}"
+def _within(system: System, found: Measurement, name: str, bound: Tolerance) -> str:
+    units = {o.name: o.unit for o in system.observables}
+    if (why := exceeded(found, name, bound, units)) is None:
+        return "the sum: within"
+    larger = found.errors[name].largest > bound.bound
+    return "the sum: EXCEEDED" if larger else f"the sum: within, but EXCEEDED: {why}"
 
 
 def parameters(system: System, scene: Scene) -> Table:

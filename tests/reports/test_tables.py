@@ -11,14 +11,18 @@ import pytest
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.method import Method
+from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.extra_runs import Request, Result
+from plumbob.engines.study.measurement import measure
 from plumbob.engines.study.order import Order
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.registry import system_of
+from plumbob.models.registry import case_of, system_of
+from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings.cone_pendulum import hamiltonian, source_claims
 from plumbob.reports.findings.sources import CHERNOUSKO, NOTEBOOK, SUDAKOV, as_printed
-from plumbob.reports.judge.verdict import judge_study, judged
+from plumbob.reports.judge.tolerance import exceeded, round_off, tolerance
+from plumbob.reports.judge.verdict import Judged, judge, judge_study, judged
 from plumbob.reports.view import notation, overview, tables
 from plumbob.reports.view.content import Finding, Statement, StatementVerdict, Table
 from plumbob.tests.site import whole_profile
@@ -82,6 +86,32 @@ def test_predicted_and_observed_orders_stand_in_their_columns() -> None:
     shown = texts(tables.orders([replace(rk4, order=order, predicted_order=predicted)], by_name()))
     assert shown["observed [95 % interval]"][0].startswith("3.5")
     assert shown["predicted here"][0].startswith("2.5")
+
+
+def test_a_rounding_of_zero_is_no_failure() -> None:
+    """The heading on a line is exactly zero, and theory allows it nothing."""
+    scene, how = find_scene("capsule-line/ca1"), find_method("mujoco/euler")
+    system, units = system_of(scene), {o.name: o.unit for o in system_of(scene).observables}
+    found, _ = measure(case_of(scene), how, 1e-3)
+    heading = found.errors["heading"]
+    assert heading.scale == 0.0
+    allowed = tolerance(found, how, "heading", "rad")
+    assert allowed is not None
+    level = round_off(found, "heading", units)
+    assert 0.0 < heading.largest < level < 1e-13
+    assert exceeded(found, "heading", allowed, units) is None
+    shown = judge(found, system, how)
+    assert shown.verdict == "fail"  # of the displacement
+    c = ConvergenceStudy(scene.name, how.name, (found,))
+    both = {how.name: Judged(shown, (shown,))}
+    cells = texts(tables.budgets(system, [c], both, {how.name: how}))
+    rows = zip(cells["observable"], cells["reason"], strict=True)
+    said = {head.partition(",")[0]: why for head, why in rows if ", error" in head}
+    assert said["heading"] == said["sideways"] == "the sum: within"
+    assert said["displacement"] == "the sum: EXCEEDED"
+    more = replace(heading, largest=1.01 * level)  # and no more than rounding
+    wrong = replace(found, errors={**found.errors, "heading": more})
+    assert exceeded(wrong, "heading", allowed, units) is not None
 
 
 def test_a_run_off_its_prediction_is_shown_as_such() -> None:
