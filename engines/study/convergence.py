@@ -13,10 +13,12 @@ import numpy as np
 from plumbob.analytic.reference import Reference
 from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import (
+    REFERENCE_STEP,
     Measurement,
     confirming,
     floor,
     measure,
+    reference_run,
     unpredicted,
 )
 from plumbob.engines.study.order import Order, fit_order
@@ -27,6 +29,7 @@ from plumbob.models.scene import Scene
 TRACE = 160  # points of an error curve: as many as a plot can show
 DEFAULT = ("mujoco/euler", 2e-3)  # MuJoCo's default settings: method and step [s]
 PER_OCTAVE, OCTAVES = 3, 5  # step sizes for a method that no theory covers
+TIMED = 100  # steps at least of a run that a cost is measured at: its beginning costs more
 FURTHER = 8  # times the most steps, for a method with steps of its own: three halvings
 SEED = 1  # of the steps that are drawn, unless another is chosen
 
@@ -54,6 +57,7 @@ class ConvergenceStudy:
     cut: bool = False  # the finest step sizes were left out: too many steps
     drawn: Measurement | None = None
     """One more run, at a step that nobody listed: judged, and part of nothing else."""
+    beside: tuple[float, ...] = ()  # steps [s] of runs that no order or plateau is judged by
 
 
 def convergence_study(
@@ -66,16 +70,19 @@ def convergence_study(
 ) -> ConvergenceStudy:
     """Run `scene` with `method` at its step sizes (or those given), coarse to fine, leaving out
     runs of more than `most_steps`, and stopping two step sizes after the error reaches its floor;
-    where no theory covers the method, at steps between them too; and at one that `seed` draws.
-    `keep` is given each run, for what a measurement does not hold."""
+    where no theory covers the method, at steps between them too; at the step at which methods are
+    compared; and at one that `seed` draws. `keep` is given each run, for what a measurement does
+    not hold."""
     case = case_of(scene)
     leading = case.system.observables[0].name
     chosen = chosen_step_sizes(scene, method, most_steps, step_sizes)
+    beside = () if step_sizes else steps_beside(scene, method, most_steps)
     taken: list[Measurement] = []
     finest: tuple[float, Trajectory] | None = None
     at_floor = 0
     second = cache(partial(confirming, case, method))  # of every tolerance the same
-    waiting, dense = list(chosen), False
+    waiting = sorted((*chosen, *beside), reverse=True) if beside else list(chosen)
+    dense = False
     while waiting:
         step = waiting.pop(0)
         found, run = measure(case, method, step, second)
@@ -88,24 +95,26 @@ def convergence_study(
             continue
         if not dense and unpredicted((found,), method):
             dense = True
-            more = between(chosen, scene.duration, own_steps(method))
-            waiting = sorted({*waiting, *more} - {m.step for m in taken}, reverse=True)
+            waiting += between(chosen, scene.duration, own_steps(method))
+            waiting = sorted(set(waiting) - {m.step for m in taken}, reverse=True)
         assert run is not None
         finest = (step, run) if leading in found.errors else finest
         if (error := found.errors.get(leading)) is None:
             continue
-        at_floor += error.largest <= 3.0 * floor(error, found.steps)
+        at_floor += step not in beside and error.largest <= 3.0 * floor(error, found.steps)
         if at_floor > 2:
-            break
+            waiting = [h for h in waiting if h == REFERENCE_STEP]
     cut = at_floor <= 2 and len(chosen) < len(
         chosen_step_sizes(scene, method, math.inf, step_sizes)
     )
     trace = _trace(*finest, leading, case.reference) if finest else None
     taken.sort(key=lambda m: -m.step)
-    another = None if seed is None else drawn_step(taken, scene, method, seed)
+    listed = [m for m in taken if m.step not in beside]
+    another = None if seed is None else drawn_step(listed, scene, method, seed)
     drawn = None if another is None else measure(case, method, another, second)[0]
+    orders = _orders(listed, leading, method)
     return ConvergenceStudy(
-        scene.name, method.name, tuple(taken), *_orders(taken, leading, method), trace, cut, drawn
+        scene.name, method.name, tuple(taken), *orders, trace, cut, drawn, beside
     )
 
 
@@ -145,6 +154,16 @@ def chosen_step_sizes(
     return tuple(h for h in short if scene.duration / h <= most or h == asked)
 
 
+def steps_beside(scene: Scene, method: Method, most_steps: float) -> tuple[float, ...]:
+    """The step [s] at which methods are compared, where it is none of a method's step sizes, and
+    would take no more than FURTHER times `most_steps`."""
+    chosen = chosen_step_sizes(scene, method, most_steps)
+    if method.control == "tolerance" or own_steps(method) or REFERENCE_STEP in chosen:
+        return ()
+    fits = 1.0 <= scene.duration / REFERENCE_STEP <= FURTHER * most_steps
+    return (REFERENCE_STEP,) if fits else ()
+
+
 def between(steps: tuple[float, ...], duration: float, own: bool) -> tuple[float, ...]:
     """Three incommensurate steps [s] an octave, down to the finest of `steps`, over five octaves at
     least, or over those of a method's own steps alone; at the coarsest eight steps in `duration`
@@ -160,6 +179,19 @@ def own_steps(method: Method) -> bool:
     """Whether a method brings its own fixed steps, as a user's settings do, the first of which is
     the one that is asked about."""
     return method.control == "step" and bool(method.step_sizes)
+
+
+def timed_run(found: ConvergenceStudy, method: Method) -> Measurement | None:
+    """The run at whose step a method's cost is measured: the first of its own, or the one that
+    errors are shown at; where that is too short for a time, and of an adaptive solver, the middle
+    one of those that worked."""
+    done = [m for m in found.measurements if m.status == "done"]
+    if own_steps(method) or not done:
+        return done[0] if done else None
+    shown = reference_run(done, method)
+    if method.control == "step" and shown and shown.duration >= TIMED * shown.step:
+        return shown
+    return done[len(done) // 2]
 
 
 def _orders(

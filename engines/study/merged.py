@@ -116,8 +116,11 @@ def _same(one: Scene, other: Scene) -> bool:
 
 
 def _joined(old: ConvergenceStudy, new: ConvergenceStudy) -> ConvergenceStudy:
-    """Both studies' runs, coarse to fine, the newer where both ran a step."""
+    """Both studies' runs, coarse to fine, the newer where both ran a step; beside the step sizes
+    are those that no study has among them."""
     runs = {m.step: m for m in (*old.measurements, *new.measurements)}
+    sizes = {m.step for c in (old, new) for m in c.measurements if m.step not in c.beside}
     more = new if len(new.measurements) >= len(old.measurements) else old
     ordered = tuple(runs[step] for step in sorted(runs, reverse=True))
-    return replace(more, measurements=ordered, cut=old.cut and new.cut)
+    beside = tuple(sorted({*old.beside, *new.beside} - sizes, reverse=True))
+    return replace(more, measurements=ordered, cut=old.cut and new.cut, beside=beside)

@@ -17,7 +17,8 @@ from plumbob.engines.study.convergence import (
     SEED,
     ConvergenceStudy,
     chosen_step_sizes,
-    own_steps,
+    steps_beside,
+    timed_run,
 )
 from plumbob.engines.study.cost import Cost, Key, costs
 from plumbob.engines.study.extra_runs import (
@@ -161,7 +162,7 @@ def _cost_pieces(
     timings: dict[Key, _Timing] = {}
     for c in convergence:
         scene, method = by_scene[c.scene], by_method[c.method]
-        if (chosen := _typical(c, method)) is not None:
+        if (chosen := timed_run(c, method)) is not None:
             step, run = chosen.step, Stepping(chosen.steps, chosen.seconds)
             key = key_of("cost", scene, method, step, how, versions_of(method), here)
             timings[c.scene, c.method] = _Timing(key, scene, method, step, run)
@@ -335,7 +336,9 @@ def pairs(scenes: Sequence[Scene], methods: Sequence[Method]) -> list[tuple[Scen
 
 def predicted_work(scene: Scene, method: Method, profile: Profile) -> float:
     """Roughly how many steps of a pendulum the runs of a pair take."""
-    return _work(scene, method, chosen_step_sizes(scene, method, most_steps(scene, profile)))
+    most = most_steps(scene, profile)
+    steps = (*chosen_step_sizes(scene, method, most), *steps_beside(scene, method, most))
+    return _work(scene, method, steps)
 
 
 def _work(scene: Scene, method: Method, steps: Sequence[float]) -> float:
@@ -344,12 +347,3 @@ def _work(scene: Scene, method: Method, steps: Sequence[float]) -> float:
         return _ADAPTIVE_WORK
     count = sum(scene.duration / h for h in steps)
     return count * system_of(scene).weight * (1.0 if method.engine == "mujoco" else 2.0)
-
-
-def _typical(found: ConvergenceStudy, method: Method) -> Measurement | None:
-    """The run at whose step a method's cost is measured: the first of its own, or the middle one of
-    those that worked."""
-    done = [m for m in found.measurements if m.status == "done"]
-    if not done:
-        return None
-    return done[0 if own_steps(method) else len(done) // 2]

@@ -110,14 +110,17 @@ def judged(
 ) -> Judged:
     """The verdict on a method on a scene, from those on its runs; `about` are the scene's
     quantities of interest, or else the leading observable with its largest magnitude as scale."""
-    runs = tuple(judge(m, system, method, about) for m in found.measurements)
+    every = [(m, judge(m, system, method, about)) for m in found.measurements]
+    listed = [pair for pair in every if pair[0].step not in found.beside] or every
     names = tuple(o.name for o in system.observables)
-    several = _Runs(found.measurements, runs, names, method, tuple(about))
+    beside = [run for m, run in every if m.step in found.beside]
+    runs = [run for _, run in listed]
+    several = _Runs([m for m, _ in listed], runs, names, method, tuple(about), beside)
     whole = next(verdict for rule in _RULES_OF_RUNS if (verdict := rule(several)) is not None)
     errors = {step: error for run in runs for step, error in run.errors.items()}
     drawn = None if found.drawn is None else judge(found.drawn, system, method, about)
     whole = replace(whole, cut=found.cut, unjudged=several.unjudged, errors=errors, drawn=drawn)
-    return Judged(whole, runs)
+    return Judged(whole, tuple(run for _, run in every))
 
 
 def judge_convergence(
@@ -268,13 +271,15 @@ _RULES_OF_A_RUN: tuple[Callable[[_Run], Judgement | None], ...] = (
 
 @dataclass(frozen=True)
 class _Runs:
-    """The runs of one method on one scene, coarse to fine, with their verdicts."""
+    """The runs of one method on one scene, coarse to fine, with their verdicts; those `beside` its
+    step sizes tell of no order and no plateau, and are judged each by itself."""
 
     found: Sequence[Measurement]
     runs: Sequence[Judgement]
     observables: tuple[str, ...]  # the leading one first
     method: Method
     about: tuple[Quantity, ...]
+    beside: Sequence[Judgement] = ()
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
@@ -319,8 +324,8 @@ class _Runs:
         return f"the error of {self.leading} stays at {last[-1].largest:.3g}{times}"
 
     def first(self, verdict: Verdict) -> Judgement | None:
-        """The coarsest run with this verdict."""
-        return next((run for run in self.runs if run.verdict == verdict), None)
+        """The coarsest run with this verdict, or one beside them."""
+        return next((run for run in (*self.runs, *self.beside) if run.verdict == verdict), None)
 
 
 def _does_not_run(several: _Runs) -> Judgement | None:

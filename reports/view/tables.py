@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from plumbob.engines.method import Method
-from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.convergence import ConvergenceStudy, timed_run
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import Order
@@ -114,10 +114,8 @@ def cost(
     for c in convergence:
         if (found := costs.get(c.method)) is None:
             continue
-        done = [m for m in c.measurements if m.status == "done" and m.steps]
-        speed = ""
-        if done:
-            m = done[len(done) // 2]
+        speed, m = "", timed_run(c, methods[c.method])
+        if m is not None and m.steps:
             factor = notation.real_time_factor(m.steps * found.ns_per_step / m.duration)
             speed = f"{factor} at {notation.step(m.step, methods[c.method].control)}"
         scatter = f"{notation.number(found.low)} – {notation.number(found.high)}"

@@ -18,9 +18,10 @@ from plumbob.engines.study.convergence import (
     ConvergenceStudy,
     chosen_step_sizes,
     convergence_study,
+    steps_beside,
 )
 from plumbob.engines.study.cost import ENOUGH, Cost
-from plumbob.engines.study.measurement import floor, measure
+from plumbob.engines.study.measurement import REFERENCE_STEP, floor, measure
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.workers import Workers
@@ -114,7 +115,9 @@ def test_rounding_alone_leaves_open_what_the_floor_is_made_of() -> None:
     assert wanted == pytest.approx(own, rel=1e-12, abs=0.0)
 
 
-def test_a_cost_is_taken_at_the_middle_step(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_cost_is_taken_at_the_step_that_errors_are_shown_at(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     asked: list[float] = []
 
     def record(
@@ -124,10 +127,56 @@ def test_a_cost_is_taken_at_the_middle_step(monkeypatch: pytest.MonkeyPatch) -> 
         return {}, 1.0
 
     monkeypatch.setattr("plumbob.engines.study.runner.costs", record)
-    chosen = replace(scene("cone-pendulum/deep-well"), steps=(5e-3, 2e-3, 1e-3, 5e-4))
+    chosen = replace(scene("cone-pendulum/deep-well"), steps=(1e-3, 5e-4, 2e-4, 1e-4))
     own = replace(method("mujoco/euler"), name="mujoco/mine", step_sizes=(2e-3, 1e-3, 5e-4))
     run_study([chosen], [method("ode/rk4"), own])
     assert asked == [1e-3, 2e-3]  # of a method with steps of its own the first, the user's
+    asked.clear()
+    run_study([replace(chosen, duration=0.05)], [method("ode/rk4")])
+    assert asked == [2e-4]  # 50 steps of 1 ms are no time: the middle one
+
+
+@pytest.mark.parametrize(
+    ("name", "finest"),  # what the quick profile ran without it
+    [("cone-pendulum/fast-platform", 5e-6), ("simple-pendulum/near-top-1e-6", 2e-3),
+     ("capsule-turn/unloaded-short", 1.11e-4), ("capsule-hold/0.999", 2e-3)],
+)  # fmt: skip
+def test_every_pair_is_run_at_the_step_that_methods_are_compared_at(
+    name: str, finest: float
+) -> None:
+    chosen = scene(name)
+    how = method("mujoco/rk4+coulomb" if "capsule" in name else "ode/rk4")
+    found = convergence_study(chosen, how, runner.most_steps(chosen, "quick"))
+    steps = [m.step for m in found.measurements]
+    assert REFERENCE_STEP in steps
+    assert steps == sorted(steps, reverse=True)
+    rest = [h for h in steps if h != REFERENCE_STEP]
+    assert min(rest) == pytest.approx(finest, rel=0.01)
+    assert set(rest) <= set(chosen.steps)
+
+
+def test_a_run_beside_the_step_sizes_tells_of_no_order() -> None:
+    chosen, how = scene("cone-pendulum/fast-platform"), method("ode/rk4")
+    found = convergence_study(chosen, how, 25_000)
+    assert found.beside == (REFERENCE_STEP,)
+    alone = convergence_study(chosen, how, 25_000, chosen.steps)
+    assert alone.order is not None
+    assert found.order == alone.order
+    assert [m.step for m in found.measurements[1:]] == [m.step for m in alone.measurements]
+    at = found.measurements[0]
+    assert at.step == REFERENCE_STEP
+    assert at.errors["theta"].largest > 1.0  # with it the order would be another one
+
+
+def test_no_step_is_run_beside_those_that_are_asked_for() -> None:
+    chosen = scene("cone-pendulum/fast-platform")
+    own = replace(method("mujoco/euler"), name="mujoco/mine", step_sizes=(1e-4, 5e-5))
+    assert steps_beside(chosen, own, 25_000) == ()
+    assert steps_beside(chosen, method("ode/dop853"), 25_000) == ()
+    assert steps_beside(replace(chosen, duration=9e-4), method("ode/rk4"), 25_000) == ()
+    assert steps_beside(scene("simple-pendulum/free-small"), method("ode/rk4"), 6_249) == ()
+    asked = convergence_study(chosen, method("ode/rk4"), 25_000, (1e-4, 5e-5))
+    assert [m.step for m in asked.measurements] == [1e-4, 5e-5]
 
 
 def test_costs_are_measured_in_turns_of_scenes_that_one_worker_knows() -> None:

@@ -8,13 +8,14 @@ from functools import cache
 
 import numpy as np
 
-from plumbob.engines.method import Trimming
+from plumbob.engines.method import Method, Trimming
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.convergence import (
     ConvergenceStudy,
     chosen_step_sizes,
     convergence_study,
+    steps_beside,
 )
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.extra_runs import (
@@ -34,7 +35,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
-from plumbob.models.scene import Case
+from plumbob.models.scene import Case, Scene
 
 SAMPLES, ERROR = 240, 1e-6  # of invented runs
 
@@ -107,6 +108,12 @@ def _invented(request: Request) -> Result:
     return Trajectory(times, seen, channels, steps=SAMPLES)
 
 
+def _steps(scene: Scene, method: Method, most: int) -> Sequence[float]:
+    """The steps that a convergence study runs, coarse to fine."""
+    beside = steps_beside(scene, method, most)
+    return sorted((*chosen_step_sizes(scene, method, most), *beside), reverse=True)
+
+
 def _convergence(plan: StudyPlan) -> tuple[ConvergenceStudy, ...]:
     """A made-up study of every pair: errors of first order, as predicted."""
     found = []
@@ -120,7 +127,8 @@ def _convergence(plan: StudyPlan) -> tuple[ConvergenceStudy, ...]:
                                          predicted=Prediction(step, step, {1: step}, 0.0))
                         for n in names},
             )
-            for step in chosen_step_sizes(scene, method, most_steps(scene, plan.profile))
+            for step in _steps(scene, method, most_steps(scene, plan.profile))
         )  # fmt: skip
-        found.append(ConvergenceStudy(scene.name, method.name, runs))
+        beside = steps_beside(scene, method, most_steps(scene, plan.profile))
+        found.append(ConvergenceStudy(scene.name, method.name, runs, beside=beside))
     return tuple(found)

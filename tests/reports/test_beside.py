@@ -1,0 +1,59 @@
+"""A run beside a method's step sizes is judged by itself, and tells of no plateau."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
+from plumbob.engines.study.merged import merged
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.reports.judge.verdict import Judged, judged
+from plumbob.tests.support.declared import nothing
+
+SCENE, METHOD = "cone-pendulum/rotating-base", "ode/rk4"
+STEPS, BESIDE = (8e-3, 4e-3, 2e-3, 1.5e-3), 1e-3
+
+
+def run(step: float, error: float, predicted: float) -> Measurement:
+    """A run with this error of both observables, and a prediction of it."""
+    found = Prediction(predicted, predicted, {}, 0.0, abs(error - predicted), 1e-9,
+                       max(abs(error - predicted) - 1e-9, 0.0))  # fmt: skip
+    errors = {n: ObservedError(error, error, 1e-16, 1.0, predicted=found)
+              for n in ("theta", "theta_dot")}  # fmt: skip
+    return Measurement(SCENE, METHOD, step, "done", errors=errors, duration=0.5, steps=500)
+
+
+def study(error: float, predicted: float, beside: tuple[float, ...] = (BESIDE,)) -> Judged:
+    """The verdict on errors of first order, and one beside them."""
+    runs = (*(run(h, h, h) for h in STEPS), run(BESIDE, error, predicted))
+    found = ConvergenceStudy(SCENE, METHOD, runs, beside=beside)
+    case = case_of(find_scene(SCENE))
+    return judged(found, case.system, find_method(METHOD), case.system.quantities(case))
+
+
+def test_an_error_that_is_not_the_predicted_one_fails_beside_the_step_sizes_too() -> None:
+    assert study(1e-3, 1e-3).whole.verdict == "pass"
+    assert study(1.1e-3, 1e-3).whole.verdict == "fail"
+    assert [j.verdict for j in study(1.1e-3, 1e-3).runs] == ["pass"] * 4 + ["fail"]
+
+
+def test_it_tells_of_no_plateau_and_of_no_size() -> None:
+    # as large as the largest of the four before it: among these it would be a plateau
+    beside, among = (study(5e-3, 5e-3, steps) for steps in ((BESIDE,), ()))
+    assert among.whole.verdict == "not-converging"
+    assert beside.whole.verdict == "pass"
+    assert set(beside.whole.errors) == set(STEPS)
+
+
+def test_a_step_that_one_of_two_studies_has_among_its_sizes_is_not_beside_them() -> None:
+    runs = tuple(run(h, h, h) for h in (2e-3, BESIDE))
+    one = ConvergenceStudy(SCENE, METHOD, runs, beside=(BESIDE,))
+    found = replace(nothing(), scenes=(find_scene(SCENE),), methods=(find_method(METHOD),))
+    both = [replace(found, convergence=(replace(one, beside=steps),)) for steps in ((BESIDE,), ())]
+    for studies, beside in ((both[:1] * 2, (BESIDE,)), (both, ()), (both[::-1], ())):
+        together = merged(studies)
+        assert together is not None
+        assert together.convergence[0].beside == beside
