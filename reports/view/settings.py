@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from plumbob.engines.method import Settings, Snippet
 from plumbob.engines.registry import engine_of, method
 from plumbob.engines.study.results import Study
+from plumbob.reports.advice.recommend import DEFAULT_METHOD
 
 SHOWN = (  # methods, what for, and the step [s] to write the settings for
     ("mujoco/euler+coulomb", "A robot with contacts in MuJoCo", 1e-3),
@@ -41,13 +42,19 @@ def pasted(study: Study) -> tuple[Pasted, ...]:
     )
 
 
-def written_for(name: str, step: float, title: str) -> Pasted:
-    """The settings of a method, of an engine that writes some, at a step [s]."""
+def written_for(name: str, step: float, title: str, cost: str = "") -> Pasted:
+    """The settings of a method, of an engine that writes some, at a step [s]; a study's own `cost`
+    of a step, in steps of MuJoCo's default method, takes the place of the usual one."""
     chosen = method(name)
     write = engine_of(chosen).settings_text
     assert write is not None, name
     command = f"plumbob settings {name} --step {step:g}"
-    return Pasted(title, command, write(chosen, step, None, FRICTION))
+    settings = write(chosen, step, None, FRICTION)
+    if cost:
+        words = f"{cost} times a step of {DEFAULT_METHOD}, the median over the scenes of this study"
+        snippets = tuple(replace(snippet, cost=words) for snippet in settings.snippets)
+        settings = replace(settings, snippets=snippets)
+    return Pasted(title, command, settings)
 
 
 def _writes(name: str, engines: set[str]) -> bool:

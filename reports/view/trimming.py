@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from plumbob.engines.method import Method, meant
+from plumbob.engines.method import Method, Trimming, meant
+from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.extra_runs import StudyPlan, TrimmingRun
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
@@ -48,7 +49,7 @@ def trimming(study: Study, scene: Scene) -> Table | None:
             Cell(method, "method"),
             *(
                 Cell(notation.number(ns), "number")
-                for ns in (timed.ns_default, timed.ns_flags, timed.ns_trimmed)
+                for ns in _as_in_the_study(timed, study.costs.get((scene.name, method)))
             ),
             Cell(f"{100 * timed.saved:.0f} %", "number"),
             Cell("identical to the last bit", "pass")
@@ -65,3 +66,10 @@ def trimming(study: Study, scene: Scene) -> Table | None:
         f"Parts that are seen and not felt, left out: {', '.join(first.parts_left_out) or 'none'}."
     )
     return Table("What the model leaves out, and what that saves", heads, rows, note)
+
+
+def _as_in_the_study(timed: Trimming, cost: Cost | None) -> tuple[float, float, float]:
+    """The three costs [ns] in the proportion that was timed here, as run at the cost that the study
+    has of the method: the page has one cost of a method on a scene."""
+    scale = cost.ns_per_step / timed.ns_trimmed if cost is not None else 1.0
+    return scale * timed.ns_default, scale * timed.ns_flags, scale * timed.ns_trimmed

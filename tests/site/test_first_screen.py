@@ -12,12 +12,14 @@ from pathlib import Path
 
 import pytest
 
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.models.scene import Quantity
 from plumbob.reports.findings.capsule_line.displacement import errors
-from plumbob.reports.judge.verdict import judge_study
+from plumbob.reports.judge.verdict import Judged, Judgement, judge_study
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.page import UNITS
@@ -25,6 +27,7 @@ from plumbob.reports.view.site import first_screen, matrix
 from plumbob.reports.view.site.pictures import names, picture
 from plumbob.reports.view.site.views import scene_view
 from plumbob.reports.view.traces import curve, figure, linear, logarithmic
+from plumbob.reports.view.trimming import trimming
 
 LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.WITH_CONTACTS
 
@@ -153,10 +156,114 @@ def test_the_matrix_is_computed_from_the_study(study: Study) -> None:
     assert "12 %" in cells["MuJoCo, default settings"].text
 
 
+def _at_steps(study: Study, runs: dict[float, float | None]) -> ConvergenceStudy:
+    """A study of the line with these relative errors at its end, signed, by step [s]; None for a
+    run that diverged."""
+    (quantity,) = _about(study, LINE)
+    one = next(c for c in study.convergence if (c.scene, c.method) == (LINE, DEFAULT))
+    first = next(m for m in one.measurements if m.status == "done")
+    measured = [
+        replace(first, step=step, status="diverged", errors={}) if error is None else
+        replace(first, step=step, errors={**first.errors, quantity.observable: replace(
+            first.errors[quantity.observable], end=error * quantity.scale,
+            largest=abs(error) * quantity.scale)})
+        for step, error in runs.items()
+    ]  # fmt: skip
+    return replace(one, measurements=tuple(measured))
+
+
+@pytest.mark.parametrize(
+    ("runs", "text"),
+    [
+        ({2e-3: 0.3, 1e-3: 0.1, 5e-4: 0.05}, "10 %"),
+        ({2e-3: 0.3, 1e-3: 0.01, 5e-4: -0.05}, "30 % at 0.002 s"),  # zero, just below 1 ms
+        ({2e-3: -0.03, 1e-3: 0.01, 5e-4: 0.05}, "5 % at 5e-4 s"),  # just above it
+        ({1e-3: 0.01, 5e-4: -0.05}, "5 % at 5e-4 s"),
+        ({2e-3: -0.3, 1e-3: 0.1, 5e-4: 0.05}, "10 %"),  # far above it: 1 ms is no exception
+        ({2e-3: 0.3, 1e-3: 0.01, 5e-4: 0.05}, "1 %"),  # small, without a zero
+        ({2e-3: 0.3, 5e-4: 0.05}, "30 % at 0.002 s"),  # not run at 1 ms
+        ({2e-3: 0.3, 1e-3: None, 5e-4: 0.05}, "diverged"),
+    ],
+)
+def test_an_error_that_crosses_zero_is_shown_beside_it(
+    study: Study, runs: dict[float, float | None], text: str
+) -> None:
+    found = _at_steps(study, runs)
+    shown = matrix.at_reference(found, find_method(DEFAULT), _about(study, LINE))
+    assert shown is not None
+    assert shown.text == text
+
+
+def test_a_step_too_large_for_the_theory_is_marked_as_such(study: Study) -> None:
+    found = _at_steps(study, {2e-3: 0.3, 1e-3: 0.2, 5e-4: 0.05})
+    judgement = Judgement("pass", {}, "")
+    large = Judgement("pre-asymptotic", {}, "")
+    for middle, sign in ((judgement, "="), (large, "?")):
+        runs = (judgement, middle, judgement)
+        judged = {(LINE, CONVERGENT): Judged(judgement, runs)}
+        one = replace(found, method=CONVERGENT)
+        shown = matrix.shown(study, one, find_method(CONVERGENT), judged)
+        assert shown.cell().text == f"{sign} 20 %"
+
+
+def test_engines_are_compared_at_one_step(study: Study) -> None:
+    scene = find_scene("cone-pendulum/rotating-base")
+    table = matrix.by_engine(study, judge_study(study), (scene,))
+    cells = dict(zip(table.heads, table.rows[0], strict=True))
+    assert " at " not in cells["ODE solvers, smallest error"].text  # dop853's would be smaller
+    (dop853,) = [c for c in study.convergence if (c.scene, c.method) == (scene.name, "ode/dop853")]
+    alone = replace(study, convergence=(dop853,), methods=(find_method("ode/dop853"),))
+    ((_, cell),) = matrix.by_engine(alone, judge_study(alone), (scene,)).rows
+    assert "at rtol" in cell.text
+
+
+def test_what_the_maxima_leave_out_has_rows_and_a_sentence(study: Study) -> None:
+    hard = "capsule-turn/pivot-short"
+    changed = _with_error(study, hard, RK4, 7.7e7)
+    for answer in first_screen.answers(changed):
+        names = {row[0].text for row in answer.table.rows}
+        system = "capsule-" if answer.name == "with-contacts" else "pendulum"
+        apart = {s.name for s in study.scenes if system in s.name.partition("/")[0] and s.hard}
+        assert apart <= names
+    assert f"up to 7.7e7× (on {hard}) with {RK4}" in _said(changed)
+    turned = _with_error(study, "capsule-turn/0.03", RK4, 6.6e7)
+    assert "RK4: at most 6.6e7× (on capsule-turn/0.03)" in _said(turned)
+
+
+def test_a_method_has_one_cost_on_a_scene(study: Study) -> None:
+    cost = study.costs[LINE, DEFAULT]
+    costs = {
+        pair: replace(cost, ns_per_step=6686.0 if pair[1] == DEFAULT else 9360.0)
+        for pair in study.costs
+    }
+    changed = replace(study, costs=costs)
+    (contacts, _) = first_screen.answers(changed)
+    rows = {row[0].text: [cell.text for cell in row[1:]] for row in contacts.table.rows}
+    assert rows["cost of a step, relative"][:2] == ["1", "1.4"]
+    assert rows["ns per step"][:2] == ["6686", "9360"]
+    assert all("1.4 times" in s.cost for s in contacts.pasted.settings.snippets)
+    scene = next(s for s in study.scenes if s.name == LINE)
+    trimmed = trimming(changed, scene)
+    assert trimmed is not None
+    as_run = {row[0].text: row[3].text for row in trimmed.rows}
+    assert as_run[DEFAULT] == "6686"
+
+
+def test_methods_that_did_not_run_are_not_counted(study: Study) -> None:
+    first, *rest = study.convergence
+    none = replace(first, measurements=tuple(
+        replace(m, status="unsupported", errors={}) for m in first.measurements))  # fmt: skip
+    alone = replace(study, convergence=(none, *(c for c in rest if c.method != first.method)))
+    runs, scenes, methods = first_screen.made(study)
+    assert first_screen.made(alone)[2] == methods - 1
+    assert first_screen.made(alone)[0] < runs
+    assert scenes == len(study.scenes)
+
+
 def test_a_known_limit_is_never_marked_as_unexpected(study: Study) -> None:
     for pair, found in judge_study(study).items():
         means = matrix.meaning(*pair, found.whole)
-        shown = matrix.Shown(means, 0.1, "1e-3 s", "").cell()
+        shown = matrix.Shown(0.1, 1e-3, "step", means).cell()
         assert ("✗" in shown.text) == (means == "unexpected")
         assert ("unexpected" in shown.kind) == (means == "unexpected")
 

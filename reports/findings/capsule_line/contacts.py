@@ -149,11 +149,11 @@ def isotropy(study: Study) -> Finding | None:
             if len(known) < len(headings):
                 continue
             lowest, highest = float(known.min()), float(known.max())
-            spreads[name] = highest - lowest
             cells = (len(known), lowest, highest, highest - lowest)
             rows.append(row(plain_method_cell(name), Cell(short(step), "number"),
                             *map(value, cells)))  # fmt: skip
             if step == steps[0]:
+                spreads[name] = highest - lowest
                 traces.append(curve(np.array(headings), positive(known), colour=OF_METHODS[name],
                                     marks=True, name=name))  # fmt: skip
     if not rows:
@@ -164,7 +164,7 @@ def isotropy(study: Study) -> Finding | None:
         seen = (
             f" Over the headings the displacement varies by {number(100 * default, 2)} % with "
             f"MuJoCo's default contacts and by {_little(convergent)} with convergent "
-            "ones, which every robot should take (plumbob settings prints them)."
+            "ones, which a robot that slides should take (plumbob settings prints them)."
         )
     heads = ("method", "step [s]", "headings", "lowest error", "highest error", "spread")
     return Finding(

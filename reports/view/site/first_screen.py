@@ -7,7 +7,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from plumbob.engines.study.measurement import REFERENCE_STEP, Measurement, worst
+from plumbob.engines.study.convergence import timed_run
+from plumbob.engines.study.measurement import REFERENCE_STEP, worst
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import systems
 from plumbob.models.scene import Scene
@@ -15,15 +16,15 @@ from plumbob.reports.advice.recommend import DEFAULT_METHOD
 from plumbob.reports.judge.verdict import Judgements
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Figure, Finding, Table, row
+from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.settings import Pasted, written_for
 from plumbob.reports.view.site.claims import NOT_SHOWN
-from plumbob.reports.view.site.matrix import SIGNS, in_order, meaning
+from plumbob.reports.view.site.matrix import SIGNS, Shown, at_reference, meaning, ordered
 from plumbob.reports.view.site.pictures import names, picture
 
 WITH_CONTACTS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/rk4+coulomb")
 WITHOUT = ("mujoco/euler", "mujoco/rk4")
 FORCED, HELD = "simple-pendulum/forced-large", ("mujoco/rk4", "mujoco/rk4+midpoint")
-NEAR = 1.25  # a run within this factor of the step asked for stands for it
 KEY_FINDINGS = (  # name, and which of its figures is its picture
     ("capsule-isotropy", 0),
     ("capsule-displacement", 0),
@@ -77,10 +78,12 @@ def counts(study: Study, judged: Judgements) -> tuple[Count, ...]:
     )
 
 
-def runs(study: Study) -> int:
-    """How many runs were made."""
-    ran = (m for c in study.convergence for m in c.measurements)
-    return sum(m.status in ("done", "diverged") for m in ran)
+def made(study: Study) -> tuple[int, int, int]:
+    """How many runs were made, on how many scenes, and with how many methods."""
+    runs = [
+        m for c in study.convergence for m in c.measurements if m.status in ("done", "diverged")
+    ]
+    return len(runs), len({m.scene for m in runs}), len({m.method for m in runs})
 
 
 def answers(study: Study) -> tuple[Answer, ...]:
@@ -106,85 +109,127 @@ def cards(findings: Sequence[Finding]) -> tuple[Card, ...]:
 
 def _contacts(study: Study) -> Answer | None:
     """The contact settings to use, what they give and what they cost."""
-    scenes = [s for s in study.scenes if s.system.startswith("capsule-") and not s.hard]
-    scenes = [s for s in scenes if s.parameters.get("friction") != 0.0]
     default, euler, rk4 = WITH_CONTACTS
-    found = _errors(study, scenes, WITH_CONTACTS)
-    line = found.get("capsule-line") or next(iter(found.values()), None)
-    ratios = _cost_ratios(study, scenes, WITH_CONTACTS)
-    if line is None or default not in line or euler not in line:
+    scenes = [s for s in study.scenes if s.system.startswith("capsule-")]
+    ran = _errors(study, scenes, WITH_CONTACTS)
+    usual = [one for one in ran if not one.apart]
+    line = [one for one in usual if one.scene.system == usual[0].scene.system]
+    if not line or default not in line[0].errors or euler not in line[0].errors:
         return None
-    usual = f"{_range(*line[default])}, depending on the direction"
-    lines = [scene.name for scene in scenes if scene.system == "capsule-line"]
-    if (finest := _finest(study, lines, (default,))) is not None:
-        step, errors = finest
-        still = _range(min(errors[default]), max(errors[default]))
-        usual += f", and at {notation.short(step)} s still {still}"
+    ratios = _cost_ratios(_costs(study, ran))
     cost = f", and a step costs {ratios[euler]} times one with default contacts" * (euler in ratios)
+    count = notation.plural(len(line), "scene")
+    before = f"{_range(line, default)} in {count}, depending on the direction"
+    if (finest := _finest(study, [one.scene.name for one in line], (default,))) is not None:
+        ends = min(finest[1][default]), max(finest[1][default])
+        still = " to ".join(dict.fromkeys(map(notation.relative, ends)))
+        before += f", and at {notation.short(finest[0])} s still {still}"
+    most = _largest(line, euler)
     sentences = [
         "Use MuJoCo with an elliptic cone and contacts that are soft along the normal and stiff "
         f"across it, written for your time step (settings below). At 1 ms a robot that slides on a "
-        f"line then stops with an error of {notation.relative(line[euler][1])}{cost}. With default "
-        f"contacts the error is {usual}."
+        f"line then stops with an error of {most.text}{cost}. With default contacts the error is "
+        f"{before}."
     ]
-    if line[euler][1] > line[default][1]:
+    if most.error > _largest(line, default).error:
         sentences = [
             "In this study contacts written for the step are no better than MuJoCo's default ones: "
-            f"at 1 ms a robot that slides on a line stops with an error of up to "
-            f"{notation.relative(line[euler][1])}, with default contacts of {usual}."
+            f"at 1 ms a robot that slides on a line stops with an error of up to {most.text}, with "
+            f"default contacts of {before}."
         ]
-    elif rk4 in ratios and all(rk4 in of for of in found.values()):
-        worst_of_all = max(of[rk4][1] for of in found.values())
+    elif rk4 in ratios:
         sentences.append(
             "Where the robot also turns or coasts, take the same contacts with RK4: at most "
-            f"{notation.relative(worst_of_all)} on all of these motions, for {ratios[rk4]} times "
-            "the cost."
+            f"{_most(usual, rk4)}, for {ratios[rk4]} times the cost."
         )
-    table = _table("Largest relative error at 1 ms, and what a step costs",
-                   found, WITH_CONTACTS, study, scenes)  # fmt: skip
-    table = replace(table, note=_nearer_by_chance(study, scenes, found))
-    pasted = written_for(euler, REFERENCE_STEP, "Contacts to copy")
+    sentences += _rows_of_their_own(ran, (rk4 if rk4 in ratios else euler, default))
+    table = _table(study, ran, WITH_CONTACTS)
+    table = replace(table, note=_nearer_by_chance(study, usual))
+    pasted = written_for(euler, REFERENCE_STEP, "Contacts to copy", ratios.get(euler, ""))
     return Answer("with-contacts", "A robot with contacts", tuple(sentences), table, pasted)
 
 
 def _joints(study: Study) -> Answer | None:
     """What to use for a mechanism without contacts."""
-    scenes = [s for s in study.scenes if s.system.endswith("pendulum") and not s.hard]
     default, rk4 = WITHOUT
-    found = _errors(study, scenes, WITHOUT)
-    both = [of for of in found.values() if default in of and rk4 in of]
-    if not both:
+    ran = _errors(study, [s for s in study.scenes if s.system.endswith("pendulum")], WITHOUT)
+    usual = [one for one in ran if not one.apart]
+    if not usual or not set(WITHOUT) <= set(usual[0].errors):
         return None
-    ratios = _cost_ratios(study, scenes, WITHOUT)
-    free = min(of[rk4][0] for of in both)
+    ratios = _cost_ratios(_costs(study, ran))
     cost = f", for {ratios[rk4]} times the cost of a step" if rk4 in ratios else ""
     sentences = [
-        f'Use MuJoCo with integrator="RK4": at 1 ms its errors are {notation.relative(free)} to '
-        f"{notation.relative(max(of[rk4][1] for of in both))}{cost}; with the default Euler steps "
-        f"they are {notation.relative(min(of[default][0] for of in both))} to "
-        f"{notation.relative(max(of[default][1] for of in both))}.",
+        f'Use MuJoCo with integrator="RK4": at 1 ms its errors are {_range(usual, rk4)}{cost}; '
+        f"with the default Euler steps they are {_range(usual, default)}.",
     ]
-    most, usual = (max(of[name][1] for of in both) for name in (rk4, default))
-    if most > usual:
+    most, before = _largest(usual, rk4), _largest(usual, default)
+    if most.error > before.error:
         sentences = [
             'In this study integrator="RK4" is no better than the default Euler steps: at 1 ms its '
-            f"errors are up to {notation.relative(most)}, theirs up to {notation.relative(usual)}."
+            f"errors are up to {most.text}, theirs up to {before.text}."
         ]
+    sentences += _rows_of_their_own(ran, (rk4, default))
     if (held := _held_control(study)) is not None:
         sentences.append(
             "Set a control for the middle of the step and not for its start: a torque that is held "
             f"over the step leaves RK4 an error of {held[0]}, set for the middle {held[1]}."
         )
-    table = _table("Largest relative error at 1 ms, and what a step costs",
-                   found, WITHOUT, study, scenes)  # fmt: skip
-    pasted = written_for(rk4, REFERENCE_STEP, "Integrator to copy")
+    table = _table(study, ran, WITHOUT)
+    pasted = written_for(rk4, REFERENCE_STEP, "Integrator to copy", ratios.get(rk4, ""))
     return Answer("without-contacts", "A robot without contacts", tuple(sentences), table, pasted)
 
 
-def _range(low: float, high: float) -> str:
-    """Two relative errors as text, or one where they are the same."""
-    ends = dict.fromkeys((notation.relative(low), notation.relative(high)))
-    return " to ".join(ends)
+@dataclass(frozen=True)
+class Ran:
+    """A scene with the errors at the reference step of the methods that are compared."""
+
+    scene: Scene
+    errors: Mapping[str, Shown]
+
+    @property
+    def apart(self) -> bool:
+        """Whether it is no usual motion: a hard case, or one without friction."""
+        return bool(self.scene.hard) or self.scene.parameters.get("friction") == 0.0
+
+
+def _errors(study: Study, scenes: Sequence[Scene], methods: Sequence[str]) -> list[Ran]:
+    """The errors of these methods on the scenes that all of them ran, system by system."""
+    by_name = {m.name: m for m in study.methods if m.name in methods}
+    each: dict[str, dict[str, Shown]] = {scene.name: {} for scene in ordered(scenes)}
+    for c in study.convergence:
+        if c.scene in each and c.method in by_name:
+            error = at_reference(c, by_name[c.method], study.quantities(c.scene))
+            if error is not None and not math.isnan(error.error):
+                each[c.scene][c.method] = error
+    of = {scene.name: scene for scene in scenes}
+    return [Ran(of[name], errors) for name, errors in each.items() if len(errors) == len(by_name)]
+
+
+def _largest(ran: Sequence[Ran], method: str) -> Shown:
+    return max((one.errors[method] for one in ran), key=lambda shown: shown.error)
+
+
+def _range(ran: Sequence[Ran], method: str) -> str:
+    """The smallest and the largest error of a method as text, or one where they are the same."""
+    least = min((one.errors[method] for one in ran), key=lambda shown: shown.error)
+    return " to ".join(dict.fromkeys((least.text, _largest(ran, method).text)))
+
+
+def _most(ran: Sequence[Ran], method: str) -> str:
+    """The largest error of a method, and the scene that it has it on."""
+    worst_of_all = max(ran, key=lambda one: one.errors[method].error)
+    return f"{worst_of_all.errors[method].text} (on {worst_of_all.scene.name})"
+
+
+def _rows_of_their_own(ran: Sequence[Ran], methods: Sequence[str]) -> list[str]:
+    """The largest errors on the scenes that the sentences before leave out."""
+    apart = [one for one in ran if one.apart]
+    if not apart:
+        return []
+    kind = "hard" if all(one.scene.hard for one in apart) else "hard or without friction"
+    most = " and ".join(f"{_most(apart, name)} with {name}" for name in methods)
+    count = f"{notation.plural(len(apart), 'scene')}, {kind}"
+    return [f"That leaves out {count}, with a row each: their errors are up to {most}."]
 
 
 def _finest(
@@ -196,7 +241,7 @@ def _finest(
     runs = [(c.method, {m.step: m for m in c.measurements if m.status == "done"}) for c in found]
     steps = set.intersection(*(set(own) for _, own in runs)) if runs else set[float]()
     step = min(steps, default=REFERENCE_STEP)
-    if step >= REFERENCE_STEP / NEAR:
+    if step >= REFERENCE_STEP:
         return None
     errors: dict[str, list[float]] = {method: [] for method in methods}
     for method, own in runs:
@@ -204,15 +249,16 @@ def _finest(
     return step, errors
 
 
-def _nearer_by_chance(study: Study, scenes: Sequence[Scene], found: Errors) -> str:
+def _nearer_by_chance(study: Study, ran: Sequence[Ran]) -> str:
     """Where default contacts have the smaller error at the reference step though they do not
     converge: what smaller steps make of both."""
     default, euler, _ = WITH_CONTACTS
     said = []
-    for system, of in found.items():
-        if default not in of or euler not in of or of[default][1] >= of[euler][1]:
+    for system in dict.fromkeys(one.scene.system for one in ran):
+        own = [one for one in ran if one.scene.system == system]
+        if _largest(own, default).error >= _largest(own, euler).error:
             continue
-        for name in (scene.name for scene in scenes if scene.system == system):
+        for name in (one.scene.name for one in own):
             finest = _finest(study, [name], (default, euler))
             if finest is None or not all(finest[1].values()):
                 continue
@@ -228,99 +274,70 @@ def _nearer_by_chance(study: Study, scenes: Sequence[Scene], found: Errors) -> s
 
 
 def _held_control(study: Study) -> tuple[str, str] | None:
-    """RK4's relative errors at about the reference step with a control read at the step's start,
-    and at its middle; None where either was not run."""
-    found = {}
-    for c in study.convergence:
-        run = _near(c.measurements) if c.scene == FORCED and c.method in HELD else None
-        if run is not None:
-            found[c.method] = notation.relative(worst(run, study.quantities(c.scene))[1])
-    return (found[HELD[0]], found[HELD[1]]) if len(found) == len(HELD) else None
+    """RK4's relative errors at the reference step with a control read at the step's start, and at
+    its middle; None where either was not run."""
+    held = _errors(study, [s for s in study.scenes if s.name == FORCED], HELD)
+    if not held or set(held[0].errors) != set(HELD):
+        return None
+    return held[0].errors[HELD[0]].text, held[0].errors[HELD[1]].text
 
 
-Errors = Mapping[str, Mapping[str, tuple[float, float]]]
+def _costs(study: Study, ran: Sequence[Ran]) -> Mapping[str, float]:
+    """The median cost of a step [ns] of each method, over the scenes that all were timed on at the
+    reference step."""
+    names, methods = list(ran[0].errors) if ran else [], {m.name: m for m in study.methods}
+    at = {
+        (c.scene, c.method)
+        for c in study.convergence
+        if (run := timed_run(c, methods[c.method])) is not None and run.step == REFERENCE_STEP
+    }
+    scenes = [one.scene.name for one in ran]
+    timed = [s for s in scenes if all((s, name) in at & set(study.costs) for name in names)]
+    if not timed:
+        return {}
+    return {
+        name: sorted(study.costs[scene, name].ns_per_step for scene in timed)[len(timed) // 2]
+        for name in names
+    }
 
 
-def _errors(study: Study, scenes: Sequence[Scene], methods: Sequence[str]) -> Errors:
-    """The smallest and largest relative error of each method at about the reference step, by
-    system: over the scenes that all of these methods ran at such a step."""
-    wanted = {scene.name: scene.system for scene in scenes}
-    each: dict[str, dict[str, float]] = {}
-    for c in study.convergence:
-        run = _near(c.measurements)
-        if c.scene in wanted and c.method in methods and run is not None:
-            error = worst(run, study.quantities(c.scene))[1]
-            if math.isfinite(error):
-                each.setdefault(c.scene, {})[c.method] = error
-    ran = {m.name for m in study.methods} & set(methods)
-    whole = {scene: errors for scene, errors in each.items() if set(errors) == ran}
-    found: dict[str, dict[str, tuple[float, float]]] = {}
-    for system in in_order(list(dict.fromkeys(wanted[scene] for scene in whole))):
-        own = [errors for scene, errors in whole.items() if wanted[scene] == system]
-        found[system] = {
-            name: (min(e[name] for e in own), max(e[name] for e in own)) for name in own[0]
-        }
-    return found
+def _cost_ratios(costs: Mapping[str, float]) -> Mapping[str, str]:
+    """The same in steps of MuJoCo's default settings, as text."""
+    unit = costs.get(DEFAULT_METHOD)
+    return {name: notation.number(ns / unit, 2) for name, ns in costs.items()} if unit else {}
 
 
-def _near(found: Sequence[Measurement]) -> Measurement | None:
-    """The run at about the reference step, or at twice that where there is none."""
-    done = {m.step: m for m in found if m.status == "done"}
-    for wanted in (REFERENCE_STEP, 2.0 * REFERENCE_STEP):
-        near = [h for h in done if wanted / NEAR <= h <= wanted * NEAR]
-        if near:
-            return done[min(near, key=lambda h: abs(math.log(h / wanted)))]
-    return None
-
-
-def _cost_ratios(
-    study: Study, scenes: Sequence[Scene], methods: Sequence[str]
-) -> Mapping[str, str]:
-    """The median cost of a step of each method in those of MuJoCo's default settings, as text."""
-    found = {}
-    for name in methods:
-        ratios = sorted(
-            study.costs[scene.name, name].ns_per_step
-            / study.costs[scene.name, DEFAULT_METHOD].ns_per_step
-            for scene in scenes
-            if (scene.name, name) in study.costs and (scene.name, DEFAULT_METHOD) in study.costs
-        )
-        if ratios:
-            found[name] = notation.number(ratios[len(ratios) // 2], 2)
-    return found
-
-
-def _table(
-    caption: str, found: Errors, methods: Sequence[str], study: Study, scenes: Sequence[Scene]
-) -> Table:
-    """Systems against methods, and the cost of a step and the speed in the last rows."""
-    ran = [m.name for m in study.methods if m.name in methods]
-    titles = systems()
+def _table(study: Study, ran: Sequence[Ran], methods: Sequence[str]) -> Table:
+    """Systems against methods, scenes apart each in a row, and what a step costs."""
+    names, titles = [m.name for m in study.methods if m.name in methods], systems()
+    groups: dict[tuple[str, str], list[Ran]] = {}
+    for one in sorted(ran, key=lambda one: one.apart):
+        system, scene = one.scene.system, one.scene.name
+        key = (scene, anchor(scene)) if one.apart else (titles[system].title, system)
+        groups.setdefault(key, []).append(one)
     rows = [
-        row(Cell(titles[system].title, "scene", link=system),
-            *(Cell(notation.relative(of[name][1]), "number") for name in ran))
-        for system, of in found.items()
+        row(Cell(title, "scene", link=link),
+            *(Cell(_largest(of, name).text, "number") for name in names))
+        for (title, link), of in groups.items()
     ]  # fmt: skip
-    ratios = _cost_ratios(study, scenes, ran)
-    if ratios:
-        rows.append(row(Cell("cost of a step, relative", "scene"),
-                        *(Cell(ratios.get(name, "–"), "number") for name in ran)))  # fmt: skip
-        costs = [_cost(study, scenes, name) for name in ran]
-        rows += [
-            row(Cell("ns per step", "scene"),
-                *(Cell(notation.number(ns), "number") for ns in costs)),
-            row(Cell("real-time factor at 1 ms", "scene"),
-                *(Cell(notation.real_time_factor(ns / REFERENCE_STEP), "number") for ns in costs)),
-        ]  # fmt: skip
     labels = {DEFAULT_METHOD: f"{DEFAULT_METHOD} (default settings)"}
-    return Table(caption, ("motion", *(labels.get(n, n) for n in ran)), tuple(rows))
+    caption = "Largest relative error at 1 ms, and what a step costs"
+    heads = ("motion", *(labels.get(name, name) for name in names))
+    return Table(caption, heads, (*rows, *_cost_rows(_costs(study, ran), names)))
 
 
-def _cost(study: Study, scenes: Sequence[Scene], method: str) -> float:
-    """The median cost of a step [ns] over the scenes; not a number where none was timed."""
-    costs = sorted(
-        study.costs[scene.name, method].ns_per_step
-        for scene in scenes
-        if (scene.name, method) in study.costs
-    )
-    return costs[len(costs) // 2] if costs else math.nan
+def _cost_rows(costs: Mapping[str, float], names: Sequence[str]) -> list[tuple[Cell, ...]]:
+    """The cost of a step of these methods, and the speed at the reference step."""
+    if not (ratios := _cost_ratios(costs)):
+        return []
+    said = {
+        "cost of a step, relative": ratios,
+        "ns per step": {name: notation.number(ns) for name, ns in costs.items()},
+        "real-time factor at 1 ms": {
+            name: notation.real_time_factor(ns / REFERENCE_STEP) for name, ns in costs.items()
+        },
+    }
+    return [
+        row(Cell(title, "scene"), *(Cell(texts[name], "number") for name in names))
+        for title, texts in said.items()
+    ]

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Literal
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
-from plumbob.engines.study.measurement import reference_run, worst
+from plumbob.engines.study.measurement import (
+    REFERENCE_STEP,
+    Measurement,
+    reference_run,
+    relative_error,
+    worst,
+)
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import systems
-from plumbob.models.scene import Scene
+from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT, UNTRUSTED
 from plumbob.reports.judge.expectations import marked
 from plumbob.reports.judge.verdict import Judgement, Judgements
@@ -43,20 +49,33 @@ ENGINES = MappingProxyType(
 
 @dataclass(frozen=True)
 class Shown:
-    """What a place in a matrix says of a method on a scene."""
+    """The error of a method on a scene beside the step that it was measured at."""
 
-    meaning: Meaning
-    error: float  # relative, at the reference step
-    step: str
-    reason: str
+    error: float  # relative; infinite where the run diverged
+    step: float  # [s], or the relative tolerance
+    control: Literal["step", "tolerance"]
+    meaning: Meaning = "predicted"
+    reason: str = ""
+
+    @property
+    def at(self) -> str:
+        """The step, where that is not the reference step."""
+        if self.control == "step" and math.isclose(self.step, REFERENCE_STEP, rel_tol=1e-9):
+            return ""
+        return notation.step(self.step, self.control)
+
+    @property
+    def text(self) -> str:
+        """The error, with its step where that is not the reference step."""
+        error = "diverged" if math.isinf(self.error) else notation.relative(self.error)
+        return f"{error} at {self.at}" if self.at else error
 
     def cell(self, method: str = "") -> Cell:
         """The error with its sign, and below it the method where the column does not say it."""
         if self.meaning == "not-run":
             return Cell("–", "none", self.reason)
-        error = notation.relative(self.error) if math.isfinite(self.error) else "diverged"
-        text = f"{SIGNS[self.meaning][0]} {error}" + (f"\n{method}" if method else "")
-        return Cell(text, f"sign {self.meaning}")
+        below = "".join(f"\n{part}" for part in (method,) if part)
+        return Cell(f"{SIGNS[self.meaning][0]} {self.text}{below}", f"sign {self.meaning}")
 
 
 def in_order(names: Sequence[str]) -> list[str]:
@@ -85,15 +104,53 @@ def meaning(scene: str, method: str, found: Judgement) -> Meaning:
 
 
 def shown(study: Study, found: ConvergenceStudy, method: Method, judged: Judgements) -> Shown:
-    """The error of a method on a scene at its reference step, and what it means."""
-    whole = judged[found.scene, found.method].whole
-    means = meaning(found.scene, found.method, whole)
-    run = reference_run(found.measurements, method)
-    if run is None:
-        means = means if whole.verdict in ("diverged", "cut-short") else "not-run"
-        return Shown(means, math.inf, "", whole.reason)
-    error = worst(run, study.quantities(found.scene))[1]
-    return Shown(means, error, notation.step(run.step, method.control), whole.reason)
+    """The error of a method on a scene at the reference step, and what it means."""
+    both = judged[found.scene, found.method]
+    means = meaning(found.scene, found.method, both.whole)
+    error = at_reference(found, method, study.quantities(found.scene))
+    if error is None:
+        means = means if both.whole.verdict == "cut-short" else "not-run"
+        return Shown(math.nan, REFERENCE_STEP, "step", means, both.whole.reason)
+    verdicts = {m.step: j.verdict for m, j in zip(found.measurements, both.runs, strict=True)}
+    if means == "predicted" and verdicts[error.step] in ("pre-asymptotic", "diverged"):
+        means = "unclaimed"
+    return replace(error, meaning=means, reason=both.whole.reason)
+
+
+def at_reference(
+    found: ConvergenceStudy, method: Method, quantities: Sequence[Quantity]
+) -> Shown | None:
+    """The error at the reference step; where that was not run, at the step nearest to it, or at the
+    tightest tolerance; and where the error crosses zero there, the larger one of those at the steps
+    beside it. None where nothing was run."""
+    runs = [m for m in found.measurements if m.status in ("done", "diverged")]
+    if method.control == "tolerance":
+        run = reference_run(runs, method)
+    else:
+        asked = [m for m in runs if math.isclose(m.step, REFERENCE_STEP, rel_tol=1e-9)]
+        run = asked[0] if asked else reference_run(runs, method)
+        run = run and _beside_zero(runs, runs.index(run), quantities)
+    if run is None and not runs:
+        return None
+    run = run or runs[-1]
+    return Shown(relative_error(run, quantities), run.step, method.control)
+
+
+def _beside_zero(
+    runs: Sequence[Measurement], place: int, quantities: Sequence[Quantity]
+) -> Measurement:
+    """The run at a place; where the error at its end changes its sign towards one of the steps
+    beside it, and is smaller than at the smaller one of these, the run with the larger error."""
+    run, near = runs[place], runs[max(place - 1, 0) : place + 2]
+    if near[-1] is run or any(m.status != "done" for m in near):
+        return run
+    quantity, error = worst(run, quantities)
+    ends = [m.errors[quantity.observable].end for m in near if quantity.observable in m.errors]
+    if quantity.when == "run" or not min(ends, default=0.0) < 0.0 < max(ends, default=0.0):
+        return run
+    if error >= relative_error(near[-1], quantities):
+        return run
+    return max(near, key=lambda m: relative_error(m, quantities))
 
 
 def by_engine(study: Study, judged: Judgements, scenes: Sequence[Scene]) -> Table:
@@ -121,8 +178,11 @@ def by_engine(study: Study, judged: Judgements, scenes: Sequence[Scene]) -> Tabl
     heads = ("scene", *(("MuJoCo, default settings",) if default else ()),
              *(f"{_engine(engine)}, smallest error" for engine in engines))  # fmt: skip
     note = (
-        "Relative errors at a step of 1 ms or the step nearest to it, of an adaptive solver at "
-        "its tightest tolerance. In full and with every method on the page of each scene."
+        "Relative errors at a step of 1 ms; a cell that says another step is of that: of an "
+        "adaptive solver the tightest tolerance, of a method that did not run at 1 ms the nearest "
+        "step, and where an error crosses zero about 1 ms, so that at the next smaller step it is "
+        "larger, the step beside it with the larger error. In full and with every method on the "
+        "page of each scene."
     )
     if any("×" in cell.text for one in rows for cell in one):
         note += " 2× is twice the size of the motion itself."
@@ -165,7 +225,7 @@ def _every(study: Study, judged: Judgements) -> Mapping[tuple[str, str], Shown]:
 
 def _best(own: Mapping[str, Shown], methods: Sequence[Method]) -> Cell:
     """The smallest error of an engine's methods: of those that are as predicted or converge, full
-    models first, where there are any."""
+    models first, where there are any; of these those at the reference step."""
     surrogates = {m.name for m in methods if m.surrogate or m.scheme.integrator == EXACT}
     ran = {name: of for name, of in own.items() if of.meaning != "not-run"}
     good = {
@@ -176,6 +236,7 @@ def _best(own: Mapping[str, Shown], methods: Sequence[Method]) -> Cell:
     other = {name: of for name, of in ran.items() if of.meaning in ("predicted", "converges")}
     if not (chosen := good or other or ran):
         return Cell("–", "none")
+    chosen = {name: of for name, of in chosen.items() if not of.at} or chosen
     name = min(chosen, key=lambda name: chosen[name].error)
     return chosen[name].cell(name.partition("/")[2])
 

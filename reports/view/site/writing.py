@@ -153,7 +153,7 @@ def content(
         "on_engines": on_engines,
         "cards": first_screen.cards(findings),
         "counts": first_screen.counts(study, found),
-        "runs": first_screen.runs(study),
+        "made": first_screen.made(study),
         "answers": answers,
         "versions": others,
         "settings": [one for one in pasted(study) if one.settings.method not in said],

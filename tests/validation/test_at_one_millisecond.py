@@ -1,0 +1,224 @@
+"""Every number that the index has beside "1 ms" is what a run at 1 ms gives, and a number that says
+another step is what a run at that step gives."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache
+from html.parser import HTMLParser
+
+import pytest
+
+from plumbob.analytic.errors.theory import no_theory
+from plumbob.engines.method import Method
+from plumbob.engines.registry import engine_of, installed, methods
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.cost import Cost
+from plumbob.engines.study.measurement import measure, relative_error
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import pairs
+from plumbob.models.registry import case_of, scenes, systems
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Scene
+from plumbob.reports.findings.capsule_line import contacts
+from plumbob.reports.view import notation
+from plumbob.reports.view.site import first_screen, writing
+from plumbob.reports.view.site.matrix import ENGINES
+from plumbob.tests.support.declared import declared, nothing
+from plumbob.tests.validation.measured_once import Shared
+
+STEP = 1e-3  # [s]
+EQUAL = 0.01  # of a number, before it is rounded to its two digits
+MATRIX, LARGEST = "scenes against engines", "Largest relative error at 1 ms"
+COST = ("cost of a step, relative", "ns per step", "real-time factor at 1 ms")
+Table = tuple[str, list[list[str]]]  # its caption or summary, and the text of its cells
+
+
+@dataclass
+class Tables(HTMLParser):
+    """The tables of a page, and its paragraphs."""
+
+    found: list[Table] = field(default_factory=list)
+    paragraphs: list[str] = field(default_factory=list)
+    inside: str = ""
+
+    def __post_init__(self) -> None:
+        super().__init__()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag == "table":
+            self.found.append(("", []))
+        elif tag == "tr" and self.found:
+            self.found[-1][1].append([])
+        elif tag in ("td", "th") and self.found:
+            self.found[-1][1][-1].append("")
+        elif tag == "p":
+            self.paragraphs.append("")
+        self.inside = tag if tag in ("caption", "td", "th", "p") else self.inside
+
+    def handle_endtag(self, tag: str) -> None:
+        self.inside = "" if tag in ("caption", "table", "p") else self.inside
+
+    def handle_data(self, data: str) -> None:
+        if self.inside == "caption":
+            self.found[-1] = (self.found[-1][0] + data, self.found[-1][1])
+        elif self.inside in ("td", "th") and self.found:
+            self.found[-1][1][-1][-1] += data
+        elif self.inside == "p":
+            self.paragraphs[-1] += data
+
+
+@pytest.fixture(scope="module")
+def study(shared: Shared, pytestconfig: pytest.Config) -> Study:
+    """The errors of the quick profile, each pair measured as `validate` does; all costs alike."""
+    option = pytestconfig.getoption
+    usable = [m for m in methods(option("methods")) if installed(engine_of(m))]
+    chosen = pairs(scenes(option("scenes"), "quick"), usable)
+    found = tuple(shared.convergence(scene, method, "quick") for scene, method in chosen)
+    ran = tuple(dict.fromkeys(scene.name for scene, _ in chosen))
+    cost, seconds = Cost(1000.0, 1000.0, 1000.0, 1.0, 0.0, 5), {"errors": 1.0, "costs": 1.0}
+    return Study(
+        "quick", tuple(map(find_scene, ran)), tuple(usable), found,
+        dict.fromkeys(((c.scene, c.method) for c in found), cost), 1000.0, seconds,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def index(study: Study, tmp_path_factory: pytest.TempPathFactory) -> Tables:
+    """The index of that study, read; the pages beside it, and findings, are not drawn."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(writing, "system_views", lambda *given: [])
+        pages = writing.content(study, lambda name: None)
+    page = Tables()
+    page.feed(writing.site(pages, tmp_path_factory.mktemp("index")).read_text("utf-8"))
+    page.found = [(c, [[cell.strip() for cell in row] for row in rows]) for c, rows in page.found]
+    return page
+
+
+@cache
+def error(scene: str, method: str, step: float) -> float:
+    """The relative error of a run that is made now, and held to the exact motion alone."""
+    case = replace(case_of(find_scene(scene)), errors=no_theory(None))
+    found, _ = measure(case, find_method(method), step)
+    return relative_error(found, case.system.quantities(case))
+
+
+def says(text: str, found: float) -> bool:
+    """Whether a number on the page is this one, but for EQUAL and the rounding to its digits."""
+    if found == float("inf"):
+        return text == "diverged"
+    return text in {notation.relative(found * (1.0 + part)) for part in (-EQUAL, 0.0, EQUAL)}
+
+
+def steps_of(study: Study, scene: str, method: str) -> Sequence[float]:
+    """The steps [s] that the study ran."""
+    found = next(c for c in study.convergence if (c.scene, c.method) == (scene, method))
+    return [m.step for m in found.measurements]
+
+
+def run_again(study: Study, scene: str, method: str, text: str) -> bool:
+    """Whether a number is what a run gives at the step that stands beside it, or at 1 ms."""
+    number, _, at = text.partition(" at ")
+    given = float(re.sub(r"[^0-9.e-]", "", at)) if at else STEP
+    step = min(steps_of(study, scene, method), key=lambda h: abs(h - given)) if at else STEP
+    assert abs(step - given) <= 5e-4 * step, text
+    return says(number, error(scene, method, step))
+
+
+@pytest.mark.long
+def test_every_number_of_the_matrix(study: Study, index: Tables) -> None:
+    seen, wrong = 0, []
+    by_name = {(c.scene, c.method) for c in study.convergence}
+    for caption, (heads, *rows) in index.found:
+        if MATRIX not in caption and not re.search(r"\d methods?, scene by scene", caption):
+            continue
+        for name, *cells in rows:
+            for head, cell in zip(heads[1:], cells, strict=True):
+                text, _, below = cell.partition("\n")
+                if text in ("", "–"):
+                    continue
+                method = head
+                if MATRIX in caption:
+                    engine = next(m.engine for m in study.methods if matches(head, m))
+                    method = f"{engine}/{below}" if below else "mujoco/euler"
+                assert (name, method) in by_name
+                seen += 1
+                if not run_again(study, name, method, text[2:]):
+                    wrong.append((name, method, text))
+    assert not wrong
+    assert seen > len(study.convergence)
+
+
+def matches(head: str, method: Method) -> bool:
+    """Whether a column of the matrix is of a method's engine."""
+    return head.startswith((ENGINES.get(method.engine, method.engine), "MuJoCo, default"))
+
+
+@pytest.mark.long
+def test_every_largest_error_of_the_first_screen(study: Study, index: Tables) -> None:
+    tables = [rows for caption, rows in index.found if LARGEST in caption]
+    assert len(tables) == 2
+    titles = {system.title: system.name for system in systems().values()}
+    for heads, *rows in tables:
+        names = [head.partition(" ")[0] for head in heads[1:]]
+        for name, *cells in (row for row in rows if row[0] not in COST):
+            of = [s for s in study.scenes if s.name == name] or [
+                s for s in study.scenes if s.system == titles[name] and not apart(s)
+            ]
+            for method, text in zip(names, cells, strict=True):
+                assert any(run_again(study, s.name, method, text) for s in of), (name, text)
+                assert all(error(s.name, method, STEP) <= number(text) * 1.06 for s in of), (
+                    name,
+                    method,
+                )  # two digits
+        cost = {row[0]: row[1:] for row in rows if row[0] in COST}
+        factors = (float(factor) for factor in cost[COST[2]])
+        for ns, factor in zip(cost[COST[1]], factors, strict=True):
+            assert factor == pytest.approx(STEP * 1e9 / float(ns), rel=5e-3)
+
+
+def apart(scene: Scene) -> bool:
+    """Whether a scene has a row of its own."""
+    return bool(scene.hard) or scene.parameters.get("friction") == 0.0
+
+
+def number(text: str) -> float:
+    """A relative error as it is written."""
+    text = text.partition(" at ")[0].replace("\xa0", " ")
+    return float(text.rstrip(" %×")) / (100.0 if "%" in text else 1.0)
+
+
+@pytest.mark.long
+def test_every_error_in_the_sentences_of_the_first_screen(study: Study, index: Tables) -> None:
+    text = " ".join(" ".join(index.paragraphs).replace("\xa0", " ").split())
+    default, euler, rk4 = first_screen.WITH_CONTACTS
+    line = [s.name for s in study.scenes if s.system == "capsule-line" and not apart(s)]
+    said = re.search(r"stops with an error of (\S+ %)", text)
+    assert said is not None
+    assert says(said[1], max(error(name, euler, STEP) for name in line))
+    said = re.search(r"With default contacts the error is (\S+ %) to (\S+ %)", text)
+    assert said is not None
+    errors = [error(name, default, STEP) for name in line]
+    assert says(said[1], min(errors))
+    assert says(said[2], max(errors))
+    named = re.findall(r"(\d\S*(?: %)?) \(on (\S+)\)(?: with (\S+[^.\s]))?", text)
+    assert len(named) == 5
+    for number, scene, method in named:
+        assert says(number, error(scene, method or rk4, STEP)), (number, scene, method)
+    held = re.search(r"leaves RK4 an error of (\S+ %?), set for the middle (\S+(?: %)?)\.", text)
+    assert held is not None
+    for number, method in zip(held.groups(), first_screen.HELD, strict=True):
+        assert says(number, error(first_screen.FORCED, method, STEP)), (number, method)
+
+
+def test_the_errors_that_a_finding_on_the_index_has_at_1_ms() -> None:
+    found = contacts.isotropy(declared(nothing(), contacts.requests))
+    assert found is not None
+    said = re.search(r"0.001 s the error is (\S+ %) along heading (\d+)° and (\S+ %) along (\d+)",
+                     found.summary)  # fmt: skip
+    assert said is not None
+    for number, heading in (said.groups()[:2], said.groups()[2:]):
+        scene = f"capsule-line/heading-{int(heading):03d}"
+        assert says(number, error(scene, contacts.DEFAULT, STEP)), (number, scene)
