@@ -105,6 +105,28 @@ def drift_claims(
     return (*kept, as_predicted(f"the drift of {secular}", found.rate, rate, "J/s"))
 
 
+def overtaken(drifts: Mapping[str, Drift], symplectic: Sequence[str], secular: str) -> str:
+    """When a steady drift exceeds the oscillations that symplectic methods leave, in a sentence;
+    empty where there is none to compare."""
+    rate = abs(drifts[secular].rate) if secular in drifts and drifts[secular].secular else 0.0
+    swings = {
+        name: drifts[name].scatter
+        for name in symplectic
+        if name in drifts and not drifts[name].secular
+    }
+    if not rate or not swings:
+        return ""
+    late = {name: notation.short(float(f"{swing / rate:.2g}")) for name, swing in swings.items()}
+    each = " and that ".join(
+        f"of {name} ({notation.number(swing, 2)} J) after {late[name]} s"
+        for name, swing in swings.items()
+    )
+    return (
+        f"At this step the drift of {secular} exceeds the oscillation {each}; in a shorter run its "
+        "energy error is the smaller one. "
+    )
+
+
 def energy(potential: TrigonometricPotential, inertia: float, run: Trajectory) -> Array:
     """inertia theta_dot^2 / 2 + `potential` [J] along a run, shape (n,)."""
     theta, rate = run.observables["theta"], run.observables["theta_dot"]

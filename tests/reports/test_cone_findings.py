@@ -26,7 +26,7 @@ from plumbob.reports.findings.cone_pendulum import (
     uniformity,
 )
 from plumbob.reports.findings.cone_pendulum.hamiltonian import ROTATING, forms
-from plumbob.reports.findings.energy_drift import drift_table
+from plumbob.reports.findings.energy_drift import drift_table, overtaken
 from plumbob.tests.support.declared import declared, nothing
 from plumbob.tests.support.studies import quick
 
@@ -86,6 +86,21 @@ def test_energy_is_bounded_or_drifts_as_predicted() -> None:
     # A line through whole turns and a part of one does not average the oscillation out: 0.2 %.
     assert drift.rate == pytest.approx(drift.predicted, rel=0.005)
     assert drift.round_off < 1e-3 * abs(drift.rate)
+
+
+def test_when_a_drift_exceeds_the_oscillation_of_others_is_said() -> None:
+    given = declared(nothing(), energy.requests)
+    _, _, drifts = drift_table(given, energy.RUNS, forms(ROTATING).correct)
+    said = overtaken(drifts, energy.METHODS[:2], energy.METHODS[2])
+    rate, swing = abs(drifts["mujoco/rk4"].rate), drifts["mujoco/euler"].scatter
+    assert 10.0 < swing < 11.0  # [J]: a drift of 5 µJ/s takes three weeks
+    assert "exceeds the oscillation of mujoco/euler (10 J) after 2e6 s and that of ode/l" in said
+    assert swing / rate == pytest.approx(2.0e6, rel=0.02)
+    assert "in a shorter run its energy error is the smaller one" in said
+    assert energy.finding(given).summary.startswith(said)
+    assert overtaken(drifts, energy.METHODS[:2], "ode/rk4") == ""  # not run
+    late = {**drifts, "mujoco/euler": replace(drifts["mujoco/euler"], scatter=2.0 * swing)}
+    assert "(21 J) after 4e6 s" in overtaken(late, energy.METHODS[:2], energy.METHODS[2])
 
 
 @pytest.mark.long

@@ -8,7 +8,12 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.findings.cone_pendulum.hamiltonian import ROTATING, forms
-from plumbob.reports.findings.energy_drift import EnergyRuns, drift_claims, drift_table
+from plumbob.reports.findings.energy_drift import (
+    EnergyRuns,
+    drift_claims,
+    drift_table,
+    overtaken,
+)
 from plumbob.reports.findings.measurements import case
 from plumbob.reports.findings.saddle_growth import Saddle, saddle_growth
 from plumbob.reports.view import notation
@@ -38,8 +43,8 @@ def finding(study: Study) -> Finding:
         "energy",
         "Symplectic methods keep the energy within bounds; RK4 lets it drift at a predicted rate",
         "confirmed",
-        "For long runs take a symplectic method, or allow for RK4's energy drift, whose rate "
-        "is predicted. "
+        f"{overtaken(drifts, METHODS[:2], METHODS[2])}For longer runs take a symplectic "
+        "method, or allow for RK4's energy drift, whose rate is predicted. "
         f"Over {RUNS.steps:.0f} steps the energy error of {' and '.join(bounded)} stays "
         f"bounded{'; ' * bool(drifting)}{drifting}.",
         (
