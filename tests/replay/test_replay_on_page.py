@@ -32,4 +32,7 @@ def test_each_scene_of_a_site_has_its_replay(browser: Browser, tmp_path: Path) -
             set_time(figure, 0.5)
             assert "250 ms of 500 ms" in figure.locator(".now").inner_text()
             assert figure.locator(".layers li").count() == 3
-            assert "mujoco/euler, 2 ms (default settings)" in figure.locator(".layers").inner_text()
+            assert (
+                "mujoco/euler, 1 ms (default settings but for the step)"
+                in figure.locator(".layers").inner_text()
+            )

@@ -23,7 +23,7 @@ from plumbob.reports.view.replay.cone import cone
 from plumbob.reports.view.replay.pendulums import companion, pendulum
 from plumbob.reports.view.replay.picture import Picture
 from plumbob.reports.view.replay.runs import DEFAULT_STEP, Role, shown_runs, shown_seconds
-from plumbob.reports.view.replay.samples import Samples, coded, floats, sampled
+from plumbob.reports.view.replay.samples import Channels, Samples, coded, floats, sampled
 from plumbob.reports.view.replay.strip import Strip, strip
 
 PICTURES = MappingProxyType(
@@ -33,7 +33,7 @@ WORDS: Mapping[Role, str] = MappingProxyType({
     "default": "default settings", "user": "your settings", "recommended": "recommended settings",
     "other": "",
 })  # fmt: skip
-SMALLER = " but for the step"  # 2 ms are too long for the scene
+SMALLER = " but for the step"  # that of the recommended settings beside them
 SPEEDS = tuple(
     float(f"{digit}e{exponent}") for exponent in range(-5, 2) for digit in (1, 2, 5)
 )  # of replayed time to real time
@@ -44,12 +44,14 @@ MOST = 12  # powers of ten of the largest factor
 
 @dataclass(frozen=True)
 class Layer:
-    """One body of a replay: how it is drawn, its name, what the legend adds, its largest error."""
+    """One body of a replay: how it is drawn, its name, what the legend adds, its largest error over
+    the replay, and the one at its end."""
 
     slot: str  # how it is drawn: exact, first, second or companion
     name: str
     words: str
     largest: str = ""
+    end: str = ""
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,7 @@ def replay(study: Study, scene: Scene) -> Replay:
         words = WORDS[shown.role]
         if shown.role == "default" and shown.run.step != DEFAULT_STEP:
             words += SMALLER
-        layers.append(Layer(slot, name, words, picture.largest(samples.channels)))
+        layers.append(Layer(slot, name, words, *errors_said(picture, samples.channels)))
         coded_layers.append(_deviating(slot, samples))
     found = None
     if (beside := companion(scene)) is not None:
@@ -124,6 +126,12 @@ def replay(study: Study, scene: Scene) -> Replay:
         _speeds(seconds), _factors(picture, [samples for _, samples in runs]),
         strip(picture, seconds, exact, runs, found), _json(data),
     )  # fmt: skip
+
+
+def errors_said(picture: Picture, deviations: Channels) -> tuple[str, str]:
+    """The largest error of a run over the replay, and the one at its end, with units."""
+    last = {name: values[-1:] for name, values in deviations.items()}
+    return picture.largest(deviations), picture.largest(last)
 
 
 def _picture(case: Case, seconds: float) -> Picture:

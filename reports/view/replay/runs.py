@@ -10,6 +10,7 @@ from typing import Literal
 from plumbob.engines.method import USER_METHOD, Method, meant
 from plumbob.engines.study.convergence import DEFAULT
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.measurement import REFERENCE_STEP
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
@@ -20,7 +21,7 @@ SMOOTH = ("mujoco/rk4+midpoint", "mujoco/rk4")  # a control read at mid-step, wh
 ON_LINE = ("mujoco/euler+coulomb",)  # contacts that converge
 IN_PLANE = ("mujoco/rk4+coulomb", *ON_LINE)  # turning: RK4 is up to 100 times as accurate
 PLANE = ("capsule-coast", "capsule-plan", "capsule-turn")
-LEAST_STEPS = 50  # of a run that a replay shows: with fewer, MuJoCo's default step is no choice
+LEAST_STEPS = 100  # of a run that a replay shows
 MOST_SECONDS = 100.0  # [s] of a system without a picture of its own
 MOST_SWINGS = 40  # of a pendulum or cone, and at most ten repeated manoeuvres
 MOST_MANOEUVRES = 10
@@ -64,9 +65,9 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
 
 
 def shown_runs(plan: StudyPlan, scene: Scene) -> Sequence[ShownRun]:
-    """The two runs that a scene's replay shows: default settings, or the user's own, and the
-    recommended ones; of a plan without these its first methods. None where the scene is not the
-    registered one of that name, which a request names."""
+    """The two runs that a scene's replay shows, at one step: default settings, or the user's own,
+    and the recommended ones; of a plan without these its first methods. None where the scene is not
+    the registered one of that name, which a request names."""
     usual = find_scene(scene.name)
     if (usual.parameters, usual.duration) != (scene.parameters, scene.duration):
         return ()
@@ -82,7 +83,8 @@ def shown_runs(plan: StudyPlan, scene: Scene) -> Sequence[ShownRun]:
     for name, method in known.items():
         if len(chosen) < 2 and method.engine != EXACT:
             chosen.setdefault(name, "other")
-    return [_shown(scene, known[name], role) for name, role in chosen.items()]
+    step = known[USER_METHOD].step_sizes[0] if USER_METHOD in known else _step(scene)
+    return [_shown(scene, known[name], role, step) for name, role in chosen.items()]
 
 
 def _recommended(scene: Scene) -> tuple[str, ...]:
@@ -92,23 +94,18 @@ def _recommended(scene: Scene) -> tuple[str, ...]:
     return IN_PLANE if scene.system in PLANE else ON_LINE
 
 
-def _shown(scene: Scene, method: Method, role: Role) -> ShownRun:
+def _shown(scene: Scene, method: Method, role: Role, step: float) -> ShownRun:
     seconds = shown_seconds(scene)
     lasting = None if seconds == scene.duration else seconds
     if method.control == "tolerance":
         step = method.step_sizes[len(method.step_sizes) // 2]
-    else:
-        step = _step(scene, method, role, seconds)
     return ShownRun(role, ExtraRun(scene.name, method.name, step, lasting), method.control)
 
 
-def _step(scene: Scene, method: Method, role: Role, seconds: float) -> float:
-    """The step of a run [s]: a user's own, MuJoCo's default one where that suits the scene, or the
-    scene's largest that is no larger."""
-    if role == "user":
-        return method.step_sizes[0]
-    suits = seconds >= LEAST_STEPS * DEFAULT_STEP
-    if role == "default" and suits:
-        return DEFAULT_STEP
-    most = DEFAULT_STEP if suits else seconds / LEAST_STEPS
+def _step(scene: Scene) -> float:
+    """The step [s] of all runs: the one at which methods are compared where that suits the scene,
+    or the scene's largest that does."""
+    most = shown_seconds(scene) / LEAST_STEPS
+    if most >= REFERENCE_STEP:
+        return REFERENCE_STEP
     return max((h for h in scene.steps if h <= most), default=min(scene.steps))
