@@ -128,17 +128,50 @@ def test_rounding_of_an_observable_that_stays_zero_is_not_listed(
     assert (code, out.splitlines()[-1]) == (0, "nothing has moved")
 
 
+def with_costs(study: Study, factors: Mapping[str, float]) -> Study:
+    """What the study has of mujoco/euler on the cone, as if on scenes of these names, with costs
+    that are so many times the usual ones."""
+    (c,) = [c for c in study.convergence if f"{c.scene} {c.method}" == EULER]
+    names = {f"cone-pendulum/{name}": f for name, f in factors.items()}
+    return replace(
+        study,
+        scenes=tuple(replace(scenes(c.scene)[0], name=name) for name in names),
+        observed=dict.fromkeys(names, study.observed[c.scene]),
+        interest=dict.fromkeys(names, study.interest[c.scene]),
+        convergence=tuple(replace(c, scene=name, measurements=()) for name in names),
+        costs={
+            (name, c.method): Cost(100.0 * f, 99.0 * f, 101.0 * f, 2.0 * f, 0.0, 5)
+            for name, f in names.items()
+        },
+    )
+
+
 @pytest.mark.parametrize("factor", [1.5, 1 / 1.5, 1.1])
 def test_a_cost_that_moved_is_listed(factor: float, study: Study, compare: Compare) -> None:
-    pair = ("cone-pendulum/deep-well", "mujoco/euler")
-    old, new = (
-        replace(study, costs={pair: Cost(100.0 * f, 99.0 * f, 101.0 * f, 2.0 * f, 0.0, 5)})
-        for f in (1.0, factor)
-    )
+    names = ("a", "b", "c")
+    old, new = (with_costs(study, dict.fromkeys(names, f)) for f in (1.0, factor))
     code, out = compare(new, old=old)
     assert code == 0
-    assert ("cost of a step" in out) == (factor != 1.1)
+    assert out.count("cost of a step") == (0 if factor == 1.1 else 3)
     assert factor == 1.1 or f"2 -> {2 * factor:.6g}" in out
+
+
+@pytest.mark.parametrize(
+    ("factors", "moved"),
+    [
+        ({"a": 1.9, "b": 1.0, "c": 1.1}, 0),  # a machine did something else for a while
+        ({"a": 1.4, "b": 1.4, "c": 1.1}, 2),
+        ({"a": 1.4, "b": 0.7, "c": 1.0}, 0),
+        ({"a": 1.9}, 0),
+        ({"a": 2.1}, 1),
+        ({"a": 0.45, "b": 0.45}, 2),
+    ],
+)
+def test_a_cost_is_not_moved_by_load(
+    factors: dict[str, float], moved: int, study: Study, compare: Compare
+) -> None:
+    old, new = with_costs(study, dict.fromkeys(factors, 1.0)), with_costs(study, factors)
+    assert compare(new, old=old)[1].count("cost of a step") == moved
 
 
 def test_what_vanished_and_what_is_new_is_said(study: Study, compare: Compare) -> None:
