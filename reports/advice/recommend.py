@@ -90,6 +90,7 @@ def cheapest(
     curves = [
         _Curve(
             method,
+            of_method(every, method),
             _envelope(of_method(every, method)),
             _steepest(found.get(method.name), method, first.observable),
             first.scale,
@@ -148,7 +149,8 @@ class _Curve:
     """What was measured of one method on one scene."""
 
     method: Method
-    envelope: tuple[Point, ...]  # fine to coarse
+    runs: tuple[Point, ...]  # fine to coarse
+    envelope: tuple[Point, ...]  # of these
     steepest: float  # the largest slope that may be relied on
     scale: float  # of the first quantity of interest
 
@@ -240,10 +242,11 @@ def _between(found: _Curve, i: int, step: float) -> Choice:
 
 
 def _at_default(found: _Curve) -> Choice | None:
-    """The method at MuJoCo's default step, where that lies within what was measured."""
+    """The method at MuJoCo's default step, with the error of that run where there is one, where the
+    step lies within what was measured."""
     if found.method.control != "step":
         return None
-    for i, p in enumerate(found.envelope):
+    for i, p in enumerate(found.runs):
         if math.isclose(p.step, DEFAULT_STEP, rel_tol=1e-9):
             return chosen(found.method, p, found.scale)
         if p.step > DEFAULT_STEP:

@@ -68,7 +68,8 @@ def recommendations(study: Study, judged: Judgements) -> Table | None:
         "Methods that do not converge, or are off what theory says, are left out, and so are "
         "surrogates, whose model is not the full body. "
         "The real-time factor is simulated time over computing time. Hover for the runner-up and "
-        "for other engines. MuJoCo's default settings are Euler steps of 2 ms: the error they give."
+        "for other engines. MuJoCo's default settings are Euler steps of 2 ms: the error that they "
+        "have at that step."
     )
     return Table("The cheapest method and step for a wanted error, scene by scene", heads,
                  tuple(rows), note, folded=True)  # fmt: skip
@@ -108,7 +109,8 @@ def scene_recommendations(study: Study, scene: str, judged: Judgements) -> Table
     first = cheapest(study, scene, ERRORS[0][0], judged)
     note = "".join(
         f"The error of MuJoCo with default settings ({_said(c)} real time) is "
-        f"{notation.number(c.error)}, {notation.number(c.absolute)} {first.unit} or less."
+        f"{notation.relative(c.error)}, of {first.observable} at most "
+        f"{notation.number(c.absolute)} {first.unit}."
         for c in first.defaults
         if c.method == DEFAULT_METHOD
     )

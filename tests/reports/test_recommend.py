@@ -148,6 +148,12 @@ def test_default_step_of_mujoco() -> None:
     assert default.step == 0.002
     assert default.error == pytest.approx(0.014)
     assert default.measured
+    # where the error crosses zero there too: it is said of that step, and nothing is chosen by it
+    errors = {h: 1e-5 if h == 2e-3 else 7.0 * h for h in STEPS}
+    found = cheapest(
+        made_up([(find_method("mujoco/euler"), STEPS, errors.__getitem__)]), SCENE, 0.5
+    )
+    assert found.defaults[0].error == pytest.approx(1e-5)
 
 
 @pytest.mark.parametrize("wrong", [0.0, -1.0, math.nan, math.inf])
