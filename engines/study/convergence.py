@@ -29,7 +29,7 @@ from plumbob.models.scene import Scene
 TRACE = 160  # points of an error curve: as many as a plot can show
 DEFAULT = ("mujoco/euler", 2e-3)  # MuJoCo's default settings: method and step [s]
 PER_OCTAVE, OCTAVES = 3, 5  # step sizes for a method that no theory covers
-TIMED = 100  # steps at least of a run that a cost is measured at: its beginning costs more
+TIMED = 200  # steps at least of a run that a cost is measured at: fewer take too little time
 FURTHER = 8  # times the most steps, for a method with steps of its own: three halvings
 SEED = 1  # of the steps that are drawn, unless another is chosen
 
