@@ -121,20 +121,20 @@ def costs(
 def _whole_run(piece: Piece, ns_per_step: float, known: Stepping | None) -> float:
     """Time of a step in a whole run over `ns_per_step` [ns], that of a step of a `piece`: where the
     run that is `known` says that they are APART, by medians of HELD of both, in turn, a whole run's
-    without the time that it waits; else 1."""
+    at most what it computes for; else 1."""
     if known is None or not known.steps:
         return 1.0
     if 1.0 / APART <= 1e9 * known.seconds / known.steps / max(ns_per_step, 1e-3) <= APART:
         return 1.0
     whole, timed = [], []
     for _ in range(HELD):
-        begin, computed = time.perf_counter(), time.process_time()
+        begin = time.process_time()
         run = piece.simulation.run()
-        elapsed, computed = time.perf_counter() - begin, time.process_time() - computed
+        computed = time.process_time() - begin
         taken = piece.stepped()
         if not run.steps or not taken.steps:
             return 1.0
-        whole.append(run.seconds * min(1.0, computed / elapsed) / run.steps)
+        whole.append(min(run.seconds, computed) / run.steps)
         timed.append(taken.seconds / taken.steps)
     return statistics.median(whole) / max(statistics.median(timed), 1e-12)
 
