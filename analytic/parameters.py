@@ -6,13 +6,39 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+SUCH = "such that "
+MOST_SHOWN = 200  # characters of a value in a message
+
 
 class ParameterError(ValueError):
     """A parameter outside what the equations allow; its text is one line."""
 
     def __init__(self, name: str, value: object, requirement: str) -> None:
-        super().__init__(f"{name} = {value!r}: must be {requirement}")
+        super().__init__(f"{name} = {_shown(value)}: must be {requirement}")
         self.name, self.value, self.requirement = name, value, requirement
+
+    def due_to(self, changes: Mapping[str, Any]) -> ParameterError:
+        """The same error; where it names none of the parameters that were changed, but another, or
+        what is computed of them, one that names what was."""
+        if not changes or {"set", *changes} & set(self.name.split(", ")):
+            return self
+        required = f"{self.name} is {self.requirement}, not {_shown(self.value)}"
+        if self.requirement.startswith(SUCH):
+            required = self.requirement.removeprefix(SUCH)
+        return changed_beyond(changes, f"{SUCH}{required}")
+
+
+def changed_beyond(changes: Mapping[str, Any], requirement: str) -> ParameterError:
+    """The error of parameters that were changed, one or more, to what does not meet a
+    requirement."""
+    if len(changes) == 1:
+        return ParameterError(*next(iter(changes.items())), requirement)
+    return ParameterError("set", dict(changes), requirement)
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= MOST_SHOWN else f"{text[: MOST_SHOWN - 3]}..."
 
 
 def finite(name: str, value: Any) -> float:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from plumbob.analytic.errors.schemes import Scheme
+from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import added_system
 from plumbob.models.scene import Case, Scene
@@ -22,6 +23,20 @@ USER_METHOD = "mujoco/mine"  # the method that `Engine.user_method` reads from a
 
 ModelFields = Mapping[tuple[str, str], tuple[float, ...]]
 """Of a model file: {(field, name of the body, joint, geom or actuator): its numbers}, SI."""
+
+
+SHORTEST, LONGEST = 1e-9, 1e3  # [s] of a time step, whose inverse square contacts are as stiff as
+
+
+def time_step(name: str, step: float, model: str = "") -> float:
+    """Return a time step [s] that settings can be for, or that of a `model`, which the argument
+    `name` gave; raises ParameterError where it is none."""
+    if not SHORTEST <= step <= LONGEST:
+        allowed = f"from {SHORTEST:g} to {LONGEST:g} s"
+        if model:
+            raise ParameterError(name, model, f"a model with a time step {allowed}, not {step:g}")
+        raise ParameterError(name, step, allowed)
+    return step
 
 
 class Unsupported(Exception):

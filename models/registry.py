@@ -163,7 +163,10 @@ def scene(name: str, changes: Mapping[str, Any] | None = None) -> Scene:
         return chosen
     known(changes, system.parameters)
     changed = replace(chosen, parameters=system.change(chosen.parameters, changes))
-    case_of(changed)  # raises where the equations do not allow it; kept for who runs it
+    try:
+        case_of(changed)  # kept for who runs it
+    except ParameterError as error:
+        raise error.due_to(changes) from None
     return changed
 
 

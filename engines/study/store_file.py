@@ -207,7 +207,7 @@ def decoding() -> Iterator[None]:
         yield
     except ParameterError:
         raise
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise sqlite3.DatabaseError(str(error)) from None
 
 

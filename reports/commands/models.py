@@ -10,10 +10,11 @@ from dataclasses import asdict
 from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.method import time_step
 from plumbob.engines.registry import find_engine
 from plumbob.engines.study.model_reading import EVERY_FIELD, model_file
 from plumbob.models.registry import systems
-from plumbob.reports.commands.arguments.values import positive_number
+from plumbob.reports.commands.arguments.values import number
 
 CONTACTS = b"solreffriction"  # in every file whose friction goes with the time step
 
@@ -49,7 +50,7 @@ def command(chosen: argparse.Namespace) -> int:
             print(f"{folder.name}  {folder}")
         return 0
     target = Path(chosen.dir)
-    step = None if chosen.step is None else positive_number("step", chosen.step)
+    step = None if chosen.step is None else time_step("step", number("step", chosen.step))
     files = [
         (_content(path, step), target / folder.name / path.name)
         for folder in folders

@@ -73,9 +73,10 @@ def command(chosen: argparse.Namespace) -> int:
     parameters = asked(chosen.to, chosen.track, changes)
     if (chosen.method is None) != (chosen.step is None):
         raise ParameterError("step", chosen.step, "given with --method, and only with it")
-    found = planned({**CHECK, **parameters})
-    answer = described(found)
-    measured = _measured(chosen, found, parameters) if chosen.method else None
+    with values.representable(changes or {"to": chosen.to}):
+        found = planned({**CHECK, **parameters})
+        answer = described(found)
+        measured = _measured(chosen, found, parameters) if chosen.method else None
     if measured is not None:
         answer["method"] = measured_data(found, measured)
     if chosen.json:

@@ -44,7 +44,7 @@ def command(chosen: argparse.Namespace) -> int:
     """Print errors against the exact answer, their tolerances and the cost."""
     methods = _methods(chosen.method, chosen.like)
     changed = values.changes(chosen.changes)
-    with values.representable(changed):
+    with values.representable(changed, chosen):
         scene = find_scene(chosen.scene, changed)
         case = case_of(scene)
     if chosen.step is None and not chosen.like:
@@ -53,7 +53,7 @@ def command(chosen: argparse.Namespace) -> int:
     step = own[0] if own else values.positive_number("step", chosen.step)
     codes, records = [], []
     for method in methods:
-        with values.representable(changed):
+        with values.representable(changed, chosen):
             found, _ = measure(case, method, step)
         measured, unit = costs([(case, method, step)] if found.status == "done" else [], repeats=5)
         cost = measured.get((scene.name, method.name))

@@ -9,9 +9,9 @@ from pathlib import Path
 from textwrap import fill, indent
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.method import Method, Settings
+from plumbob.engines.method import Method, Settings, time_step
 from plumbob.engines.registry import engine_of, installed, method
-from plumbob.reports.commands.arguments.values import positive_number
+from plumbob.reports.commands.arguments.values import number, positive_number
 
 CHECKED = "mujoco/euler+coulomb"  # what a file is held against unless a method is given
 
@@ -43,7 +43,7 @@ def command(chosen: argparse.Namespace) -> int:
         raise ParameterError("METHOD", None, "given, as `plumbob settings METHOD --step DT`")
     if chosen.step is None:
         raise ParameterError("step", None, "given, in seconds: settings are for one step")
-    named, step = method(chosen.method), positive_number("step", chosen.step)
+    named, step = method(chosen.method), time_step("step", number("step", chosen.step))
     write = engine_of(named).settings_text
     if write is None or named.control != "step":
         raise ParameterError("method", named.name, "one of an engine with settings to paste")

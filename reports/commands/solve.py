@@ -52,7 +52,7 @@ def command(chosen: argparse.Namespace) -> int:
     """Print the observables at the times wanted, and what else is exact."""
     changed = values.changes(chosen.changes)
     asked = changed | ({"times": chosen.times} if chosen.times else {})
-    with values.representable(asked):
+    with values.representable(asked, chosen):
         scene = find_scene(chosen.scene, changed)
         times = values.times(chosen.times) if chosen.times else np.linspace(0, scene.duration, 11)
         case = case_of(scene)
@@ -62,7 +62,7 @@ def command(chosen: argparse.Namespace) -> int:
         observables = case.reference.observe(times)
         uncertainty = _uncertainty(case.reference, times)
         facts = case.system.facts(case.problem)
-    values.all_finite(asked, observables)
+    values.all_finite(asked, observables, uncertainty)
     answer: dict[str, Any] = {
         "scene": scene.name,
         "parameters": scene.parameters,

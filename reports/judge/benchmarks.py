@@ -98,7 +98,7 @@ def stored(file: Path) -> tuple[BenchmarkRun, ...]:
     for number, line in enumerate(file.read_text("utf-8", errors="replace").splitlines(), 1):
         try:
             found.append(_run(json.loads(line)))
-        except (ValueError, TypeError, KeyError, AttributeError):
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
             what = "a run of benchmarks, as `make benchmark` writes it"
             raise ParameterError("benchmarks", f"{file}, line {number}", what) from None
     return tuple(found)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sqlite3
 from contextlib import closing
@@ -15,10 +16,16 @@ from plumbob.engines.study import store
 from plumbob.engines.study.codec import packed, unpacked
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.cli import main
+from plumbob.reports.judge import benchmarks
 
 CONE = "cone-pendulum/rotating-base"
 SMALL = "linear-pendulum/overdamped"  # of which the page shows few runs
 VALIDATE = ("validate", "--scenes", CONE, "--methods", "ode/rk4", "--jobs", "1")
+MOST = 700  # characters of a line, with a value of 200: a few lines of a terminal
+SETTINGS = ("settings", "mujoco/euler+coulomb")
+DEEP, DEEP_OBJECT = "[" * 100_000, '{"a":' * 100_000
+BALL = """<mujoco><option timestep="{}"/><worldbody><geom type="plane" size="1 1 1"/>
+<body pos="0 0 0.1"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>"""
 DECLARED = '<?xml version="1.0" encoding="{}"?><mujoco/>'
 BAD = {
     "jobs as a superscript": (*VALIDATE[:-1], "²"),
@@ -63,6 +70,21 @@ BAD = {
     "friction that never ends a turn": ("solve", "capsule-turn", "--set", "friction=1e-308"),
     "a length that overflows": ("run", "simple-pendulum", "ode/rk4", "--step", "1e-3",
                                 "--set", "length=1e308"),
+    "a list nested 100,000 deep": ("solve", "capsule-line", "--set", f"supports={DEEP}"),
+    "an object nested deep": ("plan", "--to", "0", "0", "1", "--set", f"legs={DEEP_OBJECT}"),
+    "a nested list for a length": ("run", "simple-pendulum", "ode/rk4", "--step", "1e-3",
+                                   "--set", f"length={DEEP[:900]}{DEEP[:900].replace('[', ']')}"),
+    "benchmarks that are nested deep": ("compare", "deep.jsonl", "deep.jsonl"),
+    "settings for a step that overflows": (*SETTINGS, "--step", "1e300"),
+    "settings for a step that underflows": (*SETTINGS, "--step", "1e-300"),
+    "settings for the smallest step": (*SETTINGS, "--step", "5e-324"),
+    "settings for contacts of no stiffness": (*SETTINGS, "--step", "1e-3", "--stiffness", "1e-300"),
+    "models for a step that overflows": ("models", "export", "models", "--step", "1e300"),
+    "models for a step that underflows": ("models", "export", "models", "--step", "1e-300"),
+    "a file with a step that underflows": ("settings", "--check", "short.xml"),
+    "a model with a step that underflows": ("audit", "short.xml"),
+    "contacts with a step that underflows": ("audit", "short.xml", "--contacts"),
+    "contacts with a step that overflows": ("audit", "long.xml", "--contacts"),
     "export onto a pipe": ("models", "export", "pipes"),
     "export through a dangling link": ("models", "export", "links"),
     "export into a link for a folder": ("models", "export", "folders"),
@@ -84,6 +106,9 @@ def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         huge.truncate(200_000_000)
     Path("condim.xml").write_text('<mujoco><default><geom condim="2"/></default></mujoco>')
     Path("encoding.xml").write_text(DECLARED.format("klingon"))
+    Path("short.xml").write_text(BALL.format("1e-300"))
+    Path("long.xml").write_text(BALL.format("1e300"))
+    Path("deep.jsonl").write_text(f'{benchmarks.START}, "made": {DEEP}')
     Path("infinite.xml").write_text('<mujoco><option timestep="inf"/></mujoco>')
     return tmp_path
 
@@ -97,7 +122,60 @@ def test_it_is_one_line_and_nothing_is_written(
     out, err = capsys.readouterr()
     assert (code, out, err.count("\n")) == (2, "", 1), err
     assert err.startswith("plumbob: ")
+    assert len(err) < MOST, err
     assert sorted(inputs.rglob("*")) == before
+
+
+TO = ("plan", "--to", "0.02", "0.01", "0.3", "--set")
+BLAMED = {  # what was changed is named, with the value and what is computed of it
+    ("solve", "simple-pendulum", "--set", "length=1e-300"): "such that inertia is greater than 0, ",
+    ("run", "simple-pendulum", "ode/rk4", "--step", "1e-3", "--set", "length=1e-300"): "such that ",
+    ("recommend", "simple-pendulum", "--error", "0.1", "--set", "length=1e-300"): "such that ",
+    ("solve", "capsule-line", "--set", "w1=1e20"): "such that normal_force_2 is greater than 0 ",
+    ("solve", "capsule-line", "--set", "t1=5e-324"): "such that path velocity after piece 1 is ",
+    ("solve", "capsule-plan", "--set", "gravity=5e-324"): "such that C is inside their triangle",
+    ("solve", "capsule-hold", "--set", "length=5e-324"): "such that duration is greater than 0, ",
+    ("solve", "capsule-coast", "--set", "gravity=5e-324"): "such that normal_force_1 is ",
+    ("solve", "capsule-coast", "--set", "velocity_x=1e300"): "such that double precision holds ",
+    ("solve", "capsule-coast", "--set", "velocity_y=-1e160"): "such that double precision holds ",
+    (*TO, "inertia=1e300"): "such that double precision holds ",
+    (*TO, "friction=1e-300"): "such that double precision holds ",
+    (*TO, "acceleration=1e300"): "such that double precision holds ",
+    (*TO, "radius=1e160"): "small enough to keep every support pressed ",
+    (*TO, "stroke=5e-324"): "large enough for a turn",
+}
+
+
+@pytest.mark.parametrize("words", BLAMED, ids=lambda words: f"{words[1]} {words[-1]}")
+def test_what_was_changed_is_named(
+    words: tuple[str, ...], inputs: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words) == 2
+    out, err = capsys.readouterr()
+    name, _, value = words[-1].partition("=")
+    assert out == ""
+    assert err.startswith(f"plumbob: {name} = {json.loads(value)!r}: must be {BLAMED[words]}")
+
+
+def test_all_that_was_changed_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    changes = ("--set", "length=1e-300", "--set", "gravity=3")
+    assert main(("solve", "simple-pendulum", *changes)) == 2
+    named = "plumbob: set = {'length': 1e-300, 'gravity': 3}: must be such that inertia is greater"
+    assert capsys.readouterr().err.startswith(named)
+
+
+@pytest.mark.parametrize(
+    ("change", "verdict"),
+    [("friction=1e300", "diverged"), ("velocity_x=1e20", "diverged"), ("gravity=1e20", "unsupp")],
+)
+def test_a_run_that_cannot_begin_is_a_verdict(
+    change: str, verdict: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    method = "mujoco/euler+coulomb"
+    assert main(("run", "capsule-coast", method, "--step", "1e-3", "--set", change)) == 1
+    out, err = capsys.readouterr()
+    assert f" at 0.001: {verdict}" in out
+    assert err == ""
 
 
 @pytest.mark.long(keep=1)

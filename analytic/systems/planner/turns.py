@@ -153,6 +153,8 @@ def survey(capsule: Capsule, limits: Limits, circle: Circle, drive: Drive) -> Su
     ParameterError, naming the acceleration, if none turns the body the way it should."""
     doublings = max(0, math.ceil(math.log2(circle.longest / FULL_CIRCLE)))
     least = SHORTEST * min(circle.longest, FULL_CIRCLE)
+    if not least > 0.0:
+        raise ParameterError("stroke", limits.stroke, "large enough for a turn")
     swings = np.geomspace(least, circle.longest, SURVEYED + 2 * doublings)
     found = [
         outcome(capsule, limits.radius, circle.first, circle.sense * s, drive(s))

@@ -22,7 +22,7 @@ from plumbob.engines.adapters.mujoco.contacts import (
 )
 from plumbob.engines.adapters.mujoco.settings_to_paste import OWN_STIFFNESS, own_pair
 from plumbob.engines.adapters.mujoco.user_file import read_model
-from plumbob.engines.method import FileCheck, Method
+from plumbob.engines.method import FileCheck, Method, time_step
 
 CLOSE = 1e-6  # relative difference of values that are the same but for the digits written
 REACH = 1e-2  # of the mean size of a body: what is this near the floor at the start is in contact
@@ -40,9 +40,7 @@ def check(path: Path, method: Method) -> FileCheck:
         except ValueError as error:
             reason = " ".join(str(error).split())
             raise ParameterError("check", str(path), f"a model that compiles ({reason})") from None
-    step = float(model.opt.timestep)
-    if not step > 0.0:
-        raise ParameterError("check", str(path), f"a model with a time step above 0, not {step:g}")
+    step = time_step("check", model.opt.timestep, str(path))
     chosen = profile(method.settings)
     convergent = chosen.convergent and method.settings.get("model", "full") == "full"
     differences = list(_options(spec, method, dict(chosen.options)))

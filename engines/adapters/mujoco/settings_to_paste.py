@@ -27,6 +27,7 @@ from plumbob.engines.adapters.mujoco.contacts import (
 from plumbob.engines.method import Method, Settings, Snippet
 
 OWN_STIFFNESS = 0.2  # natural frequency of one contact times the step, in a model of one's own
+SOFTEST = 1e-6  # of these: static penetration goes as its inverse square
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 SLIDING = (
     "for bodies that slide and stop under dry friction, at this fixed step; tried on a four-footed "
@@ -58,8 +59,9 @@ def settings(method: Method, step: float, stiffness: float | None, friction: flo
     convergent = chosen.convergent and model == "full"
     if stiffness is not None and not convergent:
         raise ParameterError("stiffness", stiffness, "left out: it is for `+coulomb` methods only")
-    if stiffness is not None and stiffness > 1.0:
-        raise ParameterError("stiffness", stiffness, "at most 1: no contact is stable at more")
+    if stiffness is not None and not SOFTEST <= stiffness <= 1.0:
+        allowed = f"from {SOFTEST:g} to 1: no contact is stable at more"
+        raise ParameterError("stiffness", stiffness, allowed)
     if convergent:
         return _convergent(method, chosen, step, stiffness or OWN_STIFFNESS, friction)
     if model == "reduced":

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -48,6 +48,16 @@ class MujocoSimulation:
         control = None if self.translation.control is None else self._control
         with options.collected() as logged:
             course = take_steps(self.model, self.data, self._start(), self.steps, control)
+        trajectory = Trajectory(
+            times=course.steps.astype(np.float64) * self.step,
+            observables={},
+            steps=course.taken,
+            seconds=course.seconds,
+            diverged_at=None if course.diverged is None else course.diverged * self.step,
+            warnings=tuple(dict.fromkeys((*self.logged, *logged))),
+        )
+        if not len(course.steps):  # the start itself is beyond what MuJoCo takes
+            return trajectory
         nq, nv = self.model.nq, self.model.nv
         qpos, qvel = course.states[:, 1 : 1 + nq], course.states[:, 1 + nq : 1 + nq + nv]
         observables, channels = self.translation.observe(qpos, qvel)
@@ -63,15 +73,7 @@ class MujocoSimulation:
                     self.translation.probe,
                 )  # fmt: skip
             observables, channels = {**observables, **found[0]}, {**channels, **found[1]}
-        trajectory = Trajectory(
-            times=course.steps.astype(np.float64) * self.step,
-            observables=observables,
-            channels=channels,
-            steps=course.taken,
-            seconds=course.seconds,
-            diverged_at=None if course.diverged is None else course.diverged * self.step,
-            warnings=tuple(dict.fromkeys((*self.logged, *logged))),
-        )
+        trajectory = replace(trajectory, observables=observables, channels=channels)
         return within(trajectory, self.translation.limits)
 
     def stepped(self, fraction: float) -> Stepping:

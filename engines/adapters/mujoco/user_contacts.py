@@ -13,7 +13,6 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.contacts import DAMPING, REGULARISATION_RATIO, TOLERANCE
 from plumbob.engines.adapters.mujoco.file_check import frequency_ratio
@@ -31,7 +30,7 @@ from plumbob.engines.adapters.mujoco.settings_to_paste import (
     own_pair,
     settings,
 )
-from plumbob.engines.method import Method, Settings
+from plumbob.engines.method import Method, Settings, time_step
 from plumbob.engines.own_contacts import Slide, Standing
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.engines.registry import method as find_method
@@ -150,9 +149,7 @@ def own_contacts(
     """The free body `body`, or the heaviest, of the compiled `model` on its plane, in the posture
     of the keyframe `start`, with sliding `friction` in place of its own; raises ParameterError and
     NotCertifiable."""
-    step = float(model.opt.timestep)
-    if not 0.0 < step < math.inf:
-        raise ParameterError("model", name, f"one with a step above 0, not {step:g}")
+    time_step("model", model.opt.timestep, name)
     with silent():
         data = started(model, start)
         return MujocoContacts(

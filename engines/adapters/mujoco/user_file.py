@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Mapping
 from dataclasses import replace
@@ -14,7 +13,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.methods import METHODS
-from plumbob.engines.method import USER_METHOD, Method
+from plumbob.engines.method import USER_METHOD, Method, time_step
 
 LARGEST_FILE = 10_000_000  # [bytes]: far more than a model file without meshes has
 HALVINGS = 6  # of the user's own step, to show whether a smaller one helps
@@ -56,9 +55,7 @@ def user_method(path: str | Path) -> Method:
         contact |= {name: _plain(getattr(spec.option, f"o_{name}")) for name in OVERRIDDEN}
     settings["contact"] = contact | {name: getattr(spec.option, name) for name in ENDS}
     _runnable(path, settings)
-    step = float(spec.option.timestep)
-    if not 0.0 < step < math.inf:
-        raise ParameterError("like", str(path), f"a model with a time step above 0, not {step:g}")
+    step = time_step("like", spec.option.timestep, str(path))
     like = next(m for m in METHODS if m.settings["integrator"].lower() == settings["integrator"])
     scheme = like.scheme
     if settings["integrator"] == "euler" and settings["disableflags"]:

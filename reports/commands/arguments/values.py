@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from plumbob.analytic.parameters import ParameterError, finite, positive
+from plumbob.analytic.parameters import ParameterError, changed_beyond, finite, positive
 from plumbob.analytic.reference import Array
 from plumbob.models.registry import systems
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
+HELD = "such that double precision holds the exact solution"
 NAMES = "{names}"  # in an epilog: what --set takes
 
 
@@ -59,8 +60,8 @@ def changes(given: Sequence[str] | None) -> dict[str, Any]:
         if not equals or not name:
             raise ParameterError("set", entry, "NAME=JSON")
         try:
-            found[name] = json.loads(value, parse_constant=lambda word: float(word.lower()))
-        except ValueError:
+            found[name] = json.loads(value)
+        except (ValueError, RecursionError):
             raise ParameterError(name, value, "a JSON value, such as 9.8 or [1, 2]") from None
     return found
 
@@ -134,29 +135,30 @@ def workers(chosen: argparse.Namespace) -> Iterator[tuple[Executor | None, int]]
 
 
 @contextmanager
-def representable(changed: Mapping[str, Any]) -> Iterator[None]:
+def representable(
+    changed: Mapping[str, Any], chosen: argparse.Namespace | None = None
+) -> Iterator[None]:
     """Raises ParameterError, naming what was `changed`, where the exact solution fails in double
-    precision: the extremes of some parameters overflow."""
+    precision: the extremes of some parameters overflow; and, given all arguments `chosen`, where an
+    error names neither that nor one of them."""
     try:
         with np.errstate(all="ignore"):
             yield
+    except ParameterError as error:
+        if chosen is None or error.name in vars(chosen):
+            raise
+        raise error.due_to(changed) from None
     except (ArithmeticError, np.linalg.LinAlgError, RuntimeError) as error:
         if not changed:
             raise
-        raise _extreme(changed) from error
+        raise changed_beyond(changed, HELD) from error
 
 
-def all_finite(changed: Mapping[str, Any], observables: Mapping[str, Array]) -> None:
-    """Raises ParameterError, naming what was `changed`, where an observable is not finite."""
-    if changed and not all(np.isfinite(values).all() for values in observables.values()):
-        raise _extreme(changed)
-
-
-def _extreme(changed: Mapping[str, Any]) -> ParameterError:
-    requirement = "such that double precision holds the exact solution"
-    if len(changed) == 1:
-        return ParameterError(*next(iter(changed.items())), requirement)
-    return ParameterError("set", dict(changed), requirement)
+def all_finite(changed: Mapping[str, Any], *answers: Mapping[str, Array]) -> None:
+    """Raises ParameterError, naming what was `changed`, where an observable, or what double
+    precision allows it, is not finite."""
+    if changed and not all(np.isfinite(v).all() for answer in answers for v in answer.values()):
+        raise changed_beyond(changed, HELD)
 
 
 def plain(value: Any) -> Any:

@@ -40,7 +40,7 @@ from plumbob.engines.adapters.mujoco.contacts import (
     tilt_inertia,
 )
 from plumbob.engines.adapters.mujoco.translation import Translation, read
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, Unsupported
 
 POINT = 1e-14  # [kg m^2] of the slider about itself: MuJoCo wants more than 1e-15
 TURNING = "turning.xml"  # two sliding joints for the slider, along the axes of the body
@@ -190,7 +190,9 @@ def settled(
     if deflected is not None:
         model.qpos0[2] += deflected[0]
         model.qpos0[4:6] = 0.5 * deflected[2], -0.5 * deflected[1]
-        model.qpos0[3] = math.sqrt(1.0 - float(np.square(model.qpos0[4:6]).sum()))
+        if not (upright := 1.0 - float(np.square(model.qpos0[4:6]).sum())) > 0.0:
+            raise Unsupported("at this step the body tips over on its contacts: they are too soft")
+        model.qpos0[3] = math.sqrt(upright)
     held = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, held)
     rest = np.array(_at_rest(held.tobytes(), steps))

@@ -20,6 +20,7 @@ from plumbob.engines.adapters.mujoco.own_model import left_out
 from plumbob.engines.adapters.mujoco.own_model.field import VANISHING, ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.picture import picture
 from plumbob.engines.adapters.mujoco.own_model.readings import readings, touching, unlikely
+from plumbob.engines.method import time_step
 from plumbob.engines.own_motion import Change, NotCertifiable, Script, Stepped, Touching
 
 INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
@@ -225,14 +226,12 @@ def own_model(model: Any, name: str, keyframe: int | str | None = None) -> Mujoc
     ParameterError for a keyframe that it does not have, NotCertifiable for what no audit can
     follow."""
     model = copy.copy(model)
-    if not 0.0 < model.opt.timestep < math.inf:
-        raise ParameterError("model", name, f"one with a step above 0, not {model.opt.timestep:g}")
+    step = time_step("model", model.opt.timestep, name)
     refused(model)
     data = started(model, keyframe)
     numbers = (data.qpos, data.qvel, data.act, data.xipos, data.qacc)
     if not all(np.isfinite(values).all() for values in numbers):
         raise NotCertifiable("at its start something is not a number")
-    step = float(model.opt.timestep)
     effective, clamped = clamped_for(model, step)
     integrator = next((n for n in INTEGRATORS if int(_kind(n)) == int(model.opt.integrator)), "")
     if not integrator:
