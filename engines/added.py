@@ -109,7 +109,7 @@ def _asked(added: Addition, what: str, ask: Callable[[], Any]) -> Any:
             return ask()
     except (Unsupported, ParameterError):
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise Unsupported(f"{added.package}: {what} raises {one_line(error)}") from error
 
 
@@ -132,7 +132,7 @@ class _Guarded:
             try:
                 run: Trajectory = self.simulation.run()
                 why = not_a_trajectory(run)
-            except Exception as error:
+            except (Exception, SystemExit) as error:
                 why = f"run raises {one_line(error)}"
         if why:
             said_why = (f"{self.package}: {why}",)
@@ -147,7 +147,7 @@ class _Guarded:
         try:
             with captured():
                 found = self.simulation.stepped(fraction)
-        except Exception:
+        except (Exception, SystemExit):
             return Stepping(0, 0.0)
         return found if isinstance(found, Stepping) else Stepping(0, 0.0)
 
@@ -167,6 +167,6 @@ def not_a_trajectory(run: Any) -> str:
     return ""
 
 
-def one_line(error: Exception) -> str:
+def one_line(error: BaseException) -> str:
     """What an error of another package says, in one line."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:160]

@@ -4,9 +4,10 @@ and one that is broken costs a line on stderr, not the study."""
 from __future__ import annotations
 
 import io
+import multiprocessing
 import os
+import subprocess
 import sys
-import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
@@ -17,6 +18,16 @@ from typing import Any, cast
 
 ENGINES, SYSTEMS = "plumbob.engines", "plumbob.systems"  # the groups
 LONGEST = 10.0  # [s] that a package may take to be imported
+PASSED = b"plumbob: imported"
+TRIAL = f"""import sys
+from importlib.metadata import EntryPoint
+value, sys.path[:] = sys.argv[1], sys.argv[2:]
+try:
+    EntryPoint("", value, "").load()
+except BaseException:
+    pass  # which it is, the process that asks finds by itself
+print(end={PASSED.decode()!r}, flush=True)
+"""
 
 Wrong = Callable[[Any, str], str]  # what was found and its name -> why it is not what it must be
 
@@ -82,33 +93,30 @@ def addition(group: str, name: str, wrong: Wrong) -> Addition:
 
 def _loaded(point: metadata.EntryPoint) -> tuple[Any, str, str]:
     """What an entry point names, why it cannot be had, and what was printed meanwhile."""
-    done: list[tuple[Any, str]] = []
-
-    def load() -> None:
-        try:
-            done.append((point.load(), ""))
-        except (Exception, SystemExit) as error:
-            done.append((None, f"{type(error).__name__} on import: {error}"))
-
+    # A worker needs no trial: whoever began it has made one, and sees it end.
+    if multiprocessing.parent_process() is None and (reason := _trial(point)):
+        return None, reason, ""
+    found, reason = None, ""
     with captured() as said:
-        thread = threading.Thread(target=load, daemon=True)
-        thread.start()
-        thread.join(LONGEST)
-    if not done:
-        _end(thread)
-        return None, f"its import takes more than {LONGEST:g} s", ""
-    found, reason = done[0]
+        try:
+            found = point.load()
+        except (Exception, SystemExit) as error:
+            reason = f"{type(error).__name__} on import: {error}"
     return found, _one_line(reason), _one_line(said[0])
 
 
-def _end(thread: threading.Thread) -> None:
-    """Have a thread raise SystemExit when it next runs Python code."""
-    import ctypes
-
-    assert thread.ident is not None
-    ctypes.pythonapi.PyThreadState_SetAsyncExc(
-        ctypes.c_ulong(thread.ident), ctypes.py_object(SystemExit)
-    )
+def _trial(point: metadata.EntryPoint) -> str:
+    """Why an entry point cannot be loaded here, as a process of its own shows that hangs or ends on
+    it; empty where it does neither."""
+    words = [sys.executable, "-c", TRIAL, point.value, *sys.path]
+    try:
+        done = subprocess.run(words, capture_output=True, timeout=LONGEST, stdin=subprocess.DEVNULL)
+    except subprocess.TimeoutExpired:
+        return f"its import takes more than {LONGEST:g} s"
+    if done.stdout.endswith(PASSED):
+        return ""
+    by = f"by signal {-done.returncode}" if done.returncode < 0 else f"with {done.returncode}"
+    return f"its import ends the process, {by}"
 
 
 @contextmanager
