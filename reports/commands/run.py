@@ -47,6 +47,7 @@ def command(chosen: argparse.Namespace) -> int:
     with values.representable(changed, chosen):
         scene = find_scene(chosen.scene, changed)
         case = case_of(scene)
+        about = case.system.quantities(case)
     if chosen.step is None and not chosen.like:
         raise ParameterError("step", None, "given, or the step of the file that --like names")
     own = methods[-1].step_sizes[:1] if chosen.step is None else ()
@@ -57,7 +58,7 @@ def command(chosen: argparse.Namespace) -> int:
             found, _ = measure(case, method, step)
         measured, unit = costs([(case, method, step)] if found.status == "done" else [], repeats=5)
         cost = measured.get((scene.name, method.name))
-        judgement = judge(found, case.system, method, case.system.quantities(case))
+        judgement = judge(found, case.system, method, about)
         records.append(record(method, found, judgement, None, cost))
         codes.append(_code(scene, method, found, judgement))
         if not chosen.json:

@@ -126,10 +126,12 @@ def test_it_is_one_line_and_nothing_is_written(
     assert sorted(inputs.rglob("*")) == before
 
 
+RUN = ("run", "capsule-coast", "mujoco/euler+coulomb", "--step", "1e-3", "--set")
 TO = ("plan", "--to", "0.02", "0.01", "0.3", "--set")
 BLAMED = {  # what was changed is named, with the value and what is computed of it
     ("solve", "simple-pendulum", "--set", "length=1e-300"): "such that inertia is greater than 0, ",
     ("run", "simple-pendulum", "ode/rk4", "--step", "1e-3", "--set", "length=1e-300"): "such that ",
+    ("run", "linear-pendulum", "ode/rk4", "--step", "1", "--set", "length=1e-20"): "such that dur",
     ("recommend", "simple-pendulum", "--error", "0.1", "--set", "length=1e-300"): "such that ",
     ("solve", "capsule-line", "--set", "w1=1e20"): "such that normal_force_2 is greater than 0 ",
     ("solve", "capsule-line", "--set", "t1=5e-324"): "such that path velocity after piece 1 is ",
@@ -138,6 +140,7 @@ BLAMED = {  # what was changed is named, with the value and what is computed of 
     ("solve", "capsule-coast", "--set", "gravity=5e-324"): "such that normal_force_1 is ",
     ("solve", "capsule-coast", "--set", "velocity_x=1e300"): "such that double precision holds ",
     ("solve", "capsule-coast", "--set", "velocity_y=-1e160"): "such that double precision holds ",
+    (*RUN, "slider_mass=1e300"): "such that double precision holds ",
     (*TO, "inertia=1e300"): "such that double precision holds ",
     (*TO, "friction=1e-300"): "such that double precision holds ",
     (*TO, "acceleration=1e300"): "such that double precision holds ",
@@ -165,14 +168,18 @@ def test_all_that_was_changed_is_named(capsys: pytest.CaptureFixture[str]) -> No
 
 
 @pytest.mark.parametrize(
-    ("change", "verdict"),
-    [("friction=1e300", "diverged"), ("velocity_x=1e20", "diverged"), ("gravity=1e20", "unsupp")],
+    ("scene", "change", "verdict"),
+    [
+        ("capsule-coast", "friction=1e300", "diverged"),
+        ("capsule-coast", "velocity_x=1e20", "diverged"),
+        ("capsule-coast", "gravity=1e20", "unsupported (at this step the body tips over"),
+        ("capsule-line", "inertia=1e-20", "unsupported (MuJoCo refuses the model"),
+    ],
 )
 def test_a_run_that_cannot_begin_is_a_verdict(
-    change: str, verdict: str, capsys: pytest.CaptureFixture[str]
+    scene: str, change: str, verdict: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    method = "mujoco/euler+coulomb"
-    assert main(("run", "capsule-coast", method, "--step", "1e-3", "--set", change)) == 1
+    assert main(("run", scene, *RUN[2:], change)) == 1
     out, err = capsys.readouterr()
     assert f" at 0.001: {verdict}" in out
     assert err == ""

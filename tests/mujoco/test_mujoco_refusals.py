@@ -62,7 +62,7 @@ def test_a_system_without_builder_is_unsupported() -> None:
 
 
 def test_a_body_that_the_engine_refuses_is_unsupported() -> None:
-    with pytest.raises(Unsupported, match=r"refuses the model of cone-pendulum/test: [^\n]*$"):
+    with pytest.raises(Unsupported, match=r"MuJoCo refuses the model: [^\n]*$"):
         prepare(SYSTEM.case(scene(body=cone(1e-14, 0.3, 0.5))), EULER, 1e-3)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
@@ -11,6 +12,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.method import Unsupported
 
 BIT = mujoco.mjtDisableBit
 # option -> its enumeration and the prefix of that enumeration's names
@@ -81,15 +83,27 @@ def _named_after(word: str) -> tuple[str, ...]:
 
 @contextmanager
 def collected() -> Iterator[list[str]]:
-    """Collect what the engine logs while the block runs; nothing is printed or written to disk."""
+    """Collect what the engine logs, and warns of while it compiles, while the block runs; nothing
+    is printed or written to disk."""
     messages: list[str] = []
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(messages.append)
     try:
-        with enough_memory():
+        with enough_memory(), warnings.catch_warnings(record=True) as compiling:
+            warnings.simplefilter("always", UserWarning)
             yield messages
     finally:
         mujoco.set_mju_user_warning(before)
+        messages += [str(warning.message) for warning in compiling]
+
+
+def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    """The compiled model; raises Unsupported where MuJoCo refuses it."""
+    try:
+        with enough_memory():
+            return spec.compile()
+    except ValueError as error:
+        raise Unsupported(f"MuJoCo refuses the model: {' '.join(str(error).split())}") from None
 
 
 @contextmanager

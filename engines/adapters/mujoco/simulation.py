@@ -119,12 +119,7 @@ def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:
             raise Unsupported(f"nothing is controlled in {case.scene.name}: the same as {same}")
         options.apply(translation.spec, method.settings, step)
         begin = time.perf_counter()
-        try:
-            with options.enough_memory():
-                model = translation.spec.compile()
-        except ValueError as error:
-            reason = " ".join(str(error).split())
-            raise Unsupported(f"MuJoCo refuses the model of {case.scene.name}: {reason}") from None
+        model = options.compiled(translation.spec)
         model.opt.disableflags |= options.needless_stages(model) | int(options.BIT.mjDSBL_AUTORESET)
         translation.tune(model)
         data = mujoco.MjData(model)

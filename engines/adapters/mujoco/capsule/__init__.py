@@ -185,7 +185,7 @@ def settled(
     resting = spec.copy()
     resting.option.gravity = [0.0, 0.0, -press]
     resting.option.timestep = step
-    model = resting.compile()
+    model = options.compiled(resting)
     tune(model)
     if deflected is not None:
         model.qpos0[2] += deflected[0]
