@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections import Counter
 from pathlib import Path
 from xml.etree import ElementTree
@@ -16,6 +14,7 @@ from plumbob.engines.study.runner import pairs
 from plumbob.models.scene import Observable, Scene
 from plumbob.reports.judge.expectations import expected, standing, surprise
 from plumbob.reports.judge.verdict import Judgement, Judgements
+from plumbob.reports.view.page import written
 
 
 def write_junit(file: Path, study: Study, judged: Judgements) -> None:
@@ -43,15 +42,8 @@ def write_junit(file: Path, study: Study, judged: Judgements) -> None:
         "skipped": str(counts["skipped"]), "time": f"{sum(study.seconds.values()):.3f}",
         "timestamp": study.provenance.date.removesuffix(" UTC").replace(" ", "T"),
     }  # fmt: skip
-    handle, part = tempfile.mkstemp(prefix=".junit-", suffix=".xml", dir=file.parent)
-    try:
-        with open(handle, "wb") as written:
-            ElementTree.ElementTree(suite).write(written, encoding="utf-8", xml_declaration=True)
-        os.chmod(part, 0o644)
-        os.replace(part, file)
-    except BaseException:
-        Path(part).unlink(missing_ok=True)
-        raise
+    text = ElementTree.tostring(suite, encoding="utf-8", xml_declaration=True)
+    written(text, file.parent, file.name)
 
 
 def _outcome(scene: Scene, method: Method, found: Judgement) -> tuple[str, str] | None:

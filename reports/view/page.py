@@ -85,19 +85,15 @@ def _inside() -> dict[str, str]:
     return {**files, PLOTLY: packed.decode("ascii")}
 
 
-def written(text: str, folder: Path, name: str) -> Path:
-    """Write a page into `folder` under `name`, whole or not at all, and return its path; raises
-    OSError where the folder cannot be written."""
+def written(text: str | bytes, folder: Path, name: str) -> Path:
+    """Write a page, or another file, into `folder` under `name`, whole or not at all, and return
+    its path; raises OSError where the folder cannot be written."""
     folder.mkdir(parents=True, exist_ok=True)
-    handle, made = tempfile.mkstemp(prefix=".page-", suffix=".html", dir=folder)
-    try:
-        with open(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.chmod(made, 0o644)
-        os.replace(made, folder / name)
-    except BaseException:
-        Path(made).unlink(missing_ok=True)
-        raise
+    # A file in a folder has the permissions that the user's umask leaves, unlike a temporary file.
+    with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder) as made:
+        part = Path(made) / name
+        part.write_bytes(text.encode("utf-8") if isinstance(text, str) else text)
+        os.replace(part, folder / name)
     return folder / name
 
 

@@ -230,15 +230,13 @@ def _folder_of(index: Path) -> str | None:
 def _placed(files: Mapping[str, bytes], folder: Path, name: str) -> None:
     """Put files into the folder `name`, which appears with all of them or, where there is one of
     this name, has each of them replaced whole."""
-    made = Path(tempfile.mkdtemp(prefix=".site-", dir=folder))
-    try:
+    with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder) as made:
+        whole = Path(made) / name  # whose permissions are those that the user's umask leaves
+        whole.mkdir()
         for file, content in files.items():
-            (made / file).write_bytes(content)
-        made.chmod(0o755)
+            (whole / file).write_bytes(content)
         if (folder / name).is_dir():
             for file in files:
-                os.replace(made / file, folder / name / file)
+                os.replace(whole / file, folder / name / file)
         else:
-            os.replace(made, folder / name)
-    finally:
-        shutil.rmtree(made, ignore_errors=True)
+            os.replace(whole, folder / name)
