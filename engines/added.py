@@ -20,7 +20,7 @@ from plumbob.engines.method import (
     Stepping,
     Unsupported,
 )
-from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.trajectory import Trajectory, not_a_trajectory
 from plumbob.models.entry_points import Addition, captured
 from plumbob.models.scene import Case
 
@@ -150,21 +150,6 @@ class _Guarded:
         except (Exception, SystemExit):
             return Stepping(0, 0.0)
         return found if isinstance(found, Stepping) else Stepping(0, 0.0)
-
-
-def not_a_trajectory(run: Any) -> str:
-    """Why a run is no Trajectory with samples of one length; empty where it is one."""
-    if not isinstance(run, Trajectory):
-        return f"a run returns {type(run).__name__} in place of a Trajectory"
-    shape = np.shape(run.times)
-    if len(shape) != 1:
-        return f"the times of a run have shape {shape}, not (n,)"
-    for name, values in {**run.observables, **run.channels}.items():
-        if np.shape(values) != shape:
-            return f"{name} has shape {np.shape(values)}, the times of the run {shape}"
-        if not np.isfinite(np.asarray(values, dtype=np.float64)).all():
-            return f"{name} is not finite, and diverged_at does not say when it was lost"
-    return ""
 
 
 def one_line(error: BaseException) -> str:

@@ -52,8 +52,6 @@ def cut_short(run: Trajectory, duration: float, step: float | None) -> str:
         return "a sample is at no finite time"
     if times[0] != 0.0 or not (np.diff(times) > 0.0).all():
         return f"its times begin at {times[0]:g} s, or do not increase"
-    if any(len(values) != len(times) for values in run.observables.values()):
-        return "an observable has not one value a sample"
     if step is None:
         if abs(times[-1] - duration) > CLOCK_OF_A_SOLVER * duration:
             return f"it ends at {times[-1]:g} s of {duration:g} s"

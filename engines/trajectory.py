@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
 
 from plumbob.analytic.reference import Array
 
@@ -19,3 +22,25 @@ class Trajectory:
     seconds: float = 0.0  # wall time of the stepping alone
     diverged_at: float | None = None  # [s]; samples after it are left out
     warnings: tuple[str, ...] = ()
+
+
+def not_a_trajectory(run: Any) -> str:
+    """Why a run is no Trajectory with samples of one length; empty where it is one."""
+    if not isinstance(run, Trajectory):
+        return f"a run returns {type(run).__name__} in place of a Trajectory"
+    shape = np.shape(run.times)
+    if len(shape) != 1:
+        return f"the times of a run have shape {shape}, not (n,)"
+    for name, values in {**run.observables, **run.channels}.items():
+        if np.shape(values) != shape:
+            return f"{name} has shape {np.shape(values)}, the times of the run {shape}"
+        if not np.isfinite(np.asarray(values, dtype=np.float64)).all():
+            return f"{name} is not finite, and diverged_at does not say when it was lost"
+    return ""
+
+
+def lost(run: Trajectory) -> str:
+    """Why a run that an engine returned cannot be measured; empty where it can."""
+    if run.diverged_at is not None:
+        return "; ".join(run.warnings) or "beyond every reach of the motion"
+    return not_a_trajectory(run)

@@ -166,8 +166,6 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Compile `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
     import mujoco
 
-    from plumbob.engines.adapters.mujoco import options
-
     steps = sampling.step_count(case.scene.duration, step)
     begin = time.perf_counter()
     plain = replace(method, settings={n: v for n, v in method.settings.items() if n not in OWN})
@@ -178,7 +176,7 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     option.timestep = step
     name = "mjINT_" + str(method.settings["integrator"])
     option.integrator = int(mujoco.mjtIntegrator.__members__[name])
-    model = options.compiled(translation.spec)
+    model = translation.spec.compile()
     translation.tune(model)
     precise = bool(method.settings.get("float64"))
     made = MjxSimulation(translation, model, precise, steps, step)

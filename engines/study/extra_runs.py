@@ -13,7 +13,7 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
 from plumbob.engines.study.measurement import not_asked_for
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
-from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.trajectory import Trajectory, lost
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
@@ -126,8 +126,8 @@ def _recording(request: ExtraRun, scene: Scene, method: Method) -> Trajectory | 
 
 
 def _whole(run: Trajectory, scene: Scene, method: Method, step: float) -> Trajectory | None:
-    """A run that reached its end, with the samples that were asked for."""
-    if run.diverged_at is not None or not_asked_for(case_of(scene), method, step, run):
+    """A run that reached its end, with numbers alone and the samples that were asked for."""
+    if lost(run) or not_asked_for(case_of(scene), method, step, run):
         return None
     return run
 

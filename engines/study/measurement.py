@@ -18,7 +18,7 @@ from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.sampling import cut_short
-from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.trajectory import Trajectory, lost
 from plumbob.models.scene import Case, Quantity
 
 # Of the difference to a second run with a much smaller tolerance: its error is at most half.
@@ -127,11 +127,11 @@ def measure(
     begin = time.thread_time()
     run = simulation.run()
     seconds = min(run.seconds, time.thread_time() - begin)  # the second is with what reads samples
-    if run.diverged_at is not None:
+    if why_lost := lost(run):
         return _with(
             blank,
             status="diverged",
-            reason="; ".join(run.warnings) or "beyond every reach of the motion",
+            reason=why_lost,
             diverged_at=run.diverged_at,
             steps=run.steps,
             seconds=seconds,
@@ -259,7 +259,7 @@ def _confirmed(second: _Second) -> Trajectory | None:
     """The trajectory of such a run; None where it fails."""
     run = engine_of(second.method).prepare(second.case, second.method, second.tolerance).run()
     whole = not not_asked_for(second.case, second.method, second.tolerance, run)
-    return run if run.diverged_at is None and whole else None
+    return run if whole and not lost(run) else None
 
 
 def _controlled(

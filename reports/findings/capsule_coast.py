@@ -52,13 +52,8 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     return (*stopping, *spinning)
 
 
-def findings(study: Study) -> Sequence[Finding]:
-    """What the step does to the stopping distance, and to a spin with translation."""
-    return (*_stopping(study), *_spin(study))
-
-
-def _stopping(study: Study) -> Sequence[Finding]:
-    """Error of the stopping distance over v0 dt/2, in both engines."""
+def stopping(study: Study) -> Finding | None:
+    """Error of the stopping distance over v0 dt/2, in both engines; None where neither ran."""
     posed = problem(SCENE)
     speed = math.hypot(*posed.setup.velocity)
     distance = float(posed.motion.coasting.distance)
@@ -77,36 +72,34 @@ def _stopping(study: Study) -> Sequence[Finding]:
         if len(cells) == 2 * len(STEPS):
             rows.append(row(method_cell(name), *cells))
     if not rows:
-        return ()
+        return None
     heads = ("method", *(
         f"{what}, step {short(step)} s" for step in STEPS for what in ("measured", "predicted")
     ))  # fmt: skip
-    return (
-        Finding(
-            "capsule-stopping-distance",
-            "MuJoCo stops too early and pymunk too late, by the same half step",
-            "confirmed",
-            "A sliding body stops half a step too early in MuJoCo's Euler and half a step too "
-            "late in pymunk; a smaller step helps in proportion. "
-            f"A body at {number(speed)} m/s stops after v₀²/(2fg) = {number(distance)} m wherever "
-            "its slider is (v₀: initial speed, f: coefficient of friction). MuJoCo updates "
-            "velocities before positions and stops v₀dt/2 too early; pymunk updates positions "
-            "first and stops v₀dt/2 too late.",
-            (
-                "The coefficient is exact except for the last step, in which the body stops: that "
-                "adds a sawtooth of second order in the step. Default contacts add an error of "
-                "their own, from contact chatter.",
-            ),
-            (Table("Error of the stopping distance over v₀dt/2", heads, tuple(rows),
-                   METHOD_NAMES),),
-            (),
-            (f"plumbob run {SCENE} mujoco/euler+coulomb --step 1e-4",
-             f"plumbob run {SCENE} pymunk/feet --step 1e-4"),
-            (_in_finite_time(speed, distance, len(rows)),),
-            claims=(
-                *(at_most(f"what theory leaves of the error of {name}, over v₀dt/2,", left, ALIKE)
-              for name, left in beyond.items() if name != DEFAULT),
-            ),
+    return Finding(
+        "capsule-stopping-distance",
+        "MuJoCo stops too early and pymunk too late, by the same half step",
+        "confirmed",
+        "A sliding body stops half a step too early in MuJoCo's Euler and half a step too "
+        "late in pymunk; a smaller step helps in proportion. "
+        f"A body at {number(speed)} m/s stops after v₀²/(2fg) = {number(distance)} m wherever "
+        "its slider is (v₀: initial speed, f: coefficient of friction). MuJoCo updates "
+        "velocities before positions and stops v₀dt/2 too early; pymunk updates positions "
+        "first and stops v₀dt/2 too late.",
+        (
+            "The coefficient is exact except for the last step, in which the body stops: that "
+            "adds a sawtooth of second order in the step. Default contacts add an error of "
+            "their own, from contact chatter.",
+        ),
+        (Table("Error of the stopping distance over v₀dt/2", heads, tuple(rows),
+               METHOD_NAMES),),
+        (),
+        (f"plumbob run {SCENE} mujoco/euler+coulomb --step 1e-4",
+         f"plumbob run {SCENE} pymunk/feet --step 1e-4"),
+        (_in_finite_time(speed, distance, len(rows)),),
+        claims=(
+            *(at_most(f"what theory leaves of the error of {name}, over v₀dt/2,", left, ALIKE)
+          for name, left in beyond.items() if name != DEFAULT),
         ),
     )  # fmt: skip
 
@@ -134,11 +127,11 @@ def _predicted_end(method: str, step: float, times: np.ndarray) -> float:
     return math.copysign(math.hypot(x, y), x)
 
 
-def _spin(study: Study) -> Sequence[Finding]:
+def spin(study: Study) -> Finding | None:
     """Error of the heading at rest over the step, over a decade of steps, where the study has it;
     and what default contacts do."""
     if not covers(study, SPIN):
-        return ()
+        return None
     rows, traces, slopes, falls = [], list[Trace](), dict[str, float](), dict[str, float]()
     for name in SPINNING:
         found = [measured(study, SPIN, name, step) for step in DECADE]
@@ -162,37 +155,35 @@ def _spin(study: Study) -> Sequence[Finding]:
                   width=1.0, name=f"{number(abs(slope))} rad/s × step")
         )  # fmt: skip
     if not rows:
-        return ()
+        return None
     heads = ("method", *(f"step {short(h)} s" for h in DECADE), "predicted at the smallest step")
     default = _default(study)
-    return (
-        Finding(
-            "capsule-spin",
-            "Spin and translation at once: first order in the step, with a predicted coefficient",
-            "confirmed",
-            "Where a robot spins and slides at once, contacts that converge are of first "
-            "order: half the step, half the error. "
-            + _spin_summary(slopes, default),
-            (
-                "Friction couples the two, and one support comes to rest before the others. The "
-                "coefficient is predicted by taking the same steps with three degrees of freedom, "
-                "with friction solved to round-off.",
-                "Default contacts lose the ground: a sliding body bounces on them, as it does on "
-                "a line, and what each landing takes from spin and translation is not the work of "
-                "Coulomb friction.",
-            ),
-            (Table("Error of the heading at rest over the step [rad/s]", heads, tuple(rows)),
-             *(() if default is None else (default,))),
-            (figure("Error of the heading at rest against the step",
-                    "Dashed: the coefficient times the step.", traces,
-                    logarithmic("step [s]"), logarithmic("|error of ψ| [rad]"), legend=True),),
-            (f"plumbob validate --scenes {SPIN} --methods {','.join(SPINNING)}",
-             f"plumbob run {SPIN} pymunk/feet --step 1e-4"),
-            claims=tuple(
-                between(f"the error of {name}, at ten times the step over at the step,", fall,
-                        0.5 * DECADE[0] / DECADE[-1], 2.0 * DECADE[0] / DECADE[-1])
-                for name, fall in falls.items()
-            ),
+    return Finding(
+        "capsule-spin",
+        "Spin and translation at once: first order in the step, with a predicted coefficient",
+        "confirmed",
+        "Where a robot spins and slides at once, contacts that converge are of first "
+        "order: half the step, half the error. "
+        + _spin_summary(slopes, default),
+        (
+            "Friction couples the two, and one support comes to rest before the others. The "
+            "coefficient is predicted by taking the same steps with three degrees of freedom, "
+            "with friction solved to round-off.",
+            "Default contacts lose the ground: a sliding body bounces on them, as it does on "
+            "a line, and what each landing takes from spin and translation is not the work of "
+            "Coulomb friction.",
+        ),
+        (Table("Error of the heading at rest over the step [rad/s]", heads, tuple(rows)),
+         *(() if default is None else (default,))),
+        (figure("Error of the heading at rest against the step",
+                "Dashed: the coefficient times the step.", traces,
+                logarithmic("step [s]"), logarithmic("|error of ψ| [rad]"), legend=True),),
+        (f"plumbob validate --scenes {SPIN} --methods {','.join(SPINNING)}",
+         f"plumbob run {SPIN} pymunk/feet --step 1e-4"),
+        claims=tuple(
+            between(f"the error of {name}, at ten times the step over at the step,", fall,
+                    0.5 * DECADE[0] / DECADE[-1], 2.0 * DECADE[0] / DECADE[-1])
+            for name, fall in falls.items()
         ),
     )  # fmt: skip
 
@@ -232,4 +223,4 @@ def _default(study: Study) -> Table | None:
     return Table(f"Default contacts, {DEFAULT}", heads, tuple(rows))
 
 
-SECTION = Section(findings, requests=requests)
+SECTION = Section((stopping, spin), requests=requests)

@@ -27,12 +27,13 @@ HARDEST = "capsule-hold/0.999"
 SLIDES = 0.1  # [m]: more than any drift of stiction, in ten seconds
 
 
-def findings(study: Study) -> Sequence[Finding]:
-    """Drift of each method in metres and metres a second, at each fraction that was run."""
+def finding(study: Study) -> Finding | None:
+    """Drift of each method in metres and metres a second, at each fraction that was run; None where
+    none was."""
     tilted = [s for s in find_scenes("capsule-hold") if s.name in {o.name for o in study.scenes}]
     tilted = [s for s in tilted if "length" not in s.parameters]
     if not tilted:
-        return ()
+        return None
     rows, last, step = [], {}, _step(study, tilted[-1].name)
     for name in names(study):
         drifts = [_drift(study, scene.name, name, step) for scene in tilted]
@@ -47,7 +48,7 @@ def findings(study: Study) -> Sequence[Finding]:
         for scene in tilted for what in ("displacement in 10 s [m]", "drift [m/s]")
     ))  # fmt: skip
     table = Table(f"Drift of regularised stiction at a step of {short(step)} s", heads, tuple(rows))
-    return (_finding(table, tilted, last, step),)
+    return _finding(table, tilted, last, step)
 
 
 def _step(study: Study, scene: str) -> float:
@@ -119,4 +120,4 @@ def _pair(drift: float | None, duration: float) -> tuple[Cell, Cell]:
     return value(drift, 2), value(None if drift is None else drift / duration, 2)
 
 
-SECTION = Section(findings)
+SECTION = Section((finding,))

@@ -66,12 +66,6 @@ def naive(name: str) -> Plan:
     )  # fmt: skip
 
 
-def findings(study: Study) -> Sequence[Finding]:
-    """What the planner reaches, and what engines make of its plans."""
-    found = (poses(study), plan_legs.finding(study), open_loop(study))
-    return tuple(one for one in found if one is not None)
-
-
 def figures(study: Study) -> Sequence[tuple[str, Sequence[Figure]]]:
     """One plan drawn: the one to be shown, or the first that the study has."""
     names = [scene.name for scene in scenes(study)]
@@ -247,4 +241,4 @@ def _along(study: Study, name: str, which: str) -> Figure:
     )  # fmt: skip
 
 
-SECTION = Section(findings, figures, requests=requests)
+SECTION = Section((poses, plan_legs.finding, open_loop), figures, requests=requests)

@@ -36,18 +36,12 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     return [mean_speed.request(name) for name in mean_speed.METHODS if name in planned]
 
 
-def findings(study: Study) -> Sequence[Finding]:
-    """Total displacement of each method against count times eq. 22, and cost per manoeuvre; and
-    the mean speed."""
-    if not any(covers(study, name) for name in SCENES):
-        return ()
-    return (*_total(study), mean_speed.finding(study))
-
-
-def _total(study: Study) -> Sequence[Finding]:
+def total(study: Study) -> Finding | None:
+    """Total displacement of each method against count times eq. 22, and cost per manoeuvre; None
+    where none ran."""
     scene = next((name for name in SCENES if covers(study, name)), None)
     if scene is None:
-        return ()
+        return None
     repeated = problem(scene).motion
     rows, errors, beyond = [], dict[str, float](), dict[str, float]()
     for name in names(study):
@@ -69,43 +63,46 @@ def _total(study: Study) -> Sequence[Finding]:
                 value(predicted), Cell(cost, "number"))
         )  # fmt: skip
     if not rows:
-        return ()
+        return None
     heads = ("method", "total displacement [m]", "relative error", "predicted", "per manoeuvre")
-    return (
-        Finding(
-            "capsule-train-total",
-            "Repeated manoeuvres: the error of one times their number",
-            "confirmed",
-            "To know the error of a long walk, measure one manoeuvre: the errors add up. "
-            f"After {repeated.count} manoeuvres of "
-            f"{number(1e3 * repeated.manoeuvre.displacement)} mm{_summary(errors)}.",
-            (
-                "Each manoeuvre is followed by a slow return of the slider, at "
-                f"{number(repeated.fraction)} of the acceleration that friction can hold, and by a "
-                "pause so that the next one starts on the grid of steps: "
-                f"{number(repeated.period)} s in all. The predicted error of one manoeuvre then "
-                "adds up, and nothing else does.",
-            ),
-            (Table(f"{scene.partition('/')[2]}, step {short(STEP)} s, exact "
-                   f"{number(repeated.displacement, 6)} m", heads, tuple(rows),
-                   "Cost: wall time of the stepping alone, of 320 steps."),),
-            (),
-            ("plumbob validate --profile full --scenes capsule-train/thousand",
-             "plumbob run capsule-train/ten mujoco/euler+coulomb --step 1e-3"),
-            (Statement(
-                CHERNOUSKO, "after (22)", "Repeated, the manoeuvre reaches any distance in finite "
-                "time, the slider returning by slow motions", "any distance",
-                f"{repeated.count} manoeuvres: {number(repeated.displacement, 6)} m in "
-                f"{number(repeated.count * repeated.period, 4)} s; relative errors in "
-                f"engines: {number(min(map(abs, errors.values())), 2)} to "
-                f"{number(max(map(abs, errors.values())), 2)}", "holds"),),
-            claims=(
-                at_most("the smallest relative error", min(map(abs, errors.values())), GOOD),
-                *(at_most(f"what theory leaves of the relative error of {name}", left, GOOD)
-                  for name, left in beyond.items()),
-            ),
+    return Finding(
+        "capsule-train-total",
+        "Repeated manoeuvres: the error of one times their number",
+        "confirmed",
+        "To know the error of a long walk, measure one manoeuvre: the errors add up. "
+        f"After {repeated.count} manoeuvres of "
+        f"{number(1e3 * repeated.manoeuvre.displacement)} mm{_summary(errors)}.",
+        (
+            "Each manoeuvre is followed by a slow return of the slider, at "
+            f"{number(repeated.fraction)} of the acceleration that friction can hold, and by a "
+            "pause so that the next one starts on the grid of steps: "
+            f"{number(repeated.period)} s in all. The predicted error of one manoeuvre then "
+            "adds up, and nothing else does.",
+        ),
+        (Table(f"{scene.partition('/')[2]}, step {short(STEP)} s, exact "
+               f"{number(repeated.displacement, 6)} m", heads, tuple(rows),
+               "Cost: wall time of the stepping alone, of 320 steps."),),
+        (),
+        ("plumbob validate --profile full --scenes capsule-train/thousand",
+         "plumbob run capsule-train/ten mujoco/euler+coulomb --step 1e-3"),
+        (Statement(
+            CHERNOUSKO, "after (22)", "Repeated, the manoeuvre reaches any distance in finite "
+            "time, the slider returning by slow motions", "any distance",
+            f"{repeated.count} manoeuvres: {number(repeated.displacement, 6)} m in "
+            f"{number(repeated.count * repeated.period, 4)} s; relative errors in "
+            f"engines: {number(min(map(abs, errors.values())), 2)} to "
+            f"{number(max(map(abs, errors.values())), 2)}", "holds"),),
+        claims=(
+            at_most("the smallest relative error", min(map(abs, errors.values())), GOOD),
+            *(at_most(f"what theory leaves of the relative error of {name}", left, GOOD)
+              for name, left in beyond.items()),
         ),
     )  # fmt: skip
+
+
+def speed(study: Study) -> Finding | None:
+    """The mean speed of repeated manoeuvres; None where the study has none."""
+    return mean_speed.finding(study) if any(covers(study, name) for name in SCENES) else None
 
 
 def _summary(errors: dict[str, float]) -> str:
@@ -125,4 +122,4 @@ def _summary(errors: dict[str, float]) -> str:
     return said
 
 
-SECTION = Section(findings, requests=requests)
+SECTION = Section((total, speed), requests=requests)

@@ -31,11 +31,6 @@ EULER: Final = ("mujoco/euler", "ode/euler", "mujoco/implicit", "mujoco/implicit
 SHOWN: Final = ("free-body/flip", "free-body/symmetric")  # scenes that every profile runs
 
 
-def findings(study: Study) -> Sequence[Finding]:
-    """What the free body showed of the methods that were run on it."""
-    return [one for one in (second_order(study), energy(study)) if one is not None]
-
-
 def second_order(study: Study) -> Finding | None:
     """The order of the two RK4s, with the term of second order that theory predicts; None where
     MuJoCo's was not run."""
@@ -185,4 +180,4 @@ def _largest(found: Sequence[tuple[str, str, ConvergenceStudy, Measurement]], st
     return f"The relative error is {notation.number(size, 2)} on {at}"
 
 
-SECTION = Section(findings)
+SECTION = Section((second_order, energy))

@@ -14,12 +14,11 @@ from typing import Literal
 
 import numpy as np
 
-from plumbob.engines.added import not_a_trajectory
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported, meant
 from plumbob.engines.registry import unguarded
 from plumbob.engines.study.convergence import chosen_step_sizes, convergence_study
 from plumbob.engines.study.runner import most_steps
-from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.trajectory import Trajectory, not_a_trajectory
 from plumbob.models.entry_points import captured
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Case, Scene

@@ -87,6 +87,10 @@ class Finding:
     claims: tuple[Claim, ...] = ()  # what its words rest on, of the stored study
 
 
+Finder = Callable[[Study], Finding | None]
+"""Forms a finding of a study, or none where that lacks what it is about."""
+
+
 def _no_galleries(study: Study) -> Sequence[tuple[str, Sequence[Figure]]]:
     return ()
 
@@ -99,7 +103,7 @@ def _nothing_hard(study: Study, scene: Scene) -> Sequence[Figure | Table]:
 class Section:
     """What a page says of one system beside what it says of every scene."""
 
-    findings: Callable[[Study], Sequence[Finding]]
+    findings: tuple[Finder, ...]
     figures: Callable[[Study], Sequence[tuple[str, Sequence[Figure]]]] = _no_galleries
     """Galleries: a heading each, and its figures."""
     hard: Callable[[Study, Scene], Sequence[Figure | Table]] = _nothing_hard

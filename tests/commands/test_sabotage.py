@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -212,3 +212,50 @@ def test_an_observable_that_an_engine_drops(
     found = validate(scene, method)
     assert red(found, scene, method)
     assert found.failure(scene, method).endswith(f"the run leaves out {observable}")
+
+
+def _until(run: Trajectory, last: int) -> Trajectory:
+    """The first samples of a run."""
+    named = {n: values[:last] for n, values in run.observables.items()}
+    channels = {n: values[:last] for n, values in run.channels.items()}
+    return replace(run, times=run.times[:last], observables=named, channels=channels)
+
+
+def _wrong(run: Trajectory, channels: Mapping[str, Array]) -> Trajectory:
+    """A run of which observables are 1 % too large, with other channels."""
+    return replace(
+        run, observables={n: 1.01 * v for n, v in run.observables.items()}, channels=channels
+    )
+
+
+SABOTAGES: Mapping[str, Callable[[Trajectory], Trajectory]] = MappingProxyType(
+    {
+        "stops at a tenth": lambda run: _until(run, max(2, len(run.times) // 10)),
+        "stops at once": lambda run: _until(run, 1),
+        "channels that are no numbers": lambda run: replace(
+            run, channels={n: np.full_like(v, np.nan) for n, v in run.channels.items()}
+        ),
+        "errors, and no channels": lambda run: _wrong(run, {}),
+    }
+)
+
+
+@pytest.mark.long(keep=2)
+@pytest.mark.parametrize("kind", SABOTAGES)
+def test_findings_survive_what_an_engine_returns(
+    kind: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A verdict says it, and there is a page, with the findings on other engines."""
+    changed_runs(monkeypatch, "mujoco", lambda case, run: SABOTAGES[kind](run))
+    scenes = f"{LINE},capsule-line/heading-030"
+    found = validated(tmp_path, capsys, scenes, "mujoco/euler,mujoco/euler+coulomb,pymunk/feet")
+    assert found.code == 1
+    assert any(found.failure(LINE, name) for name in ("mujoco/euler", "mujoco/euler+coulomb"))
+    assert found.failure(LINE, "pymunk/feet") == ""
+    pages = "".join(p.read_text("utf-8") for p in (tmp_path / "out").rglob("*.html"))
+    assert 'id="capsule-any-line"' in pages
+    said = "left out, which this study" in pages
+    assert said == (kind == "errors, and no channels")

@@ -12,7 +12,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene
 from plumbob.reports.cli import main
 from plumbob.reports.findings.free_body import SECTION, energy, second_order
-from plumbob.tests.support.declared import nothing
+from plumbob.tests.support.declared import findings_of, nothing
 
 FLIP, STEPS = scene("free-body/flip"), (3.2e-2, 1.6e-2, 8e-3, 4e-3, 2e-3, 1e-3)
 
@@ -26,7 +26,7 @@ def study(*names: str) -> Study:
 
 
 def test_an_empty_study_has_no_findings() -> None:
-    assert not SECTION.findings(nothing())
+    assert not findings_of(SECTION, nothing())
 
 
 @pytest.mark.long

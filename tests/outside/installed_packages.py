@@ -16,6 +16,7 @@ from plumbob.models import entry_points
 from plumbob.models import registry as models
 
 PACKAGES = Path(__file__).parent / "packages"
+ENGINE = (PACKAGES / "tiny_engine" / "tiny_engine.py").read_text("utf-8")
 
 
 def install(site: Path, name: str, points: Mapping[str, Mapping[str, str]], **modules: str) -> None:
@@ -40,6 +41,12 @@ def install_folder(site: Path, folder: str) -> None:
     modules = project["tool"]["setuptools"]["py-modules"]
     texts = {m: (PACKAGES / folder / f"{m}.py").read_text("utf-8") for m in modules}
     install(site, project["project"]["name"], project["project"]["entry-points"], **texts)
+
+
+def broken(site: Path, text: str, group: str = entry_points.ENGINES, name: str = "tiny") -> None:
+    """Install a package that adds `name` with a module of this text."""
+    what = "ENGINE" if group == entry_points.ENGINES else "SYSTEM"
+    install(site, "their-package", {group: {name: f"theirs:{what}"}}, theirs=text)
 
 
 @contextmanager

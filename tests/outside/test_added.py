@@ -20,10 +20,16 @@ from plumbob.reports.cli import main
 from plumbob.reports.judge.expectations import surprise
 from plumbob.reports.judge.verdict import judge_convergence
 from plumbob.tests.commands.outcomes import validated, without_pages
-from plumbob.tests.outside.installed_packages import PACKAGES, install, install_folder, seen
+from plumbob.tests.outside.installed_packages import (
+    ENGINE,
+    PACKAGES,
+    broken,
+    install,
+    install_folder,
+    seen,
+)
 
 ROOT = Path(__file__).parents[2]
-ENGINE = (PACKAGES / "tiny_engine" / "tiny_engine.py").read_text("utf-8")
 SYSTEM = (PACKAGES / "falling_body" / "falling_body.py").read_text("utf-8")
 SWING, FALL = "simple-pendulum/free-large", "falling-body/from-rest"
 
@@ -41,12 +47,6 @@ def both(site: Path) -> Iterator[Path]:
     install_folder(site, "falling_body")
     with seen(site):
         yield site
-
-
-def broken(site: Path, text: str, group: str = entry_points.ENGINES, name: str = "tiny") -> None:
-    """Install a package that adds `name` with a module of this text."""
-    what = "ENGINE" if group == entry_points.ENGINES else "SYSTEM"
-    install(site, "their-package", {group: {name: f"theirs:{what}"}}, theirs=text)
 
 
 def test_the_readme_shows_the_package_of_the_tests() -> None:
@@ -350,65 +350,3 @@ def test_no_package_is_loaded_whose_methods_are_not_chosen(
     done = subprocess.run([sys.executable, "-c", LAZY], check=True, capture_output=True, text=True)
     assert done.stdout.splitlines()[-1] == "loaded: False"
     assert done.stderr == ""
-
-
-ENDS = {
-    "exit code 0": ("import os\nos._exit(0)\n", "its import ends the process, with 0"),
-    "in a thread": (
-        "import os, threading, time\nthreading.Thread(target=os._exit, args=(3,)).start()\n"
-        "time.sleep(9)\n",
-        "its import ends the process, with 3",
-    ),
-    "crash": ("import os\nos.abort()\n", "its import ends the process, by signal 6"),
-}
-
-
-@pytest.mark.long(keep=1)
-@pytest.mark.parametrize("group", [entry_points.ENGINES, entry_points.SYSTEMS])
-@pytest.mark.parametrize("kind", ENDS)
-def test_an_import_that_ends_the_process_costs_a_line(
-    kind: str, group: str, site: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Beside another that is broken, too: what was asked for is answered, or its lack is."""
-    text, why = ENDS[kind]
-    broken(site, text, group)
-    install(site, "other-package", {group: {"broken": "others:NONE"}}, others="")
-    monkeypatch.setenv("PYTHONPATH", str(site), prepend=":")
-
-    def answer(*words: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "plumbob", *words]
-        return subprocess.run(command, check=False, capture_output=True, text=True)
-
-    listed = answer("list")
-    assert listed.returncode == 0
-    assert "ode/rk4" in listed.stdout
-    assert f"their-package 1.0 is left out: {why}\n" in listed.stderr
-    assert "other-package 1.0 is left out: AttributeError" in listed.stderr
-    chosen = "--methods" if group == entry_points.ENGINES else "--scenes"
-    for other in ("", ",broken"):
-        asked = answer("validate", chosen, f"tiny{other}", "--out", str(site / "out"))
-        assert asked.returncode == 2
-        assert why in asked.stderr
-        assert "Traceback" not in asked.stderr
-    assert not (site / "out").exists()
-
-
-@pytest.mark.parametrize(
-    "line",
-    ["return stepped(case, step, build)", "return Built(advance, lambda"],
-    ids=["prepare", "run"],
-)
-def test_an_engine_that_exits_is_a_verdict(
-    line: str, site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
-    broken(site, ENGINE.replace(line, f"raise SystemExit(0)\n        {line}".replace(
-        "\n        return stepped", "\n    return stepped"
-    )))  # fmt: skip
-    without_pages(monkeypatch)
-    with seen(site):
-        found = validated(tmp_path, capsys, SWING, "tiny,ode/euler")
-        assert main(["run", SWING, "tiny/euler", "--step", "1e-2"]) == 1
-    assert found.code == 1
-    assert "raises SystemExit: 0" in found.failure(SWING, "tiny/euler")
-    assert found.failure(SWING, "ode/euler") == ""

@@ -201,7 +201,7 @@ def test_finding_series() -> None:
 
 
 def test_what_else_the_source_says() -> None:
-    found = source_text.finding()
+    found = source_text.finding(nothing())
     said = {(s.place, s.verdict): s.ours for s in found.statements}
     assert len(found.statements) == 13
     assert "8 of 13" in found.summary

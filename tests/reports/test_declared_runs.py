@@ -10,7 +10,7 @@ from plumbob.engines.study.extra_runs import UndeclaredRun
 from plumbob.reports.findings import requests, section
 from plumbob.reports.view.site.writing import one_file
 from plumbob.tests.site.whole_profile import no_engine, shown, small
-from plumbob.tests.support.declared import nothing, plan_of
+from plumbob.tests.support.declared import findings_of, nothing, plan_of
 from plumbob.tests.support.page_document import resolve
 from plumbob.tests.support.studies import measured_quick, quick
 
@@ -36,10 +36,8 @@ def test_the_pages_of_the_quick_profile_ask_for_what_was_declared_and_nothing_el
 
 
 def test_a_run_that_was_not_declared_is_refused() -> None:
-    own = section("cone-pendulum")
-    assert own is not None
     with pytest.raises(UndeclaredRun, match="cone-pendulum"):
-        own.findings(nothing())
+        findings_of(section("cone-pendulum"), nothing())
 
 
 def test_an_engine_that_is_run_is_seen() -> None:

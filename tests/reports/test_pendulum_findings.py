@@ -165,7 +165,7 @@ def test_how_long_a_reference_is_known() -> None:
 
 
 def test_next_to_the_top() -> None:
-    rows = {int(row[0]): row for row in texts(exactness.near_top())}
+    rows = {int(row[0]): row for row in texts(exactness.near_top(nothing()))}
     assert float(rows[5][3]) > 6.0  # scipy's theta, by a turn
     assert rows[8][3] == "not a number"
     half_ulp = 2.0**-52  # rounding of a double between 2 and 4
@@ -191,7 +191,7 @@ def test_a_known_limit_is_strict() -> None:
 
 
 def test_findings_name_commands_that_exist() -> None:
-    for one in (exactness.near_top(), tension.finding(study()), notebook.finding(study())):
+    for one in (exactness.near_top(nothing()), tension.finding(study()), notebook.finding(study())):
         for command in one.commands:
             words = command.split()
             assert words[0] == "plumbob"

@@ -23,7 +23,7 @@ from plumbob.reports.findings.measurements import problem
 from plumbob.reports.findings.plan_errors import plan_of
 from plumbob.reports.findings.plan_path import gallery
 from plumbob.reports.view.content import Figure, Finding, Table
-from plumbob.tests.support.declared import declared, measured
+from plumbob.tests.support.declared import declared, findings_of, measured, nothing
 
 EULER, FEET, DEFAULT = "mujoco/euler+coulomb", "pymunk/feet", "mujoco/euler"
 
@@ -45,7 +45,7 @@ def known(found: Finding | None) -> Finding:
 
 
 def test_second_order_of_the_formula() -> None:
-    found = exact_motion.second_order()
+    found = exact_motion.second_order(nothing())
     assert "1.1202033" in found.summary
     assert "1.9032533" in found.summary
     checks, errors = found.tables
@@ -100,7 +100,7 @@ def test_a_support_that_stops_and_slides_on() -> None:
     motion = exact_motion.motion()
     ((time, support),) = exact_motion.touches(motion)
     assert time / 0.08 == pytest.approx(1.307, abs=1e-3)
-    found = exact_motion.touching()
+    found = exact_motion.touching(nothing())
     assert f"A{support + 1}" in found.summary
     # speed over time: down to zero and up again, at different rates
     before, after = ([float(line[n].text) for line in found.tables[0].rows] for n in (3, 4))
@@ -133,7 +133,7 @@ def test_spin() -> None:
     own = section("capsule-coast")
     assert own is not None
     given = declared(measured("capsule-coast/spin", (EULER, DEFAULT), *steps), own.requests)
-    found = next(f for f in own.findings(given) if f.name == "capsule-spin")
+    found = next(f for f in findings_of(own, given) if f.name == "capsule-spin")
     leads, default = found.tables
     for place, step in enumerate(steps, 1):  # of first order, and its second order
         assert float(column(leads, place)[EULER]) == pytest.approx(-2.191, abs=6.0 * step)
@@ -227,7 +227,7 @@ def test_the_leading_path_is_the_motion_without_friction() -> None:
 
 
 def test_what_else_the_source_says_of_turns() -> None:
-    found = source_text.finding()
+    found = source_text.finding(nothing())
     assert {s.verdict for s in found.statements} == {"holds", "extended"}
     one, motion = turn(0.3), problem("capsule-turn/0.3").motion.single
     fraction, given = source_text.friction_turning(one, motion)

@@ -31,6 +31,7 @@ from plumbob.reports.view.site.claims import (
 from plumbob.reports.view.site.first_screen import KEY_FINDINGS, cards
 from plumbob.reports.view.site.views import OF_ENGINES
 from plumbob.tests.site import whole_profile
+from plumbob.tests.support.declared import findings_of
 
 COMPUTED = (  # from the sources and the exact motions alone: no figure of theirs is measured
     "capsule-mean-speed", "capsule-plan-poses",
@@ -101,7 +102,7 @@ def _far(found: Result | None) -> Result | None:
 
 def _findings(study: Study) -> dict[str, Finding]:
     own = [one for name in (*systems(), OF_ENGINES) if (one := section(name)) is not None]
-    return {f.name: f for one in own for f in one.findings(study)}
+    return {f.name: f for one in own for f in findings_of(one, study)}
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
@@ -28,12 +27,12 @@ def other_in_workers(system: str) -> Section | None:
 def sums(system: str) -> Section:
     """A finding about a system that reads its runs."""
 
-    def findings(study: Study) -> Sequence[Finding]:
+    def finding(study: Study) -> Finding:
         own = [c for c in study.convergence if c.scene.startswith(f"{system}/")]
         steps = sum(m.steps for c in own for m in c.measurements)
-        return (Finding(f"steps-of-{system}", "Steps", "measured", f"{steps} steps."),)
+        return Finding(f"steps-of-{system}", "Steps", "measured", f"{steps} steps.")
 
-    return Section(findings)
+    return Section((finding,))
 
 
 def deadly(system: str) -> Section | None:

@@ -6,7 +6,6 @@ import html
 import json
 import math
 import re
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -177,12 +176,12 @@ def test_figure_json_is_no_markup() -> None:
 
 
 def test_nothing_is_half_written(tmp_path: Path) -> None:
-    def breaks(study: Study) -> Sequence[Finding]:
+    def breaks(study: Study) -> Finding:
         raise RuntimeError("broken finding")
 
     old = tmp_path / "index.html"
     old.write_text("old", "utf-8")
-    broken = Section(breaks, lambda study: (), lambda study, scene: ())
+    broken = Section((breaks,), lambda study: (), lambda study, scene: ())
     with pytest.raises(RuntimeError, match="broken finding"):
         write_page(quick(), tmp_path, section=lambda name: broken)
     assert [path.read_text("utf-8") for path in tmp_path.iterdir()] == ["old"]

@@ -3,10 +3,10 @@ was measured: made once a run, with engines that refuse to run, for all that loo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import system_of
 from plumbob.reports.findings import requests, section
 from plumbob.reports.judge.sensitivity import Parameter, Sensitivities, Slopes, parameters_of
-from plumbob.reports.view.content import Finding, Section
+from plumbob.reports.view.content import Finder, Finding, Section
 from plumbob.reports.view.site.writing import Content, content
 from plumbob.tests.sharing.shared import shared
 from plumbob.tests.support.declared import invented_study
@@ -107,13 +107,14 @@ def _shown(study: Study) -> tuple[Content, tuple[Finding, ...]]:
 
     def keeping(name: str) -> Section | None:
         own = section(name)
-        return own and replace(own, findings=lambda study: _kept(own.findings(study), kept))
+        return own and replace(own, findings=tuple(partial(_kept, f, kept) for f in own.findings))
 
     with no_engine():
         pages = content(replace(study, extras=Asked(study.extras)), keeping)
     return pages, tuple(kept)
 
 
-def _kept(found: Sequence[Finding], kept: list[Finding]) -> Sequence[Finding]:
-    kept += found
+def _kept(find: Finder, kept: list[Finding], study: Study) -> Finding | None:
+    found = find(study)
+    kept += [found] if found else []
     return found

@@ -36,6 +36,7 @@ from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.scene import Case, Scene
+from plumbob.reports.view.content import Finding, Section
 
 SAMPLES, ERROR = 240, 1e-6  # of invented runs
 
@@ -57,6 +58,12 @@ def declared(study: Study, *requests: Requests) -> Study:
     """A study with the extra runs that these declare for its plan, and no others."""
     wanted = [request for one in requests for request in one(plan_of(study))]
     return replace(study, extras={request: made(request) for request in wanted})
+
+
+def findings_of(own: Section | None, study: Study) -> list[Finding]:
+    """What a section finds in a study."""
+    assert own is not None
+    return [found for find in own.findings if (found := find(study)) is not None]
 
 
 def nothing() -> Study:

@@ -21,7 +21,7 @@ from plumbob.reports.findings.capsule_line import (
     tipping,
 )
 from plumbob.reports.findings.measurements import problem
-from plumbob.reports.view.content import Cell, Finding, Section, Table, method_cell, row, value
+from plumbob.reports.view.content import Cell, Section, Table, method_cell, row, value
 from plumbob.reports.view.notation import short
 
 
@@ -34,26 +34,6 @@ def requests(plan: StudyPlan) -> Sequence[Request]:
         *fidelity.requests(plan),
         *tipping.requests(plan),
     )
-
-
-def findings(study: Study) -> Sequence[Finding]:
-    """What comparing the source and the engines showed."""
-    found = (
-        source.misprints(study),
-        source.any_line(study),
-        source_text.finding(study),
-        displacement.errors(study),
-        displacement.sawtooth(study),
-        contacts.chatter(study),
-        contacts.isotropy(study),
-        contacts.normal_forces(study),
-        drive.finding(study),
-        tipping.finding(study),
-        fidelity.heights(study),
-        fidelity.momentum(study),
-        fidelity.saving(study),
-    )
-    return tuple(one for one in found if one is not None)
 
 
 def hard(study: Study, scene: Scene) -> tuple[Table, ...]:
@@ -94,4 +74,19 @@ def hard(study: Study, scene: Scene) -> tuple[Table, ...]:
     return numbers, Table("Final displacement", heads, tuple(rows), note)
 
 
-SECTION = Section(findings, source.galleries, hard, requests)
+FINDINGS = (
+    source.misprints,
+    source.any_line,
+    source_text.finding,
+    displacement.errors,
+    displacement.sawtooth,
+    contacts.chatter,
+    contacts.isotropy,
+    contacts.normal_forces,
+    drive.finding,
+    tipping.finding,
+    fidelity.heights,
+    fidelity.momentum,
+    fidelity.saving,
+)
+SECTION = Section(FINDINGS, source.galleries, hard, requests)

@@ -10,6 +10,7 @@ from types import MappingProxyType
 import numpy as np
 
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
+from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.tripod_capsule.turn import EPSILONS
@@ -73,7 +74,7 @@ def coefficients() -> tuple[float, float]:
     return scale * one.correction.at_stop.heading, scale * one.correction.at_rest.heading
 
 
-def second_order() -> Finding:
+def second_order(study: Study) -> Finding:
     """The check values, the errors by epsilon with their slopes, and the coefficients."""
     errors, (at_stop, at_rest) = formula_errors(), coefficients()
     last = EPSILONS[-1] ** 2
@@ -168,7 +169,7 @@ def touches(found: ThreePointMotion) -> list[tuple[float, int]]:
     ]
 
 
-def touching() -> Finding:
+def touching(study: Study) -> Finding:
     """The slip speed on either side of the stop, and what it means."""
     found, tau = motion(), SLENDER["half_time"]
     (time, support), *_ = touches(found)

@@ -11,6 +11,7 @@ from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
 from plumbob.analytic.systems.three_points.balance import balance, exchange
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
+from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.reports.findings.capsule_turn.course import course
 from plumbob.reports.findings.capsule_turn.turns import facts, name_of, turn
@@ -49,7 +50,7 @@ def shortened() -> tuple[float, float]:
     return facts(SMALL)["body_angle"], float(seen.heading[0])
 
 
-def finding() -> Finding:
+def finding(study: Study) -> Finding:
     """The statements as a table; all of them are rows of the table of the sources too."""
     one, motion = turn(SHOWN), problem(name_of(SHOWN)).motion.single
     sums = balance(motion)

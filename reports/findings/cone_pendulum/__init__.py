@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
-from plumbob.engines.study.results import Study
 from plumbob.reports.findings.cone_pendulum import (
     action_phase,
     drive_work,
@@ -21,7 +20,7 @@ from plumbob.reports.findings.cone_pendulum import (
     symmetry,
     uniformity,
 )
-from plumbob.reports.view.content import Finding, Section
+from plumbob.reports.view.content import Section
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -41,24 +40,20 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     )
 
 
-def findings(study: Study) -> Sequence[Finding]:
-    """What comparing the source and the engines showed."""
-    return (
-        hamiltonian.finding(study),
-        source_claims.inertia(study),
-        symmetry.finding(study),
-        source_claims.claims(),
-        source_text.finding(),
-        uniformity.finding(study),
-        action_phase.finding(study),
-        equilibria.finding(study),
-        drive_work.finding(study),
-        series.finding(study),
-        generating_solution.finding(study),
-        plane_engine.finding(study),
-        source_claims.euler_order(study),
-        energy.finding(study),
-    )
-
-
-SECTION = Section(findings, source_figures.galleries, energy.hard, requests, source_figures.solved)
+FINDINGS = (
+    hamiltonian.finding,
+    source_claims.inertia,
+    symmetry.finding,
+    source_claims.claims,
+    source_text.finding,
+    uniformity.finding,
+    action_phase.finding,
+    equilibria.finding,
+    drive_work.finding,
+    series.finding,
+    generating_solution.finding,
+    plane_engine.finding,
+    source_claims.euler_order,
+    energy.finding,
+)
+SECTION = Section(FINDINGS, source_figures.galleries, energy.hard, requests, source_figures.solved)

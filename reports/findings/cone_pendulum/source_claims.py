@@ -132,7 +132,7 @@ def speeds(motion: PendulumMotion) -> Speeds:
     )
 
 
-def claims() -> Finding:
+def claims(study: Study) -> Finding:
     """Each claim with what the printed formulas give, what is right, and a judgement."""
     resting, turning = forms(RESTING).problem, forms(ROTATING).problem
     same_start = replace(turning, platform_rate=0.0)

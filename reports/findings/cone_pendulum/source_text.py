@@ -10,6 +10,7 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.engines.study.results import Study
 from plumbob.reports.findings.cone_pendulum.hamiltonian import RESTING, ROTATING, forms
 from plumbob.reports.findings.sources import SUDAKOV, stated
 from plumbob.reports.view.content import Finding, Statement
@@ -72,7 +73,7 @@ def halves(motion: PendulumMotion) -> tuple[float, float]:
     return float(np.ptp(first)), float(np.ptp(second))
 
 
-def finding() -> Finding:
+def finding(study: Study) -> Finding:
     """The statements as a table; all of them are rows of the table of the sources too."""
     statements = (*_of_the_body(), *_of_the_integrals(), *_of_the_figures())
     corrected = sum(one.verdict in ("corrected", "refuted") for one in statements)

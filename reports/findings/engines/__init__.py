@@ -3,16 +3,7 @@ from a model file."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from plumbob.engines.study.results import Study
 from plumbob.reports.findings.engines import readers
-from plumbob.reports.view.content import Finding, Section
+from plumbob.reports.view.content import Section
 
-
-def findings(study: Study) -> Sequence[Finding]:
-    """What holds for engines, whatever the system."""
-    return [one for one in (readers.finding(study),) if one is not None]
-
-
-SECTION = Section(findings, requests=readers.requests)
+SECTION = Section((readers.finding,), requests=readers.requests)

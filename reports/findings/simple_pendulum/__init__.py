@@ -16,7 +16,7 @@ from plumbob.reports.findings.simple_pendulum import (
     orders,
     tension,
 )
-from plumbob.reports.view.content import Figure, Finding, Section, Table
+from plumbob.reports.view.content import Figure, Section, Table
 
 
 def requests(plan: StudyPlan) -> Sequence[Request]:
@@ -29,22 +29,6 @@ def requests(plan: StudyPlan) -> Sequence[Request]:
     )
 
 
-def findings(study: Study) -> Sequence[Finding]:
-    """What comparing the notebook and the engines showed."""
-    found = (
-        claims.finding(study),
-        bob.finding(study),
-        notebook.finding(study),
-        orders.orders(study),
-        orders.held_control(study),
-        energy.finding(study),
-        tension.finding(study),
-        exactness.references(study),
-        exactness.near_top(),
-    )
-    return [one for one in found if one is not None]
-
-
 def hard(study: Study, scene: Scene) -> Sequence[Figure | Table]:
     """Growth of errors at the top; energy over a million steps."""
     if scene.name == energy.MILLION:
@@ -54,4 +38,15 @@ def hard(study: Study, scene: Scene) -> Sequence[Figure | Table]:
     return ()
 
 
-SECTION = Section(findings, notebook.galleries, hard, requests)
+FINDINGS = (
+    claims.finding,
+    bob.finding,
+    notebook.finding,
+    orders.orders,
+    orders.held_control,
+    energy.finding,
+    tension.finding,
+    exactness.references,
+    exactness.near_top,
+)
+SECTION = Section(FINDINGS, notebook.galleries, hard, requests)

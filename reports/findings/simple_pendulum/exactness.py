@@ -130,7 +130,7 @@ def _plot(motion: DrivenMotion, exponent: LyapunovExponent) -> Figure:
     )  # fmt: skip
 
 
-def near_top() -> Finding:
+def near_top(study: Study) -> Finding:
     """The complement of the angle as the argument, against scipy and against the rounded angle."""
     rows = tuple(_row(k) for k in EXPONENTS)
     lost, gap = _scipy(5), _rounded(12)[2]

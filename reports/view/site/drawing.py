@@ -22,7 +22,6 @@ from plumbob.reports.view.site.views import (
     in_order,
     said_of,
     scene_view,
-    section_of,
     system_view,
 )
 
@@ -96,8 +95,8 @@ def _part(file: str, name: str, first: bool) -> Part:
     study, found, section = _read(file)
     scene = next(scene for scene in study.scenes if scene.name == name)
     system = find_system(scene.system)
-    own = section_of(study, system, found, section)
-    said = said_of(study, own) if first else None
+    own = section(system.name)
+    said = said_of(study, system, found, own) if first else None
     return said, scene_view(study, system, scene, found, own)
 
 

@@ -15,7 +15,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene, System
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT, cheapest
 from plumbob.reports.advice.work_precision import points
-from plumbob.reports.judge.verdict import LEAVES_OUT, Judged, Judgements, Verdict
+from plumbob.reports.judge.verdict import Judged, Judgements, Verdict
 from plumbob.reports.view import notation, overview, sensitivity, tables
 from plumbob.reports.view.about import Description, described
 from plumbob.reports.view.content import Cell, Figure, Finding, Section, Table, row
@@ -24,7 +24,7 @@ from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plots import budget_bars, scene_figures
 from plumbob.reports.view.replay import Replay, replay
 from plumbob.reports.view.site import matrix
-from plumbob.reports.view.site.claims import as_measured
+from plumbob.reports.view.site.claims import formed, suppressed
 from plumbob.reports.view.trimming import trimming
 
 Sections = Callable[[str], Section | None]  # what there is to say of one system alone, by its name
@@ -93,22 +93,14 @@ def in_order(study: Study, system: System) -> list[Scene]:
     return sorted(scenes, key=lambda scene: (scene.name != default, bool(scene.hard)))
 
 
-def section_of(
-    study: Study, system: System, found: Judgements, section: Sections
-) -> Section | None:
-    """What finds what there is to say of one system alone; None where a run leaves an observable
-    out, since findings read any."""
-    scenes = {scene.name for scene in study.scenes if scene.system == system.name}
-    whole = all(not found[pair].whole.reason.startswith(LEAVES_OUT) for pair in found
-                if pair[0] in scenes)  # fmt: skip
-    return section(system.name) if scenes and whole else None
-
-
-def said_of(study: Study, own: Section | None) -> Said:
+def said_of(study: Study, system: System, found: Judgements, own: Section | None) -> Said:
     """What a section says of its system."""
     if own is None:
         return Said()
-    return Said(tuple(own.figures(study)), as_measured(own.findings(study)))
+    galleries: tuple[tuple[str, Sequence[Figure]], ...] = ()
+    with suppressed(study, found):
+        galleries = tuple(own.figures(study))
+    return Said(galleries, formed(study, found, own, system.name))
 
 
 def system_view(
@@ -122,8 +114,8 @@ def system_view(
     """One system with the scenes of `study`; `section` finds what there is to say of it alone,
     unless it is `said` already, as `drawn` are views of scenes by name."""
     scenes = in_order(study, system)
-    own = section_of(study, system, found, section)
-    said = said_of(study, own) if said is None else said
+    own = section(system.name)
+    said = said_of(study, system, found, own) if said is None else said
     picture = system.mjcf.parent / f"{system.mjcf.parent.name}.png"
     return SystemView(
         system,
@@ -169,6 +161,9 @@ def scene_view(
         _absolute(study, convergence),
     )  # fmt: skip
     best = next((c for c in convergence if at_first and c.method == at_first[-1]), None)
+    hard: tuple[Figure | Table, ...] = ()
+    with suppressed(study, found):
+        hard = tuple(own.hard(study, scene)) if own and scene.hard else ()
     typical = None if best is None else reference_run(best.measurements, methods[best.method])
     return SceneView(
         scene,
@@ -181,7 +176,7 @@ def scene_view(
         (*figures, *((bars,) if bars else ())),
         replay(study, scene),
         tables.orders(convergence, methods),
-        tuple(own.hard(study, scene)) if own and scene.hard else (),
+        hard,
         trimming(study, scene),
         tuple(t for t in rest if t),
         (

@@ -25,7 +25,7 @@ from plumbob.reports.view.page import NAME, STYLE, filled, shared_files, written
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.settings import pasted
 from plumbob.reports.view.site import first_screen, matrix
-from plumbob.reports.view.site.claims import as_measured
+from plumbob.reports.view.site.claims import formed
 from plumbob.reports.view.site.drawing import system_views
 from plumbob.reports.view.site.links import Links, page_file
 from plumbob.reports.view.site.versions import Versions, versions
@@ -141,7 +141,7 @@ def content(
     names = [name for name in matrix.in_order(list(known)) if name in ran]
     views = system_views(study, [known[name] for name in names], found, section, jobs)
     general = section(OF_ENGINES)
-    on_engines = as_measured(general.findings(study)) if general is not None else ()
+    on_engines = formed(study, found, general, OF_ENGINES) if general is not None else ()
     findings = [*(finding for view in views for finding in view.findings), *on_engines]
     answers = first_screen.answers(study)
     said = {answer.pasted.settings.method for answer in answers}
