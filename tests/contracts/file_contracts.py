@@ -27,6 +27,8 @@ MUTABLE = (ast.List, ast.Dict, ast.Set, ast.ListComp, ast.DictComp, ast.SetComp)
 CONTAINERS = {"list", "dict", "set", "bytearray", "defaultdict", "Counter", "deque", "OrderedDict"}
 # A name of one machine, or of a place that packages come from; URLs are not machine paths.
 MACHINE_PATH = re.compile(r"(?<![\w.:/~)}-])/(tmp|work|root|home|Users|opt|mnt)/\w")
+# A file that a text names, in the way of code or by a link; an address has a colon.
+NAMED = re.compile(r"(?:`|\]\()([\w./-]+[.](?:py|md|xml|toml|png))(?:`|\))")
 PACKAGE_INDEX = re.compile(
     r"pypi[.]org|python[h]osted|deb[.]debian|registry[.]npm|index[-]url|find[-]links"
 )
@@ -151,3 +153,15 @@ def machine_traces(root: Path) -> list[str]:
             for match in filter(None, (MACHINE_PATH.search(line), PACKAGE_INDEX.search(line))):
                 traces.append(f"{path}:{number}: {match.group()}")
     return traces
+
+
+def missing_files(root: Path) -> list[str]:
+    """Files that a README, or the theory of errors, names and that are not in the tree."""
+    known = [f"/{path.as_posix()}" for path in files(root)]
+    return [
+        f"{path}: names {name}"
+        for path in files(root)
+        if path.name in ("README.md", "THEORY.md")
+        for name in sorted(set(NAMED.findall((root / path).read_text("utf-8"))))
+        if not any(file.endswith(f"/{name}") for file in known)
+    ]

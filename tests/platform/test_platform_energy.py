@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
-from plumbob.analytic.systems.platform_energy import energies
+from plumbob.analytic.systems.platform_energy import drive_torque, energies
 from plumbob.engines.adapters.mujoco.cone_pendulum import whole
 from plumbob.tests.support.cone_scene import MJCF
 
@@ -69,3 +69,21 @@ def test_a_platform_at_rest_does_no_work() -> None:
     found = energies(replace(TURNING, platform_rate=0.0), *TURNING.reference.state(TIMES))
     assert not found.work.any()
     assert not found.coupling.any()
+
+
+@pytest.mark.parametrize("pendulum", [TURNING, SKEW])
+def test_the_torque_of_the_drive_is_the_rate_of_the_angular_momentum(
+    pendulum: ConePendulum,
+) -> None:
+    h = 1e-4  # [s]: the next term of the difference is h^4/30 times a fifth derivative, 1e-9 here
+    torque = drive_torque(pendulum, *pendulum.reference.state(TIMES[1:-1]))
+    one, two, four, five = (
+        energies(pendulum, *pendulum.reference.state(TIMES[1:-1] + k * h)).angular_momentum
+        for k in (-2, -1, 1, 2)
+    )
+    rate = (one - 8 * two + 8 * four - five) / (12 * h)
+    largest = float(np.abs(torque).max())
+    assert np.abs(torque - rate).max() <= 1e-6 * largest
+    slower = drive_torque(replace(pendulum, platform_rate=26.0 * (1 - 1e-5)),
+                          *pendulum.reference.state(TIMES[1:-1]))  # fmt: skip
+    assert np.abs(slower - rate).max() > 3e-6 * largest

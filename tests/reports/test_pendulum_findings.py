@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
+from plumbob.analytic.reference import Array
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.extra_runs import ExtraRun
@@ -16,6 +19,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
+from plumbob.reports.findings import measurements
 from plumbob.reports.findings.energy_drift import Drift
 from plumbob.reports.findings.simple_pendulum import (
     SECTION,
@@ -32,6 +36,7 @@ from plumbob.reports.judge.verdict import Judgement
 from plumbob.reports.view.content import Figure, Finding, Table
 from plumbob.tests.support.declared import declared, made, nothing
 
+ROOT = Path(__file__).parents[2]
 SCENES = ("free-small", "free-large", "near-top-1e-6")
 
 
@@ -57,13 +62,73 @@ def texts(found: Finding, table: int = 0) -> list[list[str]]:
 def test_errors_of_the_notebook_are_those_that_physics_says() -> None:
     # the seven figures, measured with the notebook's integrator, to three digits
     found = notebook.finding(study())
-    wanted = ["1.29e-4", "0.00777", "0.0417", "0.0597", "2.48e-5", "1.07e-4", "1.64e-4"]
+    wanted = ["1.29e-4", "0.00777", "0.0418", "0.0597", "2.49e-5", "1.07e-4", "1.64e-4"]
     rows = texts(found)
     assert [row[3] for row in rows] == wanted
-    assert [row[4] for row in rows][:2] == wanted[:2]  # predicted, where the study has it
+    assert [row[4] for row in rows] == wanted  # predicted
     for row in rows:
         own, linear, apart = (float(row[i]) for i in (3, 5, 6))
         assert apart > max(own, linear)  # as the summary states for the linear equation
+
+
+def _by_rk4(name: str, linear: bool) -> Array:
+    """theta [rad] after each of a thousand steps of 0.05 s of RK4, written out, shape (1001,)."""
+    posed = find_scene(f"{'linear' if linear else 'simple'}-pendulum/{name}").parameters
+    start, rate, damping = (posed.get(n, 0.0) for n in ("theta", "theta_dot", "damping_rate"))
+
+    def slope(x: Array) -> Array:
+        pull = x[0] if linear else math.sin(x[0])
+        return np.array([x[1], -damping * x[1] - 9.8 * pull])
+
+    x, h, angles = np.array([start, rate]), 0.05, [start]
+    for _ in range(1000):
+        k1 = slope(x)
+        k2 = slope(x + h / 2 * k1)
+        k3 = slope(x + h / 2 * k2)
+        x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + slope(x + h * k3))
+        angles.append(float(x[0]))
+    return np.array(angles)
+
+
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize(("label", "name"), [case[:2] for case in notebook.CASES])
+def test_errors_are_the_largest_of_all_steps(label: str, name: str) -> None:
+    """And the README says them: a recording has every second step."""
+    readme = (ROOT / "models/simple_pendulum/README.md").read_text("utf-8")
+    (line,) = (line for line in readme.splitlines() if line.startswith(f"| {label} | `{name}` |"))
+    times = np.linspace(0.0, 50.0, 1001)
+    for linear, shown in zip((False, True), line.split("|")[3:5], strict=True):
+        exact = measurements.case(f"{'linear' if linear else 'simple'}-pendulum/{name}").reference
+        error = float(np.abs(_by_rk4(name, linear) - exact.observe(times)["theta"]).max())
+        assert float(shown) == pytest.approx(error, rel=5e-3)  # half of its last digit
+        kind = notebook.LINEAR if linear else notebook.SIMPLE
+        found, predicted = notebook._error(study(), kind + name)
+        # the cubic between every second step leaves (2 h)^4/384 of a fourth derivative, the most in
+        # case 3, where the error oscillates at twice the rate of its rotation: 1.2e-4 of it
+        assert found == pytest.approx(error, rel=2e-4)
+        assert predicted == pytest.approx(error, rel=1e-6)
+
+
+def test_the_difference_of_runs_is_the_largest_of_all_steps() -> None:
+    apart = float(np.abs(_by_rk4("damped-small", False) - _by_rk4("damped-small", True)).max())
+    assert apart == pytest.approx(0.0050036, abs=5e-8)
+    found = claims.parting(study(), "damped-small").in_runs
+    assert found == pytest.approx(apart, rel=2e-4)  # the cubic between every second step
+
+
+@pytest.mark.parametrize(
+    ("name", "rate", "turns"), [("slow", 200, 28.5536), ("fast", 500, 73.0428)]
+)
+def test_turns_are_counted_from_the_start(name: str, rate: float, turns: float) -> None:
+    solved = solve_ivp(
+        lambda t, x: [x[1], -9.8 * math.sin(x[0])], (0.0, 50.0),
+        [math.radians(-120), math.radians(rate)], "DOP853", rtol=1e-12, atol=1e-12,
+    )  # fmt: skip
+    gone = (solved.y[0, -1] - solved.y[0, 0]) / math.tau
+    assert gone == pytest.approx(turns, abs=5e-5)
+    assert claims.turns(f"rotating-{name}") == pytest.approx(gone, abs=1e-6)
+    said = " ".join(one.ours for one in claims.finding(study()).statements)
+    assert f"{turns:.2f} turns in 50 s" in said
 
 
 @pytest.mark.long

@@ -9,6 +9,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.reports.findings import capsule_plan, plan_legs, section
+from plumbob.reports.findings.capsule_line import source
 from plumbob.reports.findings.capsule_plan import SHOWN
 from plumbob.reports.findings.capsule_turn import (
     body_angle,
@@ -241,3 +242,14 @@ def test_what_else_the_source_says_of_turns() -> None:
     # psi goes with tau^2 but for friction, R/(mu_1 Z), of which there is 1e-3 at the larger epsilon
     assert part == pytest.approx(whole / 100, rel=2e-4)
     assert part == pytest.approx(-0.01, rel=2e-3)
+
+
+def test_chernousko_is_cited_for_what_he_says() -> None:
+    """His text has no list of modes, and argues for any triangle: arms are inversely proportional
+    to forces."""
+    statements = exact_motion.touching(nothing()).statements
+    assert [one.place for one in statements] == ["(1)"]
+    given = declared(nothing(), source.requests)
+    argued = " ".join(source.any_line(given).paragraphs)
+    assert "N₂ = N₃" not in argued
+    assert "inversely proportional to their arms, for any triangle" in argued

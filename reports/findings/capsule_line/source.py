@@ -163,7 +163,8 @@ def any_line(study: Study) -> Finding:
             "Σ Nᵢ CAᵢ = m g r, with Aᵢ the supports, Nᵢ their normal forces and r the slider's "
             "place from C: the moment of friction against a motion along d is –f m g (r × d), "
             "which is zero when r is along d, whatever the triangle of the supports. The source "
-            "argues from N₂ = N₃ on C–A₁, and so needs two manoeuvres.",
+            "argues for C–A₁ that N₂ and N₃, and so their frictions, are inversely proportional to "
+            "their arms, for any triangle too; it takes two manoeuvres along such lines.",
         ),
         (Table(f"Six lines at a step of {number(STEP)} s", heads, tuple(rows)),),
         (),

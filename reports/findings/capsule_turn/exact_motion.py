@@ -185,16 +185,17 @@ def touching(study: Study) -> Finding:
     given = " ".join(f"--set {name}={amount:g}" for name, amount in SLENDER.items())
     return Finding(
         "capsule-turn-touch",
-        "A support can stop and slide on at once: a transition that the source's modes lack",
+        "A support can stop and slide on at once",
         "extended",
-        "An event-driven simulation needs one more case than the paper lists. "
+        "An event-driven simulation needs one more case than sliding, pivoting and resting. "
         f"At {number(time / tau, 4)} τ of a turn of a slender body A{support + 1} comes to "
         f"v = 0 ({number(float(at[0]), 1)} m/s), friction cannot hold it, and it slides on in "
         "another direction without resting.",
         (
-            "The source lists sliding, one support at rest, and rest. Near v = 0 the direction of "
-            "slip converges to a ray, along which the speed falls to zero in finite time, although "
-            "holding the support would need more force than friction has. It continues along "
+            "Friction (1) leaves three modes of motion: all supports slide, one is at rest, or all "
+            "are. Near v = 0 the direction of slip converges to a ray, along which the speed falls "
+            "to zero in finite time, although holding the support would need more force than "
+            "friction has. It continues along "
             "another ray. That needs a support whose effective mass depends on the direction, and "
             "it is robust: every nearby start does the same. An integrator that takes such a stop "
             "for rest, or steps over it, gets this motion wrong.",
@@ -206,7 +207,7 @@ def touching(study: Study) -> Finding:
         ),
         figures(found, tau),
         (f"plumbob solve capsule-turn {given} --json",),
-        (Statement(CHERNOUSKO, "modes", "The body slides, or one support rests, or all do",
-                   "three modes", f"a support that stops and slides on, at {number(time / tau, 4)} "
-                   "τ of a slender body's turn", "extended"),),
+        (Statement(CHERNOUSKO, "(1)", "A support slides, or is at rest where fN_i suffices",
+                   "(1)", f"it can stop and slide on at once, as at {number(time / tau, 4)} τ of a "
+                   "slender body's turn", "extended"),),
     )  # fmt: skip

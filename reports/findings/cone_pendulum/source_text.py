@@ -12,6 +12,7 @@ from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings.cone_pendulum.hamiltonian import RESTING, ROTATING, forms
+from plumbob.reports.findings.measurements import largest
 from plumbob.reports.findings.sources import SUDAKOV, stated
 from plumbob.reports.view.content import Finding, Statement
 from plumbob.reports.view.notation import number
@@ -103,7 +104,8 @@ def _of_the_body() -> tuple[Statement, ...]:
     body = problem.body
     z = np.linspace(0.0, 1.0, SAMPLES + 1)  # from the vertex, over the height
     centre = np.trapezoid(z**3) / np.trapezoid(z**2) * body.com_distance / 0.75
-    gravity, platform = turned_by(problem, np.linspace(0.0, 2 * np.pi, SAMPLES + 1))
+    turn = np.linspace(0.0, 2 * np.pi, SAMPLES + 1)
+    moments = [lambda theta, k=k: turned_by(problem, theta)[k] for k in (0, 1)]
     wells = sorted(e.potential for e in problem.equilibria if e.kind == "saddle")
     momentum = body.inertia_x * start.theta_dot
     return (
@@ -111,8 +113,8 @@ def _of_the_body() -> tuple[Statement, ...]:
                   f"{centre:.6f} m, by summing over slices", "holds"),
         Statement(SUDAKOV, "introduction",
                   "Inertia forces add a moment that depends on ω and on the angle", "no value",
-                  f"up to {number(np.abs(platform).max(), 4)} N m at ω = 26 rad/s; gravity's is up "
-                  f"to {number(np.abs(gravity).max(), 4)} N m", "holds"),
+                  f"up to {number(largest(moments[1], turn), 4)} N m at ω = 26 rad/s; gravity's "
+                  f"is up to {number(largest(moments[0], turn), 4)} N m", "holds"),
         Statement(SUDAKOV, "introduction",
                   "The initial energy decides between swinging and rotating", "no value",
                   f"at ω = 26 rad/s: in one of two wells below {wells[0]:.3f} J, over both below "
@@ -188,9 +190,10 @@ def _of_the_figures() -> tuple[Statement, ...]:
         Statement(SUDAKOV, "Fig. 3 e",
                   "In the second half of the period the speed changes less than without inertia "
                   "forces", f"by {_percent(second[2])} by the printed H, against "
-                  f"{_percent(second[3])} from another speed at rest",
-                  f"by {_percent(second[0])}; from the same speed at rest {_percent(second[1])}",
-                  "holds" if second[0] < second[1] else "refuted"),
+                  f"{_percent(second[3])} in Fig. 2",
+                  f"by {_percent(second[0])}; at rest from the same speed {_percent(second[1])}",
+                  "holds" if second[0] < second[3] else "refuted",
+                  "" if second[0] < second[1] else "against Fig. 2, which starts at another speed"),
         Statement(SUDAKOV, "Fig. 3 e",
                   "The platform's rotation can to some degree compensate gravity's moment",
                   "to some degree",

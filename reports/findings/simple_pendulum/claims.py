@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.results import Study
-from plumbob.reports.findings.measurements import case, convergence_of
-from plumbob.reports.findings.simple_pendulum.notebook import DURATION, LINEAR, SIMPLE, own_run
+from plumbob.reports.findings.measurements import case, convergence_of, largest
+from plumbob.reports.findings.simple_pendulum.notebook import (
+    DURATION,
+    LINEAR,
+    SIMPLE,
+    at_every_step,
+    difference,
+    own_run,
+)
 from plumbob.reports.findings.sources import NOTEBOOK, judged
 from plumbob.reports.view.content import (
     Figure,
@@ -49,17 +57,27 @@ def angle(scene: str) -> Array:
 
 def parting(study: Study, name: str) -> Parting:
     """The difference of the exact motions of a case, and of the notebook's own runs of it."""
-    apart = np.abs(angle(SIMPLE + name) - angle(LINEAR + name))
     amplitude = abs(float(angle(SIMPLE + name)[0]))
-    over = np.flatnonzero(apart > SEEN * amplitude)
-    runs = [study.recording(own_run(kind + name)) for kind in (SIMPLE, LINEAR)]
-    one, other = runs
+    over = np.flatnonzero(np.abs(difference(TIMES, name)) > SEEN * amplitude)
+    one, other = (study.recording(own_run(kind + name)) for kind in (SIMPLE, LINEAR))
     in_runs = None
     if one is not None and other is not None:
-        in_runs = float(np.abs(one.observables["theta"] - other.observables["theta"]).max())
-    largest = float(apart.max())
+        apart = (one.observables[n] - other.observables[n] for n in ("theta", "theta_dot"))
+        in_runs = float(np.abs(at_every_step(one.times, *apart)).max())
+    most = largest(partial(difference, name=name), TIMES)
     seen = float(TIMES[over[0]]) if over.size else math.inf
-    return Parting(largest, largest / amplitude, seen, in_runs)
+    return Parting(most, most / amplitude, seen, in_runs)
+
+
+def swing(scene: str, times: Array = TIMES) -> float:
+    """Largest angle [rad] of an exact motion from the first to the last of `times` [s]."""
+    return largest(lambda t: case(scene).reference.observe(t)["theta"], times)
+
+
+def turns(name: str) -> float:
+    """Turns of a rotation within DURATION, from where it starts."""
+    start, end = angle(SIMPLE + name)[[0, -1]]
+    return abs(float(end - start)) / math.tau
 
 
 def decay(name: str) -> float:
@@ -78,8 +96,7 @@ def decay(name: str) -> float:
 
 def forced(name: str) -> tuple[float, float]:
     """Largest angles [rad] of the pendulum and of the linear one after SETTLED."""
-    late = TIMES > SETTLED
-    one, other = (float(np.abs(angle(kind + name)[late]).max()) for kind in (SIMPLE, LINEAR))
+    one, other = (swing(kind + name, TIMES[TIMES >= SETTLED]) for kind in (SIMPLE, LINEAR))
     return one, other
 
 
@@ -115,12 +132,13 @@ def finding(study: Study) -> Finding:
     small, large, damped = (
         parting(study, name) for name in ("free-small", "free-large", "damped-small")
     )
-    fast, natural = angle(SIMPLE + "rotating-fast"), math.sqrt(9.8)
-    swing = float(np.abs(angle(LINEAR + "rotating-fast")).max()) / DEGREE
+    natural = math.sqrt(9.8)
+    fast_swing, slow_swing = (
+        swing(f"{LINEAR}rotating-{speed}") / DEGREE for speed in ("fast", "slow")
+    )
     caught = angle(SIMPLE + "damped-rotating")
     exponential, strong = decay("damped-small"), decay("damped-large")
-    slow, dying = angle(SIMPLE + "rotating-slow"), parting(study, "damped-large")
-    slow_swing = float(np.abs(angle(LINEAR + "rotating-slow")).max()) / DEGREE
+    dying = parting(study, "damped-large")
     pushed, wide = forced("forced-large"), "forced-large"
     longer = [lengthening(name) for name in ("free-small", "free-large")]
     said: tuple[tuple[str, str, str, str, StatementVerdict, str], ...] = (
@@ -142,13 +160,13 @@ def finding(study: Study) -> Finding:
             "holds", ""),
         ("case 3", "the two are compared at 200°/s", "a plot",
             f"the pendulum rotates, {number(100 * over_the_top('rotating-slow'), 3)} % faster than "
-            f"the top takes: {number(float(np.abs(slow).max()) / math.tau, 4)} turns in "
+            f"the top takes: {number(turns('rotating-slow'), 4)} turns in "
             f"{DURATION:g} s; the linear one swings by {number(slow_swing, 4)}°", "extended", ""),
         ("case 4", "θ₀ = 500°/s", "500°/s", "dθ/dt at the start; θ₀ is –120°", "corrected",
             "a misprint"),
         ("case 4", "the linear pendulum has no physical sense", "peculiar",
-            f"it swings by {number(swing, 4)}° while the pendulum rotates: "
-            f"{number(float(np.abs(fast).max()) / math.tau, 4)} turns in {DURATION:g} s",
+            f"it swings by {number(fast_swing, 4)}° while the pendulum rotates: "
+            f"{number(turns('rotating-fast'), 4)} turns in {DURATION:g} s",
             "holds", ""),
         ("case 5", "linear and non-linear are similar", "similar",
             f"{number(damped.largest)} rad apart at most, {number(100 * damped.relative, 2)} % of "
