@@ -316,7 +316,7 @@ def test_the_bob_in_the_plane() -> None:
         near = np.interp(dots["x"], exact["x"], exact["y"])
         assert np.abs(near - np.array(dots["y"])).max() < 5e-3
     # within three periods of 2.76 s, as the summary says
-    assert bob.distances("free-large")[: int(8.3 * 100)].max() > 1.9
+    assert bob.distances(bob.FINE[:830], "free-large").max() > 1.9
     round_, swing = plane.traces
     assert np.hypot(round_["x"], round_["y"]) == pytest.approx(1.0, rel=1e-3)
     assert np.hypot(swing["x"], swing["y"]) == pytest.approx(0.97, rel=1e-3)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.rod_tension import bob_place
 from plumbob.engines.study.results import Study
-from plumbob.reports.findings.measurements import case
+from plumbob.reports.findings.measurements import case, largest
 from plumbob.reports.findings.simple_pendulum.notebook import (
     CASES,
     DURATION,
@@ -35,9 +36,9 @@ def place(scene: str, times: Array) -> Array:
     return bob_place(found.problem.length, found.reference.observe(times)["theta"])
 
 
-def distances(name: str) -> Array:
-    """Distance [m] of the two bobs of a case at the times FINE, shape (n,)."""
-    apart = place(SIMPLE + name, FINE) - place(LINEAR + name, FINE)
+def distances(times: Array, name: str) -> Array:
+    """Distance [m] of the two bobs of a case at `times` [s], shape (n,)."""
+    apart = place(SIMPLE + name, times) - place(LINEAR + name, times)
     return np.asarray(np.hypot(*apart.T))
 
 
@@ -45,10 +46,10 @@ def finding(study: Study) -> Finding:
     """How far the two bobs are apart in each case, and both in the plane."""
     rows, when = [], {}
     for label, name, start in CASES:
-        apart, length = distances(name), case(SIMPLE + name).problem.length
+        apart, length = distances(FINE, name), case(SIMPLE + name).problem.length
         over = np.flatnonzero(apart > APART * length)
         when[label] = float(FINE[over[0]]) if over.size else math.inf
-        rows.append(row(label, start, value(float(apart.max())),
+        rows.append(row(label, start, value(largest(partial(distances, name=name), FINE)),
                         value(when[label] if over.size else None)))  # fmt: skip
     return Finding(
         "notebook-bob",
