@@ -73,6 +73,6 @@ def drive_torque(pendulum: ConePendulum, theta: Array, theta_dot: Array) -> Arra
     slope = 2 * (slope + arm * y * cosine + body.inertia_yz * (cosine**2 - sine**2))
     # d(momentum)/d(theta) times theta_dot, and the angular acceleration where the pivot is aside
     lifted = slope * w**2 / 2 - body.mass * pendulum.gravity * body.com_distance * sine
-    return np.asarray(w * slope * theta_dot + arm * x * (
-        cosine * lifted / body.inertia_x - sine * theta_dot**2
-    ))  # fmt: skip
+    return np.asarray(
+        w * slope * theta_dot + arm * x * (cosine * lifted / body.inertia_x - sine * theta_dot**2)
+    )

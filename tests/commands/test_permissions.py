@@ -18,10 +18,21 @@ COMMANDS = {  # what each writes, in the working folder
     ("solve", "cone-pendulum", "--figures", "figures.html"): ("figures.html",),
     ("models", "export", "models"): ("models/cone_pendulum/cone_pendulum.xml",),
     (
-        "sweep", "linear-pendulum/overdamped", "ode/rk4", "--vary", "theta=0.1:0.2:2",
-        "--step", "1e-2", "--out", "swept", "--csv", "swept.csv", "--jobs", "1",
+        "sweep",
+        "linear-pendulum/overdamped",
+        "ode/rk4",
+        "--vary",
+        "theta=0.1:0.2:2",
+        "--step",
+        "1e-2",
+        "--out",
+        "swept",
+        "--csv",
+        "swept.csv",
+        "--jobs",
+        "1",
     ): ("swept.csv",),
-}  # fmt: skip
+}
 STORES = (".sqlite3", ".lock", "-shm", "-wal")  # SQLite gives others no right to write
 
 

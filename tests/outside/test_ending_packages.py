@@ -69,12 +69,21 @@ def test_an_import_that_ends_the_process_costs_a_line(
     ids=["prepare", "run"],
 )
 def test_an_engine_that_exits_is_a_verdict(
-    line: str, site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    line: str,
+    site: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
-    broken(site, ENGINE.replace(line, f"raise SystemExit(0)\n        {line}".replace(
-        "\n        return stepped", "\n    return stepped"
-    )))  # fmt: skip
+) -> None:
+    broken(
+        site,
+        ENGINE.replace(
+            line,
+            f"raise SystemExit(0)\n        {line}".replace(
+                "\n        return stepped", "\n    return stepped"
+            ),
+        ),
+    )
     without_pages(monkeypatch)
     with seen(site):
         found = validated(tmp_path, capsys, SWING, "tiny,ode/euler")

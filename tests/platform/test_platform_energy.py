@@ -84,6 +84,7 @@ def test_the_torque_of_the_drive_is_the_rate_of_the_angular_momentum(
     rate = (one - 8 * two + 8 * four - five) / (12 * h)
     largest = float(np.abs(torque).max())
     assert np.abs(torque - rate).max() <= 1e-6 * largest
-    slower = drive_torque(replace(pendulum, platform_rate=26.0 * (1 - 1e-5)),
-                          *pendulum.reference.state(TIMES[1:-1]))  # fmt: skip
+    slower = drive_torque(
+        replace(pendulum, platform_rate=26.0 * (1 - 1e-5)), *pendulum.reference.state(TIMES[1:-1])
+    )
     assert np.abs(slower - rate).max() > 3e-6 * largest

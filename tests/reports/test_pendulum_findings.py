@@ -121,9 +121,13 @@ def test_the_difference_of_runs_is_the_largest_of_all_steps() -> None:
 )
 def test_turns_are_counted_from_the_start(name: str, rate: float, turns: float) -> None:
     solved = solve_ivp(
-        lambda t, x: [x[1], -9.8 * math.sin(x[0])], (0.0, 50.0),
-        [math.radians(-120), math.radians(rate)], "DOP853", rtol=1e-12, atol=1e-12,
-    )  # fmt: skip
+        lambda t, x: [x[1], -9.8 * math.sin(x[0])],
+        (0.0, 50.0),
+        [math.radians(-120), math.radians(rate)],
+        "DOP853",
+        rtol=1e-12,
+        atol=1e-12,
+    )
     gone = (solved.y[0, -1] - solved.y[0, 0]) / math.tau
     assert gone == pytest.approx(turns, abs=5e-5)
     assert claims.turns(f"rotating-{name}") == pytest.approx(gone, abs=1e-6)

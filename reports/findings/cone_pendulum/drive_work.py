@@ -66,8 +66,7 @@ def finding(study: Study) -> Finding:
     times = np.linspace(0.0, END, 251) if run is None else run.times
     exact = along(times)
     problem = forms(ROTATING).problem
-    low, high = extremes(lambda t: along(t).total, times)
-    swing = high - low
+    swing = float(np.ptp(extremes(lambda t: along(t).total, times)))
     torque = largest(lambda t: drive_torque(problem, *problem.reference.state(t)), times)
     still = energies(replace(problem, platform_rate=0.0), *problem.reference.state(times))
     others = float(np.abs(still.kinetic - still.rotation).max())

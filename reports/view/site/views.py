@@ -161,9 +161,6 @@ def scene_view(
         _absolute(study, convergence),
     )  # fmt: skip
     best = next((c for c in convergence if at_first and c.method == at_first[-1]), None)
-    hard: tuple[Figure | Table, ...] = ()
-    with suppressed(study, found):
-        hard = tuple(own.hard(study, scene)) if own and scene.hard else ()
     typical = None if best is None else reference_run(best.measurements, methods[best.method])
     return SceneView(
         scene,
@@ -176,7 +173,7 @@ def scene_view(
         (*figures, *((bars,) if bars else ())),
         replay(study, scene),
         tables.orders(convergence, methods),
-        hard,
+        _hard_case(study, scene, found, own),
         trimming(study, scene),
         tuple(t for t in rest if t),
         (
@@ -186,6 +183,15 @@ def scene_view(
             f"plumbob validate --scenes {scene.name}",
         ),
     )
+
+
+def _hard_case(
+    study: Study, scene: Scene, found: Judgements, own: Section | None
+) -> tuple[Figure | Table, ...]:
+    """What the section of a system shows of a hard scene."""
+    with suppressed(study, found):
+        return tuple(own.hard(study, scene)) if own and scene.hard else ()
+    return ()
 
 
 def _by_engine(methods: Sequence[str]) -> tuple[str, ...]:
