@@ -17,10 +17,10 @@ class ParameterError(ValueError):
         super().__init__(f"{name} = {_shown(value)}: must be {requirement}")
         self.name, self.value, self.requirement = name, value, requirement
 
-    def due_to(self, changes: Mapping[str, Any]) -> ParameterError:
-        """The same error; where it names none of the parameters that were changed, but another, or
-        what is computed of them, one that names what was."""
-        if not changes or {"set", *changes} & set(self.name.split(", ")):
+    def due_to(self, changes: Mapping[str, Any], names: Iterable[str] = ()) -> ParameterError:
+        """The same error; where it names none of the parameters that were changed, nor another of
+        `names`, but what is computed of them, one that names what was changed."""
+        if not changes or {"set", *changes, *names} & set(self.name.split(", ")):
             return self
         required = f"{self.name} is {self.requirement}, not {_shown(self.value)}"
         if self.requirement.startswith(SUCH):

@@ -166,7 +166,7 @@ def scene(name: str, changes: Mapping[str, Any] | None = None) -> Scene:
     try:
         case_of(changed)  # kept for who runs it
     except ParameterError as error:
-        raise error.due_to(changes) from None
+        raise error.due_to(changes, system.parameters) from None
     return changed
 
 

@@ -135,7 +135,6 @@ BLAMED = {  # what was changed is named, with the value and what is computed of 
     ("recommend", "simple-pendulum", "--error", "0.1", "--set", "length=1e-300"): "such that ",
     ("solve", "capsule-line", "--set", "w1=1e20"): "such that normal_force_2 is greater than 0 ",
     ("solve", "capsule-line", "--set", "t1=5e-324"): "such that path velocity after piece 1 is ",
-    ("solve", "capsule-plan", "--set", "gravity=5e-324"): "such that C is inside their triangle",
     ("solve", "capsule-hold", "--set", "length=5e-324"): "such that duration is greater than 0, ",
     ("solve", "capsule-coast", "--set", "gravity=5e-324"): "such that normal_force_1 is ",
     ("solve", "capsule-coast", "--set", "velocity_x=1e300"): "such that double precision holds ",
