@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.trajectory import Stepping as Stepping
+from plumbob.engines.trajectory import Timed, Trajectory
 from plumbob.models.registry import added_system
 from plumbob.models.scene import Case, Scene
 
@@ -83,27 +84,11 @@ def meant(method: Method, scene: Scene) -> bool:
     return matches[0] and not matches[1]
 
 
-@dataclass(frozen=True)
-class Stepping:
-    """Steps that were taken with nothing read off them, for what they cost: to wait while others
-    use the machine is no cost."""
-
-    steps: int  # taken (right-hand sides evaluated, for adaptive methods)
-    seconds: float  # processor time of this thread
-
-
-class Simulation(Protocol):
+class Simulation(Timed, Protocol):
     """A scene compiled for one method and step, ready to be run any number of times."""
-
-    compile_seconds: float
 
     def run(self) -> Trajectory:
         """Run from the start to the end; the trajectory's `seconds` count the stepping alone."""
-        ...
-
-    def stepped(self, fraction: float) -> Stepping:
-        """Take the steps of the first `fraction` of the duration, 0 to 1, and read nothing; no step
-        counts where they fail."""
         ...
 
 

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.trajectory import Timed
 
 
 @dataclass(frozen=True)
@@ -71,12 +72,12 @@ class Course:
 
 @dataclass(frozen=True)
 class Stepped:
-    """What the model's own steps gave: states as in `Course`, and their cost."""
+    """What the model's own steps gave: states as in `Course`."""
 
     integrator: str
     step: float  # [s]
     states: Array
-    ns_per_second: float  # [ns] of processor time per simulated second
+    seconds: float  # of processor time, of one run
     why: str = ""  # it ended before its time
     remarks: tuple[str, ...] = ()  # what was noticed on the way
 
@@ -164,13 +165,14 @@ class OwnModel(Protocol):
         """Of the controls, shape (actuators, 2), not numbers where there is none."""
         ...
 
-    @property
-    def shortest(self) -> float:
-        """The shortest time constant [s] of its contacts and limits, infinite where it has none."""
+    def option(self, integrator: str, step: float) -> Mapping[str, tuple[str, str]]:
+        """{attribute of the file's options: what it is, what to put in its place} for another
+        integrator and step [s]."""
         ...
 
-    def option(self, integrator: str, step: float) -> str:
-        """What to write into its file for another integrator and step [s], contacts unchanged."""
+    def softened(self, script: Script, integrator: str, parts: int) -> bool:
+        """Whether the engine itself would soften contacts at `parts` steps in a period so that this
+        motion is another."""
         ...
 
     def field(self, width: float = 0.0) -> Field:
@@ -179,6 +181,11 @@ class OwnModel(Protocol):
 
     def stepped(self, script: Script, integrator: str, parts: int) -> Stepped:
         """Its own steps, `parts` in a control period."""
+        ...
+
+    def timed(self, script: Script, states: Array, integrator: str, parts: int) -> Timed:
+        """The periods of `script`, each begun at its row of `states`, or where the last one ended
+        if that is no number, for what `parts` steps in each cost."""
         ...
 
     def positions(self, states: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -22,6 +22,29 @@ class Trajectory:
     seconds: float = 0.0  # wall time of the stepping alone
     diverged_at: float | None = None  # [s]; samples after it are left out
     warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """Steps that were taken with nothing read off them, for what they cost: to wait while others
+    use the machine is no cost."""
+
+    steps: int  # taken (right-hand sides evaluated, for adaptive methods)
+    seconds: float  # processor time of this thread
+
+
+class Timed(Protocol):
+    """Something whose steps alone can be taken, for what they cost."""
+
+    @property
+    def compile_seconds(self) -> float:
+        """[s]"""
+        ...
+
+    def stepped(self, fraction: float) -> Stepping:
+        """Take the steps of the first `fraction` of the duration, 0 to 1, and read nothing; no step
+        counts where they fail."""
+        ...
 
 
 def not_a_trajectory(run: Any) -> str:

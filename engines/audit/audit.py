@@ -138,10 +138,13 @@ def audited(
         if beyond and np.isfinite(states).all():
             progress("starts nearby")
             means = likely(model, script, found.own.parts, ENSEMBLE * budget, clock, executor)
-        read = balances(model, states, reference.course.states, found.index)
         error = found.own.at(found.index)
-        progress("what can be left out")
-        left_out = trims(model, script, found.own.parts, found.index, error, TRIMS * budget, clock)
+        if math.isfinite(error):
+            read = balances(model, states, reference.course.states, found.index)
+            progress("what can be left out")
+            left_out = trims(
+                model, script, found.own.parts, found.index, error, TRIMS * budget, clock
+            )
     return Audit(
         model.name, model.integrator, model.step, script, control, reference, found,
         model.clamped, model.notes, clock() - begin, left_out, read, means,

@@ -6,14 +6,16 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.audit.costs import ALIKE, Ratio, costs_in_turns, ratio, timed_periods
 from plumbob.engines.audit.reference import RESOLVED, Reference, largest
 from plumbob.engines.own_motion import OwnModel, Script
+from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.order import Order, fit_order
 
 TARGETS = (0.1, 0.01, 1e-3, 1e-4)  # [m] wanted errors
@@ -39,9 +41,15 @@ class StepError:
     errors: Array  # [m] largest distance of any body so far, at the ends of the periods, shape (n,)
     coordinates: Array  # [rad or m] the same in generalised coordinates
     worst: str  # the body that is furthest off at the end
-    ns_per_second: float  # [ns] of processor time per simulated second
+    seconds: float  # of processor time, of one run
     why: str = ""  # it ended early
     remarks: tuple[str, ...] = ()  # what was noticed on the way
+    cost: Cost | None = None  # of a step; None where it ended early
+
+    @property
+    def ns_per_second(self) -> float | None:
+        """[ns] of processor time per simulated second; None where it ended early."""
+        return self.cost.ns_per_step / self.step if self.cost else None
 
     def at(self, index: int) -> float:
         """Error [m] at the end of a period; infinite where the run had ended."""
@@ -56,7 +64,8 @@ class Cheapest:
     integrator: str
     step: float  # [s]
     error: float  # [m]
-    cost: float  # in multiples of the model's own
+    cost: Ratio | None  # in multiples of the model's own; None where that ended early
+    unguarded: bool = False  # the engine would soften contacts at this step, and was not let
 
 
 @dataclass(frozen=True)
@@ -93,8 +102,8 @@ def compared(
     progress: Callable[[str], None] = lambda what: None,
 ) -> Compared:
     """Run the model's integrators at its own step, twice it where the control allows, and halves of
-    it, within about `budget` [s], and hold each against the reference. With an `executor` they run
-    beside each other, which costs show."""
+    it, within about `budget` [s], and hold each against the reference: beside each other in an
+    `executor`, if given; costs are measured alone."""
     own = round(script.period / model.step)
     if executor is None:
         found = halved(model, script, reference, model.integrators, budget, clock, progress)
@@ -104,9 +113,16 @@ def compared(
             for name in model.integrators
         ]
         found = [step for task in tasks for step in task.result()]
+    progress("costs")
+    found = priced(model, script, reference, found)
     fixed = [s for s in found if s.integrator == model.integrator]
     as_is = next(s for s in fixed if s.parts == own)
     index = tends(found, as_is, reference)
+    chosen = (c for t in TARGETS if (c := cheapest(found, as_is, reference, index, t)))
+
+    def softened(one: Cheapest) -> bool:
+        return model.softened(script, one.integrator, round(script.period / one.step))
+
     return Compared(
         as_is,
         tuple(
@@ -115,7 +131,7 @@ def compared(
         index,
         min(s.at(index) for s in found),
         observed_order(fixed, reference, index),
-        tuple(c for t in TARGETS if (c := cheapest(found, as_is, reference, index, t))),
+        tuple(replace(one, unguarded=softened(one)) for one in chosen),
     )
 
 
@@ -151,6 +167,22 @@ def halved(
             else:
                 going[name] = 2 * parts
     return found
+
+
+def priced(
+    model: OwnModel, script: Script, reference: Reference, steps: Sequence[StepError]
+) -> list[StepError]:
+    """The same with the costs of those that did not end early, along the reference."""
+    states = reference.course.states[: known(reference) + 1]
+    timed = {
+        (s.integrator, str(s.parts)): timed_periods(
+            model, script, states, s.integrator, s.parts, s.seconds
+        )
+        for s in steps
+        if not s.why
+    }
+    costs = costs_in_turns(timed)
+    return [replace(s, cost=costs.get((s.integrator, str(s.parts)))) for s in steps]
 
 
 def known(reference: Reference) -> int:
@@ -219,22 +251,27 @@ def cheapest(
     steps: Sequence[StepError], own: StepError, reference: Reference, index: int, target: float
 ) -> Cheapest | None:
     """The cheapest of all integrators whose error, with the reference's uncertainty, stays within
-    `target` [m] at this step and every smaller one that was run; None where there is none, or the
-    reference is not known well enough to say."""
+    `target` [m] at this step and every smaller one that was run; the model's own integrator, then
+    the largest step, where costs are alike. None where there is none, or the reference is not known
+    well enough to say."""
     doubt = float(reference.uncertainty[index])
     if doubt > TRUSTED * target:
         return None
-    reaching: list[StepError] = []
+    reaching: list[tuple[float, StepError]] = []
     for name in {s.integrator for s in steps}:
         fine_first = sorted((s for s in steps if s.integrator == name), key=lambda s: s.step)
         for one in fine_first:
-            if not one.at(index) + doubt <= target:
+            if one.cost is None or not one.at(index) + doubt <= target:
                 break
-            reaching.append(one)
-    best = min(reaching, key=lambda s: s.ns_per_second, default=None)
-    if best is None:
+            reaching.append((one.cost.ns_per_step / one.step, one))
+    if not reaching:
         return None
-    cost = best.ns_per_second / own.ns_per_second
+    most = ALIKE * min(ns for ns, _ in reaching)
+    alike = [one for ns, one in reaching if ns <= most]
+    best = min(alike, key=lambda s: (s.integrator != own.integrator, s.integrator, -s.step))
+    cost = Ratio(1.0, 1.0, 1.0) if best is own else None
+    if best.cost and own.cost and cost is None:
+        cost = ratio(best.cost, own.cost, own.step / best.step)
     return Cheapest(target, best.integrator, best.step, best.at(index), cost)
 
 
@@ -273,5 +310,5 @@ def held(
     worst = model.bodies[int(np.argmax(apart[: both[-1] + 1].max(axis=0)))]
     return StepError(
         integrator, run.step, parts, largest(apart), largest(np.abs(off)), worst,
-        run.ns_per_second, run.why, run.remarks,
+        run.seconds, run.why, run.remarks,
     )  # fmt: skip

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import statistics
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.audit.costs import Ratio, costs_in_turns, ratio, timed_periods
 from plumbob.engines.own_motion import Change, OwnModel, Script, Stepped
 
 TENTH = 0.1  # of the step's own error: a change of the motion that is let pass
-ROUNDS = 5  # interleaved, of which medians are taken
-SAVES = 0.98  # of the cost: what saves less is not left out
+SAVES = 0.98  # of the cost: what does not clearly save more is not left out
 
 
 @dataclass(frozen=True)
@@ -24,7 +23,7 @@ class Trim:
     changes: tuple[Change, ...]
     same_bits: bool
     moved: float  # [m] largest distance of any body from where it was, as far as errors are known
-    cost: float  # in multiples of the complete model's; medians of interleaved runs
+    cost: Ratio  # in multiples of the complete model's
 
     @property
     def name(self) -> str:
@@ -59,14 +58,14 @@ def trims(
     ends = clock() + budget
     offered = [(change,) for change in model.changes(script)]
     each = _tried(model, script, parts, index, offered, ends, clock)
-    useful = [t for t in each if t.accepted(error) and t.cost < SAVES]
+    useful = [t for t in each if t.accepted(error) and t.cost.high < SAVES]
     # Those to the bit alone, where all together change too much.
     for chosen in (useful, [t for t in useful if t.same_bits]):
         if not chosen:
             continue
         together = strictest([change for trim in chosen for change in trim.changes])
         found = _tried(model, script, parts, index, [together], ends, clock)
-        if found and found[0].accepted(error) and found[0].cost < SAVES:
+        if found and found[0].accepted(error) and found[0].cost.high < SAVES:
             return Trims(each, found[0])
     return Trims(each, None)
 
@@ -91,33 +90,33 @@ def _tried(
     ends: float,
     clock: Callable[[], float],
 ) -> tuple[Trim, ...]:
-    """The first of `offered` that the time allows, each run in turns."""
+    """The first of `offered` that the time allows."""
     models = [model, *(model.changed(changes) for changes in offered)]
-    spent: list[list[float]] = [[] for _ in models]
     runs: list[Stepped] = []
-    for turn in range(ROUNDS):
+    for one in models:
         if clock() > ends:
             break
-        for k, one in enumerate(models[: len(runs)] if turn else models):
-            if not turn and clock() > ends:
-                break
-            run = one.stepped(script, one.integrator, parts)
-            spent[k].append(run.ns_per_second)
-            runs += [run] if not turn else []
+        runs.append(one.stepped(script, one.integrator, parts))
     if len(runs) < 2:
         return ()
-    whole, *costs = [statistics.median(values) for values in spent[: len(runs)]]
+    states = runs[0].states[np.isfinite(runs[0].states).all(axis=1)]
+    timed = {
+        (str(k), ""): timed_periods(one, script, states, one.integrator, parts, run.seconds)
+        for k, (one, run) in enumerate(zip(models, runs, strict=False))
+    }
+    whole, *costs = costs_in_turns(timed).values()
     return tuple(
         Trim(
             changes,
             np.array_equal(runs[0].states, run.states, equal_nan=True),
-            _moved(model, runs[0].states[: index + 1], run.states[: index + 1]),
-            cost / whole,
+            moved(model, runs[0].states[: index + 1], run.states[: index + 1]),
+            ratio(cost, whole),
         )
         for changes, run, cost in zip(offered, runs[1:], costs, strict=False)
     )
 
 
-def _moved(model: OwnModel, one: Array, other: Array) -> float:
+def moved(model: OwnModel, one: Array, other: Array) -> float:
+    """The largest distance [m] of any body between two motions."""
     apart = np.linalg.norm(model.positions(one) - model.positions(other), axis=2)
     return float(np.where(np.isfinite(apart), apart, np.inf).max())

@@ -9,8 +9,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-from plumbob.engines.method import Method, Simulation, Stepping, Unsupported
+from plumbob.engines.method import Method, Stepping, Unsupported
 from plumbob.engines.registry import engine_of, installed
+from plumbob.engines.trajectory import Timed
 from plumbob.models.scene import Case
 
 Key = tuple[str, str]  # scene, method
@@ -31,7 +32,7 @@ APART, HELD = 3.0, 3  # a factor, and how many whole runs confirm that it is exc
 class Piece:
     """A simulation, and the first fraction of its duration that is timed."""
 
-    simulation: Simulation
+    simulation: Timed
     fraction: float
     least: int = 1  # steps or evaluations that represent the scene
 
@@ -79,12 +80,8 @@ def costs(
     runs: Mapping[Key, Stepping] = NO_RUNS,
 ) -> tuple[Mapping[Key, Cost], float]:
     """Cost of each task (a scene, a method and a step), and the reference step's [ns per step].
-
-    Every round times each task once, in turn, but for those whose times are close to each other
-    already. Each time is divided by that of the reference steps before and after it, so that a slow
-    spell of the machine has no effect. `budget` [s] limits how much of a long scene one round runs,
-    by a trial unless a whole run of it is known in `runs`.
-    """
+    `budget` [s] limits how much of a long scene one round runs, by a trial unless a whole run of it
+    is known in `runs`."""
     ready: dict[Key, Piece] = {}
     for case, method, step in tasks:
         if not installed(engine_of(method)):
@@ -94,6 +91,20 @@ def costs(
             ready[name] = _sized(case, method, step, budget, runs.get(name))
         except Unsupported:
             continue
+    return in_turns(ready, repeats, budget, progress)
+
+
+def in_turns(
+    pieces: Mapping[Key, Piece],
+    repeats: int = 5,
+    budget: float = 0.05,
+    progress: Callable[[str], None] = lambda _: None,
+) -> tuple[Mapping[Key, Cost], float]:
+    """Cost of each piece, and the reference step's [ns per step]. Every round times each once, in
+    turn, but for those whose times are close to each other already. Each time is divided by that of
+    the reference steps before and after it, so that a slow spell of the machine has no effect. A
+    piece gets longer until it takes about half of `budget` [s]."""
+    ready = dict(pieces)
     rule = reference_step(BESIDE)
     ratios: dict[Key, list[float]] = {key: [] for key in ready}
     rules = [rule()]

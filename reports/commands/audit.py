@@ -20,6 +20,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import HEADINGS, SPEED, ContactAudit, Measured
 from plumbob.engines.audit.controls import KINDS
+from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.registry import find_engine
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.judge.audit import BUDGET, audit, audit_contacts
@@ -254,22 +255,31 @@ def as_data(found: Audit) -> dict[str, Any]:
         if steps is None
         else [
             {"integrator": s.integrator, "step": s.step, "error": s.at(steps.index),
-             "ns_per_second": s.ns_per_second, "why": s.why}
+             "ns_per_second": s.ns_per_second, "why": s.why, "cost": s.cost and s.cost.__dict__}
             for s in steps.steps
         ],
-        "cheapest": [] if steps is None else [c.__dict__ for c in steps.cheapest],
+        "cheapest": [] if steps is None else [
+            {**c.__dict__, **spread(c.cost)} for c in steps.cheapest
+        ],
         "likely": None if found.likely is None else found.likely.__dict__,
         "balances": [b.__dict__ for b in found.balances],
         "trims": []
         if found.trims is None
         else [
-            {"left_out": t.name, "same_bits": t.same_bits, "moved": t.moved, "cost": t.cost,
-             "accepted": t.accepted(found.error)}
+            {"left_out": t.name, "same_bits": t.same_bits, "moved": t.moved,
+             "accepted": t.accepted(found.error), **spread(t.cost)}
             for t in (*found.trims.each, *filter(None, [found.trims.together]))
         ],
         "slides": found.slides or None,
         "seconds": found.seconds,
     }  # fmt: skip
+
+
+def spread(cost: Ratio | None) -> dict[str, Any]:
+    """A cost in multiples of the model's own, and what its quartiles leave open, as plain data."""
+    if cost is None:
+        return {"cost": None, "spread": None}
+    return {"cost": cost.value, "spread": [cost.low, cost.high]}
 
 
 def contact_data(found: ContactAudit) -> dict[str, Any]:

@@ -2,20 +2,35 @@
 
 from __future__ import annotations
 
+import math
 import re
 import time
-from dataclasses import replace
+from dataclasses import dataclass, fields, replace
+from types import SimpleNamespace
+from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
 
-from plumbob.engines.adapters.mujoco.own_model.model import own_model
+from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
+from plumbob.engines.adapters.mujoco.own_model.timed import TimedPeriods
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
+from plumbob.engines.audit.costs import PIECE, Ratio, timed_periods
 from plumbob.engines.audit.reference import OUT_OF_TIME, certified
-from plumbob.engines.audit.steps import Cheapest, StepError, cheapest, held, observed_order
-from plumbob.reports.view.audit.text import to_do
+from plumbob.engines.audit.steps import (
+    Cheapest,
+    StepError,
+    cheapest,
+    compared,
+    held,
+    observed_order,
+)
+from plumbob.engines.method import Stepping
+from plumbob.engines.study import cost as cost_module
+from plumbob.engines.study.cost import Cost
+from plumbob.reports.view.audit.text import rows, to_do
 from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, pendulum, ready
 
 
@@ -31,9 +46,13 @@ def choosing(found: Audit, *chosen: Cheapest) -> str:
 
 
 def test_the_option_said_does_what_was_measured(found: Audit) -> None:
+    """Each attribute is there in the file, and takes the value that it is said to."""
     assert found.found is not None
-    (option,) = re.findall(r"for 1 mm: (<option.*?>) \(×", to_do(found))
-    text = re.sub("<option.*?/>", option, PENDULUM)
+    (said,) = re.findall(r"for 1 mm: in <option> (.*?) \(×", to_do(found))
+    text = PENDULUM.format(integrator="Euler")
+    for name, then, now in re.findall(r'(\w+)="(\S+)" in place of (\S+)', said):
+        assert f'{name}="{now}"' in text
+        text = text.replace(f'{name}="{now}"', f'{name}="{then}"')
     other = own_model(mujoco.MjModel.from_xml_string(text), "rod")
     parts = round(found.script.period / other.step)
     again = held(other, found.script, found.reference, other.integrator, parts)
@@ -41,14 +60,22 @@ def test_the_option_said_does_what_was_measured(found: Audit) -> None:
     assert again.at(found.found.index) == best.error
 
 
+def times(value: float) -> Ratio:
+    return Ratio(value, 0.9 * value, 1.1 * value)
+
+
 def test_what_is_advised_depends_on_the_error(found: Audit) -> None:
     assert 1e-3 < found.error < 1e-2
-    near = Cheapest(1e-3, "rk4", 0.005, 1e-4, 2.0)
-    same = Cheapest(1e-2, "euler", 0.02, 9e-3, 0.5)
+    near = Cheapest(1e-3, "rk4", 0.005, 1e-4, times(2.0))
+    same = Cheapest(1e-2, "euler", 0.02, 9e-3, times(0.5))
     assert choosing(found, same, near) == (
-        'for 1 mm: <option timestep="0.005" integrator="RK4"/> (×2); '
-        'enough for 1 cm: <option timestep="0.02"><flag refsafe="disable"/></option> (×0.5)'
+        'for 1 mm: in <option> timestep="0.005" in place of 0.01 and integrator="RK4" in place of '
+        'Euler (×2 [1.8, 2.2]); enough for 1 cm: in <option> timestep="0.02" in place of 0.01 '
+        "(×0.5 [0.45, 0.55])"
     )
+    assert 'refsafe="disable"' in choosing(found, replace(near, unguarded=True))
+    assert "at a risk" in choosing(found, replace(near, unguarded=True))
+    assert choosing(found, replace(near, cost=None)).endswith("in place of Euler")
     assert choosing(found) == "no step that was run is reliably nearer"
     assert choosing(replace(found, clamped={"geom_solref": 2})).endswith(
         "; before another step, raise geom_solref to 20 ms in the file"
@@ -59,38 +86,117 @@ def test_what_is_advised_depends_on_the_error(found: Audit) -> None:
     ended = replace(found.reference, why=f"{OUT_OF_TIME} at 0.25 s")
     short = replace(found.found, index=10, cheapest=(same, near))
     assert to_do(replace(found, found=short, reference=ended)).endswith(
-        "(×2) up to 0.2 s; a larger --budget tells more"
+        "2.2]) up to 0.2 s; a larger --budget tells more"
     )
-    as_large = Cheapest(1e-2, "implicitfast", 0.01, 9e-3, 0.6)
+    as_large = Cheapest(1e-2, "implicitfast", 0.01, 9e-3, times(0.75))  # its spread reaches 0.825
     assert choosing(found, as_large) == "no step that was run is reliably nearer"
-    assert "enough for 1 cm" in choosing(found, replace(as_large, cost=0.4))
+    assert "enough for 1 cm" in choosing(found, replace(as_large, cost=times(0.7)))
     assert to_do(replace(found, found=None)).startswith("try a shorter --duration")
 
 
-def test_a_step_at_which_refsafe_would_clamp_is_written_with_its_flag() -> None:
-    own = own_model(ball(), "ball")
-    assert own.shortest == 0.02
-    assert own.option("euler", 0.01) == '<option timestep="0.01"/>'
-    wide = own.option("implicitfast", 0.011)
-    assert wide == (
-        '<option timestep="0.011" integrator="implicitfast"><flag refsafe="disable"/></option>'
-    )
-    model = mujoco.MjModel.from_xml_string(f"<mujoco>{wide}</mujoco>")
-    assert model.opt.disableflags == int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
-    assert own_model(pendulum(), "rod").shortest == 0.02
+@pytest.mark.parametrize(
+    ("solref", "flags", "height", "unguarded"),
+    [
+        (".02 1", 'energy="disable"', 0.0995, True),  # refsafe raises 20 ms to 40 ms
+        (".05 1", 'energy="disable"', 0.0995, False),
+        (".02 1", 'refsafe="disable"', 0.0995, False),  # the file has it off
+        (".02 1", 'energy="disable"', 9.0, False),  # nothing touches
+    ],
+)
+def test_refsafe_is_advised_where_it_makes_a_difference(
+    solref: str, flags: str, height: float, unguarded: bool
+) -> None:
+    own = own_model(ball(height, solref=solref, flags=flags), "ball")
+    motion = script(own, duration=0.2)
+    assert own.softened(motion, "euler", 1) == unguarded  # 20 ms
+    assert not own.softened(motion, "euler", 20)  # its own 1 ms
+    assert own.option("euler", 0.02) == {"timestep": ("0.001", "0.02")}
+    assert own.option("rk4", 0.001) == {"integrator": ("Euler", "RK4")}
 
 
 def run(step: float, error: float, cost: float, integrator: str = "euler") -> StepError:
-    return StepError(integrator, step, 1, np.array([0.0, error]), np.zeros(2), "rod", cost)
+    """A run at a step that costs `cost` in a second."""
+    ns = cost * step
+    costs = Cost(ns, 0.9 * ns, 1.1 * ns, 1.0, 0.0, 5)
+    errors = np.array([0.0, error])
+    return StepError(integrator, step, 1, errors, np.zeros(2), "rod", 0.0, cost=costs)
 
 
 def test_a_step_is_cheapest_only_where_every_smaller_one_is_as_good(found: Audit) -> None:
     known = replace(found.reference, uncertainty=np.array([0.0, 1e-6]))
     steps = [run(4.0, 5e-4, 1.0), run(2.0, 3e-3, 2.0), run(1.0, 8e-4, 4.0), run(0.5, 4e-4, 8.0)]
     best = cheapest(steps, steps[1], known, 1, 1e-3)
-    assert best == Cheapest(1e-3, "euler", 1.0, 8e-4, 2.0)
+    assert best == Cheapest(1e-3, "euler", 1.0, 8e-4, Ratio(2.0, 3.6 / 2.2, 4.4 / 1.8))
     assert cheapest(steps[:2], steps[1], known, 1, 1e-3) is None
     assert cheapest(steps, steps[1], known, 1, 4e-6) is None  # known to a quarter of it only
+    ended = replace(steps[2], cost=None)
+    assert cheapest([ended, steps[3]], ended, known, 1, 1e-3) == Cheapest(
+        1e-3, "euler", 0.5, 4e-4, None
+    )
+
+
+@pytest.mark.parametrize("cost", [0.81, 0.99, 1.0, 1.01, 1.24])
+def test_where_costs_are_alike_the_choice_is_kept(found: Audit, cost: float) -> None:
+    """What scatters from call to call decides nothing; a clear difference does."""
+    known = replace(found.reference, uncertainty=np.array([0.0, 1e-6]))
+    own = run(1.0, 8e-4, 1.0)
+    best = cheapest([run(2.0, 8e-4, cost, "rk4"), own], own, known, 1, 1e-3)
+    assert best is not None
+    assert (best.integrator, best.cost) == ("euler", Ratio(1.0, 1.0, 1.0))
+    best = cheapest([run(2.0, 8e-4, 0.79, "rk4"), own], own, known, 1, 1e-3)
+    assert best is not None
+    assert best.integrator == "rk4"
+
+
+@dataclass(frozen=True)
+class Clocked(MujocoModel):
+    """A model whose steps take 1 µs, RK4's 4 µs; but ten times as long when they are timed first,
+    and in a slow spell of the machine, which the reference steps beside are in, too."""
+
+    def timed(self, script: Any, states: Any, integrator: str, parts: int) -> Any:
+        turns = iter((10.0, 1.0, 3.0, 1.0, 1.0))
+        pace = 4e-6 if integrator == "rk4" else 1e-6
+        count = len(states) * parts
+        return SimpleNamespace(
+            compile_seconds=0.0, stepped=lambda _: Stepping(count, count * pace * next(turns))
+        )
+
+
+def test_costs_are_warm_and_beside_reference_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is timed once, and cold, decides nothing, whatever the length of a run."""
+    monkeypatch.setattr(cost_module, "reference_step", lambda _: lambda: 500.0)
+    whole = own_model(pendulum(), "rod")
+    own = Clocked(**{f.name: getattr(whole, f.name) for f in fields(MujocoModel)})
+    motion = script(own, duration=0.1)
+    found = compared(own, motion, certified(own, motion, 20.0), 20.0)
+    for step in found.steps:
+        assert step.cost is not None
+        pace = 4000.0 if step.integrator == "rk4" else 1000.0
+        assert step.cost.ns_per_step == pytest.approx(pace)
+        assert step.ns_per_second == pytest.approx(pace / step.step)
+        assert step.cost.low <= step.cost.ns_per_step <= step.cost.high
+    near = found.cheapest[-1]
+    assert near.cost is not None
+    assert near.cost.value == pytest.approx((4.0 if near.integrator == "rk4" else 1.0) * 0.01
+                                            / near.step)  # fmt: skip
+
+
+def test_timed_periods_are_spread_over_the_motion() -> None:
+    """A short motion is repeated, of a long one some periods are taken, begun where it was."""
+    own = own_model(pendulum(), "rod")
+    motion = script(own, duration=0.2)
+    states = own.stepped(motion, "euler", 2).states
+    short = timed_periods(own, motion, states, "euler", 2, PIECE / 3)
+    assert short.stepped(1.0).steps == 3 * 10 * 2
+    assert short.stepped(0.5).steps == 3 * 10
+    assert isinstance(short, TimedPeriods)
+    assert [k for k, start in enumerate(short.starts) if start is not None] == [0, 10, 20]
+    few = timed_periods(own, motion, states, "euler", 64, 3.3 * PIECE)
+    assert isinstance(few, TimedPeriods)
+    begun = [start[0][0] for start in few.starts if start is not None]
+    assert begun == [states[k][0] for k in (0, 3, 6, 9)]
+    ended = timed_periods(own, motion, states[:5], "euler", 2, PIECE)
+    assert ended.stepped(1.0).steps == 2 * 5 * 2  # up to where the motion is known
 
 
 def test_the_worst_body_is_the_one_that_is_furthest_off() -> None:
@@ -102,6 +208,27 @@ def test_the_worst_body_is_the_one_that_is_furthest_off() -> None:
     motion = script(model, duration=0.2)
     known = certified(model, motion, 20.0, time.process_time)
     assert held(model, motion, known, "euler", 2).worst == "tip"
+
+
+@pytest.mark.parametrize(
+    ("errors", "said"),
+    [
+        ((5.5e-3, 3e-3), "5.5 mm -> at most 3.7 mm: the reference tells no more"),
+        ((5.5e-3, 4e-3), "hardly helps: 5.5 mm -> 4 mm"),
+        ((3e-3, 1e-3), "not resolved: the reference tells errors from 3.5 mm on"),
+        ((math.inf, math.inf, 1e-3), "needed: from 2.5 ms on it holds"),
+        ((math.inf, math.inf), "no step of it holds, down to 5 ms"),
+    ],
+)
+def test_halving_says_what_the_reference_tells(
+    found: Audit, errors: tuple[float, ...], said: str
+) -> None:
+    """An error of 5.5 mm that is known to 0.7 mm is not within what the reference resolves."""
+    assert found.found is not None
+    steps = tuple(run(0.01 / 2**k, error, 1.0) for k, error in enumerate(errors))
+    known = replace(found.reference, uncertainty=np.array([0.0, 0.7e-3]))
+    short = replace(found.found, own=steps[0], steps=steps, index=1, order=None)
+    assert dict(rows(replace(found, reference=known, found=short)))["halving"] == said
 
 
 def test_an_order_is_that_of_errors_that_the_reference_resolves(found: Audit) -> None:

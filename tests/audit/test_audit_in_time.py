@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,6 +13,8 @@ import mujoco
 import numpy as np
 import pytest
 
+import plumbob
+from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.audit import audited
@@ -20,6 +23,10 @@ from plumbob.engines.audit.reference import _joined, certified
 from plumbob.engines.audit.steps import compared, halved, unlike
 from plumbob.engines.audit.trims import strictest, trims
 from plumbob.engines.own_motion import Change
+from plumbob.reports.commands.arguments.values import plain
+from plumbob.reports.commands.audit import as_data
+from plumbob.reports.view.audit.page import render
+from plumbob.reports.view.audit.text import rows
 from plumbob.tests.audit.scenes_as_models import ball, pendulum
 
 SECOND = 1000  # readings of a clock
@@ -68,7 +75,7 @@ def test_trims_end_with_their_time() -> None:
     own = own_model(pendulum(), "rod")
     motion = script(own, duration=0.2)
     assert trims(own, motion, 2, 10, 1.0, 0.0, clock()).each == ()
-    assert len(trims(own, motion, 2, 10, 1.0, 0.004, clock()).each) == 2
+    assert len(trims(own, motion, 2, 10, 1.0, 0.003, clock()).each) == 2
 
 
 def test_all_that_is_left_out_is_said_once() -> None:
@@ -129,3 +136,61 @@ def test_a_model_that_diverges_prints_nothing_and_writes_no_log(
     assert len(own.touching(motion).times) < 10
     assert capfd.readouterr() == ("", "")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_candidate_that_diverges_is_dropped_at_once() -> None:
+    """RK4 on stiff joints: steps from numbers that are none would take a hundred times as long."""
+    joints = '<joint axis="0 1 0" stiffness="1e7"/><joint type="slide" stiffness="1e7"/>'
+    rods = "".join(
+        f'<body pos="{x} 0 .3">{joints}<geom type="capsule" size=".05 .2"/></body>'
+        for x in range(8)
+    )
+    text = f"""<mujoco><option timestep=".001" integrator="RK4"/><worldbody>
+      <geom type="plane" size="5 5 1"/>{rods}</worldbody>
+      <keyframe><key qvel="{"1 1 " * 8}"/></keyframe></mujoco>"""
+    own = own_model(mujoco.MjModel.from_xml_string(text), "rods", 0)
+    motion = script(own, duration=0.2)
+    gone, holds = (own.stepped(motion, "rk4", parts) for parts in (80, 640))
+    assert gone.why == "diverged within 0.02 s"
+    assert holds.why == ""
+    assert gone.seconds < 0.3 * holds.seconds  # an eighth of its steps in one of ten periods
+
+
+@pytest.mark.long
+def test_an_integrator_that_mujoco_refuses_is_not_the_end(tmp_path: Path) -> None:
+    """Elasticity of a flex is not integrated implicitly."""
+    path = tmp_path / "cloth.xml"
+    path.write_text(
+        """<mujoco><worldbody><flexcomp name="f" type="grid" count="3 3 1" spacing=".1 .1 .1"
+        radius=".01" dim="2" mass="1"><elasticity young="1e4" poisson=".1" thickness="1e-2"
+        elastic2d="both"/></flexcomp></worldbody></mujoco>""",
+        "utf-8",
+    )
+    found = plumbob.audit(path, duration=0.1, budget=10.0)
+    assert found.found is not None
+    assert {s.integrator for s in found.found.steps} == {"euler", "rk4"}
+    assert "implicitfast is not tried: MuJoCo refuses it" in dict(rows(found))["model"]
+    model = mujoco.MjModel.from_xml_path(str(path))
+    model.opt.integrator = int(mujoco.mjtIntegrator.mjINT_IMPLICIT)
+    with pytest.raises(ParameterError, match="MuJoCo refuses it"):
+        plumbob.audit(model, duration=0.1)
+
+
+@pytest.mark.long
+def test_of_a_step_that_diverges_nothing_is_compared() -> None:
+    """No ratio of costs, no balance and no trim: RK4 where damping has to be implicit."""
+    text = """<mujoco><option timestep=".01" integrator="RK4"/><worldbody><body>
+      <joint axis="0 1 0" damping="30"/><geom size=".1" pos=".1 0 0"/></body></worldbody>
+      </mujoco>"""
+    model = mujoco.MjModel.from_xml_string(text)
+    found = plumbob.audit(model, duration=0.5, budget=20.0)
+    said = dict(rows(found))
+    assert said["your error"].startswith("diverged within")
+    assert said["halving"].startswith("needed: from")
+    assert "euler 20 ms" in said["cheapest"]
+    assert not {"balance", "trims"} & set(said)
+    assert all("nan" not in text and "×" not in text for text in said.values())
+    data = json.dumps(plain(as_data(found)))
+    assert "NaN" not in data
+    assert "Infinity" not in data
+    assert "nan" not in render(found, "").partition('<section id="answer">')[2].split("<script")[0]

@@ -74,14 +74,12 @@ def test_contacts_are_looked_for_at_each_own_step() -> None:
 
 def test_front_leaves_out_what_is_worse(found: Audit) -> None:
     assert found.found is not None
-    steps, index = list(found.found.steps), found.found.index
-    kept = front(steps, lambda s: (s.ns_per_second, s.at(index)))
-    for step in steps:
-        better = [
-            s for s in steps
-            if s.ns_per_second < step.ns_per_second and s.at(index) < step.at(index)
-        ]  # fmt: skip
-        assert (step in kept) <= (not better)
+    index = found.found.index
+    points = [(s.ns_per_second, s.at(index)) for s in found.found.steps if s.ns_per_second]
+    kept = front(points, lambda point: point)
+    for ns, error in points:
+        better = [p for p in points if p[0] < ns and p[1] < error]
+        assert ((ns, error) in kept) <= (not better)
 
 
 def test_a_picture_is_on_the_page_where_there_is_one(found: Audit) -> None:

@@ -138,7 +138,7 @@ def changed_runs(
 
     def wrong(prepare: Prepare) -> Prepare:
         def changing(case: Case, method: Method, step: float) -> Simulation:
-            return Changed(prepare(case, method, step), lambda run: change(case, run))  # type: ignore[return-value]
+            return Changed(prepare(case, method, step), lambda run: change(case, run))
 
         return changing
 

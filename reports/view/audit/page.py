@@ -12,7 +12,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
-from plumbob.engines.audit.steps import Compared
+from plumbob.engines.audit.steps import Compared, StepError
 from plumbob.reports.advice.work_precision import front
 from plumbob.reports.view.audit.text import duration, length, rows, trim_effect
 from plumbob.reports.view.content import Cell, Figure, Table, row
@@ -112,19 +112,21 @@ def errors_over_time(found: Audit, steps: Compared) -> Figure:
 
 def error_against_cost(steps: Compared) -> Figure:
     """Every integrator and step that was run, with the Pareto front."""
-    usable = [s for s in steps.steps if np.isfinite(s.at(steps.index)) and s.ns_per_second]
-    best = front(usable, lambda s: (s.ns_per_second, s.at(steps.index)))
+    points = [
+        (ns, s.at(steps.index), s) for s in steps.steps if (ns := s.ns_per_second) is not None
+    ]
+    best = front(points, lambda point: point[:2])
     edge: Trace = {
-        **curve([s.ns_per_second for s in best], positive([s.at(steps.index) for s in best]),
+        **curve([ns for ns, *_ in best], positive([e for _, e, _ in best]),
                 colour=GREY, width=7.0, name="Pareto front"),
         "opacity": 0.35, "hoverinfo": "skip",
     }  # fmt: skip
-    names = tuple(dict.fromkeys(s.integrator for s in usable))
     traces = [edge] if best else []
+    names = dict.fromkeys(s.integrator for *_, s in points)
     for name, colour in zip(names, COLOURS, strict=False):
-        line = [s for s in usable if s.integrator == name]
+        costs, errors, line = zip(*(p for p in points if p[2].integrator == name), strict=True)
         traces.append(
-            curve([s.ns_per_second for s in line], positive([s.at(steps.index) for s in line]),
+            curve(costs, positive(errors),
                   colour=colour, name=name, marks=True, hints=[duration(s.step) for s in line],
                   hint=f"{name} %{{text}}<br>error %{{y:.3g}} m<br>cost %{{x:.3g}} ns per s")
         )  # fmt: skip
@@ -175,11 +177,12 @@ def steps_table(found: Audit) -> Table | None:
     index = found.found.index
     cells = tuple(
         row(s.integrator, *(Cell(t, "number") for t in (
-            duration(s.step), length(s.at(index)), f"{s.ns_per_second / 1e9:.3g}")), s.why)
+            duration(s.step), length(s.at(index)), _pace(s))), s.why)
         for s in found.found.steps
     )  # fmt: skip
     heads = ("integrator", "step", "error", "processor time per simulated time", "")
-    return Table(f"Every run, up to {found.until:.3g} s", heads, cells)
+    note = "Medians of interleaved turns, warm, with quartiles."
+    return Table(f"Every run, up to {found.until:.3g} s", heads, cells, note)
 
 
 def trims_table(found: Audit) -> Table | None:
@@ -193,8 +196,18 @@ def trims_table(found: Audit) -> Table | None:
             "less than a tenth of the error" if t.accepted(found.error) else "stays")
         for t in tried
     )  # fmt: skip
-    note = "On this motion only. Cost in multiples of the complete model's, medians of turns."
+    note = "On this motion only. Cost in multiples of the complete model's, with its spread."
     return Table("What can be left out", ("without", "effect", ""), cells, note)
+
+
+def _pace(step: StepError) -> str:
+    if step.cost is None:
+        return ""
+    middle, low, high = (
+        f"{1e-9 * ns / step.step:.3g}"
+        for ns in (step.cost.ns_per_step, step.cost.low, step.cost.high)
+    )
+    return f"{middle} [{low}, {high}]"
 
 
 def _drawn(errors: Array) -> Array:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from types import MappingProxyType
 
 from plumbob.engines.audit.audit import Audit
+from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.ensemble import FINER, MEANS, STANDS_OUT, Likely
 from plumbob.engines.audit.reference import OUT_OF_TIME, RESOLVED
 from plumbob.engines.audit.steps import (
@@ -14,17 +15,18 @@ from plumbob.engines.audit.steps import (
     Balance,
     Cheapest,
     Compared,
-    StepError,
     horizon,
 )
-from plumbob.engines.audit.trims import Trim
+from plumbob.engines.audit.trims import Trim, Trims
 from plumbob.engines.own_motion import OwnModel
 
 UNITS = MappingProxyType({"momentum": "kg m/s", "penetration": "m", "slip": "m/s"})
 NOTICED = 1e-6  # [m]: a smaller error at an earlier time is not mentioned
-# Of the cost, which is measured once: what saves less is not proposed, at larger steps and others.
-CHEAPER, MUCH_CHEAPER = 0.7, 0.5
 WIDTH = 13  # of the first column
+RISK = (
+    ', and <flag refsafe="disable"/> in it, at a risk: contacts too stiff for the step, which it '
+    "no longer softens, may throw bodies"
+)
 
 
 def lines(found: Audit) -> list[str]:
@@ -53,7 +55,9 @@ def _compared(found: Audit, steps: Compared) -> Iterator[tuple[str, str]]:
     if found.still:
         yield "your error", "none: nothing moves under this control"
         return
-    if found.resolved:
+    if own.why and math.isinf(found.error):
+        yield "your error", own.why
+    elif found.resolved:
         yield "your error", f"{length(found.error)} (worst body: {own.worst})"
     else:
         most = length(found.error + found.uncertainty)
@@ -67,8 +71,10 @@ def _compared(found: Audit, steps: Compared) -> Iterator[tuple[str, str]]:
     if found.likely is not None:
         yield "likely", _likely(found.likely)
     yield "contacts", _contacts(found)
-    yield "balance", "; ".join(balance(b) for b in found.balances)
-    yield "trims", _trims(found)
+    if found.balances:
+        yield "balance", "; ".join(balance(b) for b in found.balances)
+    if found.trims is not None:
+        yield "trims", _trims(found.trims)
 
 
 def _reference(found: Audit) -> str:
@@ -112,17 +118,25 @@ def balance(read: Balance) -> str:
     return f"{read.name} {read.own:.2g} {unit}, continuously {read.continuous:.2g} {unit}"
 
 
-def _trims(found: Audit) -> str:
-    together = found.trims.together if found.trims else None
-    if together is None:
+def _trims(trims: Trims) -> str:
+    if trims.together is None:
         return "nothing that saves anything and leaves the motion as it is"
-    return f"without {together.name}: {trim_effect(together)}; on this motion only"
+    return f"without {trims.together.name}: {trim_effect(trims.together)}; on this motion only"
 
 
 def trim_effect(trim: Trim) -> str:
     """What leaving something out does, in words."""
     moves = "same bits" if trim.same_bits else f"moves {length(trim.moved)}"
-    return f"{moves}, ×{trim.cost:.2f}"
+    return f"{moves}{times(trim.cost)}"
+
+
+def times(cost: Ratio | None) -> str:
+    """A cost in multiples of the model's own, with its spread; empty where there is none."""
+    if cost is None:
+        return ""
+    if cost.low == cost.high:
+        return f" (×{cost.value:.2g})"
+    return f" (×{cost.value:.2g} [{cost.low:.2g}, {cost.high:.2g}])"
 
 
 def steps_nearest(steps: Compared) -> float:
@@ -132,12 +146,22 @@ def steps_nearest(steps: Compared) -> float:
 
 def _halving(found: Audit, steps: Compared) -> str:
     own = [s for s in steps.steps if s.integrator == found.integrator and s.step <= found.step]
-    shown = [s for s in own if s.at(steps.index) > RESOLVED * found.uncertainty][:5]
-    if len(shown) < 2 or not found.resolved:
-        return "not needed: the error is within what the reference resolves"
-    ratio = (shown[-1].at(steps.index) / shown[0].at(steps.index)) ** (1 / (len(shown) - 1))
+    errors = [s.at(steps.index) for s in own]
+    if math.isinf(errors[0]):
+        finite = [s for s in own if math.isfinite(s.at(steps.index))]
+        if not finite:
+            return f"no step of it holds, down to {duration(own[-1].step)}"
+        return f"needed: from {duration(finite[0].step)} on it holds"
+    known = RESOLVED * found.uncertainty
+    if not found.resolved:
+        return f"not resolved: the reference tells errors from {length(known)} on"
+    shown = [e for e in errors if e > known][:5]
+    chain = " -> ".join(map(length, shown))
+    if len(shown) < 2:
+        below = [f"at most {length(e + found.uncertainty)}" for e in errors[1:2]]
+        return " -> ".join((chain, *below)) + ": the reference tells no more"
+    ratio = (shown[-1] / shown[0]) ** (1 / (len(shown) - 1))
     helps = "helps" if ratio < 0.71 else "hardly helps" if ratio < 0.95 else "does not help"
-    chain = " -> ".join(length(s.at(steps.index)) for s in shown)
     if steps.order is None:
         return f"{helps}: {chain}"
     order = steps.order
@@ -153,7 +177,7 @@ def _cheapest(steps: Compared) -> str:
             parts.append(f"{length(target)}: none found")
         else:
             choice = f"{best.integrator} {duration(best.step)}"
-            parts.append(f"{length(target)}: {choice} (×{best.cost:.2g})")
+            parts.append(f"{length(target)}: {choice}{times(best.cost)}")
     return "   ".join(parts)
 
 
@@ -191,7 +215,7 @@ def to_do(found: Audit) -> str:
     parts = []
     better = next((c for c in steps.cheapest if c.target < found.error), None)
     enough = [c for c in steps.cheapest if c.target >= found.error + found.uncertainty]
-    saves = enough and enough[-1].cost < (CHEAPER if enough[-1].step > found.step else MUCH_CHEAPER)
+    saves = enough and enough[-1].cost is not None and enough[-1].cost.saves
     if better is not None:
         parts.append(_choice(found.model, better, "for"))
     whole = found.until >= found.script.duration * (1 - 1e-9)
@@ -213,8 +237,12 @@ def to_do(found: Audit) -> str:
 
 
 def _choice(model: OwnModel, chosen: Cheapest, what: str) -> str:
-    option = model.option(chosen.integrator, chosen.step)
-    return f"{what} {length(chosen.target)}: {option} (×{chosen.cost:.2g})"
+    replaced = " and ".join(
+        f'{name}="{then}" in place of {now}'
+        for name, (now, then) in model.option(chosen.integrator, chosen.step).items()
+    )
+    risk = RISK if chosen.unguarded else ""
+    return f"{what} {length(chosen.target)}: in <option> {replaced}{risk}{times(chosen.cost)}"
 
 
 def length(metres: float) -> str:
@@ -232,9 +260,3 @@ def duration(seconds: float) -> str:
     if seconds >= 1.0:
         return f"{seconds:.3g} s"
     return f"{1e3 * seconds:.3g} ms" if seconds >= 1e-3 else f"{1e6 * seconds:.3g} µs"
-
-
-def row(step: StepError, index: int) -> tuple[str, str, str, str]:
-    """A step as cells: integrator, step, error, real-time factor."""
-    factor = 1e9 / step.ns_per_second if step.ns_per_second else math.inf
-    return step.integrator, duration(step.step), length(step.at(index)), f"{factor:.3g}"

@@ -20,10 +20,12 @@ from plumbob.engines.adapters.mujoco.own_model import left_out
 from plumbob.engines.adapters.mujoco.own_model.field import VANISHING, ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.picture import picture
 from plumbob.engines.adapters.mujoco.own_model.readings import readings, touching, unlikely
+from plumbob.engines.adapters.mujoco.own_model.timed import TimedPeriods
 from plumbob.engines.method import time_step
 from plumbob.engines.own_motion import Change, NotCertifiable, Script, Stepped, Touching
 
 INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
+OFFERED = ("euler", "implicitfast", "rk4")  # those that a user would try
 WRITTEN = MappingProxyType({"euler": "Euler", "rk4": "RK4"})  # in a file; the others as they are
 # Every array of time constants that refsafe raises to two steps.
 TIME_CONSTANTS = (
@@ -32,6 +34,7 @@ TIME_CONSTANTS = (
 )  # fmt: skip
 CALLBACKS = ("act_bias", "act_dyn", "act_gain", "contactfilter", "control", "passive", "sensor")
 LOOKS = 50_000  # steps, at most, at which one looks what touches
+REFSAFE = int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
 SAFE = 2.0  # steps: the shortest time constant that refsafe leaves
 _BAD = (
     mujoco.mjtWarning.mjWARN_BADQPOS,
@@ -49,14 +52,11 @@ class MujocoModel:
     start: Any  # mjData at the start
     step: float
     integrator: str
+    integrators: tuple[str, ...]
     clamped: Mapping[str, int]
     notes: tuple[str, ...]
+    refsafe: bool = True  # as the file has it
     idle: int = 0  # disable flags of the stages that have nothing to do
-
-    @property
-    def integrators(self) -> tuple[str, ...]:
-        """Its own first, then those that a user would try."""
-        return tuple(dict.fromkeys((self.integrator, "euler", "implicitfast", "rk4")))
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -81,22 +81,23 @@ class MujocoModel:
         limited = np.array(model.actuator_ctrllimited, bool)
         return np.where(limited[:, None], model.actuator_ctrlrange, np.nan)
 
-    @property
-    def shortest(self) -> float:
+    def option(self, integrator: str, step: float) -> Mapping[str, tuple[str, str]]:
         """See `OwnModel`."""
-        model = self.effective
-        arrays = ((name, getattr(model, name, np.zeros((0, 2)))) for name in TIME_CONSTANTS)
-        used = [values[_in_use(model, name), 0] for name, values in arrays if values.size]
-        return min((float(v) for values in used for v in values if v > 0.0), default=math.inf)
+        now, then = (WRITTEN.get(name, name) for name in (self.integrator, integrator))
+        both = {"timestep": (f"{self.step:.12g}", f"{step:.12g}"), "integrator": (now, then)}
+        return {name: values for name, values in both.items() if values[0] != values[1]}
 
-    def option(self, integrator: str, step: float) -> str:
-        """See `OwnModel`."""
-        words = [f'timestep="{step:.6g}"']
-        if integrator != self.integrator:
-            words.append(f'integrator="{WRITTEN.get(integrator, integrator)}"')
-        if step > self.step and SAFE * step > self.shortest:
-            return f'<option {" ".join(words)}><flag refsafe="disable"/></option>'
-        return f"<option {' '.join(words)}/>"
+    def softened(self, script: Script, integrator: str, parts: int) -> bool:
+        """See `OwnModel`: by refsafe, which no motion of an audit has."""
+        if not self.refsafe or script.period / parts <= self.step:
+            return False
+        guarded = copy.copy(self.effective)
+        guarded.opt.disableflags &= ~REFSAFE
+        here, there = (
+            model.stepped(script, integrator, parts).states
+            for model in (self, replace(self, effective=guarded))
+        )
+        return not np.array_equal(here, there, equal_nan=True)
 
     def field(self, width: float = 0.0) -> ContinuousField:
         """See `OwnModel`."""
@@ -111,18 +112,19 @@ class MujocoModel:
         model = copy.copy(self.effective)
         model.opt.timestep = script.period / parts
         model.opt.integrator = _kind(integrator)
-        # A model that blows up must not start again in silence.
-        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         data, nq, nv = self._begun(model), model.nq, model.nv
         data.qpos[:], data.qvel[:] = script.start[:nq], script.start[nq : nq + nv]
         data.act[:] = script.start[nq + nv :]
         states = np.full((len(script.controls) + 1, script.start.size), np.nan)
-        states[0], spent, why, capped = script.start, 0.0, "", 0
+        states[0], why, capped = script.start, "", 0
+        begin = time.thread_time()
         for k, control in enumerate(script.controls):
             data.ctrl[:] = control
-            begin = time.process_time()
-            mujoco.mj_step(model, data, parts)
-            spent += time.process_time() - begin
+            try:
+                mujoco.mj_step(model, data, parts)
+            except mujoco.FatalError as error:
+                why = f"ended by MuJoCo within {(k + 1) * script.period:g} s ({error})"
+                break
             capped += bool(data.nefc) and data.solver_niter.max() >= model.opt.iterations
             if any(data.warning[bad].number for bad in _BAD) or not np.isfinite(data.qpos).all():
                 why = f"diverged within {(k + 1) * script.period:g} s"
@@ -133,9 +135,16 @@ class MujocoModel:
             f"{len(script.controls)} control periods",
         )
         return Stepped(
-            integrator, model.opt.timestep, states, 1e9 * spent / script.duration, why,
+            integrator, model.opt.timestep, states, time.thread_time() - begin, why,
             remarks if capped else (),
         )  # fmt: skip
+
+    def timed(self, script: Script, states: Array, integrator: str, parts: int) -> TimedPeriods:
+        """See `OwnModel`."""
+        model = copy.copy(self.effective)
+        model.opt.timestep = script.period / parts
+        model.opt.integrator = _kind(integrator)
+        return TimedPeriods(model, self._begun(model), states, script.controls, parts)
 
     def changes(self, script: Script) -> tuple[Change, ...]:
         """See `OwnModel`."""
@@ -154,7 +163,6 @@ class MujocoModel:
         """The mjData after each own step, or every few where they are many: its contacts are those
         at the beginning of the last step."""
         model, nq, nv = copy.copy(self.effective), self.effective.nq, self.effective.nv
-        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         data, own = self._begun(model), round(script.period / self.step)
         data.qpos[:], data.qvel[:] = script.start[:nq], script.start[nq : nq + nv]
         data.act[:] = script.start[nq + nv :]
@@ -233,10 +241,17 @@ def own_model(model: Any, name: str, keyframe: int | str | None = None) -> Mujoc
     if not all(np.isfinite(values).all() for values in numbers):
         raise NotCertifiable("at its start something is not a number")
     effective, clamped = clamped_for(model, step)
+    # Steps from numbers that are none take a thousand times as long: a model that blows up starts
+    # again, which its warnings tell.
+    effective.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     integrator = next((n for n in INTEGRATORS if int(_kind(n)) == int(model.opt.integrator)), "")
     if not integrator:
         raise NotCertifiable(f"its integrator is {mujoco.mjtIntegrator(model.opt.integrator).name}")
-    return MujocoModel(name, effective, data, step, integrator, clamped, _notes(model, data))
+    refusals = {n: why for n in OFFERED if (why := _refusal(model, n))}
+    notes = _notes(model, data) + tuple(f"{n} is not tried: {why}" for n, why in refusals.items())
+    tried = tuple(n for n in dict.fromkeys((integrator, *OFFERED)) if n not in refusals)
+    refsafe = not model.opt.disableflags & REFSAFE
+    return MujocoModel(name, effective, data, step, integrator, tried, clamped, notes, refsafe)
 
 
 def started(model: Any, keyframe: int | str | None) -> Any:
@@ -245,8 +260,22 @@ def started(model: Any, keyframe: int | str | None) -> Any:
     data = mujoco.MjData(model)
     if keyframe is not None:
         mujoco.mj_resetDataKeyframe(model, data, _keyframe(model, keyframe))
-    mujoco.mj_forward(model, data)
+    try:
+        mujoco.mj_forward(model, data)
+    except mujoco.FatalError as error:
+        raise NotCertifiable(f"MuJoCo refuses it: {error}") from None
     return data
+
+
+def _refusal(model: Any, integrator: str) -> str:
+    """Why MuJoCo does not step the compiled `model` with an integrator; empty where it does."""
+    other = copy.copy(model)
+    other.opt.integrator = _kind(integrator)
+    try:
+        started(other, None)
+    except NotCertifiable as why:
+        return str(why)
+    return ""
 
 
 @contextmanager
@@ -269,7 +298,7 @@ def clamped_for(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
     itself off, so that its motion no longer depends on the step; and how many are changed."""
     model = copy.copy(model)
     changed: dict[str, int] = {}
-    if model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_REFSAFE):
+    if model.opt.disableflags & REFSAFE:
         return model, changed
     least = SAFE * step
     for name in TIME_CONSTANTS:
@@ -282,7 +311,7 @@ def clamped_for(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
     overriding = model.opt.enableflags & int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)
     if overriding and 0.0 < model.opt.o_solref[0] < least:
         model.opt.o_solref[0], changed["o_solref"] = least, 1
-    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
+    model.opt.disableflags |= REFSAFE
     return model, changed
 
 

@@ -1,0 +1,65 @@
+"""What a model's own steps cost, warm, in turns, beside reference steps: as a study measures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.own_motion import OwnModel, Script
+from plumbob.engines.study.cost import Cost, Key, Piece, in_turns
+from plumbob.engines.trajectory import Timed
+
+PIECE = 5e-3  # [s] of processor time, about, that is timed at once
+# Of the cheapest cost: what costs no more is as cheap. Steps are halved, and RK4 has four stages,
+# so that costs differ by little or by nearly two.
+ALIKE = 1.25
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """A cost over another: the medians', and the most that their quartiles leave open."""
+
+    value: float
+    low: float
+    high: float
+
+    @property
+    def saves(self) -> bool:
+        """Whether it is clearly less than 1."""
+        return self.high * ALIKE < 1.0
+
+
+def ratio(one: Cost, other: Cost, steps: float = 1.0) -> Ratio:
+    """`steps` steps at the cost of one over one at the cost of the other."""
+    return Ratio(
+        steps * one.ns_per_step / other.ns_per_step,
+        steps * one.low / other.high,
+        steps * one.high / other.low,
+    )
+
+
+def timed_periods(
+    model: OwnModel, script: Script, states: Array, integrator: str, parts: int, seconds: float
+) -> Timed:
+    """Control periods that take about `PIECE` [s] at `parts` steps in each, spread over the motion
+    whose `states`, shape (n, ...), are known: those of a motion that takes `seconds` in all."""
+    periods = min(len(states), len(script.controls))
+    wanted = max(1, math.ceil(PIECE / max(seconds, 1e-9) * len(script.controls)))
+    if wanted < periods:
+        chosen = np.linspace(0, periods - 1, wanted).astype(int)
+    else:
+        chosen = np.tile(np.arange(periods), math.ceil(wanted / periods))
+    begun = states[chosen]
+    begun[1:][np.diff(chosen) == 1] = np.nan  # it goes on
+    some = Script(script.start, script.period, script.controls[chosen])
+    return model.timed(some, begun, integrator, parts)
+
+
+def costs_in_turns(timed: Mapping[Key, Timed]) -> Mapping[Key, Cost]:
+    """The cost of a step of each."""
+    pieces = {key: Piece(one, 1.0) for key, one in timed.items()}
+    return in_turns(pieces)[0]
