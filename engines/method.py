@@ -203,8 +203,9 @@ class Engine:
     """A user's model, a path or one that is compiled, a keyframe, a free body's name (None: the
     heaviest), a friction coefficient in place of its own -> the body on its plane; raises
     ParameterError and NotCertifiable."""
-    write_trimmed: Callable[[Path, Sequence[Change], Path], None] | None = None
-    """A model file without what can be left out of it, to another file; raises ParameterError."""
+    write_trimmed: Callable[[Path, Sequence[Change], Path], tuple[Change, ...]] | None = None
+    """A model file, what can be left out of it, and the file to write without it -> what of that is
+    left out there; raises ParameterError."""
     model_fields: Callable[[Path], ModelFields] | None = None
     """A model file (MJCF) -> what the engine's own reader takes from it; raises what that raises
     where it refuses the file."""

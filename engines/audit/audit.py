@@ -22,7 +22,7 @@ from plumbob.engines.audit.steps import (
     known,
     unlike,
 )
-from plumbob.engines.audit.trims import Trims, trims
+from plumbob.engines.audit.trims import Trim, Trims, trims
 from plumbob.engines.own_motion import OwnModel, Script, Touching
 
 REFERENCE, TRIMS, ENSEMBLE = 0.6, 0.1, 0.1  # of the budget
@@ -49,6 +49,7 @@ class Audit:
     likely: Likely | None = None  # beyond what can be predicted; None where all can be
     touching: Touching | None = None  # which pairs when, at the own step
     model: OwnModel | None = None
+    written: tuple[str, Trim] | None = None  # the trimmed file, and what it does, read back
     slides: str = ""  # a free body that rests on a plane, of which a contact audit can tell more
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -56,15 +57,16 @@ def trims(
     """Try what `model` offers to leave out, under `script` and `parts` steps in a period, whose
     `error` [m] is known up to the period `index`; about `budget` [s] of wall time."""
     ends = clock() + budget
-    offered = [(change,) for change in model.changes(script)]
-    each = _tried(model, script, parts, index, offered, ends, clock)
+    offered = [((change,), model.changed((change,))) for change in model.changes(script)]
+    each = tried(model, script, parts, index, offered, ends, clock)
     useful = [t for t in each if t.accepted(error) and t.cost.high < SAVES]
     # Those to the bit alone, where all together change too much.
     for chosen in (useful, [t for t in useful if t.same_bits]):
         if not chosen:
             continue
         together = strictest([change for trim in chosen for change in trim.changes])
-        found = _tried(model, script, parts, index, [together], ends, clock)
+        both = [(together, model.changed(together))]
+        found = tried(model, script, parts, index, both, ends, clock)
         if found and found[0].accepted(error) and found[0].cost.high < SAVES:
             return Trims(each, found[0])
     return Trims(each, None)
@@ -81,17 +83,18 @@ def strictest(changes: Sequence[Change]) -> tuple[Change, ...]:
     )
 
 
-def _tried(
+def tried(
     model: OwnModel,
     script: Script,
     parts: int,
     index: int,
-    offered: Sequence[tuple[Change, ...]],
-    ends: float,
-    clock: Callable[[], float],
+    offered: Sequence[tuple[tuple[Change, ...], OwnModel]],
+    ends: float = math.inf,
+    clock: Callable[[], float] = time.perf_counter,
 ) -> tuple[Trim, ...]:
-    """The first of `offered` that the time allows."""
-    models = [model, *(model.changed(changes) for changes in offered)]
+    """What changes of `model` do, each given with the model that has them: the first of `offered`
+    that the time allows."""
+    models = [model, *(other for _, other in offered)]
     runs: list[Stepped] = []
     for one in models:
         if clock() > ends:
@@ -109,14 +112,13 @@ def _tried(
         Trim(
             changes,
             np.array_equal(runs[0].states, run.states, equal_nan=True),
-            moved(model, runs[0].states[: index + 1], run.states[: index + 1]),
+            _moved(model, runs[0].states[: index + 1], run.states[: index + 1]),
             ratio(cost, whole),
         )
-        for changes, run, cost in zip(offered, runs[1:], costs, strict=False)
+        for (changes, _), run, cost in zip(offered, runs[1:], costs, strict=False)
     )
 
 
-def moved(model: OwnModel, one: Array, other: Array) -> float:
-    """The largest distance [m] of any body between two motions."""
+def _moved(model: OwnModel, one: Array, other: Array) -> float:
     apart = np.linalg.norm(model.positions(one) - model.positions(other), axis=2)
     return float(np.where(np.isfinite(apart), apart, np.inf).max())

@@ -8,6 +8,7 @@ import shlex
 import sys
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import HEADINGS, SPEED, ContactAudit, Measured
 from plumbob.engines.audit.controls import KINDS
 from plumbob.engines.audit.costs import Ratio
+from plumbob.engines.audit.trims import Trim, tried
 from plumbob.engines.registry import find_engine
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.judge.audit import BUDGET, audit, audit_contacts
@@ -91,7 +93,7 @@ def command(chosen: argparse.Namespace) -> int:
             budget=numbers.get("budget", BUDGET), jobs=jobs, progress=lambda what: show(what, 0, 0),
         )  # fmt: skip
     if target is not None:
-        trimmed_file(found, Path(chosen.model), target)
+        found = trimmed_file(found, Path(chosen.model), target, chosen.keyframe)
     from plumbob.reports.view.audit.page import write_audit_page
 
     return _answered(
@@ -196,15 +198,20 @@ def new_file(target: Path) -> Path:
     return target
 
 
-def trimmed_file(found: Audit, source: Path, target: Path) -> None:
-    """Write the model `source` without what `found` leaves out; raises ParameterError where
-    nothing is, or it cannot be written."""
+def trimmed_file(found: Audit, source: Path, target: Path, keyframe: str | None) -> Audit:
+    """Write the model `source` without what `found` leaves out, and run it as it is read back;
+    raises ParameterError where nothing is, or it cannot be written."""
     together = found.trims.together if found.trims else None
-    write = find_engine("mujoco").write_trimmed
-    assert write is not None
-    if together is None:
+    engine = find_engine("mujoco")
+    assert engine.write_trimmed is not None
+    assert engine.own_model is not None
+    if together is None or found.found is None or found.model is None:
         raise ParameterError("write trimmed", str(target), "left away: nothing can be left out")
-    write(source, together.changes, target)
+    left_out = engine.write_trimmed(source, together.changes, target)
+    offered = [(left_out, engine.own_model(target, keyframe))]
+    steps = found.found
+    (read_back,) = tried(found.model, found.script, steps.own.parts, steps.index, offered)
+    return replace(found, written=(target.name, read_back))
 
 
 def controls_of(file: Path) -> Array:
@@ -230,6 +237,11 @@ def controls_of(file: Path) -> Array:
 def as_data(found: Audit) -> dict[str, Any]:
     """An audit as plain data."""
     steps = found.found
+
+    def trim(one: Trim) -> dict[str, Any]:
+        done = {"left_out": one.name, "same_bits": one.same_bits, "moved": one.moved}
+        return {**done, "accepted": one.accepted(found.error), **spread(one.cost)}
+
     return {
         "model": found.name,
         "integrator": found.integrator,
@@ -265,11 +277,8 @@ def as_data(found: Audit) -> dict[str, Any]:
         "balances": [b.__dict__ for b in found.balances],
         "trims": []
         if found.trims is None
-        else [
-            {"left_out": t.name, "same_bits": t.same_bits, "moved": t.moved,
-             "accepted": t.accepted(found.error), **spread(t.cost)}
-            for t in (*found.trims.each, *filter(None, [found.trims.together]))
-        ],
+        else [trim(t) for t in (*found.trims.each, *filter(None, [found.trims.together]))],
+        "trimmed_file": None if found.written is None else trim(found.written[1]),
         "slides": found.slides or None,
         "seconds": found.seconds,
     }  # fmt: skip

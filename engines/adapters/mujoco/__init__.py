@@ -131,11 +131,12 @@ def contacts_of_own(
     return own_contacts(model, "model", keyframe, body, friction)
 
 
-def write_trimmed(source: Path, left_out: Sequence[Change], target: Path) -> None:
-    """Write the model file `source` with these left out to `target`; raises ParameterError."""
-    from plumbob.engines.adapters.mujoco.own_model.left_out import write
+def write_trimmed(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Change, ...]:
+    """Write the text of the model file `source` with these left out to `target`; which of them its
+    text can be without. Raises ParameterError."""
+    from plumbob.engines.adapters.mujoco.own_model.file_text import write
 
-    write(source, left_out, target)
+    return write(source, left_out, target)
 
 
 def model_fields(path: Path) -> ModelFields:

@@ -75,6 +75,8 @@ def _compared(found: Audit, steps: Compared) -> Iterator[tuple[str, str]]:
         yield "balance", "; ".join(balance(b) for b in found.balances)
     if found.trims is not None:
         yield "trims", _trims(found.trims)
+    if found.written is not None:
+        yield "trimmed file", _written(found, *found.written)
 
 
 def _reference(found: Audit) -> str:
@@ -122,6 +124,15 @@ def _trims(trims: Trims) -> str:
     if trims.together is None:
         return "nothing that saves anything and leaves the motion as it is"
     return f"without {trims.together.name}: {trim_effect(trims.together)}; on this motion only"
+
+
+def _written(found: Audit, file: str, read_back: Trim) -> str:
+    moves = f"to the last bit as the whole model does over {found.script.duration:.3g} s"
+    if not read_back.same_bits:
+        apart = length(read_back.moved)
+        moves = f"up to {apart} apart from the whole model over {found.until:.3g} s"
+    cost = times(read_back.cost)
+    return f"{file}, read back, moves {moves} of this motion{cost}; without {read_back.name}"
 
 
 def trim_effect(trim: Trim) -> str:

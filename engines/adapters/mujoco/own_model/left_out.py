@@ -1,15 +1,13 @@
-"""What a MuJoCo model may do without on a motion, and the file without it."""
+"""What a MuJoCo model may do without on a motion."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.own_motion import Change
 
 BITS = mujoco.mjtDisableBit
@@ -72,37 +70,3 @@ def apply(model: Any, left_out: Sequence[Change]) -> None:
                 model.opt.disableflags |= int(value)
             else:
                 setattr(model.opt, field, value)
-
-
-def write(source: Path, left_out: Sequence[Change], target: Path) -> None:
-    """Write the model of the file `source` without these to `target`; raises ParameterError where
-    it cannot be written, or would not compile there."""
-    spec = mujoco.MjSpec.from_file(str(source))
-    spec.compile()  # which numbers the geoms
-    geoms = {geom.id: geom for geom in spec.geoms}
-    pairs = {pair.id: pair for pair in spec.pairs}
-    for change in left_out:
-        for field, indices, value in change.sets:
-            if indices:
-                kind, _, name = field.partition("_")
-                for index in indices:
-                    setattr((pairs if kind == "pair" else geoms)[index], name, value)
-            elif field == "disableflags":
-                spec.option.disableflags |= int(value)
-            else:
-                setattr(spec.option, field, value)
-    spec.compile()
-    text = spec.to_xml()
-    if target.exists() and not target.is_file():
-        raise ParameterError("write trimmed", str(target), "a file to write")
-    try:
-        target.write_text(text, "utf-8")
-    except OSError as error:
-        raise ParameterError("write trimmed", str(target), f"a file to write ({error})") from None
-    try:
-        mujoco.MjModel.from_xml_path(str(target))
-    except ValueError as error:
-        target.unlink()
-        reason = " ".join(str(error).split())
-        what = f"beside the model, where the files are that it names ({reason})"
-        raise ParameterError("write trimmed", str(target), what) from None

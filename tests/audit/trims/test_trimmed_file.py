@@ -1,0 +1,189 @@
+"""A trimmed file is the user's text: numbers keep their digits, and its bits are what is said."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+import plumbob
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.adapters.mujoco import write_trimmed
+from plumbob.engines.audit.audit import Audit
+from plumbob.engines.audit.controls import script
+from plumbob.engines.audit.costs import Ratio
+from plumbob.engines.audit.trims import Trim, Trims, tried
+from plumbob.engines.own_motion import Change
+from plumbob.reports.commands.arguments.values import plain
+from plumbob.reports.commands.audit import as_data, trimmed_file
+from plumbob.reports.view.audit.text import rows
+from plumbob.tests.audit.robot_files import folder
+from plumbob.tests.audit.scenes_as_models import ready
+
+# Digits that MuJoCo's own writer rounds: a range in degrees that is reached, a spring's length.
+DIGITS = """<?xml version="1.0"?>
+<mujoco model="digits">  <!-- a comment with <geom/> and </mujoco> in it -->
+  <default><geom contype="1"/><default class="foot"><geom condim="6" rgba="1 0 0 1"/></default>
+  </default>
+  <worldbody>
+    <geom name="floor" type="plane" size="5 5 .1"/>
+    {wall}
+    <body pos=".1234567890123 0 1"><joint name="j" axis="0 1 0" limited="true"
+        range="-12.345678901234 7.6543210987654"/>
+      <geom class="foot" type='capsule' size=".02" fromto="0 0 0 .5 0 0" name='a "contype" name'/>
+      <site name="tip" pos=".5 0 0"/></body>
+    <site name="hook" pos="0 0 2"/>
+  </worldbody>
+  <tendon><spatial springlength="1.0123456789012" stiffness="12.3456789"><site site="tip"/>
+    <site site="hook"/></spatial></tendon>
+  <sensor><clock/></sensor>
+</mujoco>
+"""
+WALL = '<geom name="wall" type="box" size=".1 .1 .1" pos="3 0 0" contype="1"/>'
+
+
+def moved(path: Path, steps: int = 300) -> Any:
+    """States at MuJoCo's own steps of a file."""
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data, found = mujoco.MjData(model), []
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
+        found.append(np.concatenate([data.qpos, data.qvel]))
+    return np.array(found)
+
+
+def never_touching(path: Path, *names: str) -> Change:
+    """Collisions of these geoms off."""
+    model = mujoco.MjModel.from_xml_path(str(path))
+    ids = tuple(int(model.geom(name).id) for name in names)
+    return Change("geoms", (("geom_contype", ids, 0), ("geom_conaffinity", ids, 0)))
+
+
+def without(stage: str) -> Change:
+    """A stage of the pipeline off."""
+    bit = getattr(mujoco.mjtDisableBit, f"mjDSBL_{stage.upper()}")
+    return Change(stage, (("disableflags", (), int(bit)),))
+
+
+SENSORS, SPRINGS = without("sensor"), without("spring")
+
+
+def test_digits_of_the_file_stay(tmp_path: Path) -> None:
+    source, target = tmp_path / "my.xml", tmp_path / "less.xml"
+    source.write_text(DIGITS.format(wall=WALL), "utf-8")
+    changes = (never_touching(source, "wall"), SENSORS)
+    assert write_trimmed(source, changes, target) == changes
+    assert np.array_equal(moved(source), moved(target))
+    text = target.read_text("utf-8")
+    assert text.replace(
+        'pos="3 0 0" contype="0" conaffinity="0"/>', 'pos="3 0 0" contype="1"/>'
+    ).replace('  <option><flag sensor="disable"/></option>\n', "") == DIGITS.format(wall=WALL)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["less.xml", "my.xml"]
+
+
+def test_included_geoms_and_copies(tmp_path: Path) -> None:
+    """A file whose geoms change takes the place of its include, another stays included; geoms that
+    one element makes are left out all or not at all."""
+    source, target = tmp_path / "my.xml", tmp_path / "less.xml"
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "wall.xml").write_text(f"<mujocoinclude>{WALL}</mujocoinclude>\n")
+    (tmp_path / "more.xml").write_text(
+        '<mujoco><include file="parts/wall.xml"/><geom name="far" size=".1" pos="9 9 9"/></mujoco>'
+    )
+    (tmp_path / "light.xml").write_text("<mujoco><statistic extent='2'/></mujoco>")
+    copies = (
+        '<replicate count="3" offset="0 0 3"><geom name="c" size=".1" pos="4 4 4"/></replicate>'
+    )
+    inside = f'<include file="more.xml"/>{copies}'
+    text = DIGITS.format(wall=inside).replace("<sensor>", '<include file="light.xml"/><sensor>')
+    source.write_text(text, "utf-8")
+    whole = never_touching(source, "wall", "far", "c0", "c1", "c2")
+    assert write_trimmed(source, (whole,), target) == (whole,)
+    written = target.read_text("utf-8")
+    assert re.findall('file="(.*?)"', written) == ["light.xml"]
+    model = mujoco.MjModel.from_xml_path(str(target))
+    assert [model.geom(n).contype[0] for n in ("wall", "far", "c0", "c2", "floor")] == [0] * 4 + [1]
+    target.unlink()
+    some = never_touching(source, "far", "c0", "c1")
+    (kept,) = write_trimmed(source, (some,), target)
+    assert kept.name == "geoms (2 of 6 settings)"
+    assert "more.xml" not in target.read_text("utf-8")
+    model = mujoco.MjModel.from_xml_path(str(target))
+    assert [model.geom(n).contype[0] for n in ("far", "wall", "c0", "c1")] == [0, 1, 1, 1]
+    target.unlink()
+    with pytest.raises(ParameterError, match="no text of its own"):
+        write_trimmed(source, (never_touching(source, "c0"),), target)
+    assert not target.exists()
+
+
+def test_a_file_that_does_not_compile_there_is_not_written(tmp_path: Path) -> None:
+    source, target = tmp_path / "my.xml", tmp_path / "other" / "less.xml"
+    target.parent.mkdir()
+    (tmp_path / "light.xml").write_text("<mujoco><statistic extent='2'/></mujoco>")
+    text = DIGITS.format(wall=WALL).replace("<sensor>", '<include file="light.xml"/><sensor>')
+    source.write_text(text, "utf-8")
+    write_trimmed(source, (SENSORS,), tmp_path / "less.xml")
+    with pytest.raises(ParameterError, match="beside the model"):
+        write_trimmed(source, (SENSORS,), target)
+    assert not list(target.parent.iterdir())
+
+
+def audited(path: Path, changes: tuple[Change, ...]) -> Audit:
+    """An audit that found that `changes` can be left out together."""
+    found = plumbob.audit(path, duration=0.3, budget=10.0)
+    together = Trim(changes, True, 0.0, Ratio(0.5, 0.5, 0.5))
+    return replace(found, trims=Trims((), together))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("same", [True, False])
+def test_what_is_said_is_what_the_file_does(same: bool, tmp_path: Path) -> None:
+    """Its bits, whatever was found of the model before it was written."""
+    source, target = tmp_path / "my.xml", tmp_path / "less.xml"
+    source.write_text(DIGITS.format(wall=WALL), "utf-8")
+    changes = (SENSORS if same else SPRINGS,)
+    found = trimmed_file(audited(source, changes), source, target, None)
+    assert np.array_equal(moved(source, 150), moved(target, 150)) == same
+    said = dict(rows(found))["trimmed file"]
+    assert said.startswith("less.xml, read back, moves ")
+    assert ("to the last bit" in said) == same
+    assert found.written is not None
+    assert (found.written[1].moved == 0.0) == same
+    data = json.loads(json.dumps(plain(as_data(found))))["trimmed_file"]
+    assert data["same_bits"] == same
+    assert data["left_out"] == changes[0].name
+
+
+FILES = ("half_cheetah", "walker2d", "hopper", "ant", "humanoid")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("every", [False, True])
+def test_files_of_gymnasium(name: str, every: bool, tmp_path: Path) -> None:
+    """What is said of the bits of a trimmed file is what runs of both files show, where all that
+    is offered is left out too."""
+    files = folder("gymnasium")
+    if files is None:
+        pytest.skip("gymnasium is not installed: pip install 'plumbob[robots]'")
+    source, target = tmp_path / "my.xml", tmp_path / "less.xml"
+    source.write_bytes((files / f"{name}.xml").read_bytes())
+    model = ready(source)
+    motion = script(model, duration=0.3)
+    parts = round(motion.period / model.step)
+    changes = model.changes(motion)
+    if not every:
+        changes = tuple(c for c in changes if c.name.startswith(("collisions", "stages", "island")))
+    left_out = write_trimmed(source, changes, target)
+    (said,) = tried(
+        model, motion, parts, len(motion.controls), [(left_out, ready(target))]
+    )  # fmt: skip
+    steps = parts * len(motion.controls)
+    assert np.array_equal(moved(source, steps), moved(target, steps)) == said.same_bits
+    assert said.same_bits or every
