@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, positive
@@ -36,7 +38,7 @@ def script(
         count = max(1, round((DURATION if duration is None else duration) / held))
         values = _named(model, control, np.asarray(held * np.arange(count), dtype=float))
     else:
-        values = _given(model, np.asarray(control, dtype=float))
+        values = _given(model, control)
         if duration is not None:
             values = values[: max(1, round(duration / held))]
     return Script(model.state, held, values)
@@ -59,14 +61,17 @@ def _named(model: OwnModel, control: str, times: Array) -> Array:
     return np.where(limited, np.clip(wave, low, high), wave)
 
 
-def _given(model: OwnModel, values: Array) -> Array:
+def _given(model: OwnModel, control: Any) -> Array:
+    wanted = f"of shape (periods, {model.rest.size})"
+    try:
+        values = np.asarray(control, dtype=float)
+    except (TypeError, ValueError):
+        what = f"{', '.join(KINDS)}, or numbers {wanted}"
+        raise ParameterError("ctrl", type(control).__name__, what) from None
     if values.ndim == 1:
         values = values[:, None]
-    wanted = (len(values), model.rest.size)
-    if values.ndim != 2 or values.shape != wanted or not len(values):
-        raise ParameterError(
-            "ctrl", f"shape {values.shape}", f"of shape (periods, {model.rest.size})"
-        )
+    if values.ndim != 2 or values.shape[1] != model.rest.size or not len(values):
+        raise ParameterError("ctrl", f"shape {values.shape}", wanted)
     if not np.isfinite(values).all():
         raise ParameterError("ctrl", "not a number", "finite numbers")
     return values

@@ -18,7 +18,13 @@ from plumbob.engines.audit.controls import script
 from plumbob.engines.own_motion import Touching
 from plumbob.reports.advice.work_precision import front
 from plumbob.reports.cli import main
-from plumbob.reports.view.audit.page import contact_timeline, render, write_audit_page
+from plumbob.reports.view.audit.page import (
+    contact_timeline,
+    laid_out,
+    page_name,
+    render,
+    write_audit_page,
+)
 from plumbob.reports.view.audit.text import rows
 from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, ready
 
@@ -125,3 +131,33 @@ def test_command_writes_the_page(
     assert "plumbob audit rod.xml --duration 0.1" in Path("pages/audit-rod.html").read_text("utf-8")
     assert main([*short, "--out", "rod.xml"]) == 2
     assert capsys.readouterr().err.startswith("plumbob: out = 'rod.xml'")
+
+
+def test_pages_of_files_of_one_name_are_two(tmp_path: Path) -> None:
+    """A page is written over that of the same file alone, from whatever folder it is audited."""
+    names = []
+    for robot in ("panda", "ur5e", "panda"):
+        model = str(tmp_path / robot / "robot.xml")
+        names.append(page_name(model, tmp_path, ".html"))
+        text = laid_out(
+            model=model, title="", heading="", lead="", answer=(), figures=(), tables=(), code="",
+            drawn=None, command="", seconds=0.0,
+        )  # fmt: skip
+        (tmp_path / names[-1]).write_text(text, "utf-8")
+    assert names == ["audit-robot.html", "audit-ur5e-robot.html", "audit-robot.html"]
+    (tmp_path / "audit-robot.html").write_text("a page that says nothing of its model", "utf-8")
+    assert page_name("robot.xml", tmp_path, ".html") == "audit-robot.html"
+
+
+@pytest.mark.long
+def test_the_model_is_named_as_it_was_given(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("arm").mkdir()
+    Path("arm/robot.xml").write_text(PENDULUM.format(integrator="Euler"), "utf-8")
+    short = ["audit", "arm/robot.xml", "--duration", "0.1", "--budget", "5"]
+    assert main([*short, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["model"] == "arm/robot.xml"
+    assert main(short) == 0
+    assert capsys.readouterr().out.startswith("robot.xml ")

@@ -256,3 +256,20 @@ def test_no_reference_is_an_answer(capsys: pytest.CaptureFixture[str], files: Pa
 def test_unknown_keyframe_is_refused() -> None:
     with pytest.raises(ParameterError, match="keyframe"):
         plumbob.audit(pendulum(), keyframe="home")
+
+
+SPEC = mujoco.MjSpec.from_string(PENDULUM.format(integrator="Euler"))
+
+
+@pytest.mark.parametrize("model", [pendulum, SPEC, mujoco.MjData(pendulum()), None, b"<mujoco/>"])
+@pytest.mark.parametrize("audit", [plumbob.audit, plumbob.audit_contacts])
+def test_of_what_is_no_model_it_says_what_is_wanted(audit: Any, model: object) -> None:
+    wanted = r"must be a path to a MuJoCo model file, or a compiled mujoco\.MjModel"
+    with pytest.raises(ParameterError, match=f"model = '{type(model).__name__}': {wanted}"):
+        audit(model)
+
+
+@pytest.mark.parametrize("control", [None, pendulum, object(), 1.0, [["one"]]])
+def test_of_what_is_no_control_it_says_what_is_wanted(control: Any) -> None:
+    with pytest.raises(ParameterError, match=r"ctrl = .* of shape \(periods, 1\)"):
+        plumbob.audit(pendulum(), control)

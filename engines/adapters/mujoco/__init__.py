@@ -12,6 +12,7 @@ from typing import Any
 
 from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
 from plumbob.analytic.errors.schemes import Scheme
+from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import (
@@ -108,13 +109,27 @@ def model_of_own(model: Any, keyframe: int | str | None = None) -> OwnModel:
     NotCertifiable."""
     from plumbob.engines.adapters.mujoco.options import needless_stages
     from plumbob.engines.adapters.mujoco.own_model.model import own_model
+
+    found = own_model(*_compiled(model), keyframe)
+    return replace(found, idle=needless_stages(found.effective))
+
+
+def _compiled(model: Any) -> tuple[Any, str]:
+    """A user's model, a path or one that is compiled, and what it is called; raises
+    ParameterError."""
+    import mujoco
+
     from plumbob.engines.adapters.mujoco.user_file import compiled_model
 
     if isinstance(model, (str, Path)):
-        found = own_model(compiled_model(Path(model), "model"), Path(model).name, keyframe)
-    else:
-        found = own_model(model, "model", keyframe)
-    return replace(found, idle=needless_stages(found.effective))
+        return compiled_model(Path(model), "model"), str(model)
+    if not isinstance(model, mujoco.MjModel):
+        what = (
+            "a path to a MuJoCo model file, or a compiled mujoco.MjModel: spec.compile() of an "
+            "MjSpec, data.model of an MjData"
+        )
+        raise ParameterError("model", type(model).__name__, what)
+    return model, "model"
 
 
 def contacts_of_own(
@@ -123,12 +138,8 @@ def contacts_of_own(
     """A free body of a user's model, from a file or compiled, on its plane; raises ParameterError
     and NotCertifiable."""
     from plumbob.engines.adapters.mujoco.user_contacts import own_contacts
-    from plumbob.engines.adapters.mujoco.user_file import compiled_model
 
-    if isinstance(model, (str, Path)):
-        compiled = compiled_model(Path(model), "model")
-        return own_contacts(compiled, Path(model).name, keyframe, body, friction)
-    return own_contacts(model, "model", keyframe, body, friction)
+    return own_contacts(*_compiled(model), keyframe, body, friction)
 
 
 def write_trimmed(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Change, ...]:

@@ -150,14 +150,16 @@ def frequency_ratio(model: mujoco.MjModel) -> float:
         mujoco.mj_resetDataKeyframe(near, data, 0)
     with options.collected():
         mujoco.mj_forward(near, data)
-    touching = [contact for contact in data.contact if contact.efc_address >= 0]
-    if not touching:
+    geoms = data.contact.geom  # -1 where a flex touches
+    weights = near.body_invweight0[near.geom_bodyid[geoms], 0].sum(axis=1)
+    # What has no inverse weight (its centre of mass is on its axis) is held without a spring.
+    sprung = (data.contact.efc_address >= 0) & (geoms >= 0).all(axis=1) & (weights > 0.0)
+    if not sprung.any():
         return FREE_BODY
-    rows = data.efc_J.reshape(data.nefc, near.nv)[[c.efc_address for c in touching]]
+    weights = weights[sprung]
+    rows = data.efc_J.reshape(data.nefc, near.nv)[data.contact.efc_address[sprung]]
     solved = np.zeros_like(rows)
     mujoco.mj_solveM(near, data, solved, rows)
-    bodies = near.geom_bodyid[np.array([contact.geom for contact in touching])]
-    weights = near.body_invweight0[bodies, 0].sum(axis=1)
     scaled = (rows @ solved.T) / np.sqrt(np.outer(weights, weights))
     return float(np.linalg.eigvalsh(scaled).max())
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from plumbob.engines.audit.contacts import HEADINGS, ContactAudit, Measured
 from plumbob.reports.view.audit.contacts import contact_rows, per_cent
-from plumbob.reports.view.audit.page import COLOURS, laid_out
+from plumbob.reports.view.audit.page import COLOURS, laid_out, page_name
 from plumbob.reports.view.audit.text import duration, length
 from plumbob.reports.view.content import Cell, Figure, Table
 from plumbob.reports.view.page import written
@@ -22,16 +22,17 @@ KINDS = ("your contacts", "pasted contacts")
 def write_contact_page(
     found: ContactAudit, folder: Path, command: str, drawn: bytes | None = None
 ) -> Path:
-    """Write `audit-NAME-contacts.html` into `folder`, whole or not at all, and return its path;
+    """Write the page of a contact audit into `folder`, whole or not at all, and return its path;
     `command` is what reproduces it, `drawn` a PNG of the model. Raises OSError where the folder
     cannot be written."""
-    name = Path(found.name).stem or "model"
-    return written(render_contacts(found, command, drawn), folder, f"audit-{name}-contacts.html")
+    name = page_name(found.name, folder, "-contacts.html")
+    return written(render_contacts(found, command, drawn), folder, name)
 
 
 def render_contacts(found: ContactAudit, command: str, drawn: bytes | None = None) -> str:
     """The page of a contact audit as HTML; `drawn` is a PNG of the model."""
     return laid_out(
+        model=found.name,
         title=f"how wrong are the contacts of {found.name}",
         heading=f"How wrong are the contacts of {found.name}?",
         lead="The body of the model on its own feet and plane, as one rigid piece: it slides, "

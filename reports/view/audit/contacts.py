@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 
 from plumbob.analytic.systems.sliding_body import Stance
 from plumbob.engines.audit.contacts import HEADINGS, PUSH, ContactAudit, Measured
-from plumbob.reports.view.audit.text import duration, length
+from plumbob.reports.view.audit.text import aligned, duration, length
 
 SHOWN = 4  # feet by name
 HELPS, HARDLY = 0.71, 0.95  # ratio of errors a halving: below the first it helps
@@ -18,14 +19,13 @@ INSIDE = 2e-4  # relative: a smaller part of a distance is not worth a digit
 
 def contact_lines(found: ContactAudit) -> list[str]:
     """The answer as lines of text."""
-    width = max(len("your contacts"), len(found.name)) + 2
-    return [f"{name:{width}}{text}" for name, text in contact_rows(found)]
+    return aligned(contact_rows(found))
 
 
 def contact_rows(found: ContactAudit) -> list[tuple[str, str]]:
     """The answer: names of the lines, and what they say."""
     return [
-        (found.name, _body(found)),
+        (Path(found.name).name, _body(found)),
         ("slide", _compared_with(found)),
         *_errors(found),
         ("halving", "; ".join(_halvings(found)) or "not run"),
@@ -33,6 +33,7 @@ def contact_rows(found: ContactAudit) -> list[tuple[str, str]]:
         ("turn", _turn(found)),
         ("paste", paste_command(found)),
         *(("not run", reason) for reason in found.failed),
+        *(("left out", "; ".join(found.notes)) for _ in found.notes[:1]),
         ("not claimed", "joints that move, other speeds, starts that tip; reality"),
     ]
 

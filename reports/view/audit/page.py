@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 
@@ -30,20 +32,39 @@ from plumbob.reports.view.traces import (
 
 COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7")  # of integrators, and of steps
 SHOWN = 4  # steps of the own integrator in the figure over time
+MARK = re.compile(r'data-model="(\w+)"')
 MOST_PAIRS = 24  # in the contact timeline
 
 
 def write_audit_page(found: Audit, folder: Path, command: str, drawn: bytes | None = None) -> Path:
-    """Write `audit-NAME.html` into `folder`, whole or not at all, and return its path; `command` is
-    what reproduces it, `drawn` a PNG of the model. Raises OSError where the folder cannot be
+    """Write the page of an audit into `folder`, whole or not at all, and return its path; `command`
+    is what reproduces it, `drawn` a PNG of the model. Raises OSError where the folder cannot be
     written."""
-    name = Path(found.name).stem or "model"
-    return written(render(found, command, drawn), folder, f"audit-{name}.html")
+    return written(render(found, command, drawn), folder, page_name(found.name, folder, ".html"))
+
+
+def page_name(model: str, folder: Path, ending: str) -> str:
+    """`audit-NAME` and `ending`, by the name of the file `model`, with as many of its folders as
+    tell the page from those of other files there."""
+    parts, own = Path(model).resolve().with_suffix("").parts[1:], mark_of(model)
+    names = ["-".join(("audit", *parts[-k:])) + ending for k in range(1, len(parts) + 1)]
+    for name in names:
+        page = folder / name
+        marks = MARK.findall(page.read_text("utf-8", "replace")) if page.is_file() else []
+        if marks in ([], [own]):
+            return name
+    return names[-1]
+
+
+def mark_of(model: str) -> str:
+    """What tells pages of one file from those of another: digits made of its path."""
+    return f"{crc32(str(Path(model).resolve()).encode()):08x}"
 
 
 def render(found: Audit, command: str, drawn: bytes | None = None) -> str:
     """The page of an audit as HTML; `drawn` is a PNG of the model."""
     return laid_out(
+        model=found.name,
         title=f"how wrong is {found.name}",
         heading=f"How wrong is {found.name}?",
         lead="The model as it stands, on one motion. Its continuous motion, without time steps, is "
@@ -60,12 +81,18 @@ def render(found: Audit, command: str, drawn: bytes | None = None) -> str:
 
 
 def laid_out(
-    *, answer: Iterable[tuple[str, str]], drawn: bytes | None, seconds: float, **content: Any
+    *,
+    model: str,
+    answer: Iterable[tuple[str, str]],
+    drawn: bytes | None,
+    seconds: float,
+    **content: Any,
 ) -> str:
-    """The page of any audit as HTML: its answer as pairs of a name and a text, a PNG of the model,
-    the time it took [s], and what else its template shows."""
+    """The page of any audit of `model` as HTML: its answer as pairs of a name and a text, a PNG of
+    the model, the time it took [s], and what else its template shows."""
     return filled(
         "audit.html.jinja",
+        mark=mark_of(model),
         answer=Table("The answer", ("", ""), tuple(row(n, Cell(t, "text")) for n, t in answer)),
         picture=as_text(drawn),
         versions=", ".join(f"{n} {metadata.version(n)}" for n in ("mujoco", "numpy", "scipy")),

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 from types import MappingProxyType
 
 from plumbob.engines.audit.audit import Audit
@@ -22,7 +23,6 @@ from plumbob.engines.own_motion import OwnModel
 
 UNITS = MappingProxyType({"momentum": "kg m/s", "penetration": "m", "slip": "m/s"})
 NOTICED = 1e-6  # [m]: a smaller error at an earlier time is not mentioned
-WIDTH = 13  # of the first column
 RISK = (
     ', and <flag refsafe="disable"/> in it, at a risk: contacts too stiff for the step, which it '
     "no longer softens, may throw bodies"
@@ -31,15 +31,22 @@ RISK = (
 
 def lines(found: Audit) -> list[str]:
     """The answer as lines of text."""
-    width = max(WIDTH, len(found.name) + 2)
-    return [f"{name:{width}}{text}" for name, text in rows(found)]
+    return aligned(rows(found))
+
+
+def aligned(said: Sequence[tuple[str, str]]) -> list[str]:
+    """Names and what they say, below each other."""
+    width = max(len(name) for name, _ in said) + 2
+    return [f"{name:{width}}{text}" for name, text in said]
 
 
 def rows(found: Audit) -> list[tuple[str, str]]:
     """The answer: names of the lines, and what they say."""
     script = found.script
     head = f"{found.integrator} {duration(found.step)}, {script.duration:.3g} s"
-    said = [(found.name, f"{head}, control ({found.control}) held {duration(script.period)}")]
+    said = [
+        (Path(found.name).name, f"{head}, control ({found.control}) held {duration(script.period)}")
+    ]
     said += [("reference", _reference(found))]
     if found.found is not None:
         said += list(_compared(found, found.found))

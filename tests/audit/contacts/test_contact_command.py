@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
 
+import mujoco
 import pytest
 
+from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.audit.contacts import ContactAudit
 from plumbob.reports.cli import main
 from plumbob.reports.view.audit.contact_page import render_contacts
@@ -102,6 +105,65 @@ def test_bad_options_are_one_line(
     assert printed.err.count("\n") == 1
     assert reason in printed.err
     assert [p.name for p in tmp_path.iterdir()] == ["my.xml"]
+
+
+LOAD = (
+    '<body name="load" pos="0 0 {z}"><freejoint/><geom name="load" size=".1"/><site name="l"/>'
+    "</body>"
+)
+HOOK = '<site name="hook" pos="0 0 2"/>'
+LEFT_OUT = {  # said: more in the world, more behind it
+    "the weld of base and load": (
+        LOAD.format(z=3), '<equality><weld body1="base" body2="load"/></equality>'
+    ),
+    "the connect of load and base": (
+        LOAD.format(z=3), '<equality><connect site1="l" site2="s"/></equality>'
+    ),
+    "the contact of load and box": (LOAD.format(z=0.139), ""),
+    "tendon rope": (
+        HOOK,
+        '<tendon><spatial name="rope"><site site="s"/><site site="hook"/></spatial></tendon>',
+    ),
+    "actuator thrust": (
+        "",
+        '<actuator><motor name="thrust" site="s" gear="1 0 0 0 0 0"/></actuator>'
+        '<keyframe><key ctrl="1"/></keyframe>',
+    ),
+    "actuator magnet": (
+        "",
+        '<actuator><adhesion name="magnet" body="base" ctrlrange="0 1" gain="9"/></actuator>'
+        '<keyframe><key ctrl="1"/></keyframe>',
+    ),
+    "": (
+        LOAD.format(z=3),
+        '<equality><weld body1="base" body2="load" active="false"/></equality>'
+        '<actuator><motor name="thrust" site="s" gear="1 0 0 0 0 0"/></actuator>',
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("said", LEFT_OUT)
+def test_what_acts_on_the_body_and_is_left_out_is_said(said: str) -> None:
+    world, more = LEFT_OUT[said]
+    text = model_text(BOX + '<site name="s"/>', 0.02, floor=FLOOR + world, more=more)
+    model = mujoco.MjModel.from_xml_string(text)
+    contacts = ENGINE.own_contacts(model, 0 if model.nkey else None, "base", None)  # type: ignore[misc]
+    assert "; ".join(contacts.notes) == said
+
+
+def test_a_compensation_of_gravity_and_a_medium_are_left_out_too() -> None:
+    text = model_text(BOX, 0.02, 'density="1000"').replace(
+        'name="base"', 'name="base" gravcomp="1"'
+    )
+    model = mujoco.MjModel.from_xml_string(text.replace('gravcomp="1"', 'gravcomp="0.1"'))
+    contacts = ENGINE.own_contacts(model, None, None, None)  # type: ignore[misc]
+    assert contacts.notes == ("the medium", "gravity compensation")
+
+
+def test_notes_are_a_line_of_the_answer(found: ContactAudit) -> None:
+    assert "left out" not in dict(contact_rows(found))
+    noted = replace(found, notes=("the weld of base and load", "tendon rope"))
+    assert dict(contact_rows(noted))["left out"] == "the weld of base and load; tendon rope"
 
 
 def test_options_of_the_contact_audit_need_it(

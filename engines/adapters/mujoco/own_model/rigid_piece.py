@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.own_motion import NotCertifiable
 
+TRANSMISSION = mujoco.mjtTrn
 LEVEL = 1e-9  # sine of the angle between gravity and the plane's normal
 CONTACT = ("condim", "priority", "solmix", "margin", "gap", "contype", "conaffinity")
 CONTACT_ARRAYS = ("friction", "solref", "solimp")
@@ -78,8 +80,7 @@ def rigid_piece(
     copy_options(compiled, model)
     compiled.opt.gravity[:] = 0.0, 0.0, gravity[2]
     compiled.opt.density = compiled.opt.viscosity = 0.0
-    medium = model.opt.density or model.opt.viscosity
-    notes = ("the medium is left out",) if medium else ()
+    notes = tuple(dict.fromkeys(_left_out(model, data, inside, plane)))
     _on_the_plane(compiled)
     joints = sum(int(model.body_jntnum[b]) for b in inside) - 1
     names = tuple(_geom(model, geom) for geom in geoms)
@@ -87,6 +88,42 @@ def rigid_piece(
         compiled, spec, names, model.body(root).name or f"body {root}", _geom(model, plane), joints,
         float(inertia[2, 2]), notes,
     )  # fmt: skip
+
+
+def _left_out(model: Any, data: Any, inside: list[int], plane: int) -> Iterator[str]:
+    """What acts on the bodies `inside` at the start and is not copied, by name."""
+    kinds = {int(mujoco.mjtEq.mjEQ_WELD): "weld", int(mujoco.mjtEq.mjEQ_CONNECT): "connect"}
+    on = {
+        int(TRANSMISSION.mjTRN_SITE): model.site_bodyid,
+        int(TRANSMISSION.mjTRN_BODY): np.arange(model.nbody),
+    }
+
+    def crosses(bodies: Iterable[int]) -> bool:
+        return len({int(b) in inside for b in bodies}) == 2
+
+    if model.opt.density or model.opt.viscosity:
+        yield "the medium"
+    if model.body_gravcomp[inside].any():
+        yield "gravity compensation"
+    for i in np.flatnonzero(data.eq_active):
+        bodies: Any = np.array([model.eq_obj1id[i], model.eq_obj2id[i]])
+        if model.eq_objtype[i] == mujoco.mjtObj.mjOBJ_SITE:
+            bodies = model.site_bodyid[bodies]
+        if (kind := kinds.get(int(model.eq_type[i]))) and crosses(bodies):
+            names = (model.body(int(b)).name or f"body {b}" for b in bodies)
+            yield f"the {kind} of {' and '.join(names)}"
+    for t in range(model.ntendon):
+        path = slice(model.tendon_adr[t], model.tendon_adr[t] + model.tendon_num[t])
+        sites = model.wrap_objid[path][model.wrap_type[path] == mujoco.mjtWrap.mjWRAP_SITE]
+        if crosses(model.site_bodyid[sites]):
+            yield f"tendon {model.tendon(t).name or t}"
+    for i in np.flatnonzero(data.actuator_force):
+        bodies = on.get(int(model.actuator_trntype[i]))
+        if bodies is not None and bodies[model.actuator_trnid[i, 0]] in inside:
+            yield f"actuator {model.actuator(int(i)).name or i}"
+    for geoms in data.contact.geom[data.contact.dist <= 0.0]:
+        if plane not in geoms and geoms.min() >= 0 and crosses(model.geom_bodyid[geoms]):
+            yield f"the contact of {' and '.join(_geom(model, int(g)) for g in geoms)}"
 
 
 def _free_body(model: Any, name: str | None) -> int:
