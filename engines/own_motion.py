@@ -72,7 +72,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Stepped:
-    """What the model's own steps gave: states as in `Course`."""
+    """The model's own steps: states as in `Course`."""
 
     integrator: str
     step: float  # [s]

@@ -1,4 +1,4 @@
-"""What a model's own steps cost, warm, in turns, beside reference steps: as a study measures."""
+"""Costs of a model's own steps, warm, in turns, beside reference steps: as a study measures."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from plumbob.engines.study.cost import Cost, Key, Piece, in_turns
 from plumbob.engines.trajectory import Timed
 
 PIECE = 5e-3  # [s] of processor time, about, that is timed at once
+TURNS = 9  # at most; on a machine that nobody else uses three agree
 # Of the cheapest cost: what costs no more is as cheap. Steps are halved, and RK4 has four stages,
 # so that costs differ by little or by nearly two.
 ALIKE = 1.25
@@ -21,7 +22,8 @@ ALIKE = 1.25
 
 @dataclass(frozen=True)
 class Ratio:
-    """A cost over another: the medians', and the most that their quartiles leave open."""
+    """A cost over another: the medians', and what the quartiles of both leave open, which are
+    independent of each other."""
 
     value: float
     low: float
@@ -35,11 +37,10 @@ class Ratio:
 
 def ratio(one: Cost, other: Cost, steps: float = 1.0) -> Ratio:
     """`steps` steps at the cost of one over one at the cost of the other."""
-    return Ratio(
-        steps * one.ns_per_step / other.ns_per_step,
-        steps * one.low / other.high,
-        steps * one.high / other.low,
-    )
+    value = steps * one.ns_per_step / other.ns_per_step
+    below = math.hypot(1.0 - one.low / one.ns_per_step, other.high / other.ns_per_step - 1.0)
+    above = math.hypot(one.high / one.ns_per_step - 1.0, 1.0 - other.low / other.ns_per_step)
+    return Ratio(value, value / (1.0 + below), value * (1.0 + above))
 
 
 def timed_periods(
@@ -62,4 +63,4 @@ def timed_periods(
 def costs_in_turns(timed: Mapping[Key, Timed]) -> Mapping[Key, Cost]:
     """The cost of a step of each."""
     pieces = {key: Piece(one, 1.0) for key, one in timed.items()}
-    return in_turns(pieces)[0]
+    return in_turns(pieces, TURNS)[0]

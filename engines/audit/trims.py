@@ -10,11 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.audit.costs import Ratio, costs_in_turns, ratio, timed_periods
+from plumbob.engines.audit.costs import ALIKE, Ratio, costs_in_turns, ratio, timed_periods
 from plumbob.engines.own_motion import Change, OwnModel, Script, Stepped
 
 TENTH = 0.1  # of the step's own error: a change of the motion that is let pass
-SAVES = 0.98  # of the cost: what does not clearly save more is not left out
+# Of the cost: of what does not clearly save more nothing is left out. A single thing that saves too
+# little to tell is, with the others, so that what is left out does not depend on a cost's scatter.
+SAVES = 0.98
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,7 @@ class Trim:
 
 @dataclass(frozen=True)
 class Trims:
-    """All that were tried, and those that are accepted and save something, left out together."""
+    """All that were tried, and those that are accepted together, if that saves something."""
 
     each: tuple[Trim, ...]
     together: Trim | None
@@ -59,17 +61,19 @@ def trims(
     ends = clock() + budget
     offered = [((change,), model.changed((change,))) for change in model.changes(script)]
     each = tried(model, script, parts, index, offered, ends, clock)
-    useful = [t for t in each if t.accepted(error) and t.cost.high < SAVES]
-    # Those to the bit alone, where all together change too much.
-    for chosen in (useful, [t for t in useful if t.same_bits]):
+    useful = [t for t in each if t.accepted(error) and t.cost.low <= 1.0]
+    best: Trim | None = None
+    same = [t for t in useful if t.same_bits]
+    # All, where that is clearly cheaper than those to the bit alone.
+    for chosen in [same, useful] if len(same) < len(useful) else [same]:
         if not chosen:
             continue
         together = strictest([change for trim in chosen for change in trim.changes])
-        both = [(together, model.changed(together))]
-        found = tried(model, script, parts, index, both, ends, clock)
-        if found and found[0].accepted(error) and found[0].cost.high < SAVES:
-            return Trims(each, found[0])
-    return Trims(each, None)
+        (found,) = tried(model, script, parts, index, [(together, model.changed(together))])
+        cheaper = best is None or found.cost.value * ALIKE < best.cost.value
+        if found.accepted(error) and found.cost.high < SAVES and cheaper:
+            best = found
+    return Trims(each, best)
 
 
 def strictest(changes: Sequence[Change]) -> tuple[Change, ...]:
@@ -92,8 +96,8 @@ def tried(
     ends: float = math.inf,
     clock: Callable[[], float] = time.perf_counter,
 ) -> tuple[Trim, ...]:
-    """What changes of `model` do, each given with the model that has them: the first of `offered`
-    that the time allows."""
+    """The effects of changes of `model`, each given with the model that has them: of the first of
+    `offered` that the time allows."""
     models = [model, *(other for _, other in offered)]
     runs: list[Stepped] = []
     for one in models:

@@ -8,6 +8,7 @@ import re
 import zlib
 from html import unescape
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -136,13 +137,12 @@ def test_command_writes_the_page(
 def test_pages_of_files_of_one_name_are_two(tmp_path: Path) -> None:
     """A page is written over that of the same file alone, from whatever folder it is audited."""
     names = []
+    texts: dict[str, Any] = dict.fromkeys(("title", "heading", "lead", "code", "command"), "")
+    lists: dict[str, Any] = dict.fromkeys(("answer", "figures", "tables"), ())
     for robot in ("panda", "ur5e", "panda"):
         model = str(tmp_path / robot / "robot.xml")
         names.append(page_name(model, tmp_path, ".html"))
-        text = laid_out(
-            model=model, title="", heading="", lead="", answer=(), figures=(), tables=(), code="",
-            drawn=None, command="", seconds=0.0,
-        )  # fmt: skip
+        text = laid_out(model=model, drawn=None, seconds=0.0, **texts, **lists)
         (tmp_path / names[-1]).write_text(text, "utf-8")
     assert names == ["audit-robot.html", "audit-ur5e-robot.html", "audit-robot.html"]
     (tmp_path / "audit-robot.html").write_text("a page that says nothing of its model", "utf-8")

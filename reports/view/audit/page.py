@@ -57,7 +57,7 @@ def page_name(model: str, folder: Path, ending: str) -> str:
 
 
 def mark_of(model: str) -> str:
-    """What tells pages of one file from those of another: digits made of its path."""
+    """Digits made of a file's path, which tell its pages from those of another."""
     return f"{crc32(str(Path(model).resolve()).encode()):08x}"
 
 

@@ -114,10 +114,12 @@ LOAD = (
 HOOK = '<site name="hook" pos="0 0 2"/>'
 LEFT_OUT = {  # said: more in the world, more behind it
     "the weld of base and load": (
-        LOAD.format(z=3), '<equality><weld body1="base" body2="load"/></equality>'
+        LOAD.format(z=3),
+        '<equality><weld body1="base" body2="load"/></equality>',
     ),
     "the connect of load and base": (
-        LOAD.format(z=3), '<equality><connect site1="l" site2="s"/></equality>'
+        LOAD.format(z=3),
+        '<equality><connect site1="l" site2="s"/></equality>',
     ),
     "the contact of load and box": (LOAD.format(z=0.139), ""),
     "tendon rope": (
@@ -139,7 +141,7 @@ LEFT_OUT = {  # said: more in the world, more behind it
         '<equality><weld body1="base" body2="load" active="false"/></equality>'
         '<actuator><motor name="thrust" site="s" gear="1 0 0 0 0 0"/></actuator>',
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("said", LEFT_OUT)

@@ -167,7 +167,7 @@ FILES = ("half_cheetah", "walker2d", "hopper", "ant", "humanoid")
 @pytest.mark.parametrize("name", FILES)
 @pytest.mark.parametrize("every", [False, True])
 def test_files_of_gymnasium(name: str, every: bool, tmp_path: Path) -> None:
-    """What is said of the bits of a trimmed file is what runs of both files show, where all that
+    """Of a trimmed file's bits it is said what runs of both files show, where all that
     is offered is left out too."""
     files = folder("gymnasium")
     if files is None:
@@ -181,9 +181,8 @@ def test_files_of_gymnasium(name: str, every: bool, tmp_path: Path) -> None:
     if not every:
         changes = tuple(c for c in changes if c.name.startswith(("collisions", "stages", "island")))
     left_out = write_trimmed(source, changes, target)
-    (said,) = tried(
-        model, motion, parts, len(motion.controls), [(left_out, ready(target))]
-    )  # fmt: skip
+    offered = [(left_out, ready(target))]
+    (said,) = tried(model, motion, parts, len(motion.controls), offered)
     steps = parts * len(motion.controls)
     assert np.array_equal(moved(source, steps), moved(target, steps)) == said.same_bits
     assert said.same_bits or every

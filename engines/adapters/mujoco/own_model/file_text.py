@@ -95,10 +95,8 @@ def _is_editable(element: _Element) -> bool:
     return element.name == "pair" and "contact" in element.within
 
 
-def _in_text(
-    change: Change, made: Mapping[tuple[str, int], tuple[Place, int]]
-) -> Change | None:  # fmt: skip
-    """What of a change the text can be given: an element whose geoms are all of it."""
+def _in_text(change: Change, made: Mapping[tuple[str, int], tuple[Place, int]]) -> Change | None:
+    """The part of a change that the text can be given: elements all of whose geoms are in it."""
     sets, before, after = [], 0, 0
     for field, indices, value in change.sets:
         kind = field.partition("_")[0]

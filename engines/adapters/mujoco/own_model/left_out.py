@@ -1,4 +1,4 @@
-"""What a MuJoCo model may do without on a motion."""
+"""Changes that a MuJoCo model may do with on a motion: collisions, stages, iterations left out."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ def rigid_piece(
 
 
 def _left_out(model: Any, data: Any, inside: list[int], plane: int) -> Iterator[str]:
-    """What acts on the bodies `inside` at the start and is not copied, by name."""
+    """Names of all that acts on the bodies `inside` at the start and is not copied."""
     kinds = {int(mujoco.mjtEq.mjEQ_WELD): "weld", int(mujoco.mjtEq.mjEQ_CONNECT): "connect"}
     on = {
         int(TRANSMISSION.mjTRN_SITE): model.site_bodyid,
