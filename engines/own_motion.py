@@ -183,9 +183,11 @@ class OwnModel(Protocol):
         """Its own steps, `parts` in a control period."""
         ...
 
-    def timed(self, script: Script, states: Array, integrator: str, parts: int) -> Timed:
-        """The periods of `script`, each begun at its row of `states`, or where the last one ended
-        if that is no number, for what `parts` steps in each cost."""
+    def timed(
+        self, script: Script, states: Array, integrator: str, parts: int, steps: int
+    ) -> Timed:
+        """The first `steps` of `parts` in each period of `script`, begun at its row of `states`, or
+        where the last one ended if that is no number, for what they cost."""
         ...
 
     def positions(self, states: Array) -> Array:

@@ -14,6 +14,7 @@ from plumbob.engines.study.cost import Cost, Key, Piece, in_turns
 from plumbob.engines.trajectory import Timed
 
 PIECE = 5e-3  # [s] of processor time, about, that is timed at once
+PLACES = 8  # of a motion, at least, where it has as many periods
 TURNS = 9  # at most; on a machine that nobody else uses three agree
 # Of the cheapest cost: what costs no more is as cheap. Steps are halved, and RK4 has four stages,
 # so that costs differ by little or by nearly two.
@@ -46,18 +47,21 @@ def ratio(one: Cost, other: Cost, steps: float = 1.0) -> Ratio:
 def timed_periods(
     model: OwnModel, script: Script, states: Array, integrator: str, parts: int, seconds: float
 ) -> Timed:
-    """Control periods that take about `PIECE` [s] at `parts` steps in each, spread over the motion
-    whose `states`, shape (n, ...), are known: those of a motion that takes `seconds` in all."""
+    """About `PIECE` [s] of the motion whose `states`, shape (n, ...), are known, at `parts` steps
+    in a control period: repeated where it is shorter, else beginnings of periods all over it;
+    `seconds` is what the whole motion takes."""
     periods = min(len(states), len(script.controls))
-    wanted = max(1, math.ceil(PIECE / max(seconds, 1e-9) * len(script.controls)))
-    if wanted < periods:
-        chosen = np.linspace(0, periods - 1, wanted).astype(int)
-    else:
+    wanted = PIECE / max(seconds, 1e-9) * len(script.controls)
+    if wanted > periods:
         chosen = np.tile(np.arange(periods), math.ceil(wanted / periods))
+    else:
+        chosen = np.linspace(0, periods - 1, min(periods, max(PLACES, round(wanted)))).astype(int)
+    steps = math.ceil(parts * min(1.0, wanted / len(chosen)))
     begun = states[chosen]
-    begun[1:][np.diff(chosen) == 1] = np.nan  # it goes on
+    if steps == parts:
+        begun[1:][np.diff(chosen) == 1] = np.nan  # it goes on
     some = Script(script.start, script.period, script.controls[chosen])
-    return model.timed(some, begun, integrator, parts)
+    return model.timed(some, begun, integrator, parts, steps)
 
 
 def costs_in_turns(timed: Mapping[Key, Timed]) -> Mapping[Key, Cost]:

@@ -159,10 +159,10 @@ class Clocked(MujocoModel):
     """A model whose steps take 1 µs, RK4's 4 µs; but ten times as long when they are timed first,
     and in a slow spell of the machine, which the reference steps beside are in, too."""
 
-    def timed(self, script: Any, states: Any, integrator: str, parts: int) -> Any:
+    def timed(self, script: Any, states: Any, integrator: str, parts: int, steps: int) -> Any:
         turns = iter((10.0, 1.0, 3.0, 1.0, 1.0, *[1.0] * TURNS))
         pace = 4e-6 if integrator == "rk4" else 1e-6
-        count = len(states) * parts
+        count = len(states) * steps
         return SimpleNamespace(
             compile_seconds=0.0, stepped=lambda _: Stepping(count, count * pace * next(turns))
         )
@@ -197,10 +197,11 @@ def test_timed_periods_are_spread_over_the_motion() -> None:
     assert short.stepped(0.5).steps == 3 * 10
     assert isinstance(short, TimedPeriods)
     assert [k for k, start in enumerate(short.starts) if start is not None] == [0, 10, 20]
-    few = timed_periods(own, motion, states, "euler", 64, 3.3 * PIECE)
+    few = timed_periods(own, motion, states, "euler", 64, 5 * PIECE)  # a fifth of it
     assert isinstance(few, TimedPeriods)
     begun = [start[0][0] for start in few.starts if start is not None]
-    assert begun == [states[k][0] for k in (0, 3, 6, 9)]
+    assert begun == [states[k][0] for k in (0, 1, 2, 3, 5, 6, 7, 9)]
+    assert few.stepped(1.0).steps == 8 * 16
     ended = timed_periods(own, motion, states[:5], "euler", 2, PIECE)
     assert ended.stepped(1.0).steps == 2 * 5 * 2  # up to where the motion is known
 

