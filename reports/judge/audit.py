@@ -35,7 +35,7 @@ def audit(
 
     `control` is "rest", "zero", "sines" or values of shape (periods, actuators), held for `period`
     [s]; the motion lasts `duration` [s]; the whole takes about `budget` [s]. With more
-    `jobs` integrators run in as many processes; costs are then measured beside each other.
+    `jobs` integrators run in as many processes; costs are measured alone.
     `progress` is given what is being done. Raises ParameterError for bad input, and for a model
     that no reference can be certified for, with the reason.
 
