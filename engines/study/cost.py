@@ -8,8 +8,9 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import cast
 
-from plumbob.engines.method import Method, Stepping, Unsupported
+from plumbob.engines.method import Method, Simulation, Stepping, Unsupported
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.trajectory import Timed
 from plumbob.models.scene import Case
@@ -91,7 +92,11 @@ def costs(
             ready[name] = _sized(case, method, step, budget, runs.get(name))
         except Unsupported:
             continue
-    return in_turns(ready, repeats, budget, progress)
+    found, unit = in_turns(ready, repeats, budget, progress)
+    return {
+        name: replace(cost, whole_run=_whole_run(ready[name], cost.ns_per_step, runs.get(name)))
+        for name, cost in found.items()
+    }, unit
 
 
 def in_turns(
@@ -122,11 +127,10 @@ def in_turns(
                 ratios[key].append(1e9 * run.seconds / run.steps / beside)
     unit = statistics.median(rules)
     return {
-        key: replace(_cost(values, unit, ready[key].simulation.compile_seconds),
-                     whole_run=_whole_run(ready[key], unit * values[0], runs.get(key)))
+        key: _cost(values, unit, ready[key].simulation.compile_seconds)
         for key, values in ratios.items()
         if values
-    }, unit  # fmt: skip
+    }, unit
 
 
 def _whole_run(piece: Piece, ns_per_step: float, known: Stepping | None) -> float:
@@ -137,10 +141,10 @@ def _whole_run(piece: Piece, ns_per_step: float, known: Stepping | None) -> floa
         return 1.0
     if 1.0 / APART <= 1e9 * known.seconds / known.steps / max(ns_per_step, 1e-3) <= APART:
         return 1.0
-    whole, timed = [], []
+    whole, timed, simulation = [], [], cast(Simulation, piece.simulation)
     for _ in range(HELD):
         begin = time.process_time()
-        run = piece.simulation.run()
+        run = simulation.run()
         computed = time.process_time() - begin
         taken = piece.stepped()
         if not run.steps or not taken.steps:

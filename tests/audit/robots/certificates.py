@@ -60,7 +60,7 @@ def confirmations(found: Audit, limit: float = LIMIT) -> list[Confirmation]:
 
     def motion(integrator: str, factor: int) -> tuple[Array, float]:
         run = model.stepped(script, integrator, factor * steps.own.parts)
-        return model.positions(run.states[:count]), run.ns_per_second * script.duration * 1e-9
+        return model.positions(run.states[:count]), run.seconds
 
     own, _ = motion(found.integrator, 1)
     confirmed = []

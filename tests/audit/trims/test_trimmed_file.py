@@ -23,7 +23,7 @@ from plumbob.engines.own_motion import Change
 from plumbob.reports.commands.arguments.values import plain
 from plumbob.reports.commands.audit import as_data, trimmed_file
 from plumbob.reports.view.audit.text import rows
-from plumbob.tests.audit.robot_files import folder
+from plumbob.tests.audit.robots.robot_files import folder
 from plumbob.tests.audit.scenes_as_models import ready
 
 # Digits that MuJoCo's own writer rounds: a range in degrees that is reached, a spring's length.
