@@ -3,6 +3,7 @@ as medians."""
 
 from __future__ import annotations
 
+import math
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -24,9 +25,10 @@ BESIDE = 100  # reference steps before and after each timing
 ENOUGH, CLOSE = 3, 0.08
 NO_RUNS: Mapping[Key, Stepping] = MappingProxyType({})
 EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of a long run's
-# What is timed may differ so much from what a whole run takes a step: reading its samples, or
-# waiting for a busy machine, adds less than a factor of two on every pair of the quick profile.
-APART, HELD = 3.0, 3  # a factor, and how many whole runs confirm that it is exceeded
+# What is timed may differ so much from what a whole run takes a step: to begin those of each sample
+# makes steps of half a microsecond up to twice as long. Medians of three pairs were beyond a factor
+# of 3 on a machine with five times the work it has cores for; none of five pairs is, see the tests.
+APART, HELD = 3.0, 5  # a factor, and how many pairs of a whole run and a piece confirm it
 
 
 @dataclass(frozen=True)
@@ -135,23 +137,23 @@ def in_turns(
 
 def _whole_run(piece: Piece, ns_per_step: float, known: Stepping | None) -> float:
     """Time of a step in a whole run over `ns_per_step` [ns], that of a step of a `piece`: where the
-    run that is `known` says that they are APART, by medians of HELD of both, in turn, a whole run's
-    at most what it computes for; else 1."""
+    run that is `known` says that they are APART, of HELD pairs of both, in turn, that nearest to 1,
+    a whole run's at most what it computes for; else 1."""
     if known is None or not known.steps:
         return 1.0
     if 1.0 / APART <= 1e9 * known.seconds / known.steps / max(ns_per_step, 1e-3) <= APART:
         return 1.0
-    whole, timed, simulation = [], [], cast(Simulation, piece.simulation)
+    ratios, simulation = [], cast(Simulation, piece.simulation)
     for _ in range(HELD):
         begin = time.process_time()
         run = simulation.run()
         computed = time.process_time() - begin
         taken = piece.stepped()
-        if not run.steps or not taken.steps:
-            return 1.0
-        whole.append(min(run.seconds, computed) / run.steps)
-        timed.append(taken.seconds / taken.steps)
-    return statistics.median(whole) / max(statistics.median(timed), 1e-12)
+        if not run.steps or not taken.steps or not taken.seconds > 0.0:
+            return math.inf
+        whole = min(run.seconds, computed) / run.steps
+        ratios.append(max(whole, 1e-12) * taken.steps / taken.seconds)
+    return min(ratios, key=lambda ratio: abs(math.log(ratio)))
 
 
 def reference_step(steps: int = 2_000) -> Callable[[], float]:

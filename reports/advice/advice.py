@@ -30,7 +30,7 @@ from plumbob.reports.advice.recommend import (
 )
 from plumbob.reports.advice.step_search import Evidence, as_choice, searched
 from plumbob.reports.advice.work_precision import of_method, points
-from plumbob.reports.judge.verdict import Judgements, judge_study
+from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 
 _UNTIMED = Cost(1.0, 1.0, 1.0, 1.0, 0.0, 0)  # where only the errors of a curve count
 SECONDS = 45.0  # [s] of computing, roughly, that the search for steps may take

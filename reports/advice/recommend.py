@@ -28,7 +28,7 @@ from plumbob.engines.study.convergence import DEFAULT, ConvergenceStudy
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import unknown as unknown_name
 from plumbob.reports.advice.work_precision import Point, converging, of_method, points
-from plumbob.reports.judge.verdict import Judgements
+from plumbob.reports.judge.study_verdicts import Judgements
 
 DEFAULT_METHOD, DEFAULT_STEP = DEFAULT
 UNTRUSTED = ("fail", "not-converging", "diverged", "cut-short")  # verdicts that rule a method out

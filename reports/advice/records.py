@@ -12,7 +12,8 @@ from plumbob.engines.study.order import Order
 from plumbob.engines.study.results import Study
 from plumbob.reports.advice.user_settings import UserResult, instead
 from plumbob.reports.judge.expectations import expected
-from plumbob.reports.judge.verdict import Judgement, Judgements
+from plumbob.reports.judge.study_verdicts import Judgements
+from plumbob.reports.judge.verdict import Judgement
 
 
 def record(

@@ -14,7 +14,8 @@ from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Study
 from plumbob.reports.advice.recommend import EXACT, Choice, cheapest, chosen, trusted
 from plumbob.reports.advice.work_precision import Point, error_of, of_method, points
-from plumbob.reports.judge.verdict import Judgement, Judgements
+from plumbob.reports.judge.study_verdicts import Judgements
+from plumbob.reports.judge.verdict import Judgement
 
 HERE = "mujoco/"  # methods that are other settings of the user's own engine
 

@@ -23,8 +23,8 @@ from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.report import html_file
 from plumbob.reports.judge import benchmarks
 from plumbob.reports.judge.benchmarks import BenchmarkRun
+from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.tolerance import round_off
-from plumbob.reports.judge.verdict import judge_study
 
 MOVED = 1e-9  # of an error, beside what rounding explains: the same code gives the same bits
 COSTS_MORE = 1.25  # of a cost in reference step times, beyond the quartiles of both

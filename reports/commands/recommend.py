@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from plumbob.reports.advice.advice import Answer, Known, Question, RunStudies
     from plumbob.reports.advice.recommend import Choice, Recommendation
     from plumbob.reports.advice.user_settings import UserResult
-    from plumbob.reports.judge.verdict import Judgements
+    from plumbob.reports.judge.study_verdicts import Judgements
 
 FILE = "recommend.sqlite3"  # what this command has run, beside the studies of `validate`
 CHANGED = "changed"  # the profile of studies of a scene with parameters of --set
@@ -284,7 +284,7 @@ def _with_own(study: Study, scene: Scene, own: Method) -> Study:
 
 def _own_settings(study: Study) -> tuple[UserResult, ...]:
     from plumbob.reports.advice.user_settings import user_results
-    from plumbob.reports.judge.verdict import judge_study
+    from plumbob.reports.judge.study_verdicts import judge_study
 
     judged: Judgements = judge_study(study)
     return user_results(study, judged)

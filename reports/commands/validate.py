@@ -34,7 +34,7 @@ from plumbob.reports.commands.arguments.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.arguments.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.arguments.like import add_like, beside, own_method
 from plumbob.reports.judge.expectations import accurate, as_expected
-from plumbob.reports.judge.verdict import Judgements, judge_study
+from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view.junit import write_junit
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.engines.study.measurement import Measurement, ObservedError, roundings
 from plumbob.engines.study.results import Study
+from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.tolerance import Tolerance
-from plumbob.reports.judge.verdict import Judgements
 
 ROUND_OFFS = 10.0  # a difference of so many round-offs says nothing of what theory leaves open
 

@@ -13,7 +13,6 @@ from typing import Literal, Protocol
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
-from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import (
     Measurement,
     ObservedError,
@@ -21,7 +20,6 @@ from plumbob.engines.study.measurement import (
     relative_error,
     unpredicted,
 )
-from plumbob.engines.study.results import Study
 from plumbob.models.scene import Observable, Quantity
 from plumbob.reports.judge.converging import convergence
 from plumbob.reports.judge.tolerance import Tolerance, exceeded, starts_off, tolerance, too_wide
@@ -74,35 +72,6 @@ class Observed(Protocol):
     def observables(self) -> tuple[Observable, ...]:
         """Names and units."""
         ...
-
-
-@dataclass(frozen=True)
-class StoredObservables:
-    """The observables of a scene as a study keeps them."""
-
-    observables: tuple[Observable, ...]
-
-
-Judgements = Mapping[tuple[str, str], Judged]  # by scene and method
-
-
-def judge_study(study: Study) -> Judgements:
-    """The verdicts on everything that a study measured; each run is judged once."""
-    methods = {m.name: m for m in study.methods}
-    observed = {s.name: StoredObservables(study.observables(s.name)) for s in study.scenes}
-    found = {}
-    for c in study.convergence:
-        one = judged(c, observed[c.scene], methods[c.method], study.quantities(c.scene))
-        claims = _of_its_cost(study.costs.get((c.scene, c.method)))
-        whole = replace(one.whole, claims=claims, versions=study.provenance.versions)
-        found[c.scene, c.method] = replace(one, whole=whole)
-    return found
-
-
-def _of_its_cost(cost: Cost | None) -> str:
-    if cost is None or cost.believed:
-        return ""
-    return f"a step in a whole run takes {cost.whole_run:.2g} times what a step is said to cost"
 
 
 def judged(

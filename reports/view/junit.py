@@ -13,7 +13,8 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import pairs
 from plumbob.models.scene import Observable, Scene
 from plumbob.reports.judge.expectations import expected, standing, surprise
-from plumbob.reports.judge.verdict import Judgement, Judgements
+from plumbob.reports.judge.study_verdicts import Judgements
+from plumbob.reports.judge.verdict import Judgement
 from plumbob.reports.view.page import written
 
 

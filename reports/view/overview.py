@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from plumbob.engines.study.results import Study
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, Choice, Recommendation, cheapest
-from plumbob.reports.judge.verdict import Judgements
+from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Finding, StatementVerdict, Table, row
 

@@ -7,7 +7,8 @@ from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import expected
 from plumbob.reports.judge.sensitivity import Noticed, Parameter, Sensitivities
-from plumbob.reports.judge.verdict import Judgement, Judgements
+from plumbob.reports.judge.study_verdicts import Judgements
+from plumbob.reports.judge.verdict import Judgement
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
 

@@ -14,7 +14,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import pairs
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.judge.expectations import Standing, expected, standing, surprise
-from plumbob.reports.judge.verdict import Judgements
+from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.view import notation
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from plumbob.engines.study.results import Study
+from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.tightness import ROUND_OFFS, Slack, Spread, slacks, spread
-from plumbob.reports.judge.verdict import Judgements
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
 

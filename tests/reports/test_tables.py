@@ -21,8 +21,9 @@ from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.findings.cone_pendulum import hamiltonian, source_claims
 from plumbob.reports.findings.sources import CHERNOUSKO, NOTEBOOK, SUDAKOV, as_printed
+from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.tolerance import exceeded, round_off, tolerance
-from plumbob.reports.judge.verdict import Judged, judge, judge_study, judged
+from plumbob.reports.judge.verdict import Judged, judge, judged
 from plumbob.reports.view import notation, overview, tables
 from plumbob.reports.view.content import Finding, Statement, StatementVerdict, Table
 from plumbob.tests.site import whole_profile

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.tightness import Slack, slacks, spread
-from plumbob.reports.judge.verdict import judge_study
 from plumbob.reports.view import sensitivity, tightness
 from plumbob.tests.support.studies import SCENE, quick
 from plumbob.tests.validation.tightness import loosest

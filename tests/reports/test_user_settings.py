@@ -15,7 +15,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import joined
 from plumbob.models.scene import step_sizes
 from plumbob.reports.advice.user_settings import UserResult, instead, user_results
-from plumbob.reports.judge.verdict import judge_study
+from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.view.user_settings import lines, table
 from plumbob.tests.support.studies import SCENE, made_up
 

@@ -19,7 +19,8 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.models.scene import Quantity
 from plumbob.reports.findings.capsule_line.displacement import errors
-from plumbob.reports.judge.verdict import Judged, Judgement, judge_study
+from plumbob.reports.judge.study_verdicts import judge_study
+from plumbob.reports.judge.verdict import Judged, Judgement
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.page import UNITS

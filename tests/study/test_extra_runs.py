@@ -30,7 +30,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, scene, scenes, systems
 from plumbob.models.scene import Case, System
 from plumbob.reports.judge import verdict
-from plumbob.reports.judge.verdict import judge_study
+from plumbob.reports.judge.study_verdicts import judge_study
 
 SCENE = "cone-pendulum/deep-well"
 SMALL = "linear-pendulum/overdamped"  # of which the page shows few runs

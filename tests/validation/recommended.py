@@ -21,7 +21,7 @@ from plumbob.models.scene import Scene
 from plumbob.reports.advice.advice import Known, Question, advise
 from plumbob.reports.advice.recommend import EXACT, Choice, trusted
 from plumbob.reports.advice.work_precision import error_of, of_method, points
-from plumbob.reports.judge.verdict import judge_study
+from plumbob.reports.judge.study_verdicts import judge_study
 
 BELOW = (1.0, 0.995, 0.98, 0.96, 0.92, 0.85)  # of the recommended step
 CHEAPER = 1.5  # what a cheaper choice would be cheaper by, more than

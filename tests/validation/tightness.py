@@ -12,8 +12,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from plumbob.engines.study.store import FILE, load
+from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.tightness import Slack, slacks
-from plumbob.reports.judge.verdict import judge_study
 from plumbob.reports.view.tightness import tables
 
 

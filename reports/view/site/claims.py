@@ -11,7 +11,7 @@ from itertools import product
 from plumbob.engines.method import USER_METHOD
 from plumbob.engines.study.results import Study
 from plumbob.reports.judge.expectations import standing
-from plumbob.reports.judge.verdict import Judgements
+from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.view.content import Claim, Finding, Section
 from plumbob.reports.view.notation import number
 

@@ -13,7 +13,7 @@ from plumbob.engines.workers import Work, Workers, workers_of
 from plumbob.models.registry import find_system
 from plumbob.models.scene import Scene, System
 from plumbob.reports.judge.sensitivity import parameters_of
-from plumbob.reports.judge.verdict import Judgements
+from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.view.site.views import (
     Said,
     SceneView,

@@ -13,7 +13,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import systems
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
-from plumbob.reports.judge.verdict import Judgements
+from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Figure, Finding, Table, row
 from plumbob.reports.view.overview import anchor

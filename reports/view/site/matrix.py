@@ -22,7 +22,8 @@ from plumbob.models.registry import systems
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT, UNTRUSTED
 from plumbob.reports.judge.expectations import marked
-from plumbob.reports.judge.verdict import Judgement, Judgements
+from plumbob.reports.judge.study_verdicts import Judgements
+from plumbob.reports.judge.verdict import Judgement
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
 

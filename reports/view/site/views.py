@@ -15,7 +15,8 @@ from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene, System
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT, cheapest
 from plumbob.reports.advice.work_precision import points
-from plumbob.reports.judge.verdict import Judged, Judgements, Verdict
+from plumbob.reports.judge.study_verdicts import Judgements
+from plumbob.reports.judge.verdict import Judged, Verdict
 from plumbob.reports.view import notation, overview, sensitivity, tables
 from plumbob.reports.view.about import Description, described
 from plumbob.reports.view.content import Cell, Figure, Finding, Section, Table, row

@@ -19,7 +19,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.workers import Workers
 from plumbob.models.registry import systems
 from plumbob.reports.advice.user_settings import user_results
-from plumbob.reports.judge.verdict import Judgements, judge_study
+from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view import notation, overview, tightness
 from plumbob.reports.view.page import NAME, STYLE, filled, shared_files, written
 from plumbob.reports.view.palette import styles

@@ -1,0 +1,40 @@
+"""The verdicts on everything that a study measured, by scene and method."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from plumbob.engines.study.cost import Cost
+from plumbob.engines.study.results import Study
+from plumbob.models.scene import Observable
+from plumbob.reports.judge.verdict import Judged, judged
+
+
+@dataclass(frozen=True)
+class StoredObservables:
+    """The observables of a scene as a study keeps them."""
+
+    observables: tuple[Observable, ...]
+
+
+Judgements = Mapping[tuple[str, str], Judged]  # by scene and method
+
+
+def judge_study(study: Study) -> Judgements:
+    """The verdicts on everything that a study measured; each run is judged once."""
+    methods = {m.name: m for m in study.methods}
+    observed = {s.name: StoredObservables(study.observables(s.name)) for s in study.scenes}
+    found = {}
+    for c in study.convergence:
+        one = judged(c, observed[c.scene], methods[c.method], study.quantities(c.scene))
+        claims = _of_its_cost(study.costs.get((c.scene, c.method)))
+        whole = replace(one.whole, claims=claims, versions=study.provenance.versions)
+        found[c.scene, c.method] = replace(one, whole=whole)
+    return found
+
+
+def _of_its_cost(cost: Cost | None) -> str:
+    if cost is None or cost.believed:
+        return ""
+    return f"a step in a whole run takes {cost.whole_run:.2g} times what a step is said to cost"
