@@ -11,6 +11,7 @@ from plumbob.analytic.errors.shared import Same, expected
 from plumbob.engines.method import Stepping
 from plumbob.engines.registry import engine_of, methods
 from plumbob.engines.registry import method as find_method
+from plumbob.engines.sampling import sampled, step_count
 from plumbob.engines.study import measurement
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction, measure
@@ -45,7 +46,8 @@ class Given:
 def beside_the_series(parts: float, monkeypatch: pytest.MonkeyPatch) -> Measurement:
     """A run whose error is the series', and so many times its last two terms more."""
     case = case_of(find_scene(SCENE))
-    times = np.linspace(0.0, case.scene.duration, 101)
+    steps = step_count(case.scene.duration, STEP)
+    times = sampled(steps).astype(np.float64) * STEP
     powers, total, _ = expected(
         Same(case.reference), Same(case.errors), EULER.scheme, STEP, times.tobytes()
     )
@@ -55,7 +57,7 @@ def beside_the_series(parts: float, monkeypatch: pytest.MonkeyPatch) -> Measurem
         for name, values in case.reference.observe(times).items()
         if name in total
     }
-    run = Trajectory(times, seen, steps=round(case.scene.duration / STEP))
+    run = Trajectory(times, seen, steps=steps)
     false = replace(engine_of(EULER), prepare=lambda case, method, step: Given(run))
     monkeypatch.setattr(measurement, "engine_of", lambda method: false)
     return measure(case, EULER, STEP)[0]

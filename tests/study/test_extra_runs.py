@@ -162,7 +162,9 @@ def test_a_run_of_the_study_itself_is_not_made_again(monkeypatch: pytest.MonkeyP
     asked = tuple(ExtraRun(SCENE, "ode/rk4", step) for step in (own.steps[0], 1.5e-4))
     found = run_study([own], [how], timed=False, requests=lambda plan: asked)
     steps = [m.step for m in found.convergence[0].measurements]
-    assert prepared == [*steps, 1.5e-4]
+    drawn = found.convergence[0].drawn
+    assert drawn is not None
+    assert prepared == [*steps, drawn.step, 1.5e-4]
     for request in asked:
         recording = found.recording(request)
         assert recording is not None
@@ -211,7 +213,7 @@ def test_a_problem_is_made_once_and_a_run_judged_once(monkeypatch: pytest.Monkey
     assert calls["problem"] == len(chosen) + 1  # scenes, and the one changed for the extra runs
     monkeypatch.setattr(verdict, "judge", counted("judge", verdict.judge))
     judge_study(study)
-    assert calls["judge"] == sum(len(c.measurements) for c in study.convergence)
+    assert calls["judge"] == sum(len(c.measurements) + 1 for c in study.convergence)  # one is drawn
 
 
 def test_validate_judges_each_run_once(
@@ -232,4 +234,4 @@ def test_validate_judges_each_run_once(
     assert main(["validate", *words, "--json", "--junitxml", junit]) == 0
     study = store.load(tmp_path / store.FILE)
     assert study is not None
-    assert len(judged) == sum(len(c.measurements) for c in study.convergence)
+    assert len(judged) == sum(len(c.measurements) + 1 for c in study.convergence)  # one is drawn
