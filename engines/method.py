@@ -12,7 +12,7 @@ from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.trajectory import Stepping as Stepping
 from plumbob.engines.trajectory import Timed, Trajectory
-from plumbob.models.registry import added_system
+from plumbob.models.registry import system_called
 from plumbob.models.scene import Case, Scene
 
 if TYPE_CHECKING:  # what an engine takes of a user's own model
@@ -55,7 +55,9 @@ class Method:
     settings: Mapping[str, Any] = field(default_factory=dict)  # the engine's own option names
     step_sizes: tuple[float, ...] = ()  # of tolerances, loose to tight; steps are the scene's own
     systems: tuple[str, ...] = ()
-    """Patterns of systems, or scenes, it is meant for, or after "!" is not; empty: all."""
+    """Patterns of systems, or scenes, it is meant for beside its kinds, or after "!" is not."""
+    kinds: tuple[str, ...] = ()
+    """Kinds of system that it can do; with no names of systems either: all."""
     surrogate: str = ""
     """Why its model is not the full body, where it is not: what no robot model can take over."""
 
@@ -70,18 +72,22 @@ class Method:
 
 
 def meant(method: Method, scene: Scene) -> bool:
-    """Whether `method` is meant for `scene`, by its name or its system's. A system of another
-    package is for the engines that it has builders for, and the methods that name it."""
+    """Whether `method` is meant for `scene`: by the kind of its system, or by its name or its
+    system's. A system of another package is for the engines that it has builders for, and the
+    methods that name it."""
     names = (scene.system, scene.name)
-    wanted = [p for p in method.systems if not p.startswith("!")]
-    if not wanted:
-        system = added_system(scene.system)
-        if system is not None and method.engine not in system.builders:
-            return False
-        wanted = ["*"]
+    named = [p for p in method.systems if not p.startswith("!")]
     unwanted = [p[1:] for p in method.systems if p.startswith("!")]
-    matches = [any(fnmatchcase(n, p) for p in group for n in names) for group in (wanted, unwanted)]
-    return matches[0] and not matches[1]
+    if any(fnmatchcase(name, pattern) for pattern in unwanted for name in names):
+        return False
+    if any(fnmatchcase(name, pattern) for pattern in named for name in names):
+        return True
+    system = system_called(scene.system)
+    if system is not None and system.distribution and method.engine not in system.builders:
+        return False
+    if not method.kinds:
+        return not named
+    return system is not None and system.kind in method.kinds
 
 
 class Simulation(Timed, Protocol):

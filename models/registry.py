@@ -17,7 +17,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, known
 from plumbob.models import entry_points
-from plumbob.models.scene import Case, Scene, System
+from plumbob.models.scene import ONE_SMOOTH, Case, Scene, System
 
 
 @cache
@@ -43,11 +43,14 @@ def systems() -> Mapping[str, System]:
     return {name: found[name] for name in sorted(found)}
 
 
+def system_called(name: str) -> System | None:
+    """The system of this name, None where there is none; no package is loaded that adds another."""
+    return built_in().get(name) or added_system(name)
+
+
 def find_system(name: str) -> System:
     """The system of this name; no package is loaded that adds another. Raises ParameterError."""
-    if name in built_in():
-        return built_in()[name]
-    if (system := added_system(name)) is not None:
+    if (system := system_called(name)) is not None:
         return system
     raise ParameterError("scene", name, broken(name) or unknown(name, list(systems())))
 
@@ -71,8 +74,8 @@ def _usable(name: str) -> System | None:
     added = _addition(name)
     if added is None or added.reason:
         return None
-    system: System = replace(added.found, distribution=added.distribution)
-    return system
+    system: System = added.found
+    return replace(system, distribution=added.distribution, kind=system.kind or ONE_SMOOTH)
 
 
 def _addition(name: str) -> entry_points.Addition | None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 
@@ -15,6 +15,11 @@ from plumbob.analytic.reference import Array, Reference
 
 Parameters = Mapping[str, Any]
 Answers = Callable[[Any, Array], Mapping["Observable", Array]]
+# Kinds of system, by which a method says what it can do; a new kind is another string.
+ONE_SMOOTH: Final = "one smooth degree of freedom"
+SMOOTH: Final = "smooth degrees of freedom"
+FREE_ROTATION: Final = "free rotation"
+ON_SUPPORTS: Final = "body on supports"
 
 
 @dataclass(frozen=True)
@@ -97,6 +102,7 @@ class System:
     facts: Callable[[Any], Mapping[str, Any]]  # what `solve` reports beside the observables
     mjcf: Path  # the model on its own
     family: str  # by which an engine's adapter finds its builder: adapters/<engine>/<family>.py
+    kind: str = ""  # by which methods claim it: without one those alone that name it
     change: Callable[[Parameters, Parameters], Parameters] = replaced
     errors: Callable[[Any], ErrorTheory] = no_theory  # what fixed steps do to the exact motion
     weight: float = 1.0  # what a step of it costs, roughly, in steps of a pendulum

@@ -14,10 +14,13 @@ from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.sampling import SAMPLES
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Case
+from plumbob.models.scene import FREE_ROTATION, ON_SUPPORTS, ONE_SMOOTH, Case
 
 # ULP is the finest representable tolerance.
-METHODS = (Method("exact/closed-form", Scheme(CLOSED_FORM), None, "tolerance", {}, (ULP,)),)
+KINDS = (ONE_SMOOTH, FREE_ROTATION, ON_SUPPORTS)
+METHODS = (
+    Method("exact/closed-form", Scheme(CLOSED_FORM), None, "tolerance", {}, (ULP,), kinds=KINDS),
+)
 
 
 @dataclass

@@ -30,7 +30,7 @@ NO_CONTACTS = (
 # leave four. Elsewhere its verdict would be that nothing is claimed.
 RESOLVED = ("linear-pendulum/free-large", "linear-pendulum/forced-large")
 # Beside a separatrix no step of a method without theory shows to which side it goes.
-AWAY_FROM_SADDLES = (*PENDULUMS, "!cone-pendulum/*-barrier-*")
+AWAY_FROM_SADDLES = ("!cone-pendulum/*-barrier-*",)
 METHODS = (
     Method(
         "exudyn/default",
@@ -38,6 +38,7 @@ METHODS = (
         2,
         settings={"solver": "GeneralizedAlpha"},
         systems=(*AWAY_FROM_SADDLES, "capsule-line/heading-030"),
+        kinds=PENDULUMS,
     ),
     Method(
         "exudyn/alpha+tight",
@@ -45,8 +46,9 @@ METHODS = (
         2,
         settings={"solver": "GeneralizedAlpha", "relativeTolerance": 1e-13},
         systems=AWAY_FROM_SADDLES,
+        kinds=PENDULUMS,
     ),
-    Method("exudyn/rk44", Scheme(RK4), 4, settings={"solver": "RK44"}, systems=PENDULUMS),
+    Method("exudyn/rk44", Scheme(RK4), 4, settings={"solver": "RK44"}, kinds=PENDULUMS),
     Method(
         "exudyn/rk67",
         Scheme("runge-kutta of order 6"),

@@ -22,12 +22,14 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.sampling import SAMPLES
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Case
+from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, Case
 
 SMALLEST = ULP
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 17, 2))
-SMOOTH = ("*-pendulum", "free-body")
-METHODS = (Method("heyoka/taylor", Scheme(ADAPTIVE), None, "tolerance", {}, TOLERANCES, SMOOTH),)
+KINDS = (ONE_SMOOTH, FREE_ROTATION)
+METHODS = (
+    Method("heyoka/taylor", Scheme(ADAPTIVE), None, "tolerance", {}, TOLERANCES, kinds=KINDS),
+)
 
 
 @dataclass

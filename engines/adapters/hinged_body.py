@@ -12,9 +12,9 @@ from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.divergence import BEYOND, limits, possible_speed
 from plumbob.engines.method import Unsupported
-from plumbob.models.scene import Case
+from plumbob.models.scene import ONE_SMOOTH, Case
 
-PENDULUMS = ("*-pendulum",)
+PENDULUMS = (ONE_SMOOTH,)
 POINT = 1e-15  # [kg m^2] of a bob that is a point: engines want moments of inertia above zero
 
 

@@ -21,12 +21,13 @@ NO_CONTACTS = (
     "its forward dynamics has bilateral constraints: contacts would be those of its caller"
 )
 METHODS = (
-    Method("pinocchio/aba+euler", Scheme(EULER), 1, systems=PENDULUMS),
+    Method("pinocchio/aba+euler", Scheme(EULER), 1, kinds=PENDULUMS),
     Method(
         "pinocchio/aba+rk4",
         Scheme(RK4),
         4,
-        systems=(*PENDULUMS, "capsule-line/heading-030"),
+        systems=("capsule-line/heading-030",),
+        kinds=PENDULUMS,
     ),
 )
 Acceleration = Callable[[float, float, float], float]  # of time [s], theta [rad], rate [rad/s]

@@ -51,7 +51,8 @@ METHODS = (
         EULER_STEP,
         1,
         settings={"numSolverIterations": 200, "solverResidualThreshold": 0.0, "damping": 0.0},
-        systems=(*PENDULUMS, "!cone-pendulum/fast-platform", *LINES, "capsule-coast", *TURNS),
+        systems=("!cone-pendulum/fast-platform", *LINES, "capsule-coast", *TURNS),
+        kinds=PENDULUMS,
     ),
     Method(
         "pybullet/undamped+pyramid",

@@ -20,6 +20,7 @@ from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.models.cone_pendulum.answers import over_angle, over_time
 from plumbob.models.quantities import RADIAN, swing
 from plumbob.models.scene import (
+    ONE_SMOOTH,
     Case,
     Observable,
     Parameters,
@@ -219,6 +220,7 @@ SYSTEMS = (
         facts=facts,
         mjcf=Path(__file__).parent / "cone_pendulum.xml",
         family="cone_pendulum",
+        kind=ONE_SMOOTH,
         change=change,
         interest=interest,
         also=over_time,

@@ -14,7 +14,16 @@ from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.free_body.problem import MOMENTS, FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
-from plumbob.models.scene import Case, Observable, Parameters, Quantity, Scene, System, step_sizes
+from plumbob.models.scene import (
+    FREE_ROTATION,
+    Case,
+    Observable,
+    Parameters,
+    Quantity,
+    Scene,
+    System,
+    step_sizes,
+)
 
 PARAMETERS = (*MOMENTS, "angular_velocity")
 SOURCE = "Whittaker 1937, Analytical Dynamics, 69; the numbers are ours"
@@ -125,6 +134,7 @@ SYSTEM = System(
     facts=facts,
     mjcf=Path(__file__).parent / "free_body.xml",
     family="free_body",
+    kind=FREE_ROTATION,
     interest=interest,
     weight=2.0,
 )

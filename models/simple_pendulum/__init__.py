@@ -16,7 +16,15 @@ from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.models.quantities import swing
-from plumbob.models.scene import Observable, Parameters, Scene, System, replaced, step_sizes
+from plumbob.models.scene import (
+    ONE_SMOOTH,
+    Observable,
+    Parameters,
+    Scene,
+    System,
+    replaced,
+    step_sizes,
+)
 
 SOURCE = (
     "Pêndulo Simples, course notebook: the simple pendulum, linear and non-linear, free, damped "
@@ -227,6 +235,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         facts=facts,
         mjcf=Path(__file__).parent / "simple_pendulum.xml",
         family="simple_pendulum",
+        kind=ONE_SMOOTH,
         change=change,
         interest=swing,
     )

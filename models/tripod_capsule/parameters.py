@@ -14,7 +14,16 @@ from plumbob.analytic.systems.capsule import Capsule, direction_to
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.models.quantities import displaced
-from plumbob.models.scene import Case, Observable, Parameters, Quantity, Scene, System, replaced
+from plumbob.models.scene import (
+    ON_SUPPORTS,
+    Case,
+    Observable,
+    Parameters,
+    Quantity,
+    Scene,
+    System,
+    replaced,
+)
 
 SOURCE = (
     "F. L. Chernousko, Plane motions of a body controlled by a movable mass, "
@@ -79,6 +88,7 @@ def capsule_system(
         facts=facts,
         mjcf=MJCF,
         family="capsule",
+        kind=ON_SUPPORTS,
         change=change,
         weight=CONTACTS,
         interest=interest,

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.reference import Array
+from plumbob.engines import method as methods_module
 from plumbob.engines.adapters import heyoka
 from plumbob.engines.adapters.ode import ENGINE, prepare
 from plumbob.engines.adapters.ode.equation import Equation
@@ -24,7 +25,8 @@ from plumbob.engines.adapters.ode.simulation import (
 )
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.study.measurement import measure
-from plumbob.models.scene import Case, Observable, Scene, System
+from plumbob.models.registry import built_in
+from plumbob.models.scene import ONE_SMOOTH, Case, Observable, Scene, System
 
 FIXED = [method for method in ENGINE.methods if method.control == "step"]
 ADAPTIVE = [method for method in ENGINE.methods if method.control == "tolerance"]
@@ -135,7 +137,10 @@ def case(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Cas
         facts=lambda problem: {},
         mjcf=Path(),
         family="falling_body",
+        kind=ONE_SMOOTH,
     )
+    known = {system.name: system, **built_in()}
+    monkeypatch.setattr(methods_module, "system_called", known.get)
     return system.case(Scene("falling-body/test", "", {}, 2.0, (), "elementary"))
 
 

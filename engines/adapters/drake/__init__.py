@@ -30,8 +30,15 @@ def _discrete(
     name: str, approximation: str | None, systems: tuple[str, ...] = (), **settings: Any
 ) -> Method:
     chosen = {"discrete_contact_approximation": approximation} if approximation else {}
-    systems = systems or (*PENDULUMS, *LINE_AND_COAST)
-    return Method(f"drake/{name}", EULER_STEP, 1, settings={**chosen, **settings}, systems=systems)
+    kinds = () if systems else PENDULUMS
+    return Method(
+        f"drake/{name}",
+        EULER_STEP,
+        1,
+        settings={**chosen, **settings},
+        systems=systems or LINE_AND_COAST,
+        kinds=kinds,
+    )
 
 
 def _adaptive(name: str, scheme: str) -> Method:

@@ -7,11 +7,12 @@ from typing import Any
 
 from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
 from plumbob.engines.method import Method
+from plumbob.models.scene import FREE_ROTATION, ON_SUPPORTS, ONE_SMOOTH, SMOOTH
 
-SMOOTH = ("*-pendulum", "free-body")
-DRIVEN = ("*-pendulum/forced-*",)
-CAPSULE = ("capsule-*",)
-UNPLANNED = ("capsule-[!p]*",)  # plans show nothing of contacts that short motions do not
+UNCOUPLED = (ONE_SMOOTH, FREE_ROTATION)
+EVERY = (*UNCOUPLED, ON_SUPPORTS)
+DRIVEN = ("simple-pendulum/forced-*", "linear-pendulum/forced-*")
+UNPLANNED = ("!capsule-plan",)  # plans show nothing of contacts that short motions do not
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True)
 RK4_STEP = Scheme(RK4, "start")
 
@@ -22,23 +23,25 @@ RK4_STEP = Scheme(RK4, "start")
 # A control is held over a step: read at its start, it leaves RK4 of first order, and read at its
 # middle of second. Where nothing is controlled, the two are the same.
 PLAIN = (
-    Method("mujoco/euler", EULER_STEP, 1, settings={"integrator": "Euler"}),
+    Method("mujoco/euler", EULER_STEP, 1, settings={"integrator": "Euler"}, kinds=(*EVERY, SMOOTH)),
     Method(
         "mujoco/implicit",
         EULER_STEP,
         1,
         settings={"integrator": "implicit"},
-        systems=SMOOTH,
+        kinds=UNCOUPLED,
     ),
-    Method("mujoco/implicitfast", EULER_STEP, 1, settings={"integrator": "implicitfast"}),
+    Method(
+        "mujoco/implicitfast", EULER_STEP, 1, settings={"integrator": "implicitfast"}, kinds=EVERY
+    ),
     Method(
         "mujoco/discrete",
         replace(EULER_STEP, implicit_spring=True),
         1,
         settings={"integrator": "discrete"},
-        systems=SMOOTH,
+        kinds=UNCOUPLED,
     ),
-    Method("mujoco/rk4", RK4_STEP, 4, settings={"integrator": "RK4"}),
+    Method("mujoco/rk4", RK4_STEP, 4, settings={"integrator": "RK4"}, kinds=(*EVERY, SMOOTH)),
     Method(
         "mujoco/euler+midpoint",
         replace(EULER_STEP, control="midpoint"),
@@ -59,7 +62,7 @@ PLAIN = (
 def _capsule(
     variant: str,
     integrator: str = "Euler",
-    systems: tuple[str, ...] = CAPSULE,
+    systems: tuple[str, ...] = (),
     surrogate: str = "",
     **settings: Any,
 ) -> Method:
@@ -70,6 +73,7 @@ def _capsule(
         order,
         settings={"integrator": integrator, **settings},
         systems=systems,
+        kinds=() if surrogate else (ON_SUPPORTS,),
         surrogate=surrogate,
     )
 

@@ -62,9 +62,8 @@ def user_method(path: str | Path) -> Method:
         without = int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP) & settings["disableflags"]
         scheme = replace(scheme, implicit_damping=False) if without else scheme
     step_sizes = tuple(step / 2**n for n in range(HALVINGS + 1))
-    return replace(
-        like, name=USER_METHOD, scheme=scheme, settings=settings, step_sizes=step_sizes, systems=()
-    )
+    like = replace(like, name=USER_METHOD, scheme=scheme, systems=(), kinds=())
+    return replace(like, settings=settings, step_sizes=step_sizes)
 
 
 def read_model(path: str | Path, name: str) -> Any:

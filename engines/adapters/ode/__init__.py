@@ -7,11 +7,11 @@ from collections.abc import Mapping
 
 from plumbob.analytic.errors.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
 from plumbob.engines.method import Engine, Method, Simulation
-from plumbob.models.scene import Case
+from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, Case
 
 # relative; of order 5 and implicit, Radau takes seconds for its tenth digit of a swing
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 14))
-SMOOTH = ("!capsule-*",)  # dry friction has no equation of motion that they could follow
+KINDS = (ONE_SMOOTH, FREE_ROTATION)  # dry friction has no equation of motion that they could follow
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
@@ -36,13 +36,14 @@ def confirming(method: Method) -> tuple[Method, float]:
 
 def _adaptive(solver: str, tolerances: tuple[float, ...]) -> Method:
     name = f"ode/{solver.lower()}"
-    return Method(name, Scheme(ADAPTIVE), None, "tolerance", {"method": solver}, tolerances, SMOOTH)
+    settings = {"method": solver}
+    return Method(name, Scheme(ADAPTIVE), None, "tolerance", settings, tolerances, kinds=KINDS)
 
 
 METHODS = (
-    Method("ode/euler", Scheme(EULER), 1, systems=SMOOTH),
-    Method("ode/leapfrog", Scheme(LEAPFROG), 2, systems=SMOOTH),
-    Method("ode/rk4", Scheme(RK4), 4, systems=SMOOTH),
+    Method("ode/euler", Scheme(EULER), 1, kinds=KINDS),
+    Method("ode/leapfrog", Scheme(LEAPFROG), 2, kinds=KINDS),
+    Method("ode/rk4", Scheme(RK4), 4, kinds=KINDS),
     _adaptive("DOP853", TOLERANCES),
     _adaptive("Radau", TOLERANCES[:5]),
     _adaptive("LSODA", TOLERANCES),

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from plumbob.analytic.errors.schemes import EULER, Scheme
 from plumbob.engines.method import Method
+from plumbob.models.scene import ON_SUPPORTS
 
 # Moves first, then solves the velocities. With default settings a joint closes at a rate of 6.3/s:
 # it stays open by some h w^2 L / 13, which lengthens the rod and takes energy. With error_bias 0 it
@@ -40,13 +41,15 @@ METHODS = (
     # The linear pendulum is a body on a spring, without a joint: Euler's step and no more.
     Method("pymunk/spring", EULER_STEP, 1, systems=("linear-pendulum",)),
     # No rotating platform in the plane: its moments about the axle are a torque, without a joint.
-    Method("pymunk/torque", EULER_STEP, 1, settings={"torque": "within"}, systems=("cone-*",)),
+    Method(
+        "pymunk/torque", EULER_STEP, 1, settings={"torque": "within"}, systems=("cone-pendulum",)
+    ),
     Method(
         "pymunk/feet",
         EULER_STEP,
         1,
         settings={"model": "feet", "iterations": 50},
-        systems=("capsule-*",),
+        kinds=(ON_SUPPORTS,),
         surrogate=ABOVE,
     ),
     Method(
@@ -54,7 +57,7 @@ METHODS = (
         EULER_STEP,
         1,
         settings={"model": "pivots", "iterations": 50},
-        systems=("capsule-*",),
+        kinds=(ON_SUPPORTS,),
         surrogate=ABOVE,
     ),
     Method(

@@ -1,0 +1,61 @@
+"""Which methods a system of a kind is for: those that say that they can do it, and no others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from plumbob.engines import method as module
+from plumbob.engines import registry
+from plumbob.engines.method import Method, meant
+from plumbob.models.registry import built_in, find_system, scene
+from plumbob.models.scene import FREE_ROTATION, ON_SUPPORTS, ONE_SMOOTH, SMOOTH
+
+OURS = [method for engine in registry.built_in().values() for method in engine.methods]
+
+
+def for_kind(kind: str, name: str, patch: pytest.MonkeyPatch) -> set[str]:
+    """Names of the methods of plumbob's own that a new system of this kind and name is for."""
+    like = scene("simple-pendulum/free-large")
+    system = replace(find_system("simple-pendulum"), name=name, kind=kind)
+    patch.setattr(module, "system_called", lambda asked: system)
+    return {method.name for method in OURS if meant(method, replace(like, name=f"{name}/free"))}
+
+
+@pytest.mark.parametrize("name", ["double-pendulum", "capsule-flight", "new"])
+def test_a_new_kind_is_nobodys(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not for_kind("a new kind", name, monkeypatch)
+
+
+def test_several_degrees_of_freedom_are_for_mujoco(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = for_kind(SMOOTH, "double-pendulum", monkeypatch)
+    assert found == {"mujoco/euler", "mujoco/rk4"}
+
+
+@pytest.mark.parametrize("kind", [ONE_SMOOTH, FREE_ROTATION, ON_SUPPORTS])
+def test_each_other_kind_is_for_the_closed_form_and_mujoco(
+    kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = for_kind(kind, "new", monkeypatch)
+    assert {"exact/closed-form", "mujoco/euler", "mujoco/rk4"} < found
+
+
+def test_each_system_of_ours_says_its_kind() -> None:
+    kinds = {ONE_SMOOTH, SMOOTH, FREE_ROTATION, ON_SUPPORTS}
+    assert {system.kind for system in built_in().values()} <= kinds
+
+
+def test_each_method_of_ours_says_what_it_is_for() -> None:
+    assert not [m.name for m in OURS if not (m.kinds or any(p[0] != "!" for p in m.systems))]
+
+
+def test_names_alone_choose_where_there_are_no_kinds() -> None:
+    large, forced = (scene(f"simple-pendulum/{case}") for case in ("free-large", "forced-small"))
+    one = replace(OURS[0], kinds=(), systems=("simple-pendulum/free-*",))
+    assert meant(one, large)
+    assert not meant(one, forced)
+    assert not meant(replace(one, systems=("simple-pendulum", "!*/free-large")), large)
+    everything: Method = replace(one, systems=())
+    assert meant(everything, large)
+    assert meant(everything, scene("capsule-coast"))
