@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.polynomial import legendre
 
+from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 
 ITERATIONS = 12
@@ -22,6 +23,27 @@ LARGEST_EXPONENT = 3.0  # a first guess needs no faster growth than this
 
 RightHandSide = Callable[[Array, bool], tuple[Array, Array]]
 """States at the nodes, and whether derivatives are wanted -> slopes there, and these."""
+
+
+@dataclass(frozen=True)
+class TimeGrid:
+    """The steps that a motion from time 0 on was computed in."""
+
+    breakpoints: Array  # [s], shape (steps + 1,)
+
+    @property
+    def duration(self) -> float:
+        """Time of the last breakpoint [s]."""
+        return float(self.breakpoints[-1])
+
+    def locate(self, times: Array) -> npt.NDArray[np.intp]:
+        """Index of the step that each of `times` [s] falls in. Raises ParameterError."""
+        times = np.asarray(times, dtype=float)
+        if times.size and not (times.min() >= 0.0 and times.max() <= self.duration):
+            worst = times.min() if not times.min() >= 0.0 else times.max()
+            raise ParameterError("times", float(worst), f"between 0 and {self.duration} s")
+        last = len(self.breakpoints) - 2
+        return np.minimum(np.searchsorted(self.breakpoints, times, side="right") - 1, last)
 
 
 @dataclass(frozen=True)

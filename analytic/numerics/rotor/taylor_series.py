@@ -13,9 +13,9 @@ from operator import mul
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from plumbob.analytic.numerics.arithmetic import CompensatedState, two_product, two_sum
+from plumbob.analytic.numerics.collocation import TimeGrid
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
@@ -29,20 +29,14 @@ TRUNCATION = 1e-17  # of the largest term of a step: a tenth of the round-off of
 
 
 @dataclass(frozen=True)
-class Orbit:
+class Orbit(TimeGrid):
     """A motion from time 0 on, as one polynomial of theta for each step."""
 
-    breakpoints: Array  # [s], shape (steps + 1,)
     theta: Array  # [rad] at the breakpoints, shape (steps + 1,)
     theta_dot: Array  # [rad/s] at the breakpoints, shape (steps + 1,)
     theta_low: Array  # what rounding `theta` left out, shape (steps + 1,)
     theta_dot_low: Array  # what rounding `theta_dot` left out, shape (steps + 1,)
     coefficients: Array  # of theta in (t - breakpoint), degrees 1 to ORDER, shape (steps, ORDER)
-
-    @property
-    def duration(self) -> float:
-        """Time of the last breakpoint [s]."""
-        return float(self.breakpoints[-1])
 
     def at(self, times: Array) -> tuple[Array, Array]:
         """Theta [rad] and theta_dot [rad/s] at `times` [s], any shape, within the duration.
@@ -53,15 +47,6 @@ class Orbit:
             self.theta[step] + np.asarray(advance(times)),
             self.theta_dot[step] + np.asarray(advance_dot(times)),
         )
-
-    def locate(self, times: Array) -> npt.NDArray[np.intp]:
-        """Index of the step that each of `times` [s] falls in. Raises ParameterError."""
-        times = np.asarray(times, dtype=float)
-        if times.size and not (times.min() >= 0.0 and times.max() <= self.duration):
-            worst = times.min() if not times.min() >= 0.0 else times.max()
-            raise ParameterError("times", float(worst), f"between 0 and {self.duration} s")
-        last = len(self.breakpoints) - 2
-        return np.minimum(np.searchsorted(self.breakpoints, times, side="right") - 1, last)
 
     @cached_property
     def _advances(self) -> tuple[PPoly, PPoly]:

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from plumbob.analytic.numerics.collocation import Collocation, gauss_collocation
+from plumbob.analytic.numerics.collocation import Collocation, TimeGrid, gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import Orbit
 from plumbob.analytic.reference import Array
@@ -24,7 +24,7 @@ STAGES = 10  # on the steps of the Taylor series: the response is accurate to ab
 class Response:
     """Solutions w(t) along an orbit, one for each column of the forcing."""
 
-    orbit: Orbit
+    orbit: TimeGrid
     starts: Array  # w at the start of each step, shape (steps, 2, columns)
     end: Array  # w at the end of the last step, shape (2, columns)
     slopes: Array  # w' at the nodes of each step, shape (steps, stages, 2, columns)
@@ -44,6 +44,13 @@ class Response:
         weights = self._rule.integral_to((times - self.orbit.breakpoints[step]) / length)
         gained = (length[:, None] * weights)[:, None] @ _flat(self.slopes)[step]
         return np.asarray(self.starts[step] + gained.reshape(-1, *self.end.shape))
+
+    def followed_by(self, other: Response) -> Response:
+        """This response and the `other`, which begins where it ends."""
+        edges = np.concatenate([self.orbit.breakpoints, other.orbit.breakpoints[1:]])
+        starts = np.concatenate([self.starts, other.starts])
+        slopes = np.concatenate([self.slopes, other.slopes])
+        return Response(TimeGrid(edges), starts, other.end, slopes)
 
     def at_nodes(self, derivative: int = 0) -> Array:
         """Values, or time derivatives of the order given, at the nodes of all steps, shape

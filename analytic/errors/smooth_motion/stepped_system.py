@@ -1,0 +1,113 @@
+"""Errors of fixed steps on any smooth system: the scheme stepped, less the certified motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4, Scheme
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import OFF, READ_AT
+from plumbob.analytic.errors.theory import StepErrors
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
+from plumbob.analytic.numerics.smooth.runge_kutta import CLASSICAL
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
+from plumbob.analytic.reference import Array
+
+MOST_STEPS = 200_000  # of a run: some ten seconds
+MOST_CORRECTIONS = 100  # of an implicit half step
+Slope = Callable[[float, Array], Array]
+Advance = Callable[[Slope, float, Array, float], Array]
+
+
+def smooth_errors(motion: CertifiedMotion) -> StepErrors:
+    """The errors of semi-implicit Euler, leapfrog and RK4 on `motion`; empty for other schemes,
+    for damping or a spring that acts on the state after a step, for more than MOST_STEPS steps,
+    for times that are no multiples of the step, and where the steps diverge."""
+
+    def error(scheme: Scheme, step: float, times: Array) -> Mapping[str, Array]:
+        marks = np.rint(times / step).astype(np.int64)
+        advance = None if _implicit(scheme, motion.system) else _advance(scheme)
+        if advance is None or not 0 < int(marks[-1]) <= MOST_STEPS:
+            return {}
+        if np.abs(times / step - marks).max() > OFF + ULP * marks[-1]:
+            return {}
+        held = READ_AT.get(scheme.control)
+        with np.errstate(all="ignore"):  # of steps that diverge
+            states = _stepped(motion.system, advance, step, marks.tolist(), held)
+        if not np.isfinite(states).all():
+            return {}
+        exact = motion.observe(times)
+        return {name: state - exact[name] for name, state in zip(exact, states.T, strict=True)}
+
+    return StepErrors(error)
+
+
+def _implicit(scheme: Scheme, system: SmoothSystem) -> bool:
+    """Whether a scheme steps a part of the forces implicitly, which this module does not."""
+    jointed = scheme.joint_closing_rate is not None or scheme.control == "mean"
+    return jointed or scheme.implicit_spring or (scheme.implicit_damping and system.damped)
+
+
+def _stepped(
+    system: SmoothSystem, advance: Advance, step: float, marks: list[int], held: float | None
+) -> Array:
+    """States after the numbers of steps `marks`, shape (n, 2 coordinates); time-dependent forces
+    are read at the stages' own times, or `held` at that fraction of each step."""
+    values, begin, state = system.values, 0.0, system.start
+
+    def slope(time: float, at: Array) -> Array:
+        read = time if held is None else begin + held * step
+        return np.asarray(system.slope(read, at, values))
+
+    states, done = [], 0
+    for mark in marks:
+        for n in range(done, mark):
+            begin = n * step
+            state = advance(slope, begin, state, step)
+        states.append(state)
+        done = mark
+    return np.array(states)
+
+
+def _euler(slope: Slope, time: float, state: Array, step: float) -> Array:
+    """The rates first, then the coordinates at the new rates."""
+    half = len(state) // 2
+    rates = state[half:] + step * slope(time, state)[half:]
+    return np.concatenate([state[:half] + step * rates, rates])
+
+
+def _position_first(slope: Slope, time: float, state: Array, step: float) -> Array:
+    """The coordinates first, then the rates at the new coordinates."""
+    half = len(state) // 2
+    moved = np.concatenate([state[:half] + step * state[half:], state[half:]])
+    return np.concatenate([moved[:half], state[half:] + step * slope(time, moved)[half:]])
+
+
+def _leapfrog(slope: Slope, time: float, state: Array, step: float) -> Array:
+    """Half a kick, explicit; a drift; half a kick, implicit, by fixed-point iteration until nothing
+    changes or changes no longer shrink."""
+    half = len(state) // 2
+    kicked = state[half:] + 0.5 * step * slope(time, state)[half:]
+    state, change = np.concatenate([state[:half] + step * kicked, kicked]), np.inf
+    for _ in range(MOST_CORRECTIONS):
+        rates = kicked + 0.5 * step * slope(time + step, state)[half:]
+        before, change = change, float(np.abs(rates - state[half:]).max())
+        state = np.concatenate([state[:half], rates])
+        if not 0.0 < change < before:
+            break
+    return state
+
+
+def _rk4(slope: Slope, time: float, state: Array, step: float) -> Array:
+    return np.asarray(state + CLASSICAL.increment(slope, time, state, step))
+
+
+_ADVANCES = MappingProxyType({EULER: _euler, LEAPFROG: _leapfrog, RK4: _rk4})
+
+
+def _advance(scheme: Scheme) -> Advance | None:
+    moves_first = scheme.integrator == EULER and scheme.position_first
+    return _position_first if moves_first else _ADVANCES.get(scheme.integrator)

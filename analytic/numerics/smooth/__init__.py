@@ -1,0 +1,1 @@
+"""Smooth systems of any number of degrees of freedom: equations, and a certified reference."""

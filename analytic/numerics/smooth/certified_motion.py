@@ -1,0 +1,277 @@
+"""A certified reference of any smooth system: two independent integrations of high order.
+
+The first is Gauss collocation, whose polynomials are resolved to round-off, so that they give the
+motion at any time. The second is an explicit method of order 8 in many small steps. It runs over
+all steps of the first at once, each from where that begins; what it misses the next beginning by,
+carried on by the motion's own linearisation, is how far apart the two motions are (parallel
+shooting: Bellen and Zennaro 1989, J. Comput. Appl. Math. 25, 341). The same run carries the
+linearisation, by the start and by the parameters, as imaginary parts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.numerics.collocation import TimeGrid, collocate, gauss_collocation
+from plumbob.analytic.numerics.rotor.variational import Response
+from plumbob.analytic.numerics.smooth.runge_kutta import order_8
+from plumbob.analytic.numerics.smooth.smooth_system import TINY, SmoothSystem
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+
+STAGES = 20
+BLOCK = 32  # steps of the first method that the second runs over at once
+PARTS = 24  # steps of the second method in one of the first
+RESOLVED = 1e-15  # of the state: the last Legendre coefficients of a step; a tenth is round-off
+SMOOTHER = 2 * STAGES // 3  # coefficients from this degree on decide whether a step may double
+REACH = (
+    4.0  # of the longest step: the most that it covers of the fastest deviation's time constants
+)
+SMALLEST = 2.0**-24  # of the first step
+SURE = 1e-3  # of its largest value: a motion that is known no better is not certified
+
+
+@dataclass(frozen=True)
+class _Track:
+    """A motion as far as it is known; d numbers of state, c inputs."""
+
+    step: float  # [s], the next one's
+    solution: Response | None  # the first method's, shape (d, 1)
+    end: Array  # its last state, shape (d,)
+    response: Array  # of that by each input and, in the last column, the difference, (d, c + 1)
+    size: Array  # largest magnitudes so far, shape (d,)
+    times: Array  # [s] at which the two below are known, shape (m,)
+    apart: Array  # largest difference of the two methods so far, shape (m, d)
+    condition: Array  # change for a relative change of one in all inputs, in magnitude, (m, d)
+    until: float = math.inf  # [s] to where the motion is certified
+    why: str = ""  # it is so no further
+
+    @property
+    def reached(self) -> float:
+        """Where the first method has come to [s]."""
+        return 0.0 if self.solution is None else self.solution.orbit.duration
+
+
+@dataclass(frozen=True, eq=False)
+class CertifiedMotion:
+    """The motion of a `system`; a `Reference`. It is integrated as far as it is asked for, and
+    kept. Raises ParameterError for times beyond what double precision determines."""
+
+    system: SmoothSystem
+    _known: list[_Track] = field(default_factory=list, repr=False)
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """Coordinates and rates at `times` [s], shape (n,), by name."""
+        solution = self._until(times).solution
+        assert solution is not None
+        return self._named(solution.at(np.asarray(times))[:, :, 0])
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """Sum of the two methods' difference and the effect of rounded inputs, shape (n,)."""
+        track = self._until(times)
+        return self._named(_at(track, track.apart + ULP * track.condition, times))
+
+    def disagreement(self, times: Array) -> Mapping[str, Array]:
+        """Largest difference of the two methods up to `times` [s], shape (n,)."""
+        track = self._until(times)
+        return self._named(_at(track, track.apart, times))
+
+    def condition(self, times: Array) -> Mapping[str, Array]:
+        """Change at `times` [s], shape (n,), for a relative change of one in every parameter, in
+        the time, and in the state, at its largest magnitude so far, at time 0; summed in
+        magnitude."""
+        track = self._until(times)
+        return self._named(_at(track, track.condition, times))
+
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """The rates' nonlinear response to errors of the state, shape (n,) each, over the linear
+        one."""
+        names = (*self.system.coordinates, *self.system.rates)
+        seen = self.observe(times)
+        states = np.stack([seen[name] for name in names])
+        moved = np.stack([errors.get(name, np.zeros(len(times))) for name in names])
+        linear = np.einsum("ijn,jn->in", self.system.jacobian(times, states), moved)
+        rates = (self.system.slope(times, z) for z in (states + moved, states))
+        remainder = np.subtract(*rates) - linear
+        largest = float(np.abs(linear).max())
+        return float(np.abs(remainder).max()) / largest if largest else 0.0
+
+    def _named(self, values: Array) -> Mapping[str, Array]:
+        names = (*self.system.coordinates, *self.system.rates)
+        return dict(zip(names, values.T, strict=True))
+
+    def _until(self, times: Array) -> _Track:
+        """The track up to the last of `times` [s] or beyond; raises ParameterError."""
+        last = float(np.max(times, initial=0.0))
+        track = self._known[0] if self._known else _begun(self.system)
+        with np.errstate(all="ignore"):  # what overflows is not certified
+            while not track.why and (track.solution is None or track.reached < last):
+                track = _extended(self.system, track)
+        self._known[:] = [track]
+        if last > track.until or track.solution is None:
+            raise ParameterError("times", last, f"at most {track.until:.4g} s: {track.why}")
+        return track
+
+
+def _begun(system: SmoothSystem) -> _Track:
+    start = system.start
+    size, count = len(start), len(start) + len(system.parameters)
+    rate = _fastest(system, 0.0, start)
+    step = 2.0 ** math.floor(-math.log2(rate)) if 0.0 < rate < math.inf else 1.0
+    response, nothing = np.eye(size, count + 1), np.empty((0, size))
+    return _Track(step, None, start, response, np.abs(start), np.empty(0), nothing, nothing)
+
+
+def _fastest(system: SmoothSystem, time: float, state: Array) -> float:
+    """Largest rate [1/s] at which small deviations change; infinite where it is not known."""
+    jacobian = system.jacobian(time, state[:, None])[..., 0]
+    if not np.isfinite(jacobian).all():
+        return math.inf
+    return float(np.abs(np.linalg.eigvals(jacobian)).max())
+
+
+def _at(track: _Track, values: Array, times: Array) -> Array:
+    """The larger of `values`, shape (m, d), at the two known times next to each of `times`."""
+    after = np.searchsorted(track.times, times, side="right")
+    return np.maximum(values[after - 1], values[np.minimum(after, len(values) - 1)])
+
+
+def _extended(system: SmoothSystem, track: _Track) -> _Track:
+    """The motion with up to BLOCK more steps of the first method, and what certifies them."""
+    block, step, why = _collocated(system, track)
+    if block is None:
+        return replace(track, until=min(track.until, track.reached), why=why)
+    shots = _shot(system, block)
+    times, states = _between(block, shots)
+    responses, response = _carried(track.response, block, shots)
+    size = np.maximum(track.size, np.abs(states).max(axis=0))
+    weights = np.append(size, np.ones(len(system.parameters)))
+    condition = np.abs(responses[..., :-1]) @ weights + np.abs(states)
+    condition += np.abs(times * system.slope(times, states.T)).T
+    apart = np.concatenate([track.apart[-1:], np.abs(responses[..., -1])])
+    apart = np.maximum.accumulate(apart)[-len(times) :]
+    sure = SURE * _scales(size, 1.0 / np.diff(block.orbit.breakpoints).max())
+    lost = ~(apart + ULP * condition <= sure).all(axis=1)
+    until = block.orbit.duration if why else track.until
+    if lost.any():
+        until, why = float(times[lost.argmax()]), "double precision determines it no further"
+    return _Track(
+        step,
+        block if track.solution is None else track.solution.followed_by(block),
+        block.end[:, 0],
+        response,
+        size,
+        np.concatenate([track.times, times]),
+        np.concatenate([track.apart, apart]),
+        np.concatenate([track.condition, condition]),
+        until,
+        why,
+    )
+
+
+def _between(block: Response, shots: Array) -> tuple[Array, Array]:
+    """Times [s], shape (m,), of the second method's steps, and its states then, shape (m, d)."""
+    begin, lengths = block.orbit.breakpoints[:-1, None], np.diff(block.orbit.breakpoints)[:, None]
+    states = block.starts[:, None, :, 0] + shots.real[:, :-1, :, 0]
+    times = begin + lengths * (np.arange(PARTS) / PARTS)
+    return times.reshape(-1), states.reshape(times.size, -1)
+
+
+def _scales(sizes: Array, least: float = 0.0) -> Array:
+    """Scales of a state's numbers of these sizes, shape (d,): one of coordinates, and one of rates,
+    at `least` [1/s] times that."""
+    coordinate, rate = sizes.reshape(2, -1).max(axis=1)
+    return np.repeat((coordinate or 1.0, max(rate, least * coordinate) or 1.0), len(sizes) // 2)
+
+
+def _collocated(system: SmoothSystem, track: _Track) -> tuple[Response | None, float, str]:
+    """Up to BLOCK steps of Gauss collocation from where a track ends, none where no step can be
+    taken; the length of the next step [s], and why there is none."""
+    rule, step, state = gauss_collocation(STAGES), track.step, track.end
+    time = track.reached
+    times, states, slopes = [time], [state], list[Array]()
+    while len(slopes) < BLOCK and step >= SMALLEST * track.step:
+        guess = step * system.slope(time, state)
+        scale = _scales(np.max([track.size, np.abs(state), np.abs(guess)], axis=0))
+        right = _RightHandSide(system, time + step * rule.nodes, step)
+        solved = collocate(rule, right, state, np.tile(guess, (STAGES, 1)), scale)
+        if solved is None or not rule.truncation(solved, scale) <= RESOLVED:
+            step /= 2
+            continue
+        time, state = time + step, state + rule.weights @ solved
+        times.append(time)
+        states.append(state)
+        slopes.append(solved / step)
+        smooth = np.abs(rule.spectrum[SMOOTHER:] @ solved / scale).max() <= STAGES * RESOLVED
+        followed = 2 * step * _fastest(system, time, state) <= REACH
+        if smooth and followed and time % (2 * step) == 0.0:
+            step *= 2
+    why = "" if len(slopes) == BLOCK else "there it is too fast to follow"
+    if not slopes:
+        return None, step, why
+    columns = np.array(states)[..., None]
+    return (
+        Response(TimeGrid(np.array(times)), columns[:-1], columns[-1], np.array(slopes)[..., None]),
+        step,
+        why,
+    )
+
+
+@dataclass(frozen=True)
+class _RightHandSide:
+    """A system's rates times a `step` [s], at the `times` [s] of its nodes."""
+
+    system: SmoothSystem
+    times: Array
+    step: float
+
+    def __call__(self, states: Array, wanted: bool) -> tuple[Array, Array]:
+        slopes = self.step * self.system.slope(self.times, states.T).T
+        if not wanted:
+            return slopes, slopes
+        return slopes, self.step * np.moveaxis(self.system.jacobian(self.times, states.T), -1, 0)
+
+
+def _shot(system: SmoothSystem, block: Response) -> Array:
+    """Change of the state since each step's start by the second method, in PARTS of a step, with
+    its derivatives by the start and the parameters: (steps, PARTS + 1, d, d + parameters)."""
+    begin, lengths = block.orbit.breakpoints[:-1], np.diff(block.orbit.breakpoints)
+    starts, values = block.starts[..., 0].T, system.perturbed()
+    size = len(starts)
+    state = np.zeros((size, size + len(system.parameters), len(begin)), dtype=complex)
+    state.real = starts[:, None]
+    state.imag[:, :size] = TINY * np.eye(size)[..., None]
+    moved = [np.zeros_like(state)]
+    for part in range(PARTS):
+        moved.append(
+            moved[-1]
+            + order_8().increment(
+                lambda time, ahead: system.slope(time, ahead, values),
+                begin + lengths * (part / PARTS),
+                state + moved[-1],
+                lengths / PARTS,
+            )
+        )
+    return np.moveaxis(np.array(moved), -1, 0)
+
+
+def _carried(response: Array, block: Response, shots: Array) -> tuple[Array, Array]:
+    """The response of a track at all known times of a block, shape (m, d, inputs + 1), and at its
+    end."""
+    size, rows = len(response), []
+    flow = shots.imag / TINY
+    flow[..., :size] += np.eye(size)
+    after = np.concatenate([block.starts[1:, :, 0], block.end[None, :, 0]])
+    missed = (block.starts[..., 0] - after) + shots.real[:, -1, :, 0]
+    for across, lacking in zip(flow, missed, strict=True):
+        row = across[..., :size] @ response
+        row[..., size:-1] += across[..., size:]
+        rows.append(row[:-1])
+        response = row[-1]
+        response[:, -1] += lacking
+    return np.concatenate(rows), response

@@ -1,0 +1,104 @@
+"""A smooth mechanical system of n degrees of freedom, M(q) q'' = f(t, q, q'), and its derivatives.
+
+The user's two functions are written with numpy's functions, element by element: they take floats,
+arrays, and complex arrays, whose imaginary parts of 1e-30 of their size carry derivatives without
+loss of digits (Squire and Trapp 1998, SIAM Review 40, 110).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+
+TINY = 1e-30  # imaginary part per derivative: its square is lost in a double
+Elements = Sequence[Any]
+
+
+@dataclass(frozen=True)
+class SmoothSystem:
+    """M(q) q'' = f(t, q, q') from `position` and `rate` at time 0; SI units.
+
+    A state is q and q' in one array, shape (2 n, ...). `mass_matrix` and `forces` read a parameter
+    of the name `length` as `p.length`. Raises ParameterError for a mass matrix that is not positive
+    definite at the start.
+    """
+
+    coordinates: tuple[str, ...]  # names of q, as observables
+    rates: tuple[str, ...]  # names of q', as observables
+    mass_matrix: Callable[[Any, Any], Sequence[Elements]]  # p, q -> rows; symmetric, positive
+    forces: Callable[[Any, Any, Any, Any], Elements]  # p, t, q, q' -> n generalised forces
+    parameters: Mapping[str, float]
+    position: tuple[float, ...]
+    rate: tuple[float, ...]
+    damped: bool = False  # forces depend on q' in another way than by inertia
+
+    def __post_init__(self) -> None:
+        rows = [[float(x) for x in row] for row in self.mass_matrix(self.values, self.position)]
+        matrix, definite = np.array(rows), False
+        if np.isfinite(matrix).all() and np.array_equal(matrix, matrix.T):
+            definite = bool(np.linalg.eigvalsh(matrix).min() > 0.0)
+        if not definite:
+            raise ParameterError("mass matrix", rows, "symmetric and positive definite")
+
+    @property
+    def start(self) -> Array:
+        """State at time 0, shape (2 n,)."""
+        return np.array([*self.position, *self.rate], dtype=np.float64)
+
+    @property
+    def values(self) -> SimpleNamespace:
+        """The parameters as the two functions read them."""
+        return SimpleNamespace(**self.parameters)
+
+    def slope(self, time: Any, state: Any, values: SimpleNamespace | None = None) -> Any:
+        """Rates of `state`, shape (2 n, ...), at `time` [s]; other `values` of parameters may be
+        complex arrays."""
+        half, p = len(state) // 2, values or self.values
+        q, v = state[:half], state[half:]
+        rates = np.empty_like(state)
+        rates[:half] = v
+        for i, acceleration in enumerate(
+            _solved(self.mass_matrix(p, q), self.forces(p, time, q, v)), start=half
+        ):
+            rates[i] = acceleration
+        return rates
+
+    def jacobian(self, time: Any, states: Array) -> Array:
+        """Derivatives of the rates by the state, shape (2 n, 2 n, m), at `states`, shape
+        (2 n, m)."""
+        ahead = states[:, None] + 1j * TINY * np.eye(len(states))[:, :, None]
+        return np.asarray(self.slope(time, ahead).imag / TINY)
+
+    def perturbed(self) -> SimpleNamespace:
+        """The parameters with derivatives by their logarithms: those of number k in the row
+        2 n + k of arrays of shape (2 n + parameters, 1)."""
+        size = 2 * len(self.coordinates)
+        unit = np.eye(size + len(self.parameters))[size:, :, None]
+        values = self.parameters.items()
+        return SimpleNamespace(
+            **{
+                name: value * (1 + 1j * TINY * row)
+                for (name, value), row in zip(values, unit, strict=True)
+            }
+        )
+
+
+def _solved(matrix: Sequence[Elements], right: Elements) -> list[Any]:
+    """Solution of a positive definite system, whose elements may be arrays, by elimination."""
+    rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
+    for k, pivot in enumerate(rows):
+        for i in range(k + 1, len(rows)):
+            ratio = rows[i][k] / pivot[k]
+            rows[i] = [a - ratio * b for a, b in zip(rows[i], pivot, strict=True)]
+    solution: list[Any] = []
+    for i, row in reversed(list(enumerate(rows))):
+        known = sum((a * x for a, x in zip(row[i + 1 : -1], solution, strict=True)), 0.0)
+        solution.insert(0, (row[-1] - known) / row[i])
+    return solution

@@ -1,0 +1,109 @@
+"""Steps on any smooth system beside those on the driven rotor, which are written out apart."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4, Scheme
+from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
+from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
+from plumbob.tests.numerics.double_pendulum import NAMES, double_pendulum
+
+ROTOR = DrivenRotor(3.0, 1.0, 9.0, 0.3, 1.2, 2.1, 0.4, 0.7)  # every coefficient at once
+START = (0.7, 1.3)
+STEPPED = (
+    Scheme(EULER),
+    Scheme(EULER, "start"),
+    Scheme(EULER, "midpoint"),
+    Scheme(EULER, position_first=True),
+    Scheme(LEAPFROG),
+    Scheme(LEAPFROG, "midpoint"),
+    Scheme(RK4),
+    Scheme(RK4, "start"),
+    Scheme(RK4, "midpoint"),
+)
+UNKNOWN = (
+    Scheme("euler with contacts"),
+    Scheme("another", position_first=True),
+    Scheme(RK4, "mean"),
+    Scheme(EULER, implicit_damping=True),
+    Scheme(EULER, implicit_damping=True, implicit_spring=True),
+    Scheme(EULER, position_first=True, joint_closing_rate=math.inf),
+)
+
+
+def system(rotor: DrivenRotor = ROTOR, moment: float = 0.4) -> SmoothSystem:
+    """The rotor by its moment of inertia and its moments."""
+
+    def moments(p: Any, t: Any, q: Any, v: Any) -> tuple[Any]:
+        (x,), (u,) = q, v
+        pull = p.sin2 * np.sin(2 * x) + p.cos * np.cos(x) - p.sin * np.sin(x) - p.stiffness * x
+        push = p.forcing_amplitude * np.sin(p.forcing_frequency * t + p.forcing_phase)
+        return (p.moment * (pull + push - p.damping_rate * u),)
+
+    parameters = {**asdict(rotor), "moment": moment}
+    names, inertia = (("theta",), ("theta_dot",)), lambda p, q: ((p.moment,),)
+    return SmoothSystem(*names, inertia, moments, parameters, START[:1], START[1:], damped=True)
+
+
+@pytest.mark.parametrize("scheme", STEPPED, ids=str)
+def test_errors_are_those_of_the_rotor(scheme: Scheme) -> None:
+    # Both step the same equation in their own arithmetic: 200 steps differ by some roundings.
+    times, step = np.arange(0, 201, 4).astype(float) * 1e-2, 1e-2
+    ours = smooth_errors(CertifiedMotion(system())).at_step(scheme, step, times).errors
+    theirs = RotorErrors(ROTOR, *START).at_step(scheme, step, times).errors
+    for name in ("theta", "theta_dot"):
+        np.testing.assert_allclose(ours[name], theirs[name], rtol=0.0, atol=2e-13)
+        assert np.abs(ours[name]).max() > 1e-9
+
+
+def test_the_comparison_notices_a_coefficient() -> None:
+    times, step, scheme = np.arange(0, 201, 4).astype(float) * 1e-2, 1e-2, Scheme(EULER)
+    changed = replace(ROTOR, damping_rate=ROTOR.damping_rate * (1 + 1e-11))
+    ours = smooth_errors(CertifiedMotion(system(changed))).at_step(scheme, step, times).errors
+    theirs = RotorErrors(ROTOR, *START).at_step(scheme, step, times).errors
+    # the exact motion differs as well, by more than the error does
+    exact = [CertifiedMotion(system(r)).observe(times)["theta"] for r in (changed, ROTOR)]
+    assert np.abs(ours["theta"] + exact[0] - theirs["theta"] - exact[1]).max() > 2e-13
+
+
+@pytest.mark.parametrize("scheme", UNKNOWN, ids=str)
+def test_what_is_not_stepped_is_not_predicted(scheme: Scheme) -> None:
+    theory = smooth_errors(CertifiedMotion(system()))
+    assert not theory.at_step(scheme, 1e-2, np.array([0.0, 0.1])).errors
+
+
+def test_implicit_damping_changes_nothing_without_damping() -> None:
+    theory, times = smooth_errors(CertifiedMotion(double_pendulum())), np.linspace(0.0, 0.5, 51)
+    plain, implicit = (
+        theory.at_step(scheme, 1e-2, times).errors
+        for scheme in (Scheme(EULER), Scheme(EULER, "start", implicit_damping=True))
+    )
+    assert all(np.array_equal(plain[name], implicit[name]) for name in NAMES)
+
+
+def test_steps_that_diverge_or_do_not_end_at_the_samples_have_no_error() -> None:
+    theory = smooth_errors(CertifiedMotion(system(replace(ROTOR, stiffness=1e6))))
+    assert not theory.at_step(Scheme(RK4), 1.0, np.arange(0.0, 101.0)).errors
+    theory = smooth_errors(CertifiedMotion(double_pendulum()))
+    assert not theory.at_step(Scheme(RK4), 1e-2, np.array([0.0, 0.015])).errors
+    assert not theory.at_step(Scheme(RK4), 1e-9, np.array([0.0, 1.0])).errors
+    assert not theory.series(Scheme(RK4), np.array([0.0, 1.0]))
+
+
+@pytest.mark.parametrize(
+    ("scheme", "order"), [(Scheme(EULER), 1), (Scheme(LEAPFROG), 2), (Scheme(RK4), 4)], ids=str
+)
+def test_errors_fall_with_the_order_of_the_scheme(scheme: Scheme, order: int) -> None:
+    theory = smooth_errors(CertifiedMotion(double_pendulum(start=(0.5, 0.7, 0.0, 0.0))))
+    steps, times = (1e-2, 5e-3), np.linspace(0.0, 1.0, 11)
+    sizes = [np.abs(theory.at_step(scheme, h, times).errors["theta_2"]).max() for h in steps]
+    assert math.log2(sizes[0] / sizes[1]) == pytest.approx(order, abs=0.1)

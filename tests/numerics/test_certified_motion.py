@@ -1,0 +1,244 @@
+"""The certified reference of smooth systems: 40 digits, closed forms, conditioning, refusals."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import replace
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.numerics.smooth import certified_motion
+from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.simple_pendulum import SimplePendulum
+from plumbob.tests.numerics.double_pendulum import NAMES, double_pendulum
+from plumbob.tests.numerics.recorded_motions import CASES, FILE
+
+TABLE = json.loads(FILE.read_text("utf-8"))
+
+
+def stacked(values: Any) -> Array:
+    """All observables, shape (numbers, n)."""
+    return np.stack(list(values.values()))
+
+
+def errors(name: str, system: SmoothSystem) -> tuple[Array, Array]:
+    """Error beside the recorded motion, and the uncertainty stated, shape (4, n) each."""
+    motion, times = CertifiedMotion(system), np.array(CASES[name][2])
+    recorded = [[mp.mpf(x) for x in row] for row in TABLE[name]]
+    seen = stacked(motion.observe(times)).T
+    off = [
+        [float(mp.mpf(x) - y) for x, y in zip(*rows, strict=True)]
+        for rows in zip(seen, recorded, strict=True)
+    ]
+    return np.abs(off).T, stacked(motion.uncertainty(times))
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_40_digits(name: str) -> None:
+    constants, start, _ = CASES[name]
+    with mp.workdps(45):
+        error, stated = errors(name, double_pendulum(constants, start))
+    assert (error <= stated).all()
+    # Not excessive: rounded inputs alone move the motion by what is stated, a few times as much as
+    # the two integrations, whose roundings are few.
+    assert (stated.max(axis=1) <= 300 * error.max(axis=1) + 1e-13).all()
+
+
+@pytest.mark.parametrize("place", range(5))
+def test_the_record_notices_a_changed_parameter(place: int) -> None:
+    constants, start, _ = CASES["unequal"]
+    changed = [*constants]
+    changed[place] *= 1 + 1e-12
+    error, stated = errors("unequal", double_pendulum(tuple(changed), start))
+    assert (error > stated).any()
+
+
+@pytest.mark.parametrize("name", ["large", "unequal"])
+def test_condition_is_the_response_to_changed_inputs(name: str) -> None:
+    # Difference quotients of every input, summed; the condition has the rounding of the time and of
+    # the result beside them, and the state's at its largest in place of that at the start.
+    constants, start, _ = CASES[name]
+    system, times, change = double_pendulum(constants, start), np.array([0.3, 1.9, 3.7]), 1e-7
+    motion = CertifiedMotion(system)
+    seen = stacked(motion.observe(times))
+    size = np.abs(stacked(motion.observe(np.linspace(0.0, 4.0, 4001)))).max(axis=1)
+    total = np.abs(seen) + np.abs(times * system.slope(times, seen))
+    for key, value in system.parameters.items():
+        near = replace(system, parameters={**system.parameters, key: value * (1 + change)})
+        total += np.abs(stacked(CertifiedMotion(near).observe(times)) - seen) / change
+    for moved in np.diag(size * change):
+        at = system.start + moved
+        near = replace(system, position=tuple(at[:2]), rate=tuple(at[2:]))
+        total += np.abs(stacked(CertifiedMotion(near).observe(times)) - seen) / change
+    ratio = stacked(motion.condition(times)) / total
+    assert (np.abs(ratio[:, -1] - 1.0) < 0.05).all()
+    assert (ratio > 0.7).all()  # at earlier times the state has been smaller
+    assert (ratio < 1.05).all()
+
+
+@pytest.mark.parametrize("faulty", ["gauss_collocation", "order_8"])
+def test_a_fault_in_either_integration_shows(faulty: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    system, times = double_pendulum(), np.array([0.5, 2.0])
+    right = CertifiedMotion(system)
+    small, exact = stacked(right.uncertainty(times)), stacked(right.observe(times))
+    good = getattr(certified_motion, faulty)
+
+    def wrong(*about: int) -> Any:
+        found = good(*about)
+        return replace(found, weights=np.array(found.weights) * (1 + 1e-11))
+
+    monkeypatch.setattr(certified_motion, faulty, wrong)
+    motion = CertifiedMotion(system)
+    apart = stacked(motion.disagreement(times))
+    assert (apart > 100 * small).all()
+    assert (stacked(motion.uncertainty(times)) > apart).all()
+    assert (np.abs(stacked(motion.observe(times)) - exact) <= 1.01 * apart + 1e-13).all()
+
+
+def test_chaos_beyond_double_precision_is_refused() -> None:
+    motion = CertifiedMotion(double_pendulum())
+    with pytest.raises(
+        ParameterError, match=r"times = 60.0: must be at most 2\d\.\d+ s: double"
+    ) as why:
+        motion.observe(np.array([0.0, 60.0]))
+    assert "\n" not in str(why.value)
+    until = float(re.findall(r"[\d.]+", str(why.value))[1])
+    times = np.linspace(0.0, until - 0.1, 2001)
+    seen, stated = (stacked(ask(times))[:2] for ask in (motion.observe, motion.uncertainty))
+    assert 3e-4 < stated.max() / np.abs(seen).max() < 1e-3
+    with pytest.raises(ParameterError):
+        motion.uncertainty(np.array([1000.0]))
+
+
+def particle(
+    force: Any, parameters: dict[str, float], start: tuple[float, float], **about: Any
+) -> SmoothSystem:
+    """A particle of mass 1 on a line."""
+    one = ((1.0,),)
+    return SmoothSystem(
+        ("x",), ("v",), lambda p, q: one, force, parameters, start[:1], start[1:], **about
+    )
+
+
+def test_a_collapse_is_refused_where_it_is() -> None:
+    falling = particle(lambda p, t, q, v: (-p.k / q[0] ** 2,), {"k": 1.0}, (1.0, 0.0))
+    motion = CertifiedMotion(falling)
+    assert motion.observe(np.array([1.0]))["x"][0] == pytest.approx(0.3506816, rel=1e-6)
+    ends = math.pi / math.sqrt(8.0)
+    with pytest.raises(ParameterError) as why:
+        motion.observe(np.array([2.0]))
+    assert float(re.findall(r"[\d.]+", str(why.value))[1]) == pytest.approx(ends, rel=1e-3)
+
+
+@pytest.mark.parametrize("constants", [(1.0, 0.0, 1.0, 1.0, 9.81), (math.nan, 1.0, 1.0, 1.0, 9.81)])
+def test_a_mass_matrix_that_is_not_positive_is_refused(constants: tuple[float, ...]) -> None:
+    with pytest.raises(
+        ParameterError, match=r"mass matrix = .* must be symmetric and positive"
+    ) as why:
+        double_pendulum(constants)
+    assert "\n" not in str(why.value)
+
+
+@pytest.mark.parametrize("theta", [1e-6, 1.0, 3.0, 3.14159])
+def test_a_pendulum_moves_as_its_closed_form(theta: float) -> None:
+    exact = SimplePendulum(1.2, 9.81, 0.0, 0.0, 0.0, theta=theta, theta_dot=0.3).motion
+    times = np.linspace(0.0, 9.0, 91)
+    swinging = particle(
+        lambda p, t, q, v: (-p.gravity / p.length * np.sin(q[0]),),
+        {"gravity": 9.81, "length": 1.2},
+        (theta, 0.3),
+    )
+    motion = CertifiedMotion(swinging)
+    seen, stated = motion.observe(times), motion.uncertainty(times)
+    truth, theirs = exact.observe(times), exact.uncertainty(times)
+    for ours, name in (("x", "theta"), ("v", "theta_dot")):
+        assert (np.abs(seen[ours] - truth[name]) <= stated[ours] + theirs[name]).all()
+        assert (stated[ours] <= 40 * np.maximum.accumulate(theirs[name])).all()
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.4])
+def test_a_driven_chain_moves_as_its_closed_form(damping: float) -> None:
+    # Three masses on springs, the last one driven: with the force and its rate as two more numbers
+    # of the state, the exponential of a matrix, at 40 digits.
+    masses, stiffness, drive = (1.0, 2.0, 0.5), (3.0, 1.0, 4.0), 1.7
+
+    def forces(p: Any, t: Any, q: Any, v: Any) -> tuple[Any, ...]:
+        pulls = [p.k_1 * q[0], p.k_2 * (q[1] - q[0]), p.k_3 * (q[2] - q[1])]
+        pushed = np.cos(p.drive * t)
+        return (
+            pulls[1] - pulls[0] - p.damping * v[0],
+            pulls[2] - pulls[1] - p.damping * v[1],
+            pushed - pulls[2] - p.damping * v[2],
+        )
+
+    def mass_matrix(p: Any, q: Any) -> tuple[tuple[Any, ...], ...]:
+        return (p.m_1, 0.0, 0.0), (0.0, p.m_2, 0.0), (0.0, 0.0, p.m_3)
+
+    parameters = {f"m_{i}": m for i, m in enumerate(masses, 1)} | {
+        f"k_{i}": k for i, k in enumerate(stiffness, 1)
+    }
+    start = (0.1, -0.2, 0.3, 0.0, 1.0, 0.0)
+    names, parameters = (
+        (("a", "b", "c"), ("u", "v", "w")),
+        {**parameters, "drive": drive, "damping": damping},
+    )
+    system = SmoothSystem(
+        *names, mass_matrix, forces, parameters, start[:3], start[3:], damped=True
+    )
+    motion, times = CertifiedMotion(system), np.array([0.7, 5.0, 40.0])
+    with mp.workdps(40):
+        k, matrix = [mp.mpf(x) for x in stiffness], mp.zeros(8)
+        pull = mp.matrix([[-k[0] - k[1], k[1], 0], [k[1], -k[1] - k[2], k[2]], [0, k[2], -k[2]]])
+        for i, mass in enumerate(masses):
+            matrix[i, i + 3] = 1
+            matrix[i + 3, i + 3] = -mp.mpf(damping) / mass
+            for j in range(3):
+                matrix[i + 3, j] = pull[i, j] / mass
+        matrix[5, 6], matrix[6, 7], matrix[7, 6] = (
+            1 / mp.mpf(masses[2]),
+            -mp.mpf(drive),
+            mp.mpf(drive),
+        )
+        exact = [mp.expm(matrix * mp.mpf(t)) * mp.matrix([*start, 1, 0]) for t in times]
+        truth = np.array([[float(x) for x in list(state)[:6]] for state in exact]).T
+    stated = stacked(motion.uncertainty(times))
+    assert (np.abs(stacked(motion.observe(times)) - truth) <= stated + ULP * np.abs(truth)).all()
+    assert (stated < 3e-12).all()
+    assert motion.nonlinearity(times, {"a": 1e-3 * np.ones(3)}) < 1e-10
+
+
+def test_a_motion_asked_for_in_pieces_is_the_same_to_the_bit() -> None:
+    whole, parts = (CertifiedMotion(double_pendulum()) for _ in range(2))
+    whole.observe(np.array([6.0]))
+    for time in (0.0, 0.3, 5.0, 2.2):
+        for ask in ("observe", "uncertainty"):
+            at = np.array([time])
+            assert np.array_equal(
+                stacked(getattr(whole, ask)(at)), stacked(getattr(parts, ask)(at))
+            )
+
+
+def test_nonlinearity_grows_with_the_errors() -> None:
+    motion, times = CertifiedMotion(double_pendulum()), np.linspace(0.0, 3.0, 31)
+    small, large = ({name: size * np.ones(31) for name in NAMES} for size in (1e-6, 1e-4))
+    ratio = motion.nonlinearity(times, large) / motion.nonlinearity(times, small)
+    assert ratio == pytest.approx(100.0, rel=0.01)
+    assert 1e-5 < motion.nonlinearity(times, large) < 1e-3
+
+
+def test_a_body_at_rest_stays_at_rest() -> None:
+    motion, times = (
+        CertifiedMotion(double_pendulum(start=(0.0, 0.0, 0.0, 0.0))),
+        np.array([0.0, 50.0]),
+    )
+    assert not stacked(motion.observe(times)).any()
+    assert not stacked(motion.uncertainty(times)).any()
