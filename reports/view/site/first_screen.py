@@ -117,7 +117,9 @@ def _contacts(study: Study) -> Answer | None:
     if not line or default not in line[0].errors or euler not in line[0].errors:
         return None
     ratios = _cost_ratios(_costs(study, ran))
-    cost = f", and a step costs {ratios[euler]} times one with default contacts" * (euler in ratios)
+    cost = ""
+    if euler in ratios:
+        cost = f", and a step costs {ratios[euler]} times one with default contacts"
     count = notation.plural(len(line), "scene")
     before = f"{_range(line, default)} in {count}, depending on the direction"
     if (finest := _finest(study, [one.scene.name for one in line], (default,))) is not None:
