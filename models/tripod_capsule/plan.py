@@ -40,7 +40,7 @@ STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 LONG = 10.0  # [s]: a plan that takes more is not run at the finest step
 # Whole steps of every size, a little after the last manoeuvre has ended.
 _LASTING: Mapping[str, tuple[float, float]] = MappingProxyType({
-    "near": (1.65, 6.95), "half-turn": (1.95, 18.55), "aside": (3.65, 14.75),
+    "near": (1.65, 6.95), "half-turn": (1.95, 24.35), "aside": (3.65, 14.75),
     "behind": (5.0, 6.15), "ahead": (3.65, 6.95),
 })  # fmt: skip
 TURNED = 0.65  # [s]: the plan to BESIDE on a free plane, and a little more
@@ -49,7 +49,7 @@ BESIDE = RestPose(0.01, 0.01, 0.1)  # near enough that the curve's plans cost li
 CURVES: tuple[tuple[str, Pair, ArcName, float, Literal["quick", "full"]], ...] = (
     ("12", (1, 2), "shorter", 1.75, "full"),
     ("23-longer", (2, 3), "longer", 1.55, "quick"),
-    ("31", (3, 1), "shorter", 1.45, "full"),
+    ("31", (3, 1), "shorter", 1.75, "full"),
 )
 
 
@@ -63,7 +63,7 @@ def _planned(
     legs: Pair,
     arc: ArcName,
 ) -> Plan:
-    from plumbob.analytic.systems.planner.search import plan
+    from plumbob.analytic.systems.planner.construction import plan
 
     return plan(body, goal, limits, track, start, legs=legs, arc=arc)
 

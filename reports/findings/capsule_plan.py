@@ -7,8 +7,8 @@ from functools import cache
 
 import numpy as np
 
+from plumbob.analytic.systems.planner.construction import plan as find_plan
 from plumbob.analytic.systems.planner.result import Plan
-from plumbob.analytic.systems.planner.search import plan as find_plan
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scenes as find_scenes
@@ -101,11 +101,11 @@ def poses(study: Study) -> Finding | None:
         (
             "A plan turns the body to the heading wanted, moves it along lines to the place, "
             "returns the slider by slow motions, and waits for every residual motion to end. The "
-            "planner chooses the number and size of turns and lines, the slider's accelerations "
-            "w₁ and w₂, the switching time t₁, the angular acceleration Z and the half time τ of "
-            "turns, for the shortest time it finds, under limits on |w|, the stroke and the "
-            "circle's radius. Every turn is followed by the exact motion to rest, since eq. 32 "
-            "alone has an error of order ε².",
+            "slider's accelerations w₁ and w₂ in lines and Z in turns are as large as the limits "
+            "on |w| and on friction allow; lines are as long as the limit on the stroke allows, "
+            "and the last one covers the rest; turns are of one size. The planner takes the "
+            "quickest of a few numbers of turns and places to begin. Every turn is followed by the "
+            "exact motion to rest, since eq. 32 alone has an error of order ε².",
             "On the free plane one line in any direction through C is enough for the translation. "
             "On the source's curve (segment, arc, segment) the slider has one degree of freedom, "
             "needs lines in two directions, and returns after each.",

@@ -13,16 +13,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, lowest_normal_forces
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import closed_form
-from plumbob.analytic.systems.planner.coordinate import along_curve
-from plumbob.analytic.systems.planner.lines import quickest_push
+from plumbob.analytic.systems.planner.construction import plan
+from plumbob.analytic.systems.planner.lines import line_time
 from plumbob.analytic.systems.planner.manoeuvre import slow_arc, slow_line
 from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
-from plumbob.analytic.systems.planner.result import Plan, pose_error, simulate
-from plumbob.analytic.systems.planner.search import plan
-from plumbob.analytic.systems.planner.tracks import ArcName
-from plumbob.analytic.systems.planner.turns import outcome, quickest_drive
+from plumbob.analytic.systems.planner.result import Plan, pose_error
+from plumbob.analytic.systems.planner.style import quickest
+from plumbob.analytic.systems.planner.tracks import ArcName, Curve, FreePlane
+from plumbob.analytic.systems.planner.turns import computed_turn
 from plumbob.analytic.systems.slider_path import ArcPiece, SliderPath, StraightPiece, arc, straight
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.models.registry import scene
@@ -65,14 +66,6 @@ def planned(name: str, track: str) -> Plan:
     assert (made.capsule, made.goal, made.track) == (CHECK, PLACES[name], track)
     assert made.limits == Limits()
     return made
-
-
-def ends_off(body: Capsule, made: Plan) -> float:
-    """Larger of the two errors of `body` after a plan [m or rad]."""
-    motion = simulate(body, made)
-    end = motion.at(np.array([max(made.duration, motion.rest_time)]))
-    (x, y), heading = end.position[0], end.heading[0]
-    return max(pose_error(RestPose(float(x), float(y), float(heading)), made.goal))
 
 
 @pytest.mark.long(keep=1)
@@ -119,17 +112,33 @@ def test_the_body_rests_between_manoeuvres_and_in_slow_ones(name: str, track: st
     assert np.abs(after.heading[slow] - before.heading[slow]).max() <= still
 
 
+def parts_of_curve(made: Plan, place: Array) -> tuple[Array, Array]:
+    """For each `place` of the slider, complex, without the track's own words: whether it is on the
+    first line (0), the circle (1) or the second line (2), and the direction of the curve there."""
+    ends = [complex(*made.capsule.supports[i - 1]) for i in made.legs]
+    lines = [end / abs(end) for end in ends]
+    radius = made.limits.radius
+    assert np.abs(place).max() <= radius * (1 + 1e-12)
+    on_circle = np.abs(np.abs(place) - radius) <= 1e-12
+    on_line = [
+        (np.abs((place / line).imag) <= 1e-12) & ((place / line).real >= -1e-12) for line in lines
+    ]
+    assert (on_circle | on_line[0] | on_line[1]).all()
+    part = np.where(on_circle, 1, np.where(on_line[0], 0, 2))
+    return part, np.select([part == 0, part == 1], [lines[0], 1j * place / radius], lines[1])
+
+
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", PLACES)
 def test_the_curve_has_one_degree_of_freedom(name: str) -> None:
     made = planned(name, "curve")
-    along, times = along_curve(made), np.linspace(0.0, made.duration, 4001)
-    # Places on the curve are sums over some hundred pieces.
-    assert np.abs(along.slider(times) - made.slider(times)).max() <= 1e-12
-    speed = np.linalg.norm(made.relative_velocity(times), axis=1)
-    assert np.abs(np.abs(along.rate(times)) - speed).max() <= 1e-11
-    reached = along.rate(times[:1]) + np.cumsum(along.mean_acceleration(times) * np.diff(times))
-    assert np.abs(reached - along.rate(times[1:])).max() <= 1e-11
+    times = np.linspace(0.0, made.duration, 4001)
+    place, velocity = (xy @ [1.0, 1.0j] for xy in made.path.kinematics(times)[:2])
+    part, direction = parts_of_curve(made, place)
+    assert np.abs((velocity / direction).imag).max() <= 1e-11
+    # The lines are joined by the arc only, though both lead to C.
+    away = part[np.abs(place) > 1e-3]
+    assert np.abs(np.diff(away)).max() <= 1
 
 
 PAIRS = tuple(itertools.product(((1, 2), (2, 3), (3, 1)), ("shorter", "longer")))
@@ -148,19 +157,11 @@ def test_the_curve_may_have_any_two_lines_and_either_arc(
 ) -> None:
     made = on_curve(legs, arc)
     assert max(made.error) <= REACHED
-    along, times = along_curve(made), np.linspace(0.0, made.duration, 2001)
-    place = made.slider(times) @ [1.0, 1.0j]
-    assert np.abs(along.slider(times) @ [1.0, 1.0j] - place).max() <= 1e-12
-    # without the track's own words: on a line to one of the two supports, or on the circle
-    radius = made.limits.radius
-    assert np.abs(place).max() <= radius * (1 + 1e-12)
-    ends = [complex(*SCALENE.supports[i - 1]) for i in legs]
-    off_lines = [abs((place / (end / abs(end))).imag) for end in ends]
-    on_circle = np.abs(np.abs(place) - radius) <= 1e-9
-    on_line = (np.minimum(*off_lines) <= 1e-9) & (np.abs(place) <= radius + 1e-9)
-    assert (on_line | on_circle).all()
-    for off in off_lines:  # both are gone along
-        assert (np.abs(place)[(off <= 1e-9) & ~on_circle] > 0.1 * radius).any()
+    place = made.slider(np.linspace(0.0, made.duration, 2001)) @ [1.0, 1.0j]
+    part, _ = parts_of_curve(made, place)
+    ends, on_circle = [complex(*SCALENE.supports[i - 1]) for i in legs], part == 1
+    for line in (0, 2):  # both are gone along
+        assert (np.abs(place)[part == line] > 0.1 * made.limits.radius).any()
     turned = np.abs(np.angle(place[on_circle] / ends[0]))
     between = abs(np.angle(ends[1] / ends[0]))
     way = np.angle(place[on_circle] / ends[0]) * np.sign(np.angle(ends[1] / ends[0]))
@@ -180,16 +181,6 @@ def test_scenes_of_other_curves_last_until_the_body_rests(
     assert made.duration <= given.duration == lasting < made.duration + 0.2
 
 
-def test_a_mean_acceleration_held_over_steps_gives_the_velocity_at_every_edge() -> None:
-    made = planned("near", "free")
-    edges = np.linspace(0.0, made.duration, 1000)
-    held = made.mean_relative_acceleration(edges)
-    assert held.shape == (999, 2)
-    reached = np.cumsum(held * np.diff(edges)[:, None], axis=0)
-    # A thousand roundings of speeds of up to 10 m/s.
-    assert np.abs(reached - made.relative_velocity(edges[1:])).max() <= 1e-11
-
-
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "track", "least"), [("half-turn", "free", 7.0), ("ahead", "curve", 1.6)]
@@ -205,7 +196,7 @@ def test_minimum_time_is_below_that_of_equal_manoeuvres(
 @given(st.floats(1.2, 70.0), st.floats(0.05, 0.9))
 def test_no_push_within_the_limits_is_quicker(push: float, pull: float) -> None:
     limits, threshold = Limits(), CHECK.holding_acceleration
-    best = quickest_push(CHECK, limits)
+    best = quickest(CHECK, limits)
 
     def time(w1: float, w2: float) -> float:
         """For one displacement, with the slow return (Chernousko 2020, eqs. 17, 18, 22)."""
@@ -216,11 +207,22 @@ def test_no_push_within_the_limits_is_quicker(push: float, pull: float) -> None:
     assert time(best.w1, best.w2) <= time(push * threshold, pull * threshold)
 
 
+@pytest.mark.parametrize("track", ["free", "curve"])
+def test_lines_take_about_as_long_as_is_estimated(track: str) -> None:
+    limits = Limits()
+    rails = FreePlane(CHECK, limits) if track == "free" else Curve(CHECK, limits)
+    estimate = line_time(rails, quickest(CHECK, limits), PLACES["ahead"].place)
+    assert estimate == pytest.approx(planned("ahead", track).duration, rel=0.05)
+
+
 def test_a_weaker_drive_turns_less_in_more_time() -> None:
-    full = quickest_drive(Limits())(1.0)
-    at_limit, below = (outcome(CHECK, 0.12, 0.3, 1.0, drive) for drive in (full, 0.8 * full))
+    limits = Limits()
+    full = quickest(CHECK, limits)
+    weaker = replace(full, turn=0.8 * full.turn_acceleration(limits, 1.0))
+    track = FreePlane(CHECK, limits)
+    at_limit, below = (computed_turn(track, style, 0.3, 1.0) for style in (full, weaker))
     assert abs(below.heading) < abs(at_limit.heading)
-    assert below.manoeuvre.duration + below.pause > at_limit.manoeuvre.duration + at_limit.pause
+    assert below.duration > at_limit.duration
 
 
 def quickened(path: SliderPath, factor: float) -> SliderPath:
@@ -309,8 +311,9 @@ def test_a_pose_already_taken_needs_no_manoeuvre() -> None:
     ],
 )
 def test_sensitivity_to_the_body(body: Capsule) -> None:
-    assert ends_off(CHECK, planned("near", "free")) <= REACHED
-    assert ends_off(body, planned("near", "free")) > 1e-6
+    made = planned("near", "free")
+    assert max(made.error) <= REACHED
+    assert max(replace(made, capsule=body).error) > 1e-6
 
 
 @pytest.mark.long

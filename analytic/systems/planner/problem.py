@@ -103,3 +103,8 @@ def too_many(limits: Limits, needed: int) -> ParameterError:
         f"at least {needed} to get there with strokes of {limits.stroke:g} m at "
         f"{limits.acceleration:g} m/s^2",
     )
+
+
+def to_ten_digits(time: float) -> float:
+    """A time [s] to compare: of choices that are equal but for rounding the first is the best."""
+    return float(f"{time:.9e}")

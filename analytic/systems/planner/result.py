@@ -26,8 +26,8 @@ TrackName = Literal["free", "curve"]
 class Plan:
     """Manoeuvres one after another that carry body and slider from `start` to `goal`.
 
-    Open-loop input of an engine: `slider` and `relative_velocity`, or for a step
-    `mean_relative_acceleration`, each for the two coordinates of the slider in body axes.
+    Open-loop input of an engine: `slider` and `relative_velocity`, the two coordinates of the
+    slider in body axes.
     """
 
     capsule: Capsule
@@ -87,15 +87,11 @@ class Plan:
         """Its velocity in the body [m/s], shape (n, 2), at `times` [s], shape (n,)."""
         return self.path.kinematics(times)[1]
 
-    def mean_relative_acceleration(self, edges: Array) -> Array:
-        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n, 2) [m/s^2]:
-        constant over the step, it gives the exact v at the next edge."""
-        return np.asarray(np.diff(self.relative_velocity(edges), axis=0) / np.diff(edges)[:, None])
-
     @cached_property
     def motion(self) -> ThreePointMotion:
         """The exact motion of the whole plan."""
-        return simulate(self.capsule, self)
+        begin = Start((self.start.x, self.start.y), self.start.heading)
+        return three_point_motion(self.capsule, self.path, begin)
 
     @property
     def reached(self) -> RestPose:
@@ -114,10 +110,3 @@ def pose_error(reached: RestPose, goal: RestPose) -> tuple[float, float]:
     """Distance [m] and angle [rad] between two poses; modulo whole turns."""
     turned = math.remainder(reached.heading - goal.heading, FULL_CIRCLE)
     return abs(reached.place - goal.place), abs(turned)
-
-
-def simulate(capsule: Capsule, plan: Plan) -> ThreePointMotion:
-    """Exact motion of `capsule`, be it the plan's own or another, with the plan's slider motion.
-    Raises ParameterError where a support would lose contact."""
-    begin = Start((plan.start.x, plan.start.y), plan.start.heading)
-    return three_point_motion(capsule, plan.path, begin)

@@ -1,13 +1,13 @@
-"""Tracks, where the slider may go: the protocol, the free plane and the single curve."""
+"""Tracks, where the slider may go: the free plane, and the source's single curve."""
 
 from __future__ import annotations
 
 import cmath
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 
@@ -21,19 +21,13 @@ from plumbob.analytic.systems.capsule import (
     load_fractions,
     load_slopes,
 )
-from plumbob.analytic.systems.planner.lines import Push, Rail, line_time
 from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre, slow_arc, slow_line
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, check_limits
-from plumbob.analytic.systems.planner.turns import Circle
-from plumbob.analytic.systems.three_points.equations import Complex
 
 NEAR = 1e-12  # [m] two places of the slider this near are one
-STARTS = 24  # places round the circle for the first turn to begin at
+ROUND = tuple(k / 24 for k in range(24))  # places round the circle for the first turn to begin at
+ON_ARC = (0.0, 0.5, 1.0)  # and on an arc
 LEAST_LOAD = 0.1  # of a support's load with the slider at C, to remain on a rail
-
-Legs = tuple[tuple[Rail, float], ...]
-"""Rails, each with the distance [m] that the body moves along it."""
-
 
 Pair = tuple[int, int]
 """The supports at whose directions the curve's segments lie, 1, 2 or 3, in the order of the places
@@ -41,43 +35,47 @@ along it."""
 ArcName = Literal["shorter", "longer"]
 
 
-def check_curve(supports: Pair, arc: ArcName) -> None:
-    """Raises ParameterError where `supports` are no two of 1, 2, 3, or `arc` is no name."""
-    whole = isinstance(supports, tuple) and all(type(i) is int for i in supports)
-    if not (whole and len(set(supports)) == len(supports) == 2 and set(supports) <= {1, 2, 3}):
-        raise ParameterError("legs", supports, "two different ones of the supports 1, 2, 3")
-    if arc not in ("shorter", "longer"):
-        raise ParameterError("arc", arc, "shorter or longer")
+@dataclass(frozen=True)
+class Rail:
+    """A straight part of the track on a line through C: the slider may go in `direction` [rad, from
+    the body's x axis] from `low` to `high`, signed along it from C [m]; `place` names the track's
+    place there."""
+
+    direction: float
+    low: float
+    high: float
+    place: Callable[[float], complex]
 
 
-class Track(Protocol):
-    """Where the slider may go; a place on a track is a complex number whose meaning it defines."""
+Legs = tuple[tuple[Rail, float], ...]
+"""Rails, each with the distance [m] that the body moves along it."""
 
-    def places(self, point: Point) -> tuple[complex, ...]:
-        """Every place at `point` relative to C [m]; raises ParameterError if there is none."""
-        ...
 
-    def circle(self, sense: float, returning: bool) -> Circle:
-        """The part of the circle for turns of that `sense`; the slider returns after each turn if
-        `returning` or if the track requires it."""
-        ...
+@dataclass(frozen=True)
+class Circle:
+    """The part of the circle that turns use, the slider going round in the direction `sense`.
 
-    def on_circle(self, angle: float) -> complex:
-        """The place on the circle at `angle` [rad]."""
-        ...
+    A turn is of at most `longest` [rad]. With `extent` [rad] the turns keep to the arc of that
+    length from angle `first` [rad], all of them begin at one place, and the slider returns after
+    each; without, each begins where the last one ended. `places` are the parts before a turn that
+    may be tried: of the arc that it leaves, or of the whole circle.
+    """
 
-    def legs(self, displacement: complex) -> tuple[Legs, ...]:
-        """Ways to carry the body over `displacement` [m], in body axes."""
-        ...
+    sense: float
+    longest: float
+    first: float
+    extent: float | None
+    places: Sequence[float] = (0.0,)
 
-    def line_time(self, push: Push, displacements: Complex) -> Array:
-        """Estimated time [s], shape (n,), of lines for `displacements` [m], shape (n,), in body
-        axes."""
-        ...
+    def starts(self, swing: float) -> Array:
+        """Angles [rad], shape (n,), at which the first turn, through `swing` [rad], may begin."""
+        free = FULL_CIRCLE if self.extent is None else self.sense * (self.extent - swing)
+        return self.first + free * np.array(self.places)
 
-    def route(self, begin: complex, end: complex) -> tuple[Manoeuvre, ...]:
-        """The quickest slow motions from one place to another."""
-        ...
+    def gained(self, heading: float) -> float:
+        """What of a turn's `heading` [rad] is the way its slider is to turn the body, against its
+        own: negative where the body turned the other way."""
+        return -self.sense * heading
 
 
 @dataclass(frozen=True)
@@ -92,59 +90,45 @@ class FreePlane:
         check_limits(self.capsule, self.limits, Arc(self.limits.radius, 0.0, FULL_CIRCLE))
 
     def places(self, point: Point) -> tuple[complex, ...]:
-        """See Track."""
+        """Every place at `point` relative to C [m]."""
         return (complex(*point),)
 
-    def circle(self, sense: float, returning: bool) -> Circle:
-        """See Track."""
+    def circle(self, sense: float, *, returning: bool) -> Circle:
+        """The part of the circle for turns of that `sense`; the slider goes on all round, unless it
+        is `returning` after each turn."""
         longest = self.limits.stroke / self.limits.radius
-        starts = FULL_CIRCLE * np.arange(STARTS) / STARTS
-        return Circle(sense, longest, 0.0, longest if returning else None, starts)
+        if returning:
+            return Circle(sense, longest, 0.0, longest)
+        return Circle(sense, longest, 0.0, None, ROUND)
 
     def on_circle(self, angle: float) -> complex:
-        """See Track."""
+        """The place on the circle at `angle` [rad]."""
         return cmath.rect(self.limits.radius, angle)
 
     def legs(self, displacement: complex) -> tuple[Legs, ...]:
-        """See Track."""
+        """Ways to carry the body over `displacement` [m], in body axes: here one, straight. On the
+        rail no support load falls below a part of what it is with the slider at C."""
         direction = cmath.phase(-displacement)
-        ahead, behind = self._reach(direction), self._reach(direction + math.pi)
+        load = load_fractions(self.capsule, np.zeros((1, 2)))[0] * self.capsule.weight
+        falls = -load_slopes(self.capsule, direction) / ((1.0 - LEAST_LOAD) * load)
+        ahead, behind = 1.0 / float(falls.max()), -1.0 / float(falls.min())
         length = min(self.limits.stroke, ahead + behind)
         high = min(max(0.5 * length, length - behind), ahead)
-
-        def place(along: float) -> complex:
-            return cmath.rect(along, direction)
-
-        return (((Rail(direction, high - length, high, place), abs(displacement)),),)
-
-    def _spare(self) -> Array:
-        """Fraction of the weight by which each support load may fall, shape (3,)."""
-        return np.asarray((1.0 - LEAST_LOAD) * load_fractions(self.capsule, np.zeros((1, 2)))[0])
-
-    def _reach(self, direction: float) -> float:
-        """How far the slider may go from C [m] before a support load is too small."""
-        slopes = load_slopes(self.capsule, direction) / self.capsule.weight
-        falling = slopes < 0.0
-        return float((self._spare()[falling] / -slopes[falling]).min())
-
-    def line_time(self, push: Push, displacements: Complex) -> Array:
-        """See Track; the rail has its length in the worst direction."""
-        x, y = (load_slopes(self.capsule, a) / self.capsule.weight for a in (0.0, 0.5 * math.pi))
-        reach = float((self._spare() / np.hypot(x, y)).min())
-        longest = min(self.limits.stroke, 2.0 * reach)
-        return line_time(self.capsule, self.limits, push, longest, np.abs(displacements))
+        rail = Rail(direction, high - length, high, lambda along: cmath.rect(along, direction))
+        return (((rail, abs(displacement)),),)
 
     def route(self, begin: complex, end: complex) -> tuple[Manoeuvre, ...]:
-        """See Track: straight, or by way of C, where static friction allows most."""
-        holding = self.limits.holding
-        if abs(end - begin) <= NEAR:
-            return ()
-        straight = (slow_line(self.capsule, begin, end, holding),)
-        if abs(begin) <= NEAR or abs(end) <= NEAR:
-            return straight
-        inward = slow_line(self.capsule, begin, 0j, holding)
-        outward = slow_line(self.capsule, 0j, end, holding)
-        return min(straight, (inward, outward), key=lambda way: sum(leg.duration for leg in way))
+        """The quickest slow motions from one place to another: straight, or by way of C, where
+        static friction allows most."""
+        straight, by_c = (
+            tuple(
+                slow_line(self.capsule, here, there, self.limits.holding)
+                for here, there in itertools.pairwise(stops)
+                if abs(there - here) > NEAR
+            )
+            for stops in ((begin, end), (begin, 0j, end))
+        )
+        return min(straight, by_c, key=lambda way: sum(motion.duration for motion in way))
 
 
 @dataclass(frozen=True)
@@ -184,100 +168,92 @@ class Curve:
         return shorter - math.copysign(FULL_CIRCLE, shorter)
 
     @property
-    def _corners(self) -> tuple[float, float, float, float]:
-        a = self.limits.radius
-        return 0.0, a, a + a * abs(self.swing), 2.0 * a + a * abs(self.swing)
-
-    def point(self, place: float) -> complex:
-        """The point relative to C [m] at `place`."""
-        _, one, two, end = self._corners
-        if place <= one:
-            return cmath.rect(place, self.first)
-        if place >= two:
-            return cmath.rect(end - place, self.first + self.swing)
-        return cmath.rect(self.limits.radius, self._angle(place))
+    def _length(self) -> float:
+        """Arc length in all [m]: the radius is that of either line."""
+        return self.limits.radius * (2.0 + abs(self.swing))
 
     def _angle(self, place: float) -> float:
-        turned = (place - self.limits.radius) / self.limits.radius
+        """Angle of the point at `place` [rad]."""
+        turned = min(max(place / self.limits.radius - 1.0, 0.0), abs(self.swing))
         return self.first + math.copysign(turned, self.swing)
 
+    def _point(self, place: float) -> complex:
+        """The point relative to C [m] at `place`."""
+        out = min(place, self.limits.radius, self._length - place)
+        return cmath.rect(out, self._angle(place))
+
     def places(self, point: Point) -> tuple[complex, ...]:
-        """See Track."""
-        there, (_, one, _, end) = complex(*point), self._corners
-        candidates = [abs(there), end - abs(there)]
+        """Every place at `point` relative to C [m]; raises ParameterError if there is none."""
+        there = complex(*point)
         turned = math.copysign(1.0, self.swing) * (cmath.phase(there) - self.first)
-        candidates.append(one + self.limits.radius * (turned % FULL_CIRCLE))
-        found = [s for s in candidates if 0.0 <= s <= end and abs(self.point(s) - there) <= NEAR]
-        if not found:
+        on_arc = self.limits.radius * (1.0 + turned % FULL_CIRCLE)
+        places = dict.fromkeys((abs(there), self._length - abs(there), on_arc))
+        near = [complex(s) for s in places if abs(self._point(s) - there) <= NEAR]
+        if not near:
             i, j = self.supports
             raise ParameterError("slider", point, f"on the curve: C-A{i}, circle, C-A{j}")
-        return tuple(complex(s) for s in dict.fromkeys(found))
+        return tuple(near)
 
-    def circle(self, sense: float, returning: bool) -> Circle:
-        """See Track; a turn starts at the end of the arc from which all of it lies ahead."""
-        ahead = sense * self.swing > 0.0
-        start, extent = self.first + (0.0 if ahead else self.swing), abs(self.swing)
+    def circle(self, sense: float, *, returning: bool) -> Circle:
+        """The arc, from the end of which all of it lies ahead for turns of that `sense`; the slider
+        returns after each, and if `returning` is said all of them begin there."""
+        first, extent = self.first, abs(self.swing)
+        if sense * self.swing < 0.0:
+            first += self.swing
         longest = min(extent, self.limits.stroke / self.limits.radius)
-        return Circle(sense, longest, start, extent, np.array([start]))
+        return Circle(sense, longest, first, extent, (0.0,) if returning else ON_ARC)
 
     def on_circle(self, angle: float) -> complex:
-        """See Track."""
+        """The place on the circle at `angle` [rad]."""
         return complex(self.limits.radius * (1.0 + abs(angle - self.first)))
 
     def legs(self, displacement: complex) -> tuple[Legs, ...]:
-        """See Track: along C-Ai and C-Aj, in either order."""
-        parts = self._parts_of(np.array([displacement]))[:, 0]
+        """Ways to carry the body over `displacement` [m], in body axes: along C-Ai and C-Aj, in
+        either order."""
+        sides = np.array([self.first, self.first + self.swing])
+        axes = np.stack([np.cos(sides), np.sin(sides)])
+        parts = np.linalg.solve(axes, [displacement.real, displacement.imag])
         legs = tuple(
-            (self._rail(number, away=float(part) < 0.0), abs(float(part)))
+            (self._rail(number, away=part < 0.0), float(abs(part)))
             for number, part in enumerate(parts)
             if abs(part) > NEAR
         )
         return tuple(dict.fromkeys((legs, legs[::-1])))
 
-    def _parts_of(self, displacements: Complex) -> Array:
-        """Components along C-Ai and C-Aj [m], shape (2, n), of `displacements`, shape (n,)."""
-        sides = (self.first, self.first + self.swing)
-        axes = np.array([[math.cos(side), math.sin(side)] for side in sides]).T
-        return np.asarray(np.linalg.solve(axes, np.stack([displacements.real, displacements.imag])))
-
-    def line_time(self, push: Push, displacements: Complex) -> Array:
-        """See Track."""
-        longest = min(self.limits.stroke, self.limits.radius)
-        one, two = (
-            line_time(self.capsule, self.limits, push, longest, np.abs(part))
-            for part in self._parts_of(displacements)
-        )
-        return one + two
-
-    def _rail(self, number: int, away: bool) -> Rail:
+    def _rail(self, number: int, *, away: bool) -> Rail:
         """Segment C-Ai (0) or C-Aj (1), with the slider going away from C or towards it."""
-        side = self.first + number * self.swing
-        _, one, _, end = self._corners
-
-        def place(along: float) -> complex:
-            return complex(end - abs(along) if number else abs(along))
-
-        if away:
-            return Rail(side, 0.0, one, place)
-        return Rail(side + math.pi, -one, 0.0, place)
+        side, radius, end = self.first + number * self.swing, self.limits.radius, self._length
+        ends = (side, 0.0, radius) if away else (side + math.pi, -radius, 0.0)
+        return Rail(*ends, lambda along: complex(end - abs(along) if number else abs(along)))
 
     def route(self, begin: complex, end: complex) -> tuple[Manoeuvre, ...]:
-        """See Track: along the curve, stopping at its corners."""
-        return tuple(self._legs_between(begin.real, end.real))
+        """The slow motions from one place to another along the curve, stopping at its corners."""
+        low, high = sorted((begin.real, end.real))
+        corners = self.limits.radius, self._length - self.limits.radius
+        inner = (s for s in corners if low + NEAR < s < high - NEAR)
+        stops = sorted((low, *inner, high), reverse=begin.real > end.real)
+        return tuple(
+            self._slow(here, there)
+            for here, there in itertools.pairwise(stops)
+            if abs(there - here) > NEAR
+        )
 
-    def _legs_between(self, begin: float, end: float) -> Iterator[Manoeuvre]:
-        low, high = min(begin, end), max(begin, end)
-        inner = [s for s in self._corners if low + NEAR < s < high - NEAR]
-        stops = [low, *inner, high]
-        if begin > end:
-            stops.reverse()
-        holding = self.limits.holding
-        for one, two in itertools.pairwise(stops):
-            if abs(two - one) <= NEAR:
-                continue
-            middle = 0.5 * (one + two)
-            if self._corners[1] < middle < self._corners[2]:
-                angles = self._angle(one), self._angle(two)
-                yield slow_arc(self.capsule, self.limits.radius, *angles, holding)
-            else:
-                yield slow_line(self.capsule, self.point(one), self.point(two), holding)
+    def _slow(self, here: float, there: float) -> Manoeuvre:
+        """The slow motion between two places of one part of the curve."""
+        capsule, limits = self.capsule, self.limits
+        angles = self._angle(here), self._angle(there)
+        if abs(angles[0] - angles[1]) > NEAR:
+            return slow_arc(capsule, limits.radius, *angles, limits.holding)
+        return slow_line(capsule, self._point(here), self._point(there), limits.holding)
+
+
+Track = FreePlane | Curve
+
+
+def check_curve(supports: Pair, arc: ArcName) -> None:
+    """Raises ParameterError where `supports` are no two of 1, 2, 3, or `arc` is no name."""
+    pairs = itertools.permutations((1, 2, 3), 2)
+    if supports not in pairs or any(type(i) is not int for i in supports):
+        raise ParameterError("legs", supports, "two different ones of the supports 1, 2, 3")
+    if arc not in ("shorter", "longer"):
+        raise ParameterError("arc", arc, "shorter or longer")

@@ -1,249 +1,222 @@
-"""Turn manoeuvres of a plan, each computed to rest, and a survey of turns of all sizes.
+"""Turns of a plan: equal ones, each computed to rest; how many and from where is the best of a few
+by an estimate of the time.
 
 Formulas 24-32 of Chernousko 2020 apply as epsilon -> 0. A limit on |w| bounds epsilon from below,
-so every turn is computed by `three_points.friction` until the residual motion has ended.
+so every turn is computed by `three_points.friction` until the residual motion has ended. Every
+turn shifts C as well, by centimetres, and lines have to make up the rest: so the time of the lines
+counts in the choice. On a free plane the slider continues round the circle and the shifts cancel.
 """
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, lru_cache
 
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule
-from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
-from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre, slow_arc, turn
-from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, too_many
-from plumbob.analytic.systems.three_points.equations import Complex
+from plumbob.analytic.systems.planner.lines import line_time
+from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre, Passage, slow_arc, turn, wait
+from plumbob.analytic.systems.planner.problem import to_ten_digits, too_many
+from plumbob.analytic.systems.planner.style import Style
+from plumbob.analytic.systems.planner.tracks import Circle, Track
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 
 WAITING = 1.1  # times the residual motion, as a margin
-SURVEYED = 8  # turns in a survey, and two more for each doubling beyond a full circle
-SHORTEST = 1 / 24  # of the longest of them, or of a full circle
-DENSE = 480  # sizes of turn in a survey
-AGREED = 1e-14  # relative, of the slider's angle in an exact turn
+SURVEYED = 8  # turns
+SMALLEST = 1 / 24  # of the largest of them
+LIKELY = 0.98  # of the largest heading of a turn: it depends a little on where the turn begins
+LARGER = 1.05  # times its estimate, the slider's angle at most
+MORE = 15  # numbers of turns tried beyond the least
+AGREED = 1e-15  # relative, of the slider's angle in an exact turn
 
-Drive = Callable[[float], float]
-"""The slider's angle [rad], positive -> the angular acceleration Z to cover it with [rad/s^2]."""
 
-
-@dataclass(frozen=True)
-class Outcome:
-    """A turn manoeuvre computed to rest: heading gained [rad], shift of C in the body axes of its
-    start [m], time until the body rests [s]."""
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """A turn manoeuvre computed to rest, the slider through the angle `swing` [rad]: heading gained
+    [rad], shift of C in the body axes of its start [m], time until the body rests [s]."""
 
     manoeuvre: Manoeuvre
+    swing: float
     heading: float
     shift: complex
     rest_time: float
+    motion: ThreePointMotion = field(repr=False)
 
     @property
-    def swing(self) -> float:
-        """Angle through which the slider moves [rad]."""
-        given = self.manoeuvre.parameters
-        return given["angular_acceleration"] * given["half_time"] ** 2
+    def begin(self) -> float:
+        """Angle of the slider at the start [rad]."""
+        return self.manoeuvre.parameters["angle"]
+
+    @property
+    def end(self) -> float:
+        """Angle of the slider at the end [rad]."""
+        return self.begin + self.swing
 
     @property
     def pause(self) -> float:
         """Time to wait for the residual motion to end [s]."""
         return WAITING * max(0.0, self.rest_time - self.manoeuvre.duration)
 
-
-@dataclass(frozen=True)
-class Circle:
-    """The part of the circle that turns use, the slider going round in the direction `sense`.
-
-    A turn is of at most `longest` [rad]. With `extent` [rad] they keep to the arc of that length
-    from angle `first` [rad] and the slider returns after each one; without, they go on all round,
-    and the first begins at one of `starts` [rad], shape (n,).
-    """
-
-    sense: float
-    longest: float
-    first: float
-    extent: float | None
-    starts: Array
-
-    def gained(self, heading: float) -> float:
-        """What of a turn's `heading` [rad] is the way its slider is to turn the body, against its
-        own: negative where the body turned the other way."""
-        return -self.sense * heading
+    @property
+    def duration(self) -> float:
+        """Duration, that wait included [s]."""
+        return self.manoeuvre.duration + self.pause
 
 
-def quickest_drive(limits: Limits) -> Drive:
-    """Z for which the largest |w|, at half time, is at its limit: there the slider's centripetal
-    acceleration is a Z times its whole angle."""
-
-    def drive(swing: float) -> float:
-        return limits.acceleration / (limits.radius * math.hypot(1.0, swing))
-
-    return drive
-
-
-def common_drive(capsule: Capsule, limits: Limits) -> Drive:
-    """Z at three times the bound on friction's moment, mu_1 Z = 3 R_0 (Chernousko 2020, eq. 28), as
-    far as the limit on |w| allows."""
-    scale = TurnManoeuvre(capsule, limits.radius, 1.0, 1e-9)
-    common = 3.0 * scale.friction_bound / scale.inertia_ratio
-    quickest = quickest_drive(limits)
-
-    def drive(swing: float) -> float:
-        return min(common, quickest(swing))
-
-    return drive
-
-
-@lru_cache(maxsize=1024)
-def outcome(
-    capsule: Capsule, radius: float, start: float, swing: float, angular_acceleration: float
-) -> Outcome:
-    """Compute a turn from rest: slider from angle `start` through `swing` [rad], of either sign, at
-    +-`angular_acceleration` [rad/s^2] (positive) in each half."""
-    return _followed(capsule, radius, start, swing, angular_acceleration, None)[0]
-
-
-def _followed(
-    capsule: Capsule,
-    radius: float,
-    start: float,
-    swing: float,
-    angular_acceleration: float,
-    near: ThreePointMotion | None,
-) -> tuple[Outcome, ThreePointMotion]:
-    """As `outcome`, at less cost from a motion that is nearly the same, and the motion."""
-    half_time = math.sqrt(abs(swing) / angular_acceleration)
-    drive = math.copysign(angular_acceleration, swing)
-    made = turn(radius, start, drive, half_time)
-    motion = three_point_motion(capsule, made.path)
-    motion = motion if near is None else motion.beside(near)
+@lru_cache(maxsize=256)
+def computed_turn(
+    track: Track, style: Style, start: float, swing: float, near: Turn | None = None
+) -> Turn:
+    """Compute a turn from rest: slider from angle `start` through `swing` [rad], of either sign;
+    at less cost from a turn `near` that is nearly the same."""
+    acceleration = style.turn_acceleration(track.limits, abs(swing))
+    half_time = math.sqrt(abs(swing) / acceleration)
+    made = turn(track.limits.radius, start, math.copysign(acceleration, swing), half_time)
+    motion = three_point_motion(track.capsule, made.path)
+    motion = motion if near is None else motion.beside(near.motion)
     end = motion.at(np.array([motion.rest_time]))
-    found = Outcome(made, float(end.heading[0]), complex(*end.position[0]), motion.rest_time)
-    return found, motion
-
-
-@dataclass(frozen=True)
-class Survey:
-    """Results of turns of one sense, shape (n,) each, against the slider's angle `swings` [rad]
-    from 0 up: size of the heading gained [rad], rising; shift of C [m] for a slider that starts on
-    the body's x axis; time with the residual motion, and for a return of that angle [s]."""
-
-    swings: Array
-    headings: Array
-    shifts: Complex
-    times: Array
-    returns: Array
-
-    def swing(self, heading: float) -> float:
-        """The slider's angle [rad] for the `heading` [rad], interpolated."""
-        return float(np.interp(heading, self.headings, self.swings))
-
-    def fewest(self, wanted: float) -> int:
-        """Least number of turns for a heading `wanted` [rad]."""
-        return math.ceil(wanted / float(self.headings[-1]) * (1.0 - 1e-9))
-
-
-def survey(capsule: Capsule, limits: Limits, circle: Circle, drive: Drive) -> Survey:
-    """Compute a few turns between a small one and the longest, and interpolate. Raises
-    ParameterError, naming the acceleration, if none turns the body the way it should."""
-    doublings = max(0, math.ceil(math.log2(circle.longest / FULL_CIRCLE)))
-    least = SHORTEST * min(circle.longest, FULL_CIRCLE)
-    if not least > 0.0:
-        raise ParameterError("stroke", limits.stroke, "large enough for a turn")
-    swings = np.geomspace(least, circle.longest, SURVEYED + 2 * doublings)
-    found = [
-        outcome(capsule, limits.radius, circle.first, circle.sense * s, drive(s))
-        for s in map(float, swings)
-    ]
-    dense = circle.longest * np.arange(DENSE + 1) / DENSE
-
-    def interpolated(values: list[float], power: float) -> Array:
-        from scipy.interpolate import PchipInterpolator
-
-        # Divided by this power of the angle they have a limit at 0 and hardly change.
-        curve = PchipInterpolator(swings, values / swings**power)
-        return np.asarray(curve(np.maximum(dense, swings[0])) * dense**power)
-
-    headings = interpolated([circle.gained(f.heading) for f in found], 1.0)
-    count = int(np.argmax(headings)) + 1
-    if count == 1 or np.any(np.diff(headings[:count]) <= 0.0):
-        need = f"large enough to turn the body with a slider {limits.radius:g} m from C"
-        raise ParameterError("acceleration", limits.acceleration, need)
-    unturned = [f.shift * np.exp(-1j * circle.first) for f in found]
-    across, along = ([part(s) for s in unturned] for part in (np.real, np.imag))
-    return Survey(
-        swings=dense[:count],
-        headings=headings[:count],
-        shifts=(interpolated(across, 1.0) + 1j * interpolated(along, 1.0))[:count],
-        times=interpolated([f.manoeuvre.duration + f.pause for f in found], 0.5)[:count],
-        returns=interpolated(_returns(capsule, limits, circle, found), 0.5)[:count],
-    )
-
-
-def _returns(capsule: Capsule, limits: Limits, circle: Circle, found: list[Outcome]) -> list[float]:
-    """Time of the slow return after each turn [s]; 0 where the slider continues all round."""
-    if circle.extent is None:
-        return [0.0] * len(found)
-    ends = [(circle.first + turned.swing, circle.first) for turned in found]
-    return [slow_arc(capsule, limits.radius, *e, limits.holding).duration for e in ends]
+    heading, shift = float(end.heading[0]), complex(*end.position[0])
+    return Turn(made, swing, heading, shift, motion.rest_time, motion)
 
 
 def exact_turn(
-    capsule: Capsule,
-    limits: Limits,
+    track: Track,
+    style: Style,
     circle: Circle,
-    drive: Drive,
-    start: float,
+    start: Callable[[float], float],
     longest: float,
-    guess: float,
     wanted: float,
-) -> Outcome | None:
-    """The turn from angle `start` that gives the heading `wanted` [rad] (its size), the slider's
-    angle being near `guess` [rad]; None if it takes more than `longest` [rad]."""
+) -> Turn | None:
+    """The turn that gives the heading `wanted` [rad] (its size), `start` the angle to begin at for
+    each angle of the slider; None where the `longest` of these [rad] is too short."""
     from scipy.optimize import brentq
 
-    near: ThreePointMotion | None = None
+    near: Turn | None = None
 
     @cache
-    def followed(swing: float) -> Outcome:
+    def followed(swing: float) -> Turn:
         nonlocal near
-        given = (limits.radius, start, circle.sense * swing, drive(swing))
-        found, near = _followed(capsule, *given, near)
-        return found
+        near = computed_turn(track, style, start(swing), circle.sense * swing, near)
+        return near
 
     def excess(swing: float) -> float:
-        return circle.gained(followed(swing).heading) - wanted
+        return circle.gained(followed(swing).heading if swing else 0.0) - wanted
 
-    low, high = 0.98 * min(guess, longest), min(1.02 * guess, longest)
-    while excess(low) > 0.0:
-        low, high = 0.9 * low, low
-    while excess(high) < 0.0:
-        if high >= longest:
-            return None
-        low, high = high, min(1.1 * high, longest)
-    root = brentq(excess, low, high, xtol=AGREED * guess, rtol=4 * np.finfo(float).eps)
+    if not 0.0 < wanted <= circle.gained(followed(longest).heading):
+        return None
+    root = brentq(excess, 0.0, longest, xtol=AGREED * longest, rtol=4 * np.finfo(float).eps)
     return followed(float(root))
 
 
-def equal_turns(
-    capsule: Capsule, limits: Limits, circle: Circle, wanted: float, drive: Drive
-) -> tuple[Outcome, ...]:
-    """As few equal turn manoeuvres as possible for the heading `wanted` [rad], each from the same
-    place. Raises ParameterError."""
-    seen = survey(capsule, limits, circle, drive)
-    count, found = seen.fewest(abs(wanted)), None
-    while found is None:
-        if count > limits.manoeuvres:
-            raise too_many(limits, count)
-        each = abs(wanted) / count
-        found = exact_turn(
-            *(capsule, limits, circle, drive, circle.first, circle.longest),
-            *(seen.swing(each), each),
-        )
-        count += found is None
-    return (found,) * count
+@dataclass(frozen=True)
+class Choice:
+    """`count` equal turns through about `swing` [rad], the first from the circle's start `place`;
+    estimated time of these and the lines after them [s]."""
+
+    count: int
+    swing: float
+    place: int
+    time: float
+
+
+def choices(
+    track: Track, style: Style, circle: Circle, wanted: float, displacement: complex
+) -> list[Choice]:
+    """Ways to turn the body by `wanted` [rad] (its size), and C with lines by `displacement` [m] in
+    body axes at the start. Each is estimated from a few computed turns: heading and shift are
+    nearly as the slider's angle, and the time as its root. Raises ParameterError."""
+    found, turns = list[Choice](), _survey(track, style, circle)
+    fewest = math.ceil(wanted / (LIKELY * circle.gained(turns[-1].heading)))
+    most = min(fewest + (0 if style.equal else MORE), track.limits.manoeuvres)
+    for count in range(fewest, most + 1):
+        swing, shift, time = _between(turns, circle, wanted / count)
+        time, turned = count * time, -wanted / count
+        if circle.extent is None:
+            turned += swing
+        else:
+            back = slow_arc(track.capsule, track.limits.radius, 0.0, swing, track.limits.holding)
+            time += (count - 1) * back.duration
+        drift = shift * complex(np.exp(1j * circle.sense * turned * np.arange(count)).sum())
+        for place, start in enumerate(circle.starts(swing)):
+            left = displacement - drift * cmath.rect(1.0, start)
+            left *= cmath.rect(1.0, circle.sense * wanted)
+            found.append(Choice(count, swing, place, time + line_time(track, style, left)))
+    if not found:
+        raise too_many(track.limits, fewest)
+    return found
+
+
+def _between(turns: list[Turn], circle: Circle, wanted: float) -> tuple[float, complex, float]:
+    """Of a turn that gives the heading `wanted` [rad], estimated from computed ones: the slider's
+    angle [rad], the shift of C for a slider that starts on the body's x axis [m], the time [s]."""
+    swings = np.array([abs(turn.swing) for turn in turns])
+    gains = np.array([circle.gained(turn.heading) for turn in turns])
+    swing = wanted * float(np.interp(wanted, gains, swings / gains))
+    shifts = np.array([turn.shift for turn in turns]) * cmath.rect(1.0, -circle.first)
+    times = np.array([turn.duration for turn in turns])
+    shift = swing * complex(np.interp(swing, swings, shifts / swings))
+    return swing, shift, math.sqrt(swing) * float(np.interp(swing, swings, times / np.sqrt(swings)))
+
+
+def _survey(track: Track, style: Style, circle: Circle) -> list[Turn]:
+    """A few turns between a small one and the one that turns the body most. Raises ParameterError,
+    naming the acceleration, where they don't turn it the more the larger they are."""
+    swings = circle.sense * np.geomspace(SMALLEST * circle.longest, circle.longest, SURVEYED)
+    turns = [computed_turn(track, style, circle.first, float(swing)) for swing in swings]
+    gains = [0.0, *(circle.gained(turn.heading) for turn in turns)]
+    count = int(np.argmax(gains))
+    if count == 0 or np.any(np.diff(gains[: count + 1]) <= 0.0):
+        need = f"large enough to turn the body with a slider {track.limits.radius:g} m from C"
+        raise ParameterError("acceleration", track.limits.acceleration, need)
+    return turns[:count]
+
+
+def _made(
+    track: Track, style: Style, circle: Circle, wanted: float, choice: Choice
+) -> list[Turn] | None:
+    """The turns of a choice, together of exactly the heading `wanted` [rad] (its size): from one
+    place all the same, else the last one for the exact rest; None where one would be too large."""
+    longest = min(LARGER * choice.swing, circle.longest)
+
+    def exact(start: Callable[[float], float], heading: float) -> Turn | None:
+        return exact_turn(track, style, circle, start, longest, heading)
+
+    first = exact(lambda swing: circle.starts(swing)[choice.place], wanted / choice.count)
+    if first is None or circle.extent is not None or choice.count == 1:
+        return None if first is None else [first] * choice.count
+    turns = [first]
+    while len(turns) < choice.count - 1:
+        turns.append(computed_turn(track, style, turns[-1].end, first.swing))
+    left = wanted - sum(circle.gained(turn.heading) for turn in turns)
+    last = exact(lambda swing: turns[-1].end, left)
+    return None if last is None else [*turns, last]
+
+
+def turns_to(track: Track, style: Style, wanted: float, displacement: complex) -> list[Turn]:
+    """Turns for the heading `wanted` [rad]; `displacement` [m] in body axes is the total of turns
+    and lines. Raises ParameterError."""
+    sense, size = -math.copysign(1.0, wanted), abs(wanted)
+    for returning in (style.equal, True):  # where turns round the circle go astray, from one place
+        circle = track.circle(sense, returning=returning)
+        ways = choices(track, style, circle, size, displacement)
+        best = min(ways, key=lambda choice: to_ten_digits(choice.time))
+        if turns := _made(track, style, circle, size, best):
+            return turns
+    raise too_many(track.limits, best.count + 1)
+
+
+def passage(track: Track, turn: Turn, *, returning: bool) -> Passage:
+    """The turn, a wait for its residual motion to end, and where `returning` the way back."""
+    limits, begin, end = track.limits, turn.begin, turn.end
+    made = [turn.manoeuvre]
+    if turn.pause > 0.0:
+        made.append(wait(cmath.rect(limits.radius, end), turn.pause))
+    if returning:
+        made.append(slow_arc(track.capsule, limits.radius, end, begin, limits.holding))
+    places = track.on_circle(begin), track.on_circle(begin if returning else end)
+    return Passage(*places, tuple(made))

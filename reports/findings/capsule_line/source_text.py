@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+from plumbob.analytic.systems.planner.construction import plan as find_plan
 from plumbob.analytic.systems.planner.problem import Limits, RestPose
-from plumbob.analytic.systems.planner.search import plan as find_plan
 from plumbob.engines.study.results import Study
 from plumbob.reports.findings.measurements import LINE, measured, problem
 from plumbob.reports.findings.sources import CHERNOUSKO, stated

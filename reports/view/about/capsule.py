@@ -89,8 +89,8 @@ DESCRIPTIONS: Mapping[str, Description] = MappingProxyType(
             "A plan of turns and lines with slow returns between them brings it from one pose at "
             "rest to another.",
             ("(0, 0, 0) → (x, y, ψ): turns, then lines, joined by slow motions",),
-            "The source shows that every pose can be reached; the planner finds manoeuvres of "
-            "least time, each of them exact.",
+            "The source shows that every pose can be reached; the planner makes the quickest of a "
+            "few plans, each manoeuvre of it exact.",
             (Symbol("x, y, ψ", "place of the body, its heading in the world", "m, m, rad"), *LINE),
         ),
         "capsule-hold": _described(

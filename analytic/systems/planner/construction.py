@@ -1,0 +1,134 @@
+"""The paper's construction of a plan: turns to the heading, lines to the place, slow motions
+between. Where it ends is computed by the event-driven motion
+(`plumbob.analytic.systems.three_points.friction`)."""
+
+from __future__ import annotations
+
+import cmath
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.capsule import Capsule, Segment, validity
+from plumbob.analytic.systems.planner.lines import strokes
+from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre, Passage
+from plumbob.analytic.systems.planner.problem import (
+    FULL_CIRCLE,
+    Limits,
+    RestPose,
+    check_pushing,
+    to_ten_digits,
+    too_many,
+)
+from plumbob.analytic.systems.planner.result import Plan, TrackName
+from plumbob.analytic.systems.planner.style import Style, quickest, simple
+from plumbob.analytic.systems.planner.tracks import (
+    ArcName,
+    Curve,
+    FreePlane,
+    Pair,
+    Track,
+    check_curve,
+)
+from plumbob.analytic.systems.planner.turns import Turn, passage, turns_to
+
+SAME = 1e-12  # [m] and [rad]: a difference of poses this small needs no motion
+LARGEST_HEADING = 1e6  # [rad]: 2 pi times so many turns is known to 1e-10
+CLOSED = 1e-9  # [m] and [rad]: largest distance of the final pose from the goal
+
+
+def plan(
+    capsule: Capsule,
+    goal: RestPose,
+    limits: Limits | None = None,
+    track: TrackName = "free",
+    start: RestPose | None = None,
+    *,
+    equal: bool = False,
+    legs: Pair = (1, 2),
+    arc: ArcName = "shorter",
+) -> Plan:
+    """A plan from `start` (None: the origin, slider at C) to `goal`, turning the shorter way round.
+
+    The plan is the quickest of a few within `limits`; with `equal` it is a simple one instead: as
+    few equal turns and lines as possible, w1 = 3 f g/mu, w2 = 0.8 f g/mu, mu_1 Z = 3 R_0, a slow
+    return after each. On the track "curve" the slider goes along C-Ai and C-Aj, where i and j are
+    the `legs`, and the `arc` between them. Raises ParameterError naming the limit that makes a pose
+    unreachable, or the pose where the plan misses it.
+    """
+    limits = limits or Limits()
+    start = start or RestPose(0.0, 0.0, 0.0)
+    if track not in ("free", "curve"):
+        raise ParameterError("track", track, "free or curve")
+    for pose in (start, goal):
+        if abs(pose.heading) > LARGEST_HEADING:
+            raise ParameterError("heading", pose.heading, f"within ±{LARGEST_HEADING:g} rad")
+    check_curve(legs, arc)
+    rails: Track = (
+        FreePlane(capsule, limits) if track == "free" else Curve(capsule, limits, legs, arc)
+    )
+    for breach in validity(capsule, (Segment(start.slider, goal.slider),)):
+        raise breach
+    style = (simple if equal else quickest)(capsule, limits)
+    manoeuvres = _arranged(rails, style, start, goal)
+    made = Plan(capsule, start, goal, limits, track, tuple(manoeuvres), legs, arc)
+    away, turned = made.error
+    if max(away, turned) > CLOSED:
+        need = (
+            f"a pose that a plan reaches: the one found ends {away:.2g} m and {turned:.2g} rad away"
+        )
+        raise ParameterError("to", [goal.x, goal.y, goal.heading], need)
+    return made
+
+
+def _arranged(track: Track, style: Style, start: RestPose, goal: RestPose) -> list[Manoeuvre]:
+    """Turns to the heading, then lines to the place, then the slider to its place: C moves with
+    every turn, and a translation does not change the heading."""
+    wanted = math.remainder(goal.heading - start.heading, FULL_CIRCLE)
+    left, turns = (goal.place - start.place) * cmath.rect(1.0, -start.heading), list[Turn]()
+    if abs(wanted) > SAME or abs(left) > SAME:
+        check_pushing(track.capsule, track.limits)
+    if abs(wanted) > SAME:
+        turns = turns_to(track, style, wanted, left)
+    for turn in turns:
+        left = (left - turn.shift) * cmath.rect(1.0, -turn.heading)
+    turned = [passage(track, turn, returning=style.equal) for turn in turns]
+    if turned:
+        turned = [_joined(track, turned)]
+    ways = [
+        _joined(track, [Passage(begin, begin, ()), *turned, *lines, Passage(end, end, ())])
+        for begin in track.places(start.slider)
+        for lines in _translations(track, style, left)
+        for end in track.places(goal.slider)
+    ]
+    best = min(ways, key=lambda way: to_ten_digits(way.duration))
+    count = sum(manoeuvre.kind in ("turn", "line") for manoeuvre in best.manoeuvres)
+    if count > track.limits.manoeuvres:
+        raise too_many(track.limits, count)
+    begins = itertools.accumulate((one.duration for one in best.manoeuvres), initial=0.0)
+    return [replace(one, start=begin) for one, begin in zip(best.manoeuvres, begins, strict=False)]
+
+
+def _translations(track: Track, style: Style, displacement: complex) -> list[tuple[Passage, ...]]:
+    """Ways to move the body by `displacement` [m], in body axes: lines along one leg of the track
+    after another."""
+    if abs(displacement) <= SAME:
+        return [()]
+    ways = list[tuple[Passage, ...]]()
+    for legs in track.legs(displacement):
+        along = [
+            [_joined(track, way) for way in strokes(track, style, rail, distance)]
+            for rail, distance in legs
+        ]
+        ways += itertools.product(*along)
+    return ways
+
+
+def _joined(track: Track, passages: Sequence[Passage]) -> Passage:
+    """The passages one after another, with slow motions of the slider between them."""
+    manoeuvres = [*passages[0].manoeuvres]
+    for before, after in itertools.pairwise(passages):
+        manoeuvres += [*track.route(before.end, after.begin), *after.manoeuvres]
+    return Passage(passages[0].begin, passages[-1].end, tuple(manoeuvres))
