@@ -54,12 +54,12 @@ def test_a_turn_the_wrong_way_is_made_up_for(
     """By turns from one place, where the turns after the first go the other way."""
     mirrored: list[Turn] = []
 
-    def mirror(track: Track, style: Style, start: float, swing: float, near: Any = None) -> Turn:
+    def mirror(track: Track, style: Style, start: float, swing: float) -> Turn:
         steps = start / FULL_CIRCLE * len(ROUND)
-        if near is None and abs(steps - round(steps)) > 1e-9:  # a turn after the first
+        if abs(steps - round(steps)) > 1e-9:  # not the first turn, nor one tried for its size
             mirrored.append(computed_turn(track, style, start, -swing))
             return mirrored[-1]
-        return computed_turn(track, style, start, swing, near)
+        return computed_turn(track, style, start, swing)
 
     monkeypatch.setattr(turns, "computed_turn", mirror)
     limits = Limits(stroke=0.06)

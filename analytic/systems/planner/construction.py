@@ -73,42 +73,40 @@ def plan(
         raise breach
     style = (simple if equal else quickest)(capsule, limits)
     manoeuvres = _arranged(rails, style, start, goal)
-    made = Plan(capsule, start, goal, limits, track, tuple(manoeuvres), legs, arc)
-    away, turned = made.error
+    plan = Plan(capsule, start, goal, limits, track, manoeuvres, legs, arc)
+    away, turned = plan.error
     if max(away, turned) > CLOSED:
-        need = (
-            f"a pose that a plan reaches: the one found ends {away:.2g} m and {turned:.2g} rad away"
-        )
+        ends = f"the one found ends {away:.2g} m and {turned:.2g} rad away"
+        need = f"a pose that a plan reaches: {ends}"
         raise ParameterError("to", [goal.x, goal.y, goal.heading], need)
-    return made
+    return plan
 
 
-def _arranged(track: Track, style: Style, start: RestPose, goal: RestPose) -> list[Manoeuvre]:
+def _arranged(track: Track, style: Style, start: RestPose, goal: RestPose) -> tuple[Manoeuvre, ...]:
     """Turns to the heading, then lines to the place, then the slider to its place: C moves with
     every turn, and a translation does not change the heading."""
-    wanted = math.remainder(goal.heading - start.heading, FULL_CIRCLE)
+    heading = math.remainder(goal.heading - start.heading, FULL_CIRCLE)
     left, turns = (goal.place - start.place) * cmath.rect(1.0, -start.heading), list[Turn]()
-    if abs(wanted) > SAME or abs(left) > SAME:
+    if abs(heading) > SAME or abs(left) > SAME:
         check_pushing(track.capsule, track.limits)
-    if abs(wanted) > SAME:
-        turns = turns_to(track, style, wanted, left)
+    if abs(heading) > SAME:
+        turns = turns_to(track, style, heading, left)
     for turn in turns:
         left = (left - turn.shift) * cmath.rect(1.0, -turn.heading)
-    turned = [passage(track, turn, returning=style.equal) for turn in turns]
-    if turned:
-        turned = [_joined(track, turned)]
+    turning = [passage(track, turn, returning=style.equal) for turn in turns]
+    translations = _translations(track, style, left)
     ways = [
-        _joined(track, [Passage(begin, begin, ()), *turned, *lines, Passage(end, end, ())])
+        _joined(track, [Passage(begin, begin, ()), *turning, *lines, Passage(end, end, ())])
         for begin in track.places(start.slider)
-        for lines in _translations(track, style, left)
+        for lines in translations
         for end in track.places(goal.slider)
     ]
-    best = min(ways, key=lambda way: to_ten_digits(way.duration))
-    count = sum(manoeuvre.kind in ("turn", "line") for manoeuvre in best.manoeuvres)
+    best = min(ways, key=lambda way: to_ten_digits(way.duration)).manoeuvres
+    count = sum(manoeuvre.kind in ("turn", "line") for manoeuvre in best)
     if count > track.limits.manoeuvres:
         raise too_many(track.limits, count)
-    begins = itertools.accumulate((one.duration for one in best.manoeuvres), initial=0.0)
-    return [replace(one, start=begin) for one, begin in zip(best.manoeuvres, begins, strict=False)]
+    begins = itertools.accumulate((manoeuvre.duration for manoeuvre in best), initial=0.0)
+    return tuple(replace(m, start=begin) for m, begin in zip(best, begins, strict=False))
 
 
 def _translations(track: Track, style: Style, displacement: complex) -> list[tuple[Passage, ...]]:

@@ -73,8 +73,8 @@ class Circle:
         return self.first + free * np.array(self.places)
 
     def gained(self, heading: float) -> float:
-        """What of a turn's `heading` [rad] is the way its slider is to turn the body, against its
-        own: negative where the body turned the other way."""
+        """A turn's `heading` [rad], positive the way that the slider is to turn the body, against
+        its own, and negative the other way."""
         return -self.sense * heading
 
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import cache, lru_cache
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from plumbob.analytic.systems.planner.problem import to_ten_digits, too_many
 from plumbob.analytic.systems.planner.style import Style
 from plumbob.analytic.systems.planner.tracks import Circle, Track
 from plumbob.analytic.systems.three_points.friction import three_point_motion
-from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 
 WAITING = 1.1  # times the residual motion, as a margin
 SURVEYED = 8  # turns
@@ -35,7 +34,7 @@ MORE = 15  # numbers of turns tried beyond the least
 AGREED = 1e-15  # relative, of the slider's angle in an exact turn
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Turn:
     """A turn manoeuvre computed to rest, the slider through the angle `swing` [rad]: heading gained
     [rad], shift of C in the body axes of its start [m], time until the body rests [s]."""
@@ -45,7 +44,6 @@ class Turn:
     heading: float
     shift: complex
     rest_time: float
-    motion: ThreePointMotion = field(repr=False)
 
     @property
     def begin(self) -> float:
@@ -69,19 +67,15 @@ class Turn:
 
 
 @lru_cache(maxsize=256)
-def computed_turn(
-    track: Track, style: Style, start: float, swing: float, near: Turn | None = None
-) -> Turn:
-    """Compute a turn from rest: slider from angle `start` through `swing` [rad], of either sign;
-    at less cost from a turn `near` that is nearly the same."""
+def computed_turn(track: Track, style: Style, start: float, swing: float) -> Turn:
+    """Compute a turn from rest: slider from angle `start` through `swing` [rad], of either sign."""
     acceleration = style.turn_acceleration(track.limits, abs(swing))
     half_time = math.sqrt(abs(swing) / acceleration)
-    made = turn(track.limits.radius, start, math.copysign(acceleration, swing), half_time)
-    motion = three_point_motion(track.capsule, made.path)
-    motion = motion if near is None else motion.beside(near.motion)
+    manoeuvre = turn(track.limits.radius, start, math.copysign(acceleration, swing), half_time)
+    motion = three_point_motion(track.capsule, manoeuvre.path)
     end = motion.at(np.array([motion.rest_time]))
     heading, shift = float(end.heading[0]), complex(*end.position[0])
-    return Turn(made, swing, heading, shift, motion.rest_time, motion)
+    return Turn(manoeuvre, swing, heading, shift, motion.rest_time)
 
 
 def exact_turn(
@@ -96,21 +90,16 @@ def exact_turn(
     each angle of the slider; None where the `longest` of these [rad] is too short."""
     from scipy.optimize import brentq
 
-    near: Turn | None = None
-
-    @cache
-    def followed(swing: float) -> Turn:
-        nonlocal near
-        near = computed_turn(track, style, start(swing), circle.sense * swing, near)
-        return near
+    def turn_of(swing: float) -> Turn:
+        return computed_turn(track, style, start(swing), circle.sense * swing)
 
     def excess(swing: float) -> float:
-        return circle.gained(followed(swing).heading if swing else 0.0) - wanted
+        return circle.gained(turn_of(swing).heading if swing else 0.0) - wanted
 
-    if not 0.0 < wanted <= circle.gained(followed(longest).heading):
+    if wanted <= 0.0 or excess(longest) < 0.0:
         return None
     root = brentq(excess, 0.0, longest, xtol=AGREED * longest, rtol=4 * np.finfo(float).eps)
-    return followed(float(root))
+    return turn_of(float(root))
 
 
 @dataclass(frozen=True)
@@ -130,7 +119,7 @@ def choices(
     """Ways to turn the body by `wanted` [rad] (its size), and C with lines by `displacement` [m] in
     body axes at the start. Each is estimated from a few computed turns: heading and shift are
     nearly as the slider's angle, and the time as its root. Raises ParameterError."""
-    found, turns = list[Choice](), _survey(track, style, circle)
+    ways, turns = list[Choice](), _survey(track, style, circle)
     fewest = math.ceil(wanted / (LIKELY * circle.gained(turns[-1].heading)))
     most = min(fewest + (0 if style.equal else MORE), track.limits.manoeuvres)
     for count in range(fewest, most + 1):
@@ -145,10 +134,10 @@ def choices(
         for place, start in enumerate(circle.starts(swing)):
             left = displacement - drift * cmath.rect(1.0, start)
             left *= cmath.rect(1.0, circle.sense * wanted)
-            found.append(Choice(count, swing, place, time + line_time(track, style, left)))
-    if not found:
+            ways.append(Choice(count, swing, place, time + line_time(track, style, left)))
+    if not ways:
         raise too_many(track.limits, fewest)
-    return found
+    return ways
 
 
 def _between(turns: list[Turn], circle: Circle, wanted: float) -> tuple[float, complex, float]:
@@ -176,7 +165,7 @@ def _survey(track: Track, style: Style, circle: Circle) -> list[Turn]:
     return turns[:count]
 
 
-def _made(
+def turns_of(
     track: Track, style: Style, circle: Circle, wanted: float, choice: Choice
 ) -> list[Turn] | None:
     """The turns of a choice, together of exactly the heading `wanted` [rad] (its size): from one
@@ -205,7 +194,7 @@ def turns_to(track: Track, style: Style, wanted: float, displacement: complex) -
         circle = track.circle(sense, returning=returning)
         ways = choices(track, style, circle, size, displacement)
         best = min(ways, key=lambda choice: to_ten_digits(choice.time))
-        if turns := _made(track, style, circle, size, best):
+        if turns := turns_of(track, style, circle, size, best):
             return turns
     raise too_many(track.limits, best.count + 1)
 
@@ -213,10 +202,10 @@ def turns_to(track: Track, style: Style, wanted: float, displacement: complex) -
 def passage(track: Track, turn: Turn, *, returning: bool) -> Passage:
     """The turn, a wait for its residual motion to end, and where `returning` the way back."""
     limits, begin, end = track.limits, turn.begin, turn.end
-    made = [turn.manoeuvre]
+    manoeuvres = [turn.manoeuvre]
     if turn.pause > 0.0:
-        made.append(wait(cmath.rect(limits.radius, end), turn.pause))
+        manoeuvres.append(wait(cmath.rect(limits.radius, end), turn.pause))
     if returning:
-        made.append(slow_arc(track.capsule, limits.radius, end, begin, limits.holding))
+        manoeuvres.append(slow_arc(track.capsule, limits.radius, end, begin, limits.holding))
     places = track.on_circle(begin), track.on_circle(begin if returning else end)
-    return Passage(*places, tuple(made))
+    return Passage(*places, tuple(manoeuvres))
