@@ -29,9 +29,9 @@ WAITING = 1.1  # times the residual motion, as a margin
 SURVEYED = 8  # turns
 SMALLEST = 1 / 24  # of the largest of them
 LIKELY = 0.98  # of the largest heading of a turn: it depends a little on where the turn begins
-LARGER = 1.05  # times its estimate, the slider's angle at most
+LARGER = 1.1  # times its estimate, the slider's angle in an exact turn at most
 MORE = 15  # numbers of turns tried beyond the least
-AGREED = 1e-15  # relative, of the slider's angle in an exact turn
+AGREED = 1e-14  # relative, of the slider's angle in an exact turn
 
 
 @dataclass(frozen=True)
@@ -104,8 +104,8 @@ def exact_turn(
 
 @dataclass(frozen=True)
 class Choice:
-    """`count` equal turns through about `swing` [rad], the first from the circle's start `place`;
-    estimated time of these and the lines after them [s]."""
+    """`count` turns through about `swing` [rad], equal or nearly so, the first from the circle's
+    start `place`; estimated time of these and the lines after them [s]."""
 
     count: int
     swing: float
@@ -170,19 +170,19 @@ def turns_of(
 ) -> list[Turn] | None:
     """The turns of a choice, together of exactly the heading `wanted` [rad] (its size): from one
     place all the same, else the last one for the exact rest; None where one would be too large."""
-    longest = min(LARGER * choice.swing, circle.longest)
+    longest, turns = min(LARGER * choice.swing, circle.longest), list[Turn]()
 
-    def exact(start: Callable[[float], float], heading: float) -> Turn | None:
-        return exact_turn(track, style, circle, start, longest, heading)
+    def start(swing: float) -> float:
+        return turns[-1].end if turns else float(circle.starts(swing)[choice.place])
 
-    first = exact(lambda swing: circle.starts(swing)[choice.place], wanted / choice.count)
-    if first is None or circle.extent is not None or choice.count == 1:
-        return None if first is None else [first] * choice.count
-    turns = [first]
+    if circle.extent is not None:
+        turn = exact_turn(track, style, circle, start, longest, wanted / choice.count)
+        return None if turn is None else [turn] * choice.count
     while len(turns) < choice.count - 1:
-        turns.append(computed_turn(track, style, turns[-1].end, first.swing))
+        swing = circle.sense * choice.swing
+        turns.append(computed_turn(track, style, start(swing), swing))
     left = wanted - sum(circle.gained(turn.heading) for turn in turns)
-    last = exact(lambda swing: turns[-1].end, left)
+    last = exact_turn(track, style, circle, start, longest, left)
     return None if last is None else [*turns, last]
 
 
