@@ -20,7 +20,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.planner.lines import line_time
 from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre, Passage, slow_arc, turn, wait
-from plumbob.analytic.systems.planner.problem import to_ten_digits, too_many
+from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, to_ten_digits, too_many
 from plumbob.analytic.systems.planner.style import Style
 from plumbob.analytic.systems.planner.tracks import Circle, Track
 from plumbob.analytic.systems.three_points.friction import three_point_motion
@@ -173,7 +173,9 @@ def turns_of(
     longest, turns = min(LARGER * choice.swing, circle.longest), list[Turn]()
 
     def start(swing: float) -> float:
-        return turns[-1].end if turns else float(circle.starts(swing)[choice.place])
+        if turns:
+            return math.remainder(turns[-1].end, FULL_CIRCLE)
+        return float(circle.starts(swing)[choice.place])
 
     if circle.extent is not None:
         turn = exact_turn(track, style, circle, start, longest, wanted / choice.count)
