@@ -17,6 +17,9 @@ class ParameterError(ValueError):
         super().__init__(f"{name} = {_shown(value)}: must be {requirement}")
         self.name, self.value, self.requirement = name, value, requirement
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.name, self.value, self.requirement)
+
     def due_to(self, changes: Mapping[str, Any], names: Iterable[str] = ()) -> ParameterError:
         """The same error; where it names none of the parameters that were changed, nor another of
         `names`, but what is computed of them, one that names what was changed."""

@@ -1,7 +1,8 @@
-"""Worker processes, each with one piece of work at a time: a crash costs its piece alone.
+"""Worker processes, each with one task at a time: a crash costs its task alone.
 
-A worker ends with the process that began it, whatever ends that. It never sees an interrupt
-(SIGINT), which a terminal sends to all processes: the one that began it ends it.
+A thread speaks with each worker: one that stops in the middle of an answer holds up that thread
+alone. A worker ends with the process that began it, whatever ends that, and never sees an interrupt
+(SIGINT), which a terminal sends to all processes.
 """
 
 from __future__ import annotations
@@ -9,324 +10,291 @@ from __future__ import annotations
 import multiprocessing
 import os
 import pickle
-import queue
 import signal
 import threading
 import time
 import traceback
-from collections import deque
-from collections.abc import Callable, Hashable, Iterator
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
-from multiprocessing import resource_tracker
-from multiprocessing.connection import Connection, wait
-from multiprocessing.process import BaseProcess
-from typing import TYPE_CHECKING, Any
+from itertools import chain
+from multiprocessing import connection, resource_tracker
+from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
 
-if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
-TRIES = 2  # of a piece whose worker dies or hangs
+TRIES = 2  # of a task whose worker dies or hangs
 STARTS = 3  # workers in a row that may end before they are ready
 LOADING = 300.0  # [s] that a worker may take until it is ready
 TICK = 0.2  # [s] between two looks at the clock
+AHEAD = 3  # tasks for each worker of a cluster that are handed out at a time
 OUT_OF_MEMORY = "out of memory"
-UNMAPPED = "failed to map segment"  # what is said of a library that memory does not suffice to load
+UNMAPPED = (
+    "failed to map segment"  # in the ImportError of a library that memory does not suffice for
+)
 
 
 @dataclass(frozen=True)
-class Work:
-    """A piece of work, the time [s] after which it hangs, and what it shares with others."""
+class Lost:
+    """The reason for which a task has no result."""
 
+    why: str
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """A function with its arguments, for one process."""
+
+    key: Any
     do: Callable[..., Any]
     arguments: tuple[Any, ...]
-    limit: float
-    group: str = ""  # what a worker has found once for all pieces with this name
+    limit: float  # [s] after which it hangs
+    group: str = ""  # tasks that share models and references
+    label: str = ""
+    instead: Any = None  # what stands for a result that is given up
 
 
-@dataclass(frozen=True)
+def _ignored(task: Task) -> None:
+    """Nobody is informed."""
+
+
 class _Worker:
-    process: BaseProcess
-    orders: queue.SimpleQueue[tuple[Callable[..., Any], tuple[Any, ...]] | None]
-    thread: threading.Thread
+    """A process, and the thread that speaks with it."""
+
+    def __init__(self, module: str) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._pipe, theirs = context.Pipe()
+        self.process = context.Process(target=_serve, args=(theirs, module), daemon=True)
+        self.process.start()
+        theirs.close()
+        self._thread = ThreadPoolExecutor(1)
+        self.ready = self._thread.submit(self._pipe.recv)
+        self.late = ""  # that it was ended for a task that hung
+
+    def submit(self, do: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """The result of a task, once those before it are done; BrokenExecutor where the process
+        has ended."""
+        return self._thread.submit(self._answer, do, arguments)
+
+    def _answer(self, do: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+        try:
+            self._pipe.send((do, arguments))
+            value, error, text = self._pipe.recv()
+        except (EOFError, OSError) as end:
+            raise BrokenExecutor("a worker process has ended") from end
+        if error is not None:
+            raise error from RuntimeError(f"in a worker process:\n{text}")
+        return value
+
+    def end_late(self, seconds: float, limit: float) -> None:
+        """End the process where its task has run for longer than its limit [s]."""
+        if seconds > (limit if self.ready.done() else LOADING):
+            self.late = f"no answer within {limit:.3g} s"
+            self.process.kill()
+
+    def end(self) -> None:
+        """End the process, whatever it does, and the thread."""
+        self.process.kill()
+        self._thread.shutdown(cancel_futures=True)
+        self.process.join()
+        self._pipe.close()
 
 
-@dataclass(frozen=True)
-class _Job:
-    key: Hashable
-    work: Work
-    tries: int = 1
-    elapsed: float = 0.0  # [s]; a machine that sleeps adds nothing
-    hangs: bool = False
-
-
-class Workers:
+class Workers(Executor):
     """Up to `count` processes, begun where there is work for them; as a context, they have ended
     when it ends."""
 
     def __init__(self, count: int) -> None:
         self.count = count
-        self._events: queue.SimpleQueue[tuple[int, str, Any]] = queue.SimpleQueue()
-        self._workers: dict[int, _Worker] = {}
-        self._last: dict[int, Hashable] = {}  # what each has worked on
-        self._groups: dict[str, int] = {}  # who has worked on each last
-        self._ready: set[int] = set()
-        self._begun = self._unready = 0
+        self._workers: list[_Worker] = []
+        self._groups: dict[str, _Worker] = {}  # the last to work on each
+        self._unready = 0  # workers in a row that have ended before they were ready
+        self._submitted = 0
 
-    def __enter__(self) -> Workers:
-        return self
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End all processes, whatever they do."""
+        while self._workers:
+            self._workers.pop().end()
 
-    def __exit__(self, *_: object) -> None:
-        for worker in self._workers.values():
-            worker.process.kill()
-            worker.orders.put(None)
-        for worker in self._workers.values():
-            worker.thread.join()
+    def begin(self, count: int, module: str = __name__) -> None:
+        """Begin `count` workers, or all there may be, with the module that their tasks need."""
+        while len(self._workers) < min(count, self.count):
+            with interrupts_held():
+                self._workers.append(_Worker(module))
 
-    def begin(self, count: int, module: str) -> None:
-        """Begin so many of them, `count` of these workers at most, before there is work, with the
-        module that the work will need."""
-        for number in range(self._begun + 1, min(count, self.count) + 1):
-            self._of(number, module)
+    def submit(self, do: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
+        """As any executor: the workers take turns, and a task is tried once."""
+        self.begin(self.count)
+        self._submitted += 1
+        worker = self._workers[self._submitted % self.count]
+        return worker.submit(partial(do, *arguments, **named))
 
-    def who(self, group: str) -> int | None:
-        """The number of the worker that has worked on this group of pieces, the last of several;
-        None where none has, or it is no longer there."""
-        number = self._groups.get(group, 0) if group else 0
-        return number if number in self._workers and self._lives(number) else None
+    def _living(self) -> list[_Worker]:
+        self._workers = [worker for worker in self._workers if worker.process.is_alive()]
+        return self._workers
 
-    def _lives(self, number: int) -> bool:
-        return not wait([self._workers[number].process.sentinel], 0.0)
+    def results(
+        self, tasks: Sequence[Task], begun: Callable[[Task], None] = _ignored
+    ) -> Iterator[tuple[Task, Any]]:
+        """Each task with its result, as they are done, or with `Lost` where a worker has died or
+        hung twice; tasks of one group by one worker where possible. A worker has its next task
+        before the result of its last one is handed over. Raises what a task raises, and
+        ParameterError where no worker starts."""
+        waiting: dict[str, deque[Task]] = {}
+        for task in tasks:
+            waiting.setdefault(task.group, deque()).append(task)
+        running: dict[Future[Any], tuple[Task, _Worker, float]] = {}
+        tries = Counter[Task]()
+        done: list[tuple[Task, Any]] = []
+        while waiting or running or done:
+            while waiting and len(running) < self.count:
+                task, worker = self._next(waiting, [worker for _, worker, _ in running.values()])
+                future = worker.submit(task.do, *task.arguments)
+                running[future] = task, worker, time.monotonic()
+                begun(task)
+            yield from done
+            done.clear()
+            for future in wait(running, TICK, FIRST_COMPLETED).done:
+                task, worker, _ = running.pop(future)
+                result = self._result(future, worker)
+                if isinstance(result, Lost):
+                    tries[task] += bool(result.why)
+                    if tries[task] < TRIES:
+                        waiting.setdefault(task.group, deque()).appendleft(task)
+                        continue
+                    result = Lost(f"{result.why}, {TRIES} times")
+                done.append((task, result))
+            for task, worker, since in running.values():
+                worker.end_late(time.monotonic() - since, task.limit)
 
-    def work_out(
-        self,
-        take: Callable[[Hashable | None], tuple[Hashable, Work] | None],
-        done: Callable[[Hashable, Any], None],
-        lost: Callable[[Hashable, str], None],
-        count: int | None = None,
-    ) -> None:
-        """Work out what `take` gives, given what that worker had last, until it gives None; one
-        after the other, by whoever knows its group, for a `count` of 1. `done` is called with each
-        result, and `lost` with the reason where a worker has died or hung twice. What a worker does
-        next is taken while it is busy, and given to it before `done` is called. Raises what a piece
-        raises, and ParameterError where no worker starts."""
-        running: dict[int, _Job] = {}
-        ahead: dict[int, _Job] = {}
-        again: deque[_Job] = deque()
-        limit = min(self.count, count or self.count)
-        seen = time.monotonic()
+    def _next(
+        self, waiting: dict[str, deque[Task]], busy: Sequence[_Worker]
+    ) -> tuple[Task, _Worker]:
+        """A task and an idle worker: one that knows its group, or a group that nobody has begun."""
+        idle = [worker for worker in self._living() if worker not in busy]
+        if not idle:
+            self.begin(len(self._workers) + 1)
+            idle = self._workers[-1:]
+        known = ((g, w) for g in waiting if (w := self._groups.get(g)) in idle and w)
+        new = ((group, idle[0]) for group in waiting if group not in self._groups)
+        group, worker = next(chain(known, new, ((group, idle[0]) for group in waiting)))
+        task = waiting[group].popleft()
+        if not waiting[group]:
+            del waiting[group]
+        self._groups[group] = worker
+        return task, worker
 
-        def begin() -> None:
-            while len(running) < limit:
-                idle = self._idle(running)
-                own = idle if limit > 1 else next(iter(ahead), idle)
-                if again:
-                    job = again.popleft()
-                elif own in ahead:
-                    job = ahead.pop(own)
-                elif (taken := take(self._last.get(idle, None))) is not None:
-                    job = _Job(*taken)
-                elif ahead:  # of a worker that is still busy
-                    job = ahead.pop(next(iter(ahead)))
-                else:
-                    return
-                if limit == 1:
-                    idle = self.who(job.work.group) or idle
-                running[idle] = job
-                self._last[idle] = job.key
-                self._groups[job.work.group] = idle
-                self._of(idle).orders.put((job.work.do, job.work.arguments))
-
-        while True:
-            begin()
-            if not running:
-                return
-            for number, job in running.items():
-                if number not in ahead and (taken := take(job.key)) is not None:
-                    ahead[number] = _Job(*taken)
-            event = self._event()
-            seen = self._watched(running, seen)
-            if event is None or event[1] == "ready":
-                continue
-            number, kind, value = event
-            ended = running.pop(number, None)
-            if kind == "done" and ended is not None:
-                begin()
-                done(ended.key, value)
-            elif kind == "raised":
-                raise value
-            elif kind == "dead":
-                self._workers.pop(number).thread.join()
-                if ended is not None:
-                    self._tried(ended, value, again, lost)
-
-    def _idle(self, running: dict[int, _Job]) -> int:
-        """The number of a worker that has nothing to do, or that of the next one to begin."""
-        for number in [n for n in self._workers if n not in running]:
-            if self._lives(number):
-                return number
-        return self._begun + 1
-
-    def _of(self, number: int, module: str = __name__) -> _Worker:
-        if number not in self._workers:
-            self._workers[number] = _begun(number, self._events, module)
-            self._begun = number
-        return self._workers[number]
-
-    def _event(self) -> tuple[int, str, Any] | None:
-        try:
-            event = self._events.get(timeout=TICK)
-        except queue.Empty:
-            return None
-        if event[1] == "ready":
+    def _result(self, future: Future[Any], worker: _Worker) -> Any:
+        """The result of a task; `Lost` where its worker has ended, without a reason for one that
+        never was ready."""
+        error = future.exception()
+        if error is None:
             self._unready = 0
-            self._ready.add(event[0])
-        elif event[1] == "unready":
-            self._unready += 1
-            if self._unready >= STARTS:
-                raise ParameterError(
-                    "jobs", self.count,
-                    f"a number of processes that can be started here ({_ending(event[2])})",
-                )  # fmt: skip
-            return event[0], "dead", None
-        return event
-
-    def _watched(self, running: dict[int, _Job], seen: float) -> float:
-        """End workers that take longer than their piece may; returns the time [s]."""
-        now = time.monotonic()
-        for number, job in running.items():
-            older = replace(job, elapsed=job.elapsed + min(now - seen, 1.0))
-            limit = job.work.limit if number in self._ready else max(job.work.limit, LOADING)
-            if older.elapsed > limit and not job.hangs:
-                self._of(number).process.kill()
-                older = replace(older, hangs=True)
-            running[number] = older
-        return now
-
-    def _tried(
-        self, job: _Job, value: Any, again: deque[_Job], lost: Callable[[Hashable, str], None]
-    ) -> None:
-        if value is None:  # its worker was never ready
-            again.append(_Job(job.key, job.work, job.tries))
-        elif job.tries < TRIES:
-            again.append(_Job(job.key, job.work, job.tries + 1))
-        else:
-            why = f"no answer within {job.work.limit:.3g} s" if job.hangs else _ending(value)
-            lost(job.key, f"{why}, {TRIES} times")
+            return future.result()
+        if not isinstance(error, (BrokenExecutor, MemoryError)):
+            raise error
+        worker.end()  # out of memory it is no place for another task
+        if isinstance(error, MemoryError):
+            return Lost(OUT_OF_MEMORY)
+        why = worker.late or _ending(worker.process.exitcode or 0)
+        if worker.ready.exception() is None:
+            return Lost(why)
+        self._unready += 1
+        if self._unready >= STARTS:
+            wanted = f"a number of processes that can be started here ({why})"
+            raise ParameterError("jobs", self.count, wanted)
+        return Lost("")
 
 
-def _ending(value: Any) -> str:
-    """How a worker ended: its exit code, or a text of its own."""
-    if not isinstance(value, int):
-        return str(value)
-    if value >= 0:
-        return f"its process ended with exit code {value}"
-    try:
-        return f"its process was ended by {signal.Signals(-value).name}"
-    except ValueError:
-        return f"its process was ended by signal {-value}"
+def results(
+    tasks: Sequence[Task],
+    executor: Executor | None,
+    begun: Callable[[Task], None] = _ignored,
+    count: int = 1,
+) -> Iterator[tuple[Task, Any]]:
+    """Each task with its result: of workers, of another executor with `count` processes, which
+    tries again by itself what a lost one had, or without an executor of this process."""
+    if isinstance(executor, Workers):
+        yield from executor.results(tasks, begun)
+        return
+    running: dict[Future[Any], Task] = {}
+    for task in tasks:
+        begun(task)
+        if executor is None:
+            yield task, task.do(*task.arguments)
+            continue
+        running[executor.submit(task.do, *task.arguments)] = task
+        if len(running) >= AHEAD * count:
+            yield from _finished(running)
+    while running:
+        yield from _finished(running)
 
 
-def _begun(number: int, events: queue.SimpleQueue[tuple[int, str, Any]], module: str) -> _Worker:
-    """A new worker, and the thread that speaks with it: a process that stops in the middle of an
-    answer holds up that thread alone."""
-    context = multiprocessing.get_context("spawn")
-    ours, theirs = context.Pipe()
-    process = context.Process(target=_serve, args=(theirs, module), daemon=True)
-    with interrupts_held():
-        process.start()
-    theirs.close()
-    orders: queue.SimpleQueue[tuple[Callable[..., Any], tuple[Any, ...]] | None]
-    orders = queue.SimpleQueue()
-    thread = threading.Thread(
-        target=_attend, args=(number, process, ours, orders, events), daemon=True
-    )
-    thread.start()
-    return _Worker(process, orders, thread)
+def _finished(running: dict[Future[Any], Task]) -> Iterator[tuple[Task, Any]]:
+    """Wait for some of the tasks that run, and take them out of them."""
+    for future in wait(running, return_when=FIRST_COMPLETED).done:
+        yield running.pop(future), future.result()
 
 
-def _attend(
-    number: int,
-    process: BaseProcess,
-    ours: Connection,
-    orders: queue.SimpleQueue[tuple[Callable[..., Any], tuple[Any, ...]] | None],
-    events: queue.SimpleQueue[tuple[int, str, Any]],
-) -> None:
-    ready, said = False, None
-    try:
-        ours.recv()
-        ready = True
-        events.put((number, "ready", None))
-        while (order := orders.get()) is not None:
-            ours.send(order)
-            kind, value = ours.recv()
-            if kind == "ending":
-                said = value
-                break
-            events.put((number, *_answer(kind, value)))
-    except (EOFError, OSError):
-        pass
-    except Exception as error:  # an answer that cannot be read
-        events.put((number, "raised", error))
-    process.join()
-    ours.close()
-    events.put((number, "dead" if ready else "unready", said or process.exitcode))
+def _ending(code: int) -> str:
+    """How a process ended."""
+    if code >= 0:
+        return f"its process ended with exit code {code}"
+    named = {-number: number.name for number in signal.Signals}
+    return f"its process was ended by {named.get(code, f'signal {-code}')}"
 
 
-def _answer(kind: str, value: Any) -> tuple[str, Any]:
-    if kind == "refused":
-        return "raised", ParameterError(*value)
-    if kind == "raised":
-        error, text = value
-        error.__cause__ = RuntimeError(f"in a worker process:\n{text}")
-        return kind, error
-    return kind, value
-
-
-def _serve(theirs: Connection, module: str) -> None:
-    """What a worker does: one piece after the other, once it has loaded the module."""
+def _serve(theirs: connection.Connection, module: str) -> None:
+    """In a worker: one task after the other, once it has loaded the module that they need."""
     beginner = multiprocessing.parent_process()
     assert beginner is not None
     threading.Thread(target=_end_with, args=(beginner.sentinel,), daemon=True).start()
-    theirs.send(None)
-    with suppress(ImportError, MemoryError):  # a piece that needs it says so
+    with suppress(ImportError, MemoryError):  # a task that needs it says so
         import_module(module)
+    theirs.send(None)
     while True:
         try:
             do, arguments = theirs.recv()
-            theirs.send(_worked(do, arguments))
+            theirs.send(_outcome(do, arguments))
         except EOFError:
             return
-        except MemoryError:  # what is left of this process is no place for the next piece
-            theirs.send(("ending", OUT_OF_MEMORY))
-            return
+        except MemoryError:
+            theirs.send((None, MemoryError(), ""))
 
 
-def _worked(do: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[str, Any]:
+def _outcome(
+    do: Callable[..., Any], arguments: tuple[Any, ...]
+) -> tuple[Any, Exception | None, str]:
+    """A task's result, or what it raises with the traceback."""
     try:
-        return "done", do(*arguments)
+        return do(*arguments), None, ""
     except MemoryError:
         raise
-    except ParameterError as error:
-        value = error.value if isinstance(error.value, (int, float, str)) else str(error.value)
-        return "refused", (error.name, value, error.requirement)
     except Exception as error:
         if isinstance(error, ImportError) and UNMAPPED in str(error):
-            raise MemoryError(str(error)) from error
+            raise MemoryError from error
         text = traceback.format_exc()
         try:
             pickle.loads(pickle.dumps(error))
         except Exception:
             error = RuntimeError(f"{type(error).__name__}: {error}")
-        return "raised", (error, text)
+        return None, error, text
 
 
 def _end_with(sentinel: int) -> None:
     """End this process with the one that began it."""
-    wait([sentinel])
+    connection.wait([sentinel])
     os._exit(1)
 
 
@@ -353,22 +321,3 @@ def interrupts_held() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-@contextmanager
-def pool_of(executor: Executor | None, jobs: int) -> Iterator[Executor | None]:
-    """The executor, or a pool of processes, which end at once where an error or an interrupt does;
-    None for no jobs."""
-    if executor is not None or jobs < 1:
-        yield executor
-        return
-    from concurrent.futures import ProcessPoolExecutor
-
-    others = set(multiprocessing.active_children())
-    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-        try:
-            yield pool
-        except BaseException:
-            for process in set(multiprocessing.active_children()) - others:
-                process.terminate()
-            raise

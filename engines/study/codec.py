@@ -1,30 +1,27 @@
-"""Dataclasses as JSON and back, every float to the last bit, and recordings as compressed bytes."""
+"""Dataclasses as JSON and back, every float to the last bit, and arrays as compressed bytes."""
 
 from __future__ import annotations
 
+import base64
 import json
-import math
 import zlib
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_origin
 
 import cattrs
 import numpy as np
+from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.study.extra_runs import ANSWERS
+from plumbob.engines.study.results import Study, TaskResult
 
 T = TypeVar("T")
-# What readers raise, beside ValueError, for a text or bytes of another shape than expected.
-DAMAGE = (
-    TypeError, KeyError, AttributeError, IndexError, OverflowError, RecursionError, zlib.error,
-    cattrs.StructureHandlerNotFoundError,
-)  # fmt: skip
-PARTS = ("observables", "channels")  # of a recording: mappings of arrays
 DOUBLES = np.dtype("<f8")
+APART = override(omit=True)  # a field that is stored in another way
 
 
 def to_json(item: Any) -> str:
@@ -37,55 +34,67 @@ def from_json(text: str, kind: type[T]) -> T:
     """The item of this kind that `to_json` made the text of; raises ValueError where it is none."""
     try:
         return _converter().structure(json.loads(text), kind)
-    except cattrs.BaseValidationError as error:
-        raise ValueError(f"no {kind.__name__}: {error.exceptions[0]}") from None
-    except DAMAGE as error:
-        raise ValueError(f"no {kind.__name__}: {error}") from None
-
-
-def packed(run: Trajectory) -> tuple[str, bytes]:
-    """A recording as JSON of what is a number of its own, with the shapes of its arrays, and these
-    one after the other as compressed bytes."""
-    arrays = {f"{part}/{n}": a for part in PARTS for n, a in getattr(run, part).items()}
-    arrays["times"] = run.times
-    single = {name: getattr(run, name) for name in ("steps", "seconds", "diverged_at", "warnings")}
-    single["arrays"] = {name: np.shape(array) for name, array in arrays.items()}
-    held = b"".join(np.asarray(array, DOUBLES).tobytes() for array in arrays.values())
-    return to_json(single), zlib.compress(held)
-
-
-def unpacked(text: str, arrays: bytes) -> Trajectory:
-    """The recording that `packed` made these of; raises ValueError where it is none."""
-    try:
-        return _unpacked(text, arrays)
-    except DAMAGE as error:
-        raise ValueError(f"no recording: {error}") from None
-
-
-def _unpacked(text: str, arrays: bytes) -> Trajectory:
-    single = json.loads(text)
-    shapes = single.pop("arrays")
-    ends = np.cumsum([math.prod(shape) for shape in shapes.values()])
-    pieces = np.split(np.frombuffer(bytearray(zlib.decompress(arrays)), DOUBLES), ends)
-    if len(pieces.pop()):
-        raise ValueError("no recording: more numbers than its arrays have")
-    parts: dict[str, dict[str, Array]] = {part: {} for part in PARTS}
-    for (key, shape), piece in zip(shapes.items(), pieces, strict=True):
-        part, _, name = key.partition("/")
-        parts.setdefault(part, {})[name] = piece.reshape(shape)
-    blank = Trajectory(parts["times"][""], parts["observables"], parts["channels"])
-    return replace(blank, **{**single, "warnings": tuple(single["warnings"])})
+    except Exception as error:  # a damaged text may raise anything
+        first = getattr(error, "exceptions", (error,))[0]
+        raise ValueError(f"no {kind.__name__}: {first}") from None
 
 
 @cache
 def _converter() -> cattrs.Converter:
-    """What cattrs does by itself, and: read-only mappings are mappings, numbers of numpy numbers,
-    and lists where any value may stand tuples, which can be hashed."""
+    """A converter for what is stored: beside dataclasses, read-only mappings, numbers and arrays of
+    numpy, the answers to requests, and studies without their results."""
     made = cattrs.Converter()
     made.register_unstructure_hook(MappingProxyType, lambda m: made.unstructure(dict(m)))
     made.register_unstructure_hook(np.generic, lambda value: value.item())
     made.register_structure_hook_func(lambda kind: kind is Any, lambda value, _: _hashable(value))
+    made.register_unstructure_hook_func(_is_array, _packed)
+    made.register_structure_hook_func(_is_array, lambda value, _: _unpacked(value))
+    made.register_unstructure_hook(
+        Study,
+        make_dict_unstructure_fn(Study, made, convergence=APART, costs=APART, extras=APART),
+    )
+    made.register_structure_hook(
+        Study,
+        make_dict_structure_fn(Study, made, convergence=APART, costs=APART, extras=APART),
+    )
+    plain = make_dict_unstructure_fn(TaskResult, made, extras=APART)
+    back = make_dict_structure_fn(TaskResult, made, extras=APART)
+
+    def with_extras(result: TaskResult) -> dict[str, Any]:
+        extras = [
+            (type(request).__name__, made.unstructure(request), made.unstructure(answer))
+            for request, answer in result.extras.items()
+        ]
+        return {**plain(result), "extras": extras}
+
+    def of_extras(held: Mapping[str, Any], _: type[TaskResult]) -> TaskResult:
+        kinds = {request.__name__: (request, answer) for request, answer in ANSWERS.items()}
+        extras = {}
+        for name, request, answer in held["extras"]:
+            asked, given = kinds[name]
+            known = None if answer is None else made.structure(answer, given)
+            extras[made.structure(request, asked)] = known
+        return replace(back(held, TaskResult), extras=extras)
+
+    made.register_unstructure_hook(TaskResult, with_extras)
+    made.register_structure_hook(TaskResult, of_extras)
     return made
+
+
+def _is_array(kind: Any) -> bool:
+    return kind is np.ndarray or get_origin(kind) is np.ndarray
+
+
+def _packed(array: Array) -> tuple[tuple[int, ...], str]:
+    """The shape of an array, and its numbers as compressed bytes in letters."""
+    held = zlib.compress(np.asarray(array, DOUBLES).tobytes())
+    return np.shape(array), base64.b64encode(held).decode()
+
+
+def _unpacked(packed: tuple[tuple[int, ...], str]) -> Array:
+    shape, text = packed
+    held = zlib.decompress(base64.b64decode(text))
+    return np.frombuffer(bytearray(held), DOUBLES).reshape(shape)
 
 
 def _hashable(value: Any) -> Any:

@@ -69,6 +69,15 @@ class Cost:
     whole_run: float = 1.0
     """Time of a step in a whole run over that of a step timed here; 1 within a factor of APART."""
 
+    def scaled(self, scale: float) -> Cost:
+        """The same in the time of another reference step, `scale` times as long."""
+        return replace(
+            self,
+            ns_per_step=scale * self.ns_per_step,
+            low=scale * self.low,
+            high=scale * self.high,
+        )
+
     @property
     def believed(self) -> bool:
         """Whether steps that are timed take what they take in a whole run."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 from plumbob.analytic.parameters import known
@@ -59,6 +60,14 @@ class TrimmingRun:
 RunRequest = ExtraRun | ExtraConvergence | TrimmingRun
 Request = RunRequest | ModelReading
 Result = Trajectory | ConvergenceStudy | Trimming | ModelRead | None
+ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
+    {
+        ExtraRun: Trajectory,
+        ExtraConvergence: ConvergenceStudy,
+        TrimmingRun: Trimming,
+        ModelReading: ModelRead,
+    }
+)
 
 
 class UndeclaredRun(LookupError):

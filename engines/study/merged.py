@@ -84,10 +84,7 @@ def merged(studies: Sequence[Study], scene: Scene | None = None) -> Study | None
     for key, found in ratios.items():
         ratio = statistics.median(found)
         scale = ratio * unit / last[key].ns_per_step if math.isfinite(unit) else 1.0
-        costs[key] = replace(
-            last[key], ns_per_step=last[key].ns_per_step * scale, low=last[key].low * scale,
-            high=last[key].high * scale, ratio=ratio,
-        )  # fmt: skip
+        costs[key] = replace(last[key].scaled(scale), ratio=ratio)
     return replace(
         same[-1], scenes=(wanted,), methods=tuple(methods.values()),
         convergence=tuple(together.values()), costs=costs, reference_step=unit,

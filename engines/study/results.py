@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 
 from plumbob.engines.method import Method, Trimming
 from plumbob.engines.study.convergence import SEED, ConvergenceStudy
@@ -27,16 +28,40 @@ Quantities = tuple[Quantity, ...]
 
 
 @dataclass(frozen=True)
+class TaskResult:
+    """The result of one task of a study: a convergence study with recordings of it, extra runs, or
+    a cost with the reference step's [ns] beside it; or why it was given up."""
+
+    convergence: ConvergenceStudy | None = None
+    extras: Mapping[Request, Result] = field(default_factory=dict)
+    cost: Cost | None = None
+    reference_step: float = math.nan
+    pair: Key = ("", "")  # scene and method of a convergence study or a cost
+    label: str = ""
+    lost: str = ""
+    seconds: float = 0.0
+
+    def given_up(self, label: str, why: str) -> TaskResult:
+        """This, as what stands for a result that is given up."""
+        convergence = self.convergence
+        if convergence is not None:
+            runs = tuple(replace(m, reason=why) for m in convergence.measurements)
+            convergence = replace(convergence, measurements=runs)
+        return replace(self, convergence=convergence, label=label, lost=why)
+
+
+@dataclass(frozen=True)
 class Study:
     """Everything that was measured: errors of each method on each scene, costs, extra runs."""
 
     profile: str  # "quick" or "full"
     scenes: tuple[Scene, ...]
     methods: tuple[Method, ...]
-    convergence: tuple[ConvergenceStudy, ...]
-    costs: Mapping[Key, Cost]
-    reference_step: float  # [ns] of a bare step of an empty model, in this study
-    seconds: Mapping[str, float]  # wall time of the two halves, "errors" and "costs"
+    convergence: tuple[ConvergenceStudy, ...] = ()
+    costs: Mapping[Key, Cost] = field(default_factory=dict)
+    reference_step: float = math.nan  # [ns] of a bare step of an empty model, in this study
+    seconds: Mapping[str, float] = field(default_factory=dict)
+    """Wall time of the two halves, "errors" and "costs"."""
     observed: Mapping[str, Observables] = field(default_factory=dict)
     """The observables of each scene, so that a reader need not load every system."""
     interest: Mapping[str, Quantities] = field(default_factory=dict)
@@ -57,6 +82,15 @@ class Study:
             return self.interest[scene]
         case = case_of(next(s for s in self.scenes if s.name == scene))
         return case.system.quantities(case)
+
+    def described(self) -> Study:
+        """This with observables and quantities of interest of all its scenes."""
+        names = [scene.name for scene in self.scenes]
+        return replace(
+            self,
+            observed={name: self.observables(name) for name in names},
+            interest={name: self.quantities(name) for name in names},
+        )
 
     def leading(self, scene: str) -> Observable:
         """The observable that orders and verdicts of a scene lead with."""
@@ -88,3 +122,19 @@ class Study:
         found = looked_up(self.extras, request)
         assert found is None or isinstance(found, ModelRead)
         return found
+
+
+def assembled(head: Study, results: Iterable[TaskResult]) -> Study:
+    """A study with these results, its costs in the time of one reference step."""
+    parts = tuple(results)
+    costs = {}
+    for part in parts:
+        if part.cost is not None:
+            scale = head.reference_step / part.reference_step
+            costs[part.pair] = part.cost.scaled(scale) if math.isfinite(scale) else part.cost
+    return replace(
+        head,
+        convergence=tuple(part.convergence for part in parts if part.convergence is not None),
+        costs=costs,
+        extras={request: result for part in parts for request, result in part.extras.items()},
+    )

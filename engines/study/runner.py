@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 import statistics
 import time
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 from plumbob.engines.added import one_line
 from plumbob.engines.method import Method, Stepping, meant
 from plumbob.engines.registry import find_engine
+from plumbob.engines.study.checkpoint import Unkept, key_of
 from plumbob.engines.study.convergence import (
     SEED,
     ConvergenceStudy,
@@ -20,13 +21,13 @@ from plumbob.engines.study.convergence import (
     steps_beside,
     timed_run,
 )
-from plumbob.engines.study.cost import Cost, Key, costs
+from plumbob.engines.study.cost import costs
 from plumbob.engines.study.extra_runs import (
     ExtraConvergence,
     ExtraRun,
     Request,
     Requests,
-    RunRequest,
+    Result,
     StudyPlan,
     TrimmingRun,
     convergence_with,
@@ -37,16 +38,18 @@ from plumbob.engines.study.extra_runs import (
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.model_reading import ModelReading, read_model
 from plumbob.engines.study.provenance import machine, provenance, version_of, versions_of
-from plumbob.engines.study.results import Study
-from plumbob.engines.study.unfinished import Piece, Pieces, Unkept, key_of
-from plumbob.engines.study.working import GENEROUS, LEAST, Progress, Task, Working, worked_out
-from plumbob.engines.workers import Work, Workers, workers_of
+from plumbob.engines.study.results import Study, TaskResult, assembled
+from plumbob.engines.study.scheduler import (
+    GENEROUS,
+    LEAST,
+    Progress,
+    study_task,
+    worked_out,
+)
+from plumbob.engines.workers import Lost, Task, Workers, results, workers_of
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
-
-if TYPE_CHECKING:
-    from concurrent.futures import Executor
 
 Profile = str  # "quick" or "full"
 MOST_STEPS = MappingProxyType({"quick": 25_000, "full": 1_000_000})
@@ -55,16 +58,14 @@ _REPEATS = MappingProxyType({"quick": 5, "full": 9})
 # [s] for one timing: medians scatter by what else the machine does, at 1 ms as much as at 4 ms, and
 # from 2 ms on a cold start is a few per cent at most.
 _BUDGET = MappingProxyType({"quick": 0.002, "full": 0.05})
-TOGETHER = 64  # costs that are measured in turns, and lost together
-_READINGS, _READING_WORK = "models", 1e3  # of a model file, roughly
+_READING_WORK = 1e3  # of a model file, roughly
 _ADAPTIVE_WORK = 1e5  # equivalent number of steps for the tolerances of an adaptive method, roughly
 
 
 @dataclass(frozen=True)
 class _Timing:
-    """A cost to be measured, and its key in a store."""
+    """A cost to be measured."""
 
-    key: str
     scene: Scene
     method: Method
     step: float
@@ -81,163 +82,139 @@ def run_study(
     timed: bool = True,
     requests: Requests = nothing_more,
     command: str = "",
-    kept: Pieces | None = None,
+    kept: Unkept | None = None,
     seed: int = SEED,
 ) -> Study:
     """Measure every method on every scene, and make what `requests` asks for beside it, in this
     process or, for two `jobs` and more, in so many others, or in those given; `executor`, where
     given, runs the error half in their place (a Dask client's will do); `progress` is called with
-    what is being done; `command` is what repeats the study; each piece is kept in `kept` at once,
+    what is being done; `command` is what repeats the study; each result is kept in `kept` at once,
     and those that are there are not measured again; `seed` draws one more step for each pair.
-    Timings, of costs and of trimmed models, are made alone, after the rest. What two processes have
-    died of, or hung at, has the status "missing"."""
+    Timings, of costs and of trimmed models, are made alone, after the rest. Tasks that crash or
+    time out twice are "missing"."""
     begin = time.perf_counter()
+    kept = kept or Unkept()
     plan = StudyPlan(profile, tuple(scenes), tuple(methods))
     chosen = pairs(scenes, methods)
     with workers_of(jobs) as workers:
         if executor is None and min(workers.count, len(chosen)) > 1:
             workers.begin(len(chosen), __name__)
-        asked = tuple(dict.fromkeys(requests(plan)))
-        errors: dict[Hashable, Task] = {
-            (scene.name, method.name): _convergence_task(scene, method, profile, asked, seed)
-            for scene, method in chosen
-        }
-        errors |= {
-            request: _extra_task(request, plan)
-            for request in asked
-            if not isinstance(request, TrimmingRun) and not any(is_of(request, *p) for p in chosen)
-        }
-        trims: dict[Hashable, Task] = {
-            request: _extra_task(request, plan)
-            for request in asked
-            if isinstance(request, TrimmingRun)
-        }
-        kept = kept or Unkept()
-        kept.begin(
+        errors, trims = _tasks(plan, chosen, tuple(dict.fromkeys(requests(plan))), seed)
+        goes_on = kept.begin(
             key_of(profile, timed, plan.scenes, plan.methods, seed),
-            [task.key for task in (*errors.values(), *trims.values())],
+            [task.key for task in (*errors, *trims)],
         )
-        several = min(workers.count, len(errors)) > 1
-        work = Working(workers if several else None, kept, progress, [])
-        pieces = worked_out(errors, work, executor)
-        convergence = [
-            _convergence(pieces[scene.name, method.name], scene, method, profile)
-            for scene, method in chosen
-        ]
+        # What ended an earlier process is worked out in another than this.
+        here = workers if goes_on or min(workers.count, len(errors)) > 1 else None
+        found = worked_out(
+            errors, kept, here if executor is None else executor, progress, workers.count
+        )
+        computed = sum(result.seconds for result in found.values()) / max(workers.count, 1)
         between = time.perf_counter()
-        taken = sum(piece.seconds for piece in pieces.values()) / max(workers.count, 1)
-        with kept.alone():
-            pieces |= worked_out(trims, work, count=1)
-            timings = _cost_pieces(convergence, plan, work) if timed else {}
-    measured, unit = _together(timings)
-    extras = {request: result for piece in pieces.values()
-              for request, result in (piece.extras or {}).items()}  # fmt: skip
-    return Study(
-        profile, plan.scenes, plan.methods, tuple(convergence), measured, unit,
-        {"errors": max(between - begin, taken), "costs": time.perf_counter() - between},
-        {scene.name: system_of(scene).observables for scene in scenes},
-        {scene.name: system_of(scene).quantities(case_of(scene)) for scene in scenes},
-        {request: extras.get(request) for request in asked},
-        provenance(command), seed,
-    )  # fmt: skip
+        for task in trims:
+            found |= worked_out([task], kept, here, progress)
+        if timed:
+            found |= _costs(_timings(found.values(), plan), plan, kept, here, progress)
+    study = Study(
+        profile,
+        plan.scenes,
+        plan.methods,
+        reference_step=_reference_step(found.values()),
+        seconds={"errors": max(between - begin, computed), "costs": time.perf_counter() - between},
+        provenance=provenance(command),
+        seed=seed,
+    )
+    study = assembled(study.described(), found.values())
+    kept.complete(study, found)
+    return study
 
 
-def _convergence(piece: Piece, scene: Scene, method: Method, profile: Profile) -> ConvergenceStudy:
-    """The convergence study of a pair; where it was given up, one run that is missing."""
-    if piece.convergence is not None:
-        return piece.convergence
-    steps = chosen_step_sizes(scene, method, most_steps(scene, profile))
-    step = steps[0] if steps else scene.duration
-    given_up = Measurement(scene.name, method.name, step, "missing", reason=piece.lost)
-    return ConvergenceStudy(scene.name, method.name, (given_up,))
+def _reference_step(results: Iterable[TaskResult]) -> float:
+    """Time [ns] of the reference step: the median of those beside costs."""
+    units = [r.reference_step for r in results if math.isfinite(r.reference_step)]
+    return statistics.median(units) if units else math.nan
 
 
-def _cost_pieces(
-    convergence: Sequence[ConvergenceStudy], plan: StudyPlan, work: Working
-) -> dict[Key, Piece]:
-    """The cost of each method on each scene that it ran, timed in turns, some scenes at a time."""
+def _tasks(
+    plan: StudyPlan,
+    chosen: Sequence[tuple[Scene, Method]],
+    asked: Sequence[Request],
+    seed: int,
+) -> tuple[list[Task], list[Task]]:
+    """The tasks of the error half, and those whose time counts."""
+    errors = [convergence_task(*pair, plan.profile, asked, seed) for pair in chosen]
+    others = [r for r in asked if not any(is_of(r, *pair) for pair in chosen)]
+    trims = [_extra_task(r, plan) for r in others if isinstance(r, TrimmingRun)]
+    errors += [_extra_task(r, plan) for r in others if not isinstance(r, TrimmingRun)]
+    return errors, trims
+
+
+def _timings(errors: Iterable[TaskResult], plan: StudyPlan) -> dict[str, _Timing]:
+    """The cost to be measured of each method on each scene that it ran, by keys."""
     by_scene = {scene.name: scene for scene in plan.scenes}
     by_method = {method.name: method for method in plan.methods}
     how, here = (_REPEATS[plan.profile], _BUDGET[plan.profile]), machine()
-    timings: dict[Key, _Timing] = {}
-    for c in convergence:
-        scene, method = by_scene[c.scene], by_method[c.method]
-        if (chosen := timed_run(c, method)) is not None:
+    timings = {}
+    for result in errors:
+        if result.convergence is None:
+            continue
+        scene, method = by_scene[result.pair[0]], by_method[result.pair[1]]
+        if (chosen := timed_run(result.convergence, method)) is not None:
             step, run = chosen.step, Stepping(chosen.steps, chosen.seconds)
             key = key_of("cost", scene, method, step, how, versions_of(method), here)
-            timings[c.scene, c.method] = _Timing(key, scene, method, step, run)
-    keys = {timing.key: name for name, timing in timings.items()}
-    found = {keys[key]: piece for key, piece in work.kept.there(list(keys)).items()}
-    batches = _batches({n: t for n, t in timings.items() if n not in found}, work.workers)
-    while batches:
-        batch = batches.pop(0)
-        given = _timed_by(batch, how, work, f"costs, {len(found)} of {len(timings)}")
-        if given is None and len(batch) > 1:  # which of them it was, each alone tells
-            batches = [{name: timing} for name, timing in batch.items()] + batches
-            continue
-        found |= dict.fromkeys(batch, Piece(lost=work.lost[-1])) if given is None else given
-        work.kept.keep_all(
-            {t.key: (f"cost of {' '.join(name)}", found[name]) for name, t in batch.items()}
-        )
-    return found
+            timings[key] = _Timing(scene, method, step, run)
+    return timings
 
 
-def _batches(timings: Mapping[Key, _Timing], workers: Workers | None) -> list[dict[Key, _Timing]]:
-    """Costs that are measured in turns: of scenes, whole, of which one worker knows the models."""
-    who = {n[0]: 0 if workers is None else workers.who(n[0]) or 0 for n in timings}
-    batches: list[dict[Key, _Timing]] = [{}]
-    for name in sorted(timings, key=lambda name: who[name[0]]):
-        scenes = {scene for scene, _ in batches[-1]}
-        another = any(who[scene] != who[name[0]] for scene in scenes)
-        if another or (len(batches[-1]) >= TOGETHER and name[0] not in scenes):
-            batches.append({})
-        batches[-1][name] = timings[name]
-    return batches
+def _costs(
+    timings: Mapping[str, _Timing],
+    plan: StudyPlan,
+    kept: Unkept,
+    workers: Workers | None,
+    progress: Progress,
+) -> dict[str, TaskResult]:
+    """The costs of methods on scenes, timed in turns, a scene at a time."""
+    how = _REPEATS[plan.profile], _BUDGET[plan.profile]
+    found = kept.there(list(timings))
+    by_scene: dict[str, dict[str, _Timing]] = {}
+    for key, timing in timings.items():
+        if key not in found:
+            by_scene.setdefault(timing.scene.name, {})[key] = timing
+    for batch in by_scene.values():
+        progress("costs", len(found), len(timings))
+        given = _timed_by(workers, batch, how)
+        kept.keep(given)
+        found |= given
+    return {key: found[key] for key in timings}
 
 
 def _timed_by(
-    batch: Mapping[Key, _Timing], how: tuple[int, float], work: Working, label: str
-) -> Mapping[Key, Piece] | None:
-    """The costs of some methods on some scenes; None where two processes have ended at it."""
-    if not batch:
-        return {}
-    work.progress(label, 0, 0)
-    arguments = (list(batch.values()), *how)
-    if work.workers is None:
-        return _timed(*arguments)
-    found: list[Mapping[Key, Piece]] = []
-    limit, (scene, _) = LEAST + GENEROUS * len(batch) * how[0] * how[1], next(iter(batch))
-    waiting = [(label, Work(_timed, arguments, limit, scene))]
-    work.workers.work_out(
-        lambda _: waiting.pop() if waiting else None,
-        lambda _, given: found.append(given),
-        lambda _, why: work.lost.append(why),
-        count=1,
-    )
-    return found[0] if found else None
+    workers: Workers | None, batch: Mapping[str, _Timing], how: tuple[int, float]
+) -> dict[str, TaskResult]:
+    """The costs of some methods on a scene, by a worker that knows its models."""
+    first = next(iter(batch.values()))
+    limit = LEAST + GENEROUS * len(batch) * how[0] * how[1]
+    ((_, given),) = results([Task("", _timed, (batch, *how), limit, first.scene.name)], workers)
+    if not isinstance(given, Lost):
+        return dict(given)
+    if len(batch) > 1:  # which of them it was, each alone tells
+        alone = [_timed_by(workers, {key: timing}, how) for key, timing in batch.items()]
+        return {key: result for each in alone for key, result in each.items()}
+    names = first.scene.name, first.method.name
+    lost = TaskResult(pair=names).given_up(f"cost of {' '.join(names)}", given.why)
+    return dict.fromkeys(batch, lost)
 
 
-def _timed(timings: Sequence[_Timing], repeats: int, budget: float) -> Mapping[Key, Piece]:
+def _timed(timings: Mapping[str, _Timing], repeats: int, budget: float) -> dict[str, TaskResult]:
     """The costs of methods on scenes, each at its step; no cost where the engine runs it not."""
-    runs = {(t.scene.name, t.method.name): t.run for t in timings}
-    tasks = [(case_of(t.scene), t.method, t.step) for t in timings]
+    pairs = {key: (t.scene.name, t.method.name) for key, t in timings.items()}
+    runs = {pairs[key]: t.run for key, t in timings.items()}
+    tasks = [(case_of(t.scene), t.method, t.step) for t in timings.values()]
     found, unit = costs(tasks, repeats, budget, runs=runs)
-    return {name: Piece(cost=found.get(name), reference_step=unit) for name in runs}
-
-
-def _together(pieces: Mapping[Key, Piece]) -> tuple[Mapping[Key, Cost], float]:
-    """All costs in the time of one reference step [ns], the median of those beside them."""
-    units = [p.reference_step for p in pieces.values() if math.isfinite(p.reference_step)]
-    unit = statistics.median(units) if units else math.nan
-    found: dict[Key, Cost] = {}
-    for name, piece in pieces.items():
-        if (cost := piece.cost) is not None:
-            scale = unit / piece.reference_step
-            found[name] = replace(
-                cost, ns_per_step=scale * cost.ns_per_step, low=scale * cost.low,
-                high=scale * cost.high,
-            )  # fmt: skip
-    return found, unit
+    return {
+        key: TaskResult(cost=found.get(pair), reference_step=unit, pair=pair)
+        for key, pair in pairs.items()
+    }
 
 
 def most_steps(scene: Scene, profile: Profile) -> int:
@@ -247,36 +224,49 @@ def most_steps(scene: Scene, profile: Profile) -> int:
     return int(most / system_of(scene).weight) if profile == "quick" else most
 
 
-def _convergence_task(
+def convergence_task(
     scene: Scene, method: Method, profile: Profile, asked: Sequence[Request], seed: int
 ) -> Task:
-    """The convergence study of a pair, with the recordings of it that are asked for."""
-    most, work = most_steps(scene, profile), predicted_work(scene, method, profile)
+    """The convergence study of a pair, with the recordings of it that are asked for; one run that
+    is missing where it is given up."""
+    most = most_steps(scene, profile)
+    steps = chosen_step_sizes(scene, method, most)
     own = [r for r in asked if isinstance(r, ExtraRun) and is_of(r, scene, method)]
     key = key_of("errors", scene, method, most, own, versions_of(method), seed)
-    about = scene, method, most, own, seed
-    return Task(f"{scene.name} {method.name}", key, scene.name, work, _pair, about)
+    names = scene.name, method.name
+    missing = Measurement(*names, steps[0] if steps else scene.duration, "missing")
+    instead = TaskResult(ConvergenceStudy(*names, (missing,)), dict.fromkeys(own), pair=names)
+    arguments = scene, method, most, own, seed
+    work = predicted_work(scene, method, profile)
+    return study_task(" ".join(names), key, scene.name, work, _pair, arguments, instead)
 
 
-def _pair(scene: Scene, method: Method, most: int, own: Sequence[ExtraRun], seed: int) -> Piece:
+def _pair(
+    scene: Scene, method: Method, most: int, own: Sequence[ExtraRun], seed: int
+) -> TaskResult:
     try:
         found, recordings = convergence_with(scene, method, most, own, seed)
     except Exception as error:
-        return _given_up(scene, error)
-    return Piece(found, {request: run for request, run in recordings.items()})
+        return _defect(scene, error)
+    extras: dict[Request, Result] = {request: run for request, run in recordings.items()}
+    return TaskResult(found, extras, pair=(scene.name, method.name))
 
 
-def _given_up(scene: Scene, error: Exception) -> Piece:
-    """What a defect in the exact motion or the theory of an added system leaves: a piece without
-    results. Raises an error that is plumbob's own."""
+def _defect(scene: Scene, error: Exception) -> TaskResult:
+    """A result that is given up for a defect in the exact motion or the theory of an added system.
+    Raises an error that is plumbob's own."""
     if not (package := system_of(scene).distribution):
         raise error
-    return Piece(lost=f"the system of the package {package} raises {one_line(error)}")
+    return TaskResult(lost=f"the system of the package {package} raises {one_line(error)}")
 
 
 def _extra_task(request: Request, plan: StudyPlan) -> Task:
+    instead = TaskResult(extras={request: None})
+    kind = type(request).__name__
     if isinstance(request, ModelReading):
-        return _reading_task(request)
+        label = f"{request.model} {request.engine}"
+        key = key_of(kind, request, version_of(find_engine(request.engine)))
+        return study_task(label, key, "models", _READING_WORK, _extra, (request,), instead)
     scene, method = find_scene(request.scene), plan.method(request.method)
     label = f"{scene.name} {method.name}"
     where: Mapping[str, str] = {}
@@ -288,26 +278,18 @@ def _extra_task(request: Request, plan: StudyPlan) -> Task:
         if request.duration is not None:
             scene = replace(scene, duration=request.duration)
         work = _work(scene, method, steps)
-    kind = type(request).__name__
     key = key_of(kind, request, scene, method, versions_of(method), where)
-    return Task(label, key, scene.name, work, _extra, (request, method))
+    return study_task(label, key, scene.name, work, _extra, (request, method), instead)
 
 
-def _extra(request: RunRequest, method: Method) -> Piece:
+def _extra(request: Request, method: Method | None = None) -> TaskResult:
+    if isinstance(request, ModelReading):
+        return TaskResult(extras={request: read_model(request)})
+    assert method is not None
     try:
-        return Piece(extras={request: make(request, method)})
+        return TaskResult(extras={request: make(request, method)})
     except Exception as error:
-        return _given_up(find_scene(request.scene), error)
-
-
-def _reading_task(request: ModelReading) -> Task:
-    label = f"{request.model} {request.engine}"
-    key = key_of(ModelReading.__name__, request, version_of(find_engine(request.engine)))
-    return Task(label, key, _READINGS, _READING_WORK, _reading, (request,))
-
-
-def _reading(request: ModelReading) -> Piece:
-    return Piece(extras={request: read_model(request)})
+        return _defect(find_scene(request.scene), error)
 
 
 def joined(study: Study, more: Study) -> Study:
@@ -315,12 +297,7 @@ def joined(study: Study, more: Study) -> Study:
     machine, or day, by the two reference steps."""
     scale = study.reference_step / more.reference_step
     names = {method.name for method in more.methods}
-    found = {
-        key: replace(
-            cost, ns_per_step=scale * cost.ns_per_step, low=scale * cost.low, high=scale * cost.high
-        )
-        for key, cost in more.costs.items()
-    }
+    found = {key: cost.scaled(scale) for key, cost in more.costs.items()}
     return replace(
         study,
         methods=(*more.methods, *(m for m in study.methods if m.name not in names)),

@@ -1,187 +1,152 @@
-"""Studies kept in a file: every run a row, so that an answer, or a page, needs no new run.
+"""Results kept in a file: each once, with a checksum, under its key; a study is a list of keys.
 
-An SQLite file, in one transaction a study. What is measured of a study that is not complete is kept
-in the same file, by `plumbob.engines.study.unfinished`. Each study has checksums: of each scene, of
-its extra runs, and one of the rest and of those checksums. What they do not fit is not read:
-whatever has damaged a file, nothing else has to notice it.
+An SQLite file with two tables. A study that is not complete has a row with its plan, and no list
+yet. What a checksum does not fit is not read: whatever has damaged a file, nothing else has to
+notice it.
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
 import os
-import sqlite3
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from sqlite3 import Connection
+from typing import Any, TypeVar
 
-from plumbob.engines.method import Method, Trimming
-from plumbob.engines.study.codec import from_json, packed, to_json, unpacked
-from plumbob.engines.study.convergence import ConvergenceStudy
-from plumbob.engines.study.cost import Cost, Key
-from plumbob.engines.study.extra_runs import (
-    ExtraConvergence,
-    ExtraRun,
-    Request,
-    Result,
-    TrimmingRun,
-)
-from plumbob.engines.study.measurement import Measurement
-from plumbob.engines.study.model_reading import ModelRead, ModelReading
+from plumbob.engines.study.codec import from_json, to_json
 from plumbob.engines.study.provenance import Provenance
-from plumbob.engines.study.results import Observables, Quantities, Study
-from plumbob.engines.study.store_file import FILE, SCHEMA, reading, transaction, writing
-from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Scene
-
-__all__ = [
-    "FILE", "SCHEMA", "add", "load", "removed", "save", "scene_names", "seal", "studies_of",
-]  # fmt: skip
-_TABLES = ("extra", "run", "convergence_study", "method", "scene", "checksum")
-# Rows that a checksum is of: those of a scene, of extra runs, and of the rest.
-_OF_SCENE = (
-    "select * from scene where study = ? and name = ?",
-    "select * from convergence_study where study = ? and scene = ? order by rowid",
-    "select * from run where study = ? and scene = ? order by rowid",
-)
-_OF_EXTRAS = ("select * from extra where study = ? order by rowid",)
-_OF_THE_REST = (
-    "select * from study where id = ?",
-    "select * from method where study = ? order by rowid",
-    "select scene, part, digest from checksum where study = ? and part <> 'study' order by rowid",
+from plumbob.engines.study.results import Study, TaskResult, assembled
+from plumbob.engines.study.store_file import (
+    FILE,
+    SCHEMA,
+    decoding,
+    reading,
+    transaction,
+    writing,
 )
 
-
-@dataclass(frozen=True)
-class _Head:
-    """What a study says once."""
-
-    profile: str
-    reference_step: float
-    seconds: dict[str, float]
-    provenance: Provenance
-    seed: int
+__all__ = ["FILE", "SCHEMA", "history", "load", "save", "scene_names", "studies_of"]
+T = TypeVar("T")
+Listed = list[tuple[str, str]]  # keys of a study's results, with the scene of each
 
 
 def save(study: Study, file: Path) -> int:
     """Add a study to `file`, made if need be; returns its number. Raises ParameterError for a file
     that is no store, or one of another version."""
-    with writing(file) as store, transaction(store):
-        return add(store, study)
-
-
-def add(
-    store: sqlite3.Connection,
-    study: Study,
-    number: int | None = None,
-    packed_extras: Mapping[Request, int] | None = None,
-) -> int:
-    """Add a study in an open transaction, under this number where one is given; returns its
-    number. `packed_extras` are the rows of `piece_extra` that hold extra runs already."""
-    head = _Head(
-        study.profile, study.reference_step, dict(study.seconds), study.provenance, study.seed
-    )
-    number = store.execute(
-        "insert into study values (?, ?, ?, ?)",
-        (number, study.provenance.date, study.profile, to_json(head)),
-    ).lastrowid
-    assert number is not None
-    store.executemany(
-        "insert into scene values (?, ?, ?, ?, ?)",
-        [
-            (
-                number,
-                s.name,
-                to_json(s),
-                to_json(study.observables(s.name)),
-                to_json(study.quantities(s.name)),
-            )
-            for s in study.scenes
-        ],
-    )
-    store.executemany(
-        "insert into method values (?, ?)", [(number, to_json(m)) for m in study.methods]
-    )
-    for c in study.convergence:
-        cost = study.costs.get((c.scene, c.method))
-        store.execute(
-            "insert into convergence_study values (?, ?, ?, ?, ?)",
-            (number, c.scene, c.method, to_json(replace(c, measurements=())),
-             None if cost is None else to_json(cost)),
-        )  # fmt: skip
-        store.executemany(
-            "insert into run values (?, ?, ?, ?, ?, ?)",
-            [(number, c.scene, c.method, m.step, m.status, to_json(m))
-             for m in c.measurements],
-        )  # fmt: skip
-    there = packed_extras or {}
+    results = {
+        f"{c.scene} {c.method}": TaskResult(
+            c,
+            cost=study.costs.get((c.scene, c.method)),
+            reference_step=study.reference_step,
+            pair=(c.scene, c.method),
+        )
+        for c in study.convergence
+    }
     for request, result in study.extras.items():
-        if request in there:
-            store.execute(
-                "insert into extra select ?, kind, request, result, arrays from piece_extra "
-                "where rowid = ?",
-                (number, there[request]),
-            )
-        else:
-            row = (number, *extra_row(request, result))
-            store.execute("insert into extra values (?, ?, ?, ?, ?)", row)
-    seal(store, number)
+        results[str(request)] = TaskResult(extras={request: result})
+    with writing(file) as store, transaction(store):
+        number, _ = begun(store, None)
+        keep(store, number, results)
+        complete(store, number, None, study, results)
     return number
 
 
-def seal(store: sqlite3.Connection, number: int) -> None:
-    """Write the checksums of a study, in an open transaction, in place of those there were."""
-    store.execute("delete from checksum where study = ?", (number,))
-    names = store.execute("select name from scene where study = ? order by rowid", (number,))
-    parts = [("scene", name) for (name,) in names.fetchall()]
-    for part, scene in (*parts, ("extra runs", ""), ("study", "")):
-        row = (number, part, scene, _digest(store, number, part, scene))
-        store.execute("insert into checksum values (?, ?, ?, ?)", row)
+def begun(store: Connection, plan: str | None) -> tuple[int, bool]:
+    """The number of the study of this plan that is not complete, or else of a new one, and whether
+    it was there before."""
+    with transaction(store):
+        found = store.execute("select id from study where plan = ?", (plan,)).fetchone()
+        if found is not None:
+            return int(found[0]), True
+        number = store.execute("insert into study (digest) values ('')").lastrowid
+        assert number is not None
+        _write(store, number, plan, None, None)
+    return number, False
 
 
-def _digest(store: sqlite3.Connection, number: int, part: str, scene: str) -> str:
-    """A hash of every row of a part of a study, as it is stored."""
-    queries = {"scene": _OF_SCENE, "extra runs": _OF_EXTRAS, "study": _OF_THE_REST}[part]
-    where = (number, scene) if part == "scene" else (number,)
-    found = hashlib.sha256()
-    for query in queries:
-        for row in store.execute(query, where).fetchall():
-            for value in row:
-                held = value if isinstance(value, bytes) else str(value).encode()
-                found.update(f"{type(value).__name__} {len(held)} ".encode())
-                found.update(held)
-    return found.hexdigest()
+def forget(store: Connection, plan: str) -> None:
+    """A study of this plan that is not complete is never gone on with."""
+    with transaction(store):
+        query = "select id, body, results from study where plan = ?"
+        for number, body, listed in store.execute(query, (plan,)).fetchall():
+            if body is None:
+                store.execute("delete from result where study = ?", (number,))
+                store.execute("delete from study where id = ?", (number,))
+            else:
+                _write(store, number, None, body, listed)
 
 
-def _intact(store: sqlite3.Connection, number: int, *parts: tuple[str, str]) -> None:
-    """Raises ValueError where one of these parts of a study is not as it was stored."""
-    query = "select part, scene, digest from checksum where study = ?"
-    rows = store.execute(query, (number,)).fetchall()
-    held = {(part, scene): digest for part, scene, digest in rows}
-    for part, scene in parts:
-        if held.get((part, scene)) != _digest(store, number, part, scene):
-            of = f", {scene or part}," if part != "study" else ""
-            raise ValueError(f"study {number}{of} is not as it was stored")
+def _write(store: Connection, *row: Any) -> None:
+    """Write the row of a study, in an open transaction."""
+    store.execute("replace into study values (?, ?, ?, ?, ?)", (*row, _digest(*row)))
 
 
-def _numbers(store: sqlite3.Connection, scene: str | None = None) -> list[int]:
-    """The studies, or those of a scene, the oldest first; raises ValueError for a damaged one."""
-    query = "select id from study union select study from checksum order by 1"
-    every = [number for (number,) in store.execute(query).fetchall()]
-    for number in every:
-        _intact(store, number, ("study", ""))
-    if scene is None:
-        return every
-    query = "select study from checksum where part = 'scene' and scene = ? order by study"
-    return [number for (number,) in store.execute(query, (scene,)).fetchall()]
+def keep(store: Connection, number: int, results: Mapping[str, Any]) -> None:
+    """Keep results of a study by their keys, in one transaction."""
+    with transaction(store):
+        for key, result in results.items():
+            row = (number, key, to_json(result))
+            store.execute("replace into result values (?, ?, ?, ?)", (*row, _digest(*row)))
 
 
-def removed(store: sqlite3.Connection, number: int) -> None:
-    """Take the study of that number out, in an open transaction."""
-    for table in _TABLES:
-        store.execute(f"delete from {table} where study = ?", (number,))
-    store.execute("delete from study where id = ?", (number,))
+def complete(
+    store: Connection,
+    number: int,
+    plan: str | None,
+    study: Study,
+    results: Mapping[str, TaskResult],
+) -> None:
+    """Write the list of a study, and take out what is not in it; with its `plan` where the study is
+    to go on."""
+    listed = json.dumps([(key, result.pair[0]) for key, result in results.items()])
+    with transaction(store):
+        _write(store, number, plan, to_json(study.described()), listed)
+        query = "delete from result where study = ? and key not in (select value from json_each(?))"
+        store.execute(query, (number, json.dumps(list(results))))
+
+
+def results(
+    store: Connection, number: int, keys: Iterable[str], kind: type[T], scene: str = ""
+) -> dict[str, T]:
+    """The results of a study that are there, by their keys; one that is not as it was stored is
+    what a damaged file is to SQLite."""
+    found = {}
+    query = "select body, digest from result where study = ? and key = ?"
+    with decoding():
+        for key in keys:
+            if row := store.execute(query, (number, key)).fetchone():
+                _intact(f"study {number}, {scene or key},", row[1], number, key, row[0])
+                found[key] = from_json(row[0], kind)
+    return found
+
+
+def _digest(*row: Any) -> str:
+    return hashlib.sha256(repr(row).encode()).hexdigest()
+
+
+def _intact(what: str, digest: str, *row: Any) -> None:
+    if digest != _digest(*row):
+        raise ValueError(f"{what} is not as it was stored")
+
+
+def _studies(store: Connection) -> dict[int, tuple[str, Listed]]:
+    """The studies that have a list, the oldest first, as JSON; raises ValueError for a damaged one,
+    and for results without a study."""
+    query = "select id, plan, body, results, digest from study order by id"
+    rows = store.execute(query).fetchall()
+    for *row, digest in rows:
+        _intact(f"study {row[0]}", digest, *row)
+    query = "select study from result where study not in (select id from study) limit 1"
+    for (number,) in store.execute(query).fetchall():
+        raise ValueError(f"study {number} is not as it was stored")
+    return {
+        number: (body, json.loads(listed))
+        for number, _, body, listed, _ in rows
+        if body is not None
+    }
 
 
 def load(file: Path, number: int | None = None) -> Study | None:
@@ -190,42 +155,19 @@ def load(file: Path, number: int | None = None) -> Study | None:
     if not os.path.lexists(file):
         return None
     with reading(file) as store:
-        numbers = _numbers(store)
-        found = numbers[-1:] if number is None else [n for n in numbers if n == number]
-        return _loaded(store, found[0]) if found else None
+        studies = _studies(store)
+        wanted = next(reversed(studies), None) if number is None else number
+        return _loaded(store, wanted, *studies[wanted]) if wanted in studies else None
 
 
-def _loaded(store: sqlite3.Connection, number: int, scene: str | None = None) -> Study:
-    """A study, or what it says of one scene, without extra runs."""
-    query = "select part, scene from checksum where study = ? and part <> 'study'"
-    parts = store.execute(query, (number,)).fetchall()
-    _intact(store, number, *(p for p in parts if scene is None or p == ("scene", scene)))
-    (body,) = store.execute("select body from study where id = ?", (number,)).fetchone()
-    head = from_json(body, _Head)
-    only = "" if scene is None else " and scene = ?"
-    where = (number,) if scene is None else (number, scene)
-    scenes = [
-        (
-            from_json(text, Scene),
-            from_json(observables, Observables),
-            from_json(quantities, Quantities),
-        )
-        for text, observables, quantities in store.execute(
-            "select body, observables, quantities from scene where study = ?"
-            f"{only.replace('scene', 'name')} order by rowid",
-            where,
-        ).fetchall()
-    ]
-    query = "select body from method where study = ? order by rowid"
-    methods = store.execute(query, (number,)).fetchall()
-    convergence, costs = _convergence(store, only, where)
-    extras = {} if scene is not None else _extras(store, number)
-    return Study(
-        head.profile, tuple(s for s, _, _ in scenes),
-        tuple(from_json(text, Method) for (text,) in methods), convergence, costs,
-        head.reference_step, head.seconds, {s.name: names for s, names, _ in scenes},
-        {s.name: about for s, _, about in scenes}, extras, head.provenance, head.seed,
-    )  # fmt: skip
+def _loaded(store: Connection, number: int, body: str, listed: Listed) -> Study:
+    found: dict[str, TaskResult] = {}
+    for key, scene in listed:
+        there = results(store, number, [key], TaskResult, scene)
+        if not there:
+            raise ValueError(f"study {number}, {scene or key}, is not as it was stored")
+        found |= there
+    return assembled(from_json(body, Study), found.values())
 
 
 def history(file: Path) -> dict[int, Provenance]:
@@ -233,73 +175,38 @@ def history(file: Path) -> dict[int, Provenance]:
     if not os.path.lexists(file):
         return {}
     with reading(file) as store:
-        _numbers(store)
-        found = store.execute("select id, body from study order by id").fetchall()
-        return {number: from_json(body, _Head).provenance for number, body in found}
+        studies = _studies(store).items()
+        return {number: from_json(body, Study).provenance for number, (body, _) in studies}
 
 
 def studies_of(file: Path, scene: str) -> tuple[Study, ...]:
-    """What every study in `file` that ran a scene says of it, the oldest first, without extra runs;
-    raises as above."""
+    """Each study in `file` that ran a scene, without other scenes and without extra runs, the
+    oldest first; raises as above."""
     if not os.path.lexists(file):
         return ()
+    found = []
     with reading(file) as store:
-        found = [_loaded(store, number, scene) for number in _numbers(store, scene)]
-    return tuple(s for s in found if any(c.measurements for c in s.convergence))
+        for number, (body, listed) in _studies(store).items():
+            if own := [entry for entry in listed if entry[1] == scene]:
+                found.append(_of(_loaded(store, number, body, own), scene))
+    return tuple(study for study in found if any(c.measurements for c in study.convergence))
+
+
+def _of(study: Study, scene: str) -> Study:
+    """What a study says of one scene."""
+    return replace(
+        study,
+        scenes=tuple(s for s in study.scenes if s.name == scene),
+        observed={scene: study.observables(scene)},
+        interest={scene: study.quantities(scene)},
+        extras={},
+    )
 
 
 def scene_names(file: Path) -> tuple[str, ...]:
-    """The scenes of studies in `file`, in the order of their names; raises as above."""
+    """The scenes that studies in `file` ran, in the order of their names; raises as above."""
     if not os.path.lexists(file):
         return ()
-    query = "select distinct scene from checksum where part = 'scene' order by scene"
     with reading(file) as store:
-        _numbers(store)
-        return tuple(name for (name,) in store.execute(query).fetchall())
-
-
-def _convergence(
-    store: sqlite3.Connection, only: str, where: tuple[Any, ...]
-) -> tuple[tuple[ConvergenceStudy, ...], dict[Key, Cost]]:
-    runs: dict[Key, list[Measurement]] = {}
-    query = f"select scene, method, body from run where study = ?{only} order by rowid"
-    for scene, method, body in store.execute(query, where).fetchall():
-        runs.setdefault((scene, method), []).append(from_json(body, Measurement))
-    found, costs = [], {}
-    query = "select scene, method, body, cost from convergence_study where study = ?"
-    query += f"{only} order by rowid"
-    for scene, method, body, cost in store.execute(query, where).fetchall():
-        one = from_json(body, ConvergenceStudy)
-        found.append(replace(one, measurements=tuple(runs.get((scene, method), ()))))
-        if cost is not None:
-            costs[scene, method] = from_json(cost, Cost)
-    return tuple(found), costs
-
-
-def extra_row(request: Request, result: Result) -> tuple[str, str, str | None, bytes | None]:
-    """Kind and request of an extra run, its result as JSON, and arrays where it has any."""
-    text, arrays = None, None
-    if isinstance(result, Trajectory):
-        text, arrays = packed(result)
-    elif result is not None:
-        text = to_json(result)
-    return type(request).__name__, to_json(request), text, arrays
-
-
-def _extras(store: sqlite3.Connection, number: int) -> dict[Request, Result]:
-    query = "select kind, request, result, arrays from extra where study = ? order by rowid"
-    return dict(extra_of(*row) for row in store.execute(query, (number,)).fetchall())
-
-
-def extra_of(
-    kind: str, request: str, text: str | None, arrays: bytes | None
-) -> tuple[Request, Result]:
-    """The extra run that `extra_row` made this row of; raises ValueError where it is none."""
-    if kind == ExtraRun.__name__:
-        return from_json(request, ExtraRun), unpacked(text, arrays or b"") if text else None
-    if kind == ExtraConvergence.__name__:
-        found = from_json(text, ConvergenceStudy) if text else None
-        return from_json(request, ExtraConvergence), found
-    if kind == ModelReading.__name__:
-        return from_json(request, ModelReading), from_json(text, ModelRead) if text else None
-    return from_json(request, TrimmingRun), from_json(text, Trimming) if text else None
+        named = {scene for _, listed in _studies(store).values() for _, scene in listed}
+    return tuple(sorted(named - {""}))

@@ -36,7 +36,7 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
         except TimeoutError:
             raise ParameterError("scheduler", address, "one with a worker; it has none") from None
         _of_these_versions(address, client.run(versions))
-        # A piece is tried again where its worker ends; that is the scheduler's work.
+        # A task is tried again where its worker ends; that is the scheduler's work.
         yield client.get_executor(pure=False, retries=2), sum(client.nthreads().values())
 
 

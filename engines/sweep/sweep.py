@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Hashable, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -23,16 +22,12 @@ from plumbob.engines.study.measurement import (
     relative_error,
 )
 from plumbob.engines.sweep.box import Box, NoAnswer, answering
-from plumbob.engines.workers import Work, Workers
+from plumbob.engines.workers import Lost, Task, Workers, results
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 
-if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
-CHUNK_RUNS = 200  # in one piece of work: a second or few
-AHEAD = 3  # pieces a process that are handed out at a time, so that memory stays flat
-LONGEST = 1800.0  # [s] that a piece may take: far more than one with a long scene does
+CHUNK_RUNS = 200  # in one chunk: a second or few
+LONGEST = 1800.0  # [s] that a chunk may take: far more than one with a long scene does
 MOST_POINTS = 100_000_000
 NUMBER = re.compile(r"(?<![\w.^])[-+]?\d+\.?\d*(e[-+]?\d+)?(?![\w.])")
 
@@ -45,7 +40,7 @@ class Sweep:
     counts: tuple[int, ...]
     methods: tuple[Method, ...]
     steps: tuple[float, ...]
-    chunk: int  # points in one piece of work
+    chunk: int  # points in one task
 
     @property
     def points(self) -> int:
@@ -54,7 +49,7 @@ class Sweep:
 
     @property
     def chunks(self) -> int:
-        """The number of pieces of work."""
+        """The number of tasks."""
         return -(-self.points // self.chunk)
 
     def place(self, point: int) -> tuple[float, ...]:
@@ -79,7 +74,7 @@ class Swept:
     sweep: Sweep
     errors: Array  # shape (methods, steps, *counts); NaN: none, infinite: diverged
     reasons: Mapping[str, int]  # {why there is no error: of how many runs}
-    lost: Mapping[int, str] = field(default_factory=dict)  # {piece: why its worker ended}
+    lost: Mapping[int, str] = field(default_factory=dict)  # {chunk: why its worker ended}
 
     def worst(self, method: int, step: int, most: int) -> list[tuple[int, float]]:
         """The points with the largest errors of a method, by place, and a step, by place; those of
@@ -132,8 +127,8 @@ def sweep(
     executor: Executor | None = None,
     progress: Progress = lambda done, of: None,
 ) -> Swept:
-    """Run what is not `there` yet, in `jobs` processes or by `executor`, each piece handed to
-    `keep` at once; a piece whose worker ends twice is lost. Raises ParameterError where no point
+    """Run what is not `there` yet, in `jobs` processes or by `executor`, each chunk handed to
+    `keep` at once; a chunk whose worker ends twice is lost. Raises ParameterError where no point
     has an error."""
     errors = np.full((len(asked.methods), len(asked.steps), asked.points), math.nan)
     reasons: Counter[str] = Counter()
@@ -148,20 +143,21 @@ def sweep(
         done += found.errors.shape[2]
         progress(done, asked.points)
 
-    def made(number: int, found: Chunk) -> None:
-        keep(number, found)
-        placed(number, found)
-
     for number, found in there.items():
         placed(number, found)
-    missing = [number for number in range(asked.chunks) if number not in there]
-    if executor is not None:
-        _by_executor(asked, missing, made, executor, AHEAD * jobs)
-    elif jobs > 1 and len(missing) > 1:
-        _by_workers(asked, missing, made, lost, min(jobs, len(missing)))
-    else:
-        for number in missing:
-            made(number, chunk_of(asked, number))
+    tasks = [
+        Task(number, chunk_of, (asked, number), LONGEST)
+        for number in range(asked.chunks)
+        if number not in there
+    ]
+    with Workers(min(jobs, len(tasks))) as workers:
+        here = workers if workers.count > 1 else None
+        for task, found in results(tasks, executor or here, count=jobs):
+            if isinstance(found, Lost):
+                lost[task.key] = found.why
+            else:
+                keep(task.key, found)
+                placed(task.key, found)
     if np.isnan(errors).all() and not lost:
         why = reasons.most_common(1)[0][0] if reasons else "nothing was run"
         names = [side.name for side in asked.box.sides]
@@ -170,46 +166,8 @@ def sweep(
     return Swept(asked, whole, dict(reasons), lost)
 
 
-def _by_workers(
-    asked: Sweep, missing: Sequence[int], made: Keep, lost: dict[int, str], jobs: int
-) -> None:
-    """Make the pieces of these numbers in processes of this machine."""
-    left = iter(missing)
-
-    def take(last: Hashable | None) -> tuple[Hashable, Work] | None:
-        number = next(left, None)
-        return None if number is None else (number, Work(chunk_of, (asked, number), LONGEST))
-
-    with Workers(jobs) as workers:
-        workers.work_out(
-            take,
-            lambda number, found: made(cast(int, number), found),
-            lambda number, why: lost.__setitem__(cast(int, number), why),
-        )
-
-
-def _by_executor(
-    asked: Sweep, missing: Sequence[int], made: Keep, pool: Executor, ahead: int
-) -> None:
-    """Make the pieces of these numbers on a cluster, so many handed out at a time."""
-    running: dict[Future[Chunk], int] = {}
-    for number in missing:
-        running[pool.submit(chunk_of, asked, number)] = number
-        if len(running) >= ahead:
-            _finished(running, made)
-    while running:
-        _finished(running, made)
-
-
-def _finished(running: dict[Future[Chunk], int], made: Keep) -> None:
-    """Wait for some of the pieces that run, and take them out of them."""
-    done, _ = wait(running, return_when=FIRST_COMPLETED)
-    for future in done:
-        made(running.pop(future), future.result())
-
-
 def chunk_of(asked: Sweep, number: int) -> Chunk:
-    """Run the points of one piece."""
+    """Run the points of one chunk."""
     first = number * asked.chunk
     points = range(first, min(first + asked.chunk, asked.points))
     errors = np.full((len(asked.methods), len(asked.steps), len(points)), math.nan)

@@ -23,7 +23,7 @@ from plumbob.models.scene import Scene
 from plumbob.reports.commands.arguments import values
 
 if TYPE_CHECKING:
-    from plumbob.engines.study.working import Progress
+    from plumbob.engines.study.scheduler import Progress
     from plumbob.reports.advice.advice import Answer, Known, Question, RunStudies
     from plumbob.reports.advice.recommend import Choice, Recommendation
     from plumbob.reports.advice.user_settings import UserResult

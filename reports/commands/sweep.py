@@ -66,12 +66,14 @@ def command(chosen: argparse.Namespace) -> int:
     asked = sweep_of(around, counts, methods, steps)
     line = shlex.join(["plumbob", *sys.argv[1:]])
     file = Path(chosen.out) / store.FILE
-    with values.workers(chosen) as (executor, jobs):
-        there = store.begun(file, asked, line)
-        with progress() as show, store.keeping(file, asked) as keep:
-            found = sweep(
-                asked, there, keep, jobs, executor, lambda n, of: show(asked.box.scene, n, of)
-            )
+    with (
+        values.workers(chosen) as (executor, jobs),
+        progress() as show,
+        store.keeping(file, asked) as (there, keep),
+    ):
+        found = sweep(
+            asked, there, keep, jobs, executor, lambda n, of: show(asked.box.scene, n, of)
+        )
     page = write_sweep_page(found, Path(chosen.out), provenance(line), store.key_of_sweep(asked))
     if chosen.csv:
         _write_csv(Path(chosen.csv), found)

@@ -19,11 +19,11 @@ from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
+from plumbob.engines.study.checkpoint import measured_into
 from plumbob.engines.study.convergence import SEED
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import pairs, run_study
-from plumbob.engines.study.unfinished import measured_into
-from plumbob.engines.study.working import Progress
+from plumbob.engines.study.scheduler import Progress
 from plumbob.engines.workers import Workers
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.scene import Scene
@@ -111,22 +111,21 @@ def _validated(
     with Workers(jobs) as workers:
         with measured_into(out / store.FILE, chosen.fresh, _noted) as kept, progress() as show:
             try:
-                measured = run_study(
+                run_study(
                     scenes, methods, chosen.profile, workers, executor,
                     progress=show, requests=requests, command=line, kept=kept,
                     seed=int(chosen.seed),
                 )  # fmt: skip
-                number, given_up = kept.finished(measured)
             except BaseException as error:
                 error.add_note("what is measured is stored: the same command goes on from there")
                 raise
-        for what in given_up:
+        for what in kept.given_up:
             _noted(f"given up: {what}; the same command tries it again")
         try:
-            code = _report(chosen, out, number, junit, within, workers)
-            return code or (INCOMPLETE if given_up else 0)
+            code = _report(chosen, out, kept.number, junit, within, workers)
+            return code or (INCOMPLETE if kept.given_up else 0)
         except BaseException as error:
-            drawn = shlex.join(["plumbob", "report", str(out), "--study", str(number)])
+            drawn = shlex.join(["plumbob", "report", str(out), "--study", str(kept.number)])
             error.add_note(f"the study is stored: `{drawn}` draws its page")
             raise
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import shlex
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -69,8 +68,7 @@ def command(chosen: argparse.Namespace) -> int:
             around, method, step, budget, score,
             progress=lambda made, of, worst: show(f"worst so far {worst:.3g}", made, of),
         )  # fmt: skip
-    line = shlex.join(["plumbob", *sys.argv[1:]])
-    store.keep_worst(Path(chosen.out) / store.FILE, found, line)
+    store.keep_worst(Path(chosen.out) / store.FILE, found)
     if chosen.json:
         json.dump(values.plain(_as_json(found)), sys.stdout, indent=1)
         print()

@@ -14,7 +14,7 @@ from plumbob.engines.audit.contacts import SPEED, ContactAudit, contacts_audited
 from plumbob.engines.audit.controls import script
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.engines.registry import find_engine
-from plumbob.engines.workers import pool_of
+from plumbob.engines.workers import Workers
 
 BUDGET = 60.0  # [s] of wall time
 
@@ -57,8 +57,9 @@ def audit(
     except NotCertifiable as why:
         raise ParameterError("model", name, f"one that has a continuous motion; {why}") from None
     named = control if isinstance(control, str) else "given"
-    with pool_of(None, 0 if jobs < 2 else jobs) as pool:
-        found = audited(own, moved, named, budget, executor=pool, progress=progress)
+    with Workers(jobs) as workers:
+        beside = workers if jobs > 1 else None
+        found = audited(own, moved, named, budget, executor=beside, progress=progress)
     return replace(found, slides=_slides(model, keyframe))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import ModelFields
 from plumbob.engines.registry import engines, installed
 from plumbob.engines.study.model_reading import EVERY_FIELD, fields_of, model_file
-from plumbob.engines.workers import pool_of
+from plumbob.engines.workers import Workers
 
 RULE = "mujoco"  # the reader whose format it is
 SAME, LEAST = 1e-5, 1e-12  # relative, absolute [SI]: what single precision and new frames leave
@@ -50,10 +50,9 @@ def read_by(file: Path) -> tuple[Reader, ...]:
         if engine.name == RULE or engine.model_fields is None or not installed(engine):
             continue
         try:
-            with pool_of(None, 1) as pool:
-                assert pool is not None
-                refuses, given, never = pool.submit(_seen, engine.name, str(file)).result()
-        except BrokenProcessPool:
+            with Workers(1) as workers:
+                refuses, given, never = workers.submit(_seen, engine.name, str(file)).result()
+        except BrokenExecutor:
             refuses, given, never = "its process ends", {}, ()
         found.append(
             Reader(engine.name, refuses) if refuses else compared(engine.name, wanted, given, never)

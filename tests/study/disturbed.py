@@ -16,9 +16,8 @@ from pathlib import Path
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.extra_runs import ExtraRun
-from plumbob.engines.study.results import Study
+from plumbob.engines.study.results import Study, TaskResult
 from plumbob.engines.study.store import FILE, load
-from plumbob.engines.study.unfinished import Piece
 from plumbob.models.scene import Scene
 
 SCENE = "linear-pendulum/overdamped"
@@ -27,17 +26,17 @@ STARVED = "mujoco/euler"  # the method for which `starved` leaves no memory
 METHODS = "ode/rk4,ode/leapfrog,mujoco/euler"
 ENDS = 2.0  # [s] after which an interrupted study has ended
 LOADED = 10.0  # times that on a machine with other work
-# Keeps a list of the pieces that were measured, to tell whether one was measured twice.
+# Keeps a list of the results that were measured, to tell whether one was measured twice.
 COUNTED = """
 import sys
-from plumbob.engines.study import unfinished
-usual = unfinished.Unfinished.keep_all
-def keep_all(self, pieces):
-    usual(self, pieces)
+from plumbob.engines.study.checkpoint import Checkpoint
+usual = Checkpoint.keep
+def keep(self, results):
+    usual(self, results)
     with open(log, "a", encoding="utf-8") as kept:
-        for key, (label, piece) in pieces.items():
-            kept.write(f"{'lost ' if piece.lost else ''}{key}\\n")
-unfinished.Unfinished.keep_all = keep_all
+        for key, result in results.items():
+            kept.write(f"{'lost ' if result.lost else ''}{key}\\n")
+Checkpoint.keep = keep
 from plumbob.__main__ import main
 if __name__ == "__main__":
     %s
@@ -61,7 +60,7 @@ def begun(out: Path, jobs: int, first: str = "") -> subprocess.Popen[str]:
 
 
 def logged(out: Path) -> list[str]:
-    """The pieces that were measured, in the order in which they were kept."""
+    """The results that were measured, in the order in which they were kept."""
     file = out / "log"
     return file.read_text("utf-8").splitlines() if file.exists() else []
 
@@ -73,7 +72,7 @@ def until(true: Callable[[], bool], process: subprocess.Popen[str]) -> None:
 
 
 def children(process: subprocess.Popen[str]) -> list[int]:
-    """The worker processes of a study: those of its group that work out pieces."""
+    """The worker processes of a study: those of its group that do tasks."""
     return [
         pid for pid in group(process.pid) if pid != process.pid and b"spawn_main" in _command(pid)
     ]
@@ -153,17 +152,23 @@ def run_to_its_end(out: Path, jobs: int, first: str = "") -> tuple[int, str]:
     return process.returncode, err
 
 
-def fatal(scene: Scene, method: Method, most: int, own: Sequence[ExtraRun]) -> Piece:
+def fatal(
+    scene: Scene, method: Method, most: int, own: Sequence[ExtraRun], seed: int
+) -> TaskResult:
     """The convergence study of a pair, for a worker; with one method it ends its process."""
     if method.name == FATAL:
         signal.raise_signal(signal.SIGKILL)
-    return Piece(convergence_study(scene, method, most), dict.fromkeys(own))
+    found = convergence_study(scene, method, most)
+    return TaskResult(found, dict.fromkeys(own), pair=(scene.name, method.name))
 
 
-def starved(scene: Scene, method: Method, most: int, own: Sequence[ExtraRun]) -> Piece:
+def starved(
+    scene: Scene, method: Method, most: int, own: Sequence[ExtraRun], seed: int
+) -> TaskResult:
     """The convergence study of a pair, for a worker; with one method its process may address no
     more than it does already."""
     if method.name == STARVED:
         pages = Path("/proc/self/statm").read_text("ascii").split()[0]
         resource.setrlimit(resource.RLIMIT_AS, (int(pages) * resource.getpagesize(),) * 2)
-    return Piece(convergence_study(scene, method, most), dict.fromkeys(own))
+    found = convergence_study(scene, method, most)
+    return TaskResult(found, dict.fromkeys(own), pair=(scene.name, method.name))

@@ -10,26 +10,24 @@ import time
 
 import pytest
 
-from plumbob.engines import workers
+from plumbob.engines.workers import Workers, interrupts_held
 
 
 def test_processes_never_see_an_interrupt() -> None:
-    with workers.pool_of(None, 1) as pool:
-        assert pool is not None
-        with workers.interrupts_held():
-            blocked = pool.submit(signal.pthread_sigmask, signal.SIG_BLOCK, ())
+    with Workers(1) as pool:
+        blocked = pool.submit(signal.pthread_sigmask, signal.SIG_BLOCK, ())
         assert signal.SIGINT in blocked.result()
         assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
 BEGINS = """
 import signal
-from plumbob.engines.workers import Work, Workers
-asked = {name: Work(signal.pthread_sigmask, (signal.SIG_BLOCK, ()), 60.0) for name in "ab"}
+from plumbob.engines.workers import Task, Workers
+tasks = [Task(name, signal.pthread_sigmask, (signal.SIG_BLOCK, ()), 60.0) for name in "ab"]
 with Workers(2) as workers:
     workers.begin(2, "signal")
-    take = lambda _: asked.popitem() if asked else None
-    workers.work_out(take, lambda _, held: print(signal.SIGINT in held), print)
+    for _, held in workers.results(tasks):
+        print(signal.SIGINT in held)
 print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ()))
 """
 
@@ -43,7 +41,7 @@ def test_nor_do_the_first_that_a_process_begins() -> None:
 
 
 def test_an_interrupt_that_comes_while_processes_begin_is_not_lost() -> None:
-    with pytest.raises(KeyboardInterrupt), workers.interrupts_held():
+    with pytest.raises(KeyboardInterrupt), interrupts_held():
         signal.raise_signal(signal.SIGINT)
 
 
@@ -55,7 +53,6 @@ def test_processes_end_with_what_began_them() -> None:
 
 
 def _interrupted_while_a_process_sleeps() -> None:
-    with workers.pool_of(None, 1) as pool:
-        assert pool is not None
+    with Workers(1) as pool:
         pool.submit(time.sleep, 3600.0)  # [s]: not waited for
         raise KeyboardInterrupt

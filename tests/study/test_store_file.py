@@ -42,7 +42,7 @@ def _with(statement: str) -> Callable[[Path, bytes], None]:
 
 def _foreign(file: Path, whole: bytes) -> None:
     with closing(sqlite3.connect(file)) as opened, opened:
-        opened.execute("create table run (id integer)")
+        opened.execute("create table result (id integer)")
 
 
 def _torn(file: Path, whole: bytes) -> None:
@@ -56,13 +56,19 @@ BAD: dict[str, tuple[Callable[[Path, bytes], object], str]] = {
     "older": (_with("pragma user_version = 3"), "an older one"),
     "newer": (_with("pragma user_version = 99"), "a newer one"),
     "trigger": (
-        _with("create trigger t after insert on run begin delete from run; end"),
+        _with("create trigger t after insert on result begin delete from result; end"),
         "the trigger 't'",
     ),
-    "view": (_with("drop table run; create view run as select * from extra"), "the view 'run'"),
+    "view": (
+        _with("drop table result; create view result as select * from study"),
+        "the view 'result'",
+    ),
     "other table": (_with("create table own (x)"), "the table 'own'"),
-    "other columns": (_with("drop table run; create table run (study, body)"), "the table 'run'"),
-    "a table less": (_with("drop table extra"), "the table 'extra' is missing"),
+    "other columns": (
+        _with("drop table result; create table result (study, body)"),
+        "the table 'result'",
+    ),
+    "a table less": (_with("drop table result"), "the table 'result' is missing"),
     "pipe": (lambda file, whole: os.mkfifo(file), "a regular file"),
     "folder": (lambda file, whole: file.mkdir(), "must be"),
 }
@@ -136,7 +142,7 @@ def test_a_reader_cannot_write(whole: bytes, tmp_path: Path) -> None:
         store_file.reading(file) as opened,
         pytest.raises(sqlite3.OperationalError, match="readonly"),
     ):
-        opened.execute("delete from run")
+        opened.execute("delete from result")
 
 
 def test_what_goes_wrong_while_a_store_is_open_is_not_laid_to_the_file(tmp_path: Path) -> None:
@@ -158,7 +164,7 @@ def test_a_transaction_that_was_cut_off_is_undone_for_a_reader(
         opened.execute("pragma cache_spill = 1")
         opened.execute("pragma cache_size = 1")
         opened.execute("begin immediate")
-        opened.execute("update run set body = body || zeroblob(300000)")
+        opened.execute("update result set body = body || zeroblob(300000)")
         os._exit(0)
     os.waitpid(child, 0)
     assert Path(f"{file}-journal").exists()

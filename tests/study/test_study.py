@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.method import Method, Stepping
+from plumbob.engines.method import Method
 from plumbob.engines.registry import method, methods
-from plumbob.engines.study import runner
 from plumbob.engines.study.convergence import (
     ConvergenceStudy,
     chosen_step_sizes,
@@ -23,8 +23,8 @@ from plumbob.engines.study.convergence import (
 from plumbob.engines.study.cost import ENOUGH, Cost
 from plumbob.engines.study.measurement import REFERENCE_STEP, floor, measure
 from plumbob.engines.study.results import Study
-from plumbob.engines.study.runner import run_study
-from plumbob.engines.workers import Workers
+from plumbob.engines.study.runner import most_steps, run_study
+from plumbob.engines.workers import Task, Workers
 from plumbob.models.registry import case_of, scene, scenes, system_of
 from plumbob.models.scene import Case, Scene
 
@@ -146,7 +146,7 @@ def test_every_pair_is_run_at_the_step_that_methods_are_compared_at(
 ) -> None:
     chosen = scene(name)
     how = method("mujoco/rk4+coulomb" if "capsule" in name else "ode/rk4")
-    found = convergence_study(chosen, how, runner.most_steps(chosen, "quick"))
+    found = convergence_study(chosen, how, most_steps(chosen, "quick"))
     steps = [m.step for m in found.measurements]
     assert REFERENCE_STEP in steps
     assert steps == sorted(steps, reverse=True)
@@ -179,20 +179,18 @@ def test_no_step_is_run_beside_those_that_are_asked_for() -> None:
     assert [m.step for m in asked.measurements] == [1e-4, 5e-5]
 
 
-def test_costs_are_measured_in_turns_of_scenes_that_one_worker_knows() -> None:
-    class Known(Workers):
-        def who(self, group: str) -> int | None:
-            return {"a": 2, "b": 1, "c": 2}.get(group)
+def test_costs_of_a_scene_are_measured_in_turns_by_the_worker_that_knows_it() -> None:
+    class Watched(Workers):
+        def results(self, tasks: Sequence[Task], *how: Any) -> Iterator[tuple[Task, Any]]:
+            asked.extend((task.group, task.arguments[0]) for task in tasks)
+            yield from super().results(tasks, *how)
 
-    timing = runner._Timing("", scene("cone-pendulum"), method("ode/rk4"), 1e-3, Stepping(1, 1.0))
-    timings = {(name, f"ode/{k}"): timing for name in "abcd" for k in range(runner.TOGETHER // 2)}
-    batches = runner._batches(timings, Known(2))
-    assert [dict.fromkeys(name for name, _ in batch) for batch in batches] == [
-        {"d": None}, {"b": None}, {"a": None, "c": None},
-    ]  # fmt: skip
-    assert {name for batch in batches for name in batch} == set(timings)
-    alone = runner._batches(timings, None)
-    assert [len(batch) for batch in alone] == [runner.TOGETHER, runner.TOGETHER]
+    asked: list[tuple[str, Any]] = []
+    chosen = [scene("cone-pendulum/deep-well"), scene("linear-pendulum/overdamped")]
+    with Watched(2) as workers:
+        study = run_study(chosen, methods("ode/euler,ode/rk4"), jobs=workers)
+    assert [(group, len(batch)) for group, batch in asked[-2:]] == [(c.name, 2) for c in chosen]
+    assert len(study.costs) == 4
 
 
 def test_an_engine_that_is_not_there_is_missing_and_nothing_else(

@@ -14,8 +14,9 @@ from pathlib import Path
 
 import pytest
 
-from plumbob.engines.study import runner, unfinished
-from plumbob.engines.study.unfinished import Piece
+from plumbob.engines.study import runner
+from plumbob.engines.study.checkpoint import Checkpoint
+from plumbob.engines.study.results import TaskResult
 from plumbob.reports.cli import main
 from plumbob.tests.study import disturbed
 
@@ -58,17 +59,17 @@ def _forked(out: Path, words: Sequence[str], limit: int = 0) -> tuple[int, str]:
 
 
 def _counting(monkeypatch: pytest.MonkeyPatch, out: Path, ends: int = 0, number: int = 0) -> None:
-    """Note each piece that is kept; at the piece of number `ends` comes the signal `number`."""
-    usual = unfinished.Unfinished.keep_all
+    """Note each result that is kept; at the one of number `ends` comes the signal `number`."""
+    usual = Checkpoint.keep
 
-    def keep_all(self: unfinished.Unfinished, pieces: Mapping[str, tuple[str, Piece]]) -> None:
+    def keep(self: Checkpoint, results: Mapping[str, TaskResult]) -> None:
         if number and len(disturbed.logged(out)) + 1 == ends:
             os.kill(os.getpid(), number)
-        usual(self, pieces)
+        usual(self, results)
         with (out / "log").open("a") as log:
-            log.writelines(f"{key}\n" for key in pieces)
+            log.writelines(f"{key}\n" for key in results)
 
-    monkeypatch.setattr(unfinished.Unfinished, "keep_all", keep_all)
+    monkeypatch.setattr(Checkpoint, "keep", keep)
 
 
 @pytest.mark.long(keep=1)
@@ -97,7 +98,7 @@ def test_a_study_goes_on_after_a_signal(
     assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
         disturbed.stored(undisturbed)
     )
-    assert [disturbed.rows(out, table) for table in ("study", "piece", "piece_extra")] == [1, 0, 0]
+    assert [disturbed.rows(out, table) for table in ("study", "result")] == [1, 9]
     assert (out / "index.html").read_text() != OLD
 
 
@@ -130,21 +131,17 @@ def test_workers_are_killed_then_the_parent_then_all_are_interrupted(
     )
 
 
-def test_two_processes_measure_one_study(
-    out: Path, undisturbed: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_second_process_waits_for_the_first(
+    out: Path, undisturbed: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    _counting(monkeypatch, out)
-    other = os.fork()
-    if not other:
-        code = 99
-        try:
-            code = main(disturbed.words(out, 1))
-        finally:
-            os._exit(code)
+    first = disturbed.begun(out, 1)
+    disturbed.until(lambda: len(disturbed.logged(out)) > 0, first)
+    assert first.poll() is None
     assert main(disturbed.words(out, 1)) == 0
-    assert os.waitstatus_to_exitcode(os.waitpid(other, 0)[1]) == 0
-    if disturbed.rows(out, "study") == 1:  # unless one began after the other had ended
-        assert set(Counter(disturbed.logged(out)).values()) == {1}
+    assert "waits for another process" in capsys.readouterr().err
+    assert disturbed.ended(first)[0] == ""
+    assert first.returncode == 0
+    assert disturbed.rows(out, "study") == 2
     assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
         disturbed.stored(undisturbed)
     )
@@ -176,7 +173,7 @@ def test_what_two_workers_die_of_is_named_and_tried_again(
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("limit", "said"),
-    [(50_000, "store = "), (120_000, "store = "), (2_000_000, "the study is stored: `plumbob re")],
+    [(30_000, "store = "), (90_000, "store = "), (2_000_000, "the study is stored: `plumbob re")],
 )
 def test_a_full_disk_loses_nothing(
     limit: int, said: str, out: Path, undisturbed: Path, capsys: pytest.CaptureFixture[str]

@@ -1,19 +1,23 @@
-"""A worker that dies, hangs or runs out of memory costs its piece; the others are worked out."""
+"""A worker that dies, hangs or runs out of memory costs its task; the others are worked out."""
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import signal
 import sys
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Mapping
+from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.workers import Work, Workers
+from plumbob.engines import workers as module
+from plumbob.engines.workers import Lost, Task, Workers, results
 
 FATAL: Mapping[str, tuple[Callable[..., Any], tuple[Any, ...], float, str]] = {
     "killed": (signal.raise_signal, (signal.SIGKILL,), 60.0, "ended by SIGKILL, 2 times"),
@@ -30,83 +34,93 @@ FATAL: Mapping[str, tuple[Callable[..., Any], tuple[Any, ...], float, str]] = {
 }
 
 
-def _worked_out(
-    given: dict[Hashable, Work], jobs: int = 1
-) -> tuple[dict[Any, Any], dict[Any, str]]:
-    waiting = dict(given)
-    found: dict[Any, Any] = {}
-    lost: dict[Any, str] = {}
+def _worked_out(tasks: list[Task], jobs: int = 1) -> tuple[dict[Any, Any], dict[Any, str]]:
     with Workers(jobs) as workers:
-        workers.work_out(
-            lambda _: waiting.popitem() if waiting else None, found.__setitem__, lost.__setitem__
-        )
-    return found, lost
+        found = {task.key: result for task, result in workers.results(tasks)}
+    lost = {key: result.why for key, result in found.items() if isinstance(result, Lost)}
+    return {key: result for key, result in found.items() if key not in lost}, lost
 
 
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("kind", FATAL)
-def test_a_fatal_piece_is_tried_once_more_and_given_up(kind: str) -> None:
+def test_a_fatal_task_is_tried_once_more_and_given_up(kind: str) -> None:
     do, arguments, limit, said = FATAL[kind]
     others = set(multiprocessing.active_children())
-    found, lost = _worked_out({1: Work(abs, (-1,), 60.0), 2: Work(do, arguments, limit),
-                               3: Work(abs, (-3,), 60.0)})  # fmt: skip
+    found, lost = _worked_out([Task(1, abs, (-1,), 60.0), Task(2, do, arguments, limit),
+                               Task(3, abs, (-3,), 60.0)])  # fmt: skip
     assert found == {1: 1, 3: 3}
     assert list(lost) == [2]
     assert said in lost[2]
     assert set(multiprocessing.active_children()) <= others
 
 
-def test_a_piece_that_is_fatal_once_is_worked_out(tmp_path: Path) -> None:
+def test_a_task_that_is_fatal_once_is_worked_out(tmp_path: Path) -> None:
     code = f"import os, signal\ntry: os.mkdir({str(tmp_path / 'tried')!r})\n"
     code += "except FileExistsError: pass\nelse: signal.raise_signal(signal.SIGKILL)"
-    assert _worked_out({1: Work(exec, (code,), 60.0)}) == ({1: None}, {})
+    assert _worked_out([Task(1, exec, (code,), 60.0)]) == ({1: None}, {})
 
 
-def test_the_next_piece_is_taken_and_given_before_the_last_one_is_done_with() -> None:
-    waiting, seen = [3, 2, 1], []
+def _cut_short() -> None:
+    """In a worker: begin an answer that is longer than a pipe holds, and end."""
+    import struct
 
-    def take(last: Hashable | None) -> tuple[Hashable, Work] | None:
-        return (waiting[-1], Work(abs, (-waiting.pop(),), 60.0)) if waiting else None
+    (pipe,) = (f for f in gc.get_objects() if isinstance(f, Connection))
+    os.write(pipe.fileno(), struct.pack("!i", 10**6) + bytes(1000))
+    signal.raise_signal(signal.SIGKILL)
 
+
+def test_a_worker_that_is_killed_in_the_middle_of_an_answer_costs_its_task() -> None:
+    found, lost = _worked_out([Task(1, _cut_short, (), 60.0), Task(2, abs, (-2,), 60.0)])
+    assert found == {2: 2}
+    assert "ended by SIGKILL, 2 times" in lost[1]
+
+
+def test_workers_that_are_killed_while_they_load_cost_nothing() -> None:
+    with Workers(2) as workers:
+        workers.begin(2)
+        for child in multiprocessing.active_children()[:1]:
+            child.kill()
+        tasks = [Task(number, abs, (-number,), 60.0) for number in range(4)]
+        assert {task.key: result for task, result in workers.results(tasks)} == {
+            number: number for number in range(4)
+        }
+
+
+def test_a_worker_has_its_next_task_before_the_last_result_is_handed_over() -> None:
+    begun: list[Any] = []
+    tasks = [Task(number, abs, (-number,), 60.0) for number in (1, 2, 3)]
     with Workers(1) as workers:
-        workers.work_out(take, lambda key, _: seen.append((key, len(waiting))), lambda *_: None)
-        assert seen == [(1, 1), (2, 0), (3, 0)]
+        seen = [
+            (task.key, len(begun))
+            for task, _ in workers.results(tasks, lambda task: begun.append(task.key))
+        ]
+        assert seen == [(1, 2), (2, 3), (3, 3)]
         assert len(multiprocessing.active_children()) > 0  # for what comes after
 
 
-def test_pieces_one_after_the_other_are_for_the_worker_that_knows_their_group() -> None:
-    found: dict[Any, Any] = {}
-
-    def take_from(given: dict[Hashable, Work]) -> Callable[..., tuple[Hashable, Work] | None]:
-        return lambda _: (key := next(iter(given)), given.pop(key)) if given else None
-
-    def work_out(given: dict[Hashable, Work], count: int | None) -> None:
-        workers.work_out(take_from(given), found.__setitem__, lambda *_: None, count)
+def test_tasks_are_for_the_worker_that_knows_their_group() -> None:
+    def pids(workers: Workers, names: str) -> dict[Any, int]:
+        tasks = [Task((name, k), os.getpid, (), 60.0, name) for k, name in enumerate(names)]
+        return {task.key: pid for task, pid in workers.results(tasks)}
 
     with Workers(2) as workers:
-        work_out({name: Work(os.getpid, (), 60.0, name) for name in "ab"}, None)
-        assert found["a"] != found["b"]
-        assert {workers.who(name) for name in "ab"} == {1, 2}
-        assert workers.who("c") is workers.who("") is None
-        again = [("b", 1), ("a", 2), ("b", 3), ("a", 4), ("a", 5)]
-        work_out({key: Work(os.getpid, (), 60.0, key[0]) for key in again}, 1)
-        assert [found[key] for key in again] == [found[name] for name, _ in again]
-        os.kill(found["b"], signal.SIGKILL)
-        while workers.who("b") is not None:  # until the system has ended it
-            pass
-        work_out({("b", 6): Work(os.getpid, (), 60.0, "b")}, 1)
-        assert found["b", 6] != found["b"]
+        first = pids(workers, "ab")
+        assert first["a", 0] != first["b", 1]
+        for name in "baba":
+            assert {*pids(workers, name).values()} == {first[name, "ab".index(name)]}
+        os.kill(first["b", 1], signal.SIGKILL)
+        assert pids(workers, "b")["b", 0] != first["b", 1]
 
 
-def test_a_piece_taken_for_a_busy_worker_is_done_by_an_idle_one(tmp_path: Path) -> None:
+def test_no_worker_is_idle_while_another_is_busy(tmp_path: Path) -> None:
     file = str(tmp_path / "there")
     waits = f"import os, time\nwhile not os.path.exists({file!r}): time.sleep(0.01)"
-    given: dict[Hashable, Work] = {
-        3: Work(exec, (f"open({file!r}, 'w').close()",), 60.0),
-        2: Work(abs, (-2,), 60.0),
-        1: Work(exec, (waits,), 60.0),
-    }
-    assert _worked_out(given, jobs=2) == ({1: None, 2: 2, 3: None}, {})
+    tasks = [
+        Task(1, exec, (waits,), 60.0, "a"),
+        Task(2, abs, (-2,), 60.0, "a"),
+        Task(3, exec, (f"open({file!r}, 'w').close()",), 60.0, "a"),
+    ]
+    assert _worked_out(tasks, jobs=2) == ({1: None, 2: 2, 3: None}, {})
 
 
 def test_workers_that_begin_early_do_the_work_then() -> None:
@@ -115,23 +129,35 @@ def test_workers_that_begin_early_do_the_work_then() -> None:
         workers.begin(5, "json")
         early = set(multiprocessing.active_children()) - others
         assert len(early) == 2
-        waiting = [Work(os.getpid, (), 60.0) for _ in range(4)]
-        found: dict[Hashable, int] = {}
-        workers.work_out(
-            lambda _: (len(waiting), waiting.pop()) if waiting else None,
-            found.__setitem__, lambda *_: None,
-        )  # fmt: skip
-        assert set(found.values()) <= {process.pid for process in early}
+        tasks = [Task(number, os.getpid, (), 60.0) for number in range(4)]
+        found = {pid for _, pid in workers.results(tasks)}
+        assert found <= {process.pid for process in early}
 
 
-def test_what_a_piece_raises_is_raised_and_ends_the_others() -> None:
+def test_workers_are_an_executor() -> None:
+    with Workers(2) as workers:
+        futures = [workers.submit(abs, number) for number in (-1, -2, -3)]
+        assert [future.result() for future in futures] == [1, 2, 3]
+        assert isinstance(workers.submit(signal.raise_signal, 9).exception(), BrokenExecutor)
+
+
+def test_another_executor_has_few_tasks_at_a_time() -> None:
+    begun: list[Any] = []
+    tasks = [Task(number, abs, (-number,), 60.0) for number in range(100)]
+    with ThreadPoolExecutor(1) as executor:
+        for task, result in results(tasks, executor, lambda task: begun.append(task.key), 2):
+            assert result == task.key
+            assert len(begun) <= int(str(task.key)) + 2 + 2 * module.AHEAD
+
+
+def test_what_a_task_raises_is_raised_and_ends_the_others() -> None:
     others = set(multiprocessing.active_children())
-    given: dict[Hashable, Work] = {
-        1: Work(signal.pause, (), 60.0),
-        2: Work(exec, ("raise LookupError('of a piece')",), 60.0),
-    }
-    with pytest.raises(LookupError, match="of a piece") as raised:
-        _worked_out(given, jobs=2)
+    tasks = [
+        Task(1, signal.pause, (), 60.0),
+        Task(2, exec, ("raise LookupError('of a task')",), 60.0),
+    ]
+    with pytest.raises(LookupError, match="of a task") as raised:
+        _worked_out(tasks, jobs=2)
     assert "in a worker process" in str(raised.value.__cause__)
     assert set(multiprocessing.active_children()) <= others
 
@@ -139,19 +165,25 @@ def test_what_a_piece_raises_is_raised_and_ends_the_others() -> None:
 def test_bad_input_comes_back_as_what_it_is() -> None:
     code = "from plumbob.analytic.parameters import positive\npositive('length', -1.0)"
     with pytest.raises(ParameterError, match=r"length = -1\.0: must be greater than 0"):
-        _worked_out({1: Work(exec, (code,), 60.0)})
+        _worked_out([Task(1, exec, (code,), 60.0)])
+
+
+def test_an_error_that_cannot_be_sent_comes_back_as_text() -> None:
+    code = "class Own(Exception): pass\nraise Own('of its own')"
+    with pytest.raises(RuntimeError, match="Own: of its own"):
+        _worked_out([Task(1, exec, (code, {"__name__": "nowhere"}), 60.0)])
 
 
 def test_a_machine_that_starts_no_process_is_one_line() -> None:
     multiprocessing.set_executable("/bin/false")
     try:
         with pytest.raises(ParameterError, match=r"jobs = 1: .*exit code 1"):
-            _worked_out({1: Work(abs, (-1,), 60.0)})
+            _worked_out([Task(1, abs, (-1,), 60.0)])
     finally:
         multiprocessing.set_executable(sys.executable)
 
 
 def test_workers_never_see_an_interrupt() -> None:
-    found, _ = _worked_out({1: Work(signal.pthread_sigmask, (signal.SIG_BLOCK, ()), 60.0)})
+    found, _ = _worked_out([Task(1, signal.pthread_sigmask, (signal.SIG_BLOCK, ()), 60.0)])
     assert signal.SIGINT in found[1]
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())

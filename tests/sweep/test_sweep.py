@@ -67,8 +67,8 @@ def test_two_processes_give_the_same_to_the_bit() -> None:
 
 def test_a_sweep_that_was_cut_off_goes_on(tmp_path: Path) -> None:
     asked, file, made = small(), tmp_path / store.FILE, []
-    store.begun(file, asked, "")
-    with store.keeping(file, asked) as keep:
+    with store.keeping(file, asked) as (nothing, keep):
+        assert nothing == {}
 
         def cut(number: int, chunk: Chunk) -> None:
             keep(number, chunk)
@@ -76,12 +76,13 @@ def test_a_sweep_that_was_cut_off_goes_on(tmp_path: Path) -> None:
 
         with pytest.raises(KeyboardInterrupt):
             sweep(asked, {}, cut)
-    there = store.begun(file, asked, "")
-    assert list(there) == [0]
+    with store.keeping(file, asked) as (there, _):
+        assert list(there) == [0]
     found = sweep(asked, there, lambda number, chunk: made.append(number))
     assert made == [1, 2]
     assert np.array_equal(found.errors, sweep(asked, {}, forgotten).errors, equal_nan=True)
-    assert store.begun(file, small(2e-3), "") == {}  # another step is another sweep
+    with store.keeping(file, small(2e-3)) as (other, _):
+        assert other == {}  # another step is another sweep
 
 
 @pytest.mark.parametrize("kind", ["text", "another program's", "a trigger", "a folder"])
@@ -95,15 +96,17 @@ def test_a_foreign_file_is_left_alone(kind: str, tmp_path: Path) -> None:
         file.write_text("not a database, and longer than a header of a hundred bytes " * 3)
     else:
         if kind == "a trigger":
-            store.begun(file, small(), "")
+            store.keeping(file, small()).__enter__()
         with sqlite3.connect(file) as other:
             other.execute("create table other (x)")
             if kind == "a trigger":
-                other.execute("create trigger t after insert on chunk begin delete from chunk; end")
+                other.execute(
+                    "create trigger t after insert on result begin delete from result; end"
+                )
         other.close()
     before = file.read_bytes() if file.is_file() else b""
-    with pytest.raises(ParameterError, match="a file of sweeps"):
-        store.begun(file, small(), "")
+    with pytest.raises(ParameterError, match="a file of stored results"):
+        store.keeping(file, small()).__enter__()
     assert (file.read_bytes() if file.is_file() else b"") == before
 
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 
 import os
 import pickle
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from plumbob.engines.method import Method
+from plumbob.engines.study.checkpoint import Unkept
 from plumbob.engines.study.convergence import SEED, ConvergenceStudy
-from plumbob.engines.study.runner import Profile, _convergence_task
-from plumbob.engines.study.unfinished import Piece, Unkept
+from plumbob.engines.study.results import TaskResult
+from plumbob.engines.study.runner import Profile, convergence_task
 from plumbob.models.scene import Scene
 
 
@@ -23,26 +24,27 @@ class Shared(Unkept):
 
     folder: Path
 
-    def there(self, keys: Sequence[str]) -> dict[str, Piece]:
-        """Those of the pieces that are there."""
+    def there(self, keys: Sequence[str]) -> dict[str, TaskResult]:
+        """Those of the results that are there."""
         files = {key: self.folder / key for key in keys}
         return {k: pickle.loads(file.read_bytes()) for k, file in files.items() if file.exists()}
 
-    def keep(self, key: str, piece: Piece) -> None:
-        """Keep a convergence study; a file of its name is whole."""
-        if piece.convergence is not None and not piece.extras:
-            part = self.folder / f"{key}.{os.getpid()}"
-            part.write_bytes(pickle.dumps(piece))
-            part.replace(self.folder / key)
+    def keep(self, results: Mapping[str, TaskResult]) -> None:
+        """Keep convergence studies; a file of its name is whole."""
+        for key, result in results.items():
+            if result.convergence is not None and not result.extras:
+                part = self.folder / f"{key}.{os.getpid()}"
+                part.write_bytes(pickle.dumps(result))
+                part.replace(self.folder / key)
 
     def convergence(
         self, scene: Scene, method: Method, profile: Profile, seed: int = SEED
     ) -> ConvergenceStudy:
         """The convergence study of a pair, as `run_study` measures it."""
-        task = _convergence_task(scene, method, profile, (), seed)
-        piece = self.there([task.key]).get(task.key)
-        if piece is None:
-            piece = task.do(*task.arguments)
-            self.keep(task.key, piece)
-        assert piece.convergence is not None
-        return piece.convergence
+        task = convergence_task(scene, method, profile, (), seed)
+        result = self.there([task.key]).get(task.key)
+        if result is None:
+            result = task.do(*task.arguments)
+            self.keep({task.key: result})
+        assert result.convergence is not None
+        return result.convergence

@@ -11,11 +11,11 @@ from plumbob.analytic.errors.theory import no_theory
 from plumbob.engines.method import Method, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
+from plumbob.engines.study.checkpoint import Unkept
 from plumbob.engines.study.cost import Key
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
-from plumbob.engines.study.unfinished import Pieces
 from plumbob.models.registry import case_of, scenes
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.advice import Known, Question, advise
@@ -65,7 +65,7 @@ def held(
     wanted: float,
     methods: Sequence[Method],
     known: dict[str, Known],
-    kept: Pieces | None = None,
+    kept: Unkept | None = None,
 ) -> Held:
     """Ask, and hold the answer against fresh runs; `known` keeps convergence studies alone, and
     `kept` has the errors of some."""

@@ -155,6 +155,8 @@ def _between(turns: list[Turn], circle: Circle, wanted: float) -> tuple[float, c
 def _survey(track: Track, style: Style, circle: Circle) -> list[Turn]:
     """A few turns between a small one and the one that turns the body most. Raises ParameterError,
     naming the acceleration, where they don't turn it the more the larger they are."""
+    if not SMALLEST * circle.longest > 0.0:
+        raise ParameterError("stroke", track.limits.stroke, "large enough for a turn")
     swings = circle.sense * np.geomspace(SMALLEST * circle.longest, circle.longest, SURVEYED)
     turns = [computed_turn(track, style, circle.first, float(swing)) for swing in swings]
     gains = [0.0, *(circle.gained(turn.heading) for turn in turns)]

@@ -120,7 +120,7 @@ def jobs(chosen: argparse.Namespace) -> int:
 
 @contextmanager
 def workers(chosen: argparse.Namespace) -> Iterator[tuple[Executor | None, int]]:
-    """What runs pieces of work: a cluster's executor or none, and how many at a time; raises
+    """What runs tasks: a cluster's executor or none, and how many at a time; raises
     ParameterError."""
     here = jobs(chosen)
     if chosen.scheduler is None:

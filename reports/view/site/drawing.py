@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pickle
 import tempfile
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 
 from plumbob.engines.study.results import Study
-from plumbob.engines.workers import Work, Workers, workers_of
+from plumbob.engines.workers import Lost, Task, Workers, workers_of
 from plumbob.models.registry import find_system
 from plumbob.models.scene import Scene, System
 from plumbob.reports.judge.sensitivity import parameters_of
@@ -62,26 +62,17 @@ def _side_by_side(
     without those whose process died, which another process is to draw."""
     first = [in_order(study, system)[0] for system in systems]
     rest = [scene for scene in study.scenes if scene not in first]
-    waiting = [*_longest_first(first), *_longest_first(rest)]
     views: dict[str, Part] = {}
-
-    def done(name: Hashable, part: Part) -> None:
-        views[str(name)] = part
-
     with tempfile.TemporaryDirectory(prefix="plumbob-") as folder:
         file = Path(folder) / "study.pickle"
         file.write_bytes(pickle.dumps((study, found, section), pickle.HIGHEST_PROTOCOL))
-
-        def take(last: Hashable | None) -> tuple[Hashable, Work] | None:
-            if not waiting:
-                return None
-            of = str(last).partition("/")[0]
-            same = (scene for scene in waiting if scene.system == of and scene not in first)
-            scene = waiting[0] if waiting[0] in first else next(same, waiting[0])
-            waiting.remove(scene)
-            return scene.name, Work(_part, (str(file), scene.name, scene in first), LIMIT)
-
-        workers.work_out(take, done, lambda name, why: None)
+        tasks = [
+            Task(scene.name, _part, (str(file), scene.name, scene in first), LIMIT, scene.system)
+            for scene in (*_longest_first(first), *_longest_first(rest))
+        ]
+        for task, part in workers.results(tasks):
+            if not isinstance(part, Lost):
+                views[task.key] = part
     return views
 
 

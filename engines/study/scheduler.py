@@ -1,0 +1,70 @@
+"""Works out the tasks of a study: results that are kept are taken, others measured and kept."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+from typing import Any
+
+from plumbob.engines.study.checkpoint import Unkept
+from plumbob.engines.study.results import TaskResult
+from plumbob.engines.workers import Lost, Task, results
+
+Progress = Callable[[str, int, int], None]  # what is being done, how many are done, of how many
+PREDICTED = 3e-5  # [s] of a unit of work, the most that a quick run took
+GENEROUS = 100.0  # times that, and at least:
+LEAST = 300.0  # [s], before a task hangs
+
+
+def study_task(
+    label: str,
+    key: str,
+    group: str,
+    work: float,
+    do: Callable[..., TaskResult],
+    arguments: tuple[Any, ...],
+    instead: TaskResult,
+) -> Task:
+    """A task that takes roughly as long as `work` steps of a pendulum."""
+    limit = LEAST + GENEROUS * PREDICTED * work
+    return Task(key, _timed, (do, arguments), limit, group, label, instead)
+
+
+def _timed(do: Callable[..., TaskResult], arguments: tuple[Any, ...]) -> TaskResult:
+    """The result of a task, with the time [s] that it took."""
+    begin = time.perf_counter()
+    return replace(do(*arguments), seconds=time.perf_counter() - begin)
+
+
+def worked_out(
+    tasks: Sequence[Task],
+    kept: Unkept,
+    executor: Executor | None,
+    progress: Progress,
+    count: int = 1,
+) -> dict[str, TaskResult]:
+    """The results of tasks by their keys, in this order."""
+    found = kept.there([task.key for task in tasks])
+    missing = _in_order([task for task in tasks if task.key not in found])
+
+    def begun(task: Task) -> None:
+        progress(task.label, len(found), len(tasks))
+
+    for task, result in results(missing, executor, begun, count):
+        if why := result.why if isinstance(result, Lost) else result.lost:
+            result = task.instead.given_up(task.label, why)
+        found[task.key] = result
+        kept.keep({task.key: result})
+    return {task.key: found[task.key] for task in tasks}
+
+
+def _in_order(tasks: Sequence[Task]) -> list[Task]:
+    """Groups one after the other, the long ones first, so that nobody is left with one at the
+    end."""
+    work = defaultdict[str, float](float)
+    for task in tasks:
+        work[task.group] += task.limit - LEAST
+    return sorted(tasks, key=lambda task: (-work[task.group], task.group, -task.limit))

@@ -1,0 +1,162 @@
+"""Results of an unfinished study: known by what defines them, kept when its process ends."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sqlite3
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.registry import method, methods
+from plumbob.engines.study import checkpoint, provenance
+from plumbob.engines.study.checkpoint import key_of, measured_into
+from plumbob.engines.study.provenance import versions_of
+from plumbob.engines.study.results import Study, TaskResult
+from plumbob.engines.study.store import FILE, history, load
+from plumbob.models.registry import scene
+
+SCENE = "linear-pendulum/overdamped"
+
+
+def test_a_key_follows_from_all_that_defines_a_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    one, rk4 = scene(SCENE), method("ode/rk4")
+
+    def key(**changed: object) -> str:
+        given = {"scene": one, "method": rk4, "most": 1000, **changed}
+        return key_of(*given.values(), versions_of(rk4))
+
+    monkeypatch.setattr(provenance, "_version", partial(_changed, ""))
+    same = key()
+    assert key() == same
+    (name, value), *_ = one.parameters.items()
+    others = {
+        "parameter": key(scene=replace(one, parameters={**one.parameters, name: 1.000001 * value})),
+        "steps": key(scene=replace(one, steps=one.steps[1:])),
+        "settings": key(method=replace(rk4, settings={"other": 1})),
+        "most steps": key(most=1001),
+    }
+    for package in ("plumbob", "scipy", "numpy"):
+        with monkeypatch.context() as patched:
+            patched.setattr(provenance, "_version", partial(_changed, package))
+            others[package] = key()
+    monkeypatch.setattr(checkpoint, "_source", lambda: "another file of plumbob")
+    others["source"] = key()
+    assert len({same, *others.values()}) == 1 + len(others)
+
+
+def _changed(package: str, named: str) -> str:
+    return "another" if named == package else "1.0"
+
+
+OTHERS = ("mujoco", "mujoco"), ("pymunk", "pymunk"), ("pinocchio", "pin"), ("mjx", "jax")
+
+
+@pytest.mark.parametrize(("engine", "package"), OTHERS)
+def test_the_version_of_an_engine_is_known(
+    engine: str, package: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(provenance, "_version", lambda named: f"version of {named}")
+    assert versions_of(methods(engine)[0])[package] == f"version of {package}"
+
+
+@contextmanager
+def _in_another_process(do: Callable[[], None]) -> Iterator[int]:
+    """A process that does something, and then waits to be ended; it ends with the context."""
+    ours, theirs = os.pipe()
+    child = os.fork()
+    if not child:
+        try:
+            do()
+        finally:
+            os.write(theirs, b".")
+            signal.pause()
+            os._exit(0)
+    os.read(ours, 1)
+    os.close(ours)
+    os.close(theirs)
+    try:
+        yield child
+    finally:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+
+
+def test_one_process_measures_into_a_folder_until_it_ends(tmp_path: Path) -> None:
+    held = ExitStack()
+
+    def begin() -> None:
+        kept = held.enter_context(measured_into(tmp_path / FILE))
+        kept.begin("a plan", ["one", "two"])
+        kept.keep({"one": TaskResult(seconds=3.0, reference_step=1.0)})
+
+    notes: list[str] = []
+
+    def note(what: str) -> None:
+        if not notes:  # in the middle of what it does
+            os.kill(child, signal.SIGKILL)
+        notes.append(what)
+
+    with (
+        _in_another_process(begin) as child,
+        measured_into(tmp_path / FILE, note=note) as kept,
+    ):
+        assert notes == ["waits for another process, which measures into the same folder"]
+        assert kept.begin("a plan", ["one", "two"])
+        assert notes[1:] == ["goes on: 1 of 2 results are there"]
+        assert kept.there(["one", "two", "three"]) == {
+            "one": TaskResult(seconds=3.0, reference_step=1.0)
+        }
+    assert {file.name for file in tmp_path.iterdir()} == {FILE}
+
+
+def test_a_result_that_was_given_up_is_open_again(tmp_path: Path) -> None:
+    lost = TaskResult().given_up("the first", "no memory")
+    with measured_into(tmp_path / FILE) as kept:
+        kept.begin("a plan", ["one"])
+        kept.keep({"one": lost})
+        kept.complete(Study("quick", (), ()), {"one": lost})
+        assert kept.given_up == ("the first: no memory",)
+        number = kept.number
+    assert load(tmp_path / FILE) is not None
+    with measured_into(tmp_path / FILE) as kept:
+        assert kept.begin("a plan", ["one"])
+        assert kept.there(["one"]) == {}
+        kept.keep({"one": TaskResult()})
+        kept.complete(Study("quick", (), ()), {"one": TaskResult()})
+        assert (kept.number, kept.given_up) == (number, ())
+    with measured_into(tmp_path / FILE) as kept:
+        assert not kept.begin("a plan", ["one"])
+
+
+@pytest.mark.parametrize("damage", ["update result set body = '{'", "update result set key = 2"])
+def test_a_result_that_is_not_as_it_was_stored_is_one_line(damage: str, tmp_path: Path) -> None:
+    with measured_into(tmp_path / FILE) as kept:
+        kept.begin("a plan", ["one"])
+        kept.keep({"one": TaskResult()})
+    with closing(sqlite3.connect(tmp_path / FILE)) as opened, opened:
+        opened.execute(damage)
+    refused = pytest.raises(ParameterError, match=f"{FILE}': must be a file of stored results")
+    with refused, measured_into(tmp_path / FILE) as kept:
+        kept.begin("a plan", ["one", "2"])
+
+
+def test_a_fresh_study_leaves_what_is_complete(tmp_path: Path) -> None:
+    for fresh, there in ((False, False), (False, True), (True, False), (False, True)):
+        with measured_into(tmp_path / FILE, fresh) as kept:
+            assert kept.begin("a plan", ["one"]) is there
+            assert set(kept.there(["one"])) == ({"one"} if there else set())
+            kept.keep({"one": TaskResult()})
+    with measured_into(tmp_path / FILE) as kept:
+        kept.begin("a plan", ["one"])
+        lost = TaskResult().given_up("the first", "no memory")
+        kept.complete(Study("quick", (), ()), {"one": lost})
+    with measured_into(tmp_path / FILE, fresh=True) as kept:
+        assert not kept.begin("a plan", ["one"])
+    assert list(history(tmp_path / FILE)) == [kept.number - 1]
