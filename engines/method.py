@@ -12,7 +12,7 @@ from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.trajectory import Stepping as Stepping
 from plumbob.engines.trajectory import Timed, Trajectory
-from plumbob.models.registry import system_called
+from plumbob.models.registry import added_system, find_system
 from plumbob.models.scene import Case, Scene
 
 if TYPE_CHECKING:  # what an engine takes of a user's own model
@@ -82,12 +82,12 @@ def meant(method: Method, scene: Scene) -> bool:
         return False
     if any(fnmatchcase(name, pattern) for pattern in named for name in names):
         return True
-    system = system_called(scene.system)
-    if system is not None and system.distribution and method.engine not in system.builders:
+    added = added_system(scene.system)
+    if added is not None and method.engine not in added.builders:
         return False
     if not method.kinds:
         return not named
-    return system is not None and system.kind in method.kinds
+    return (scene.kind or find_system(scene.system).kind) in method.kinds
 
 
 class Simulation(Timed, Protocol):

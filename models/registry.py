@@ -26,7 +26,12 @@ def built_in() -> Mapping[str, System]:
     folders = pkgutil.iter_modules([str(Path(__file__).parent)])
     modules = [import_module(f"plumbob.models.{f.name}") for f in folders if f.ispkg]
     found = [system for module in modules for system in getattr(module, "SYSTEMS", ())]
-    return {system.name: system for system in sorted(found, key=lambda system: system.name)}
+    return {s.name: _of_its_kind(s) for s in sorted(found, key=lambda system: system.name)}
+
+
+def _of_its_kind(system: System) -> System:
+    """A system whose scenes say its kind."""
+    return replace(system, scenes=tuple(replace(s, kind=system.kind) for s in system.scenes))
 
 
 @cache
@@ -75,7 +80,8 @@ def _usable(name: str) -> System | None:
     if added is None or added.reason:
         return None
     system: System = added.found
-    return replace(system, distribution=added.distribution, kind=system.kind or ONE_SMOOTH)
+    kind = system.kind or ONE_SMOOTH
+    return _of_its_kind(replace(system, distribution=added.distribution, kind=kind))
 
 
 def _addition(name: str) -> entry_points.Addition | None:

@@ -57,6 +57,7 @@ class Scene:
     source: str
     profile: Literal["quick", "full"] = "full"  # the smallest profile that runs it
     hard: str = ""  # what makes it hard, where it is there for that
+    kind: str = ""  # of its system, which the registry takes over: to know it loads no system
 
     def __getstate__(self) -> dict[str, Any]:
         """State without the read-only view of a dict, which cannot be pickled."""

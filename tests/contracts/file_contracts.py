@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import ast
 import re
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
 from plumbob.tests.contracts.tree import LAYERS, files, python
 
-MOST_LINES = 401  # one whole idea: 100 to 400
-FEW_LINES = 50
-MOST_SHORT_FILES = 15
-MOST_FILES = 15  # in a folder: it reads as a table of contents
+MOST_LINES, MOST_NAMES = 60, 15  # of a function: it fits a screen, and one remembers its names
+LONG, TANGLED = 21, 119  # functions that are longer, or have more, today: to become none, and 20
 TOP_LEVEL = {
     *LAYERS,
     "tests",
@@ -39,27 +36,21 @@ def strangers(root: Path) -> list[str]:
     return sorted({path.parts[0] for path in files(root)} - TOP_LEVEL - DOT_FILES)
 
 
-def long_files(root: Path) -> list[str]:
-    """Python files of more than 400 lines."""
-    counts = {path: len((root / path).read_text("utf-8").splitlines()) for path, _ in python(root)}
-    return [f"{path}: {lines} lines" for path, lines in counts.items() if lines >= MOST_LINES]
-
-
-def short_files(root: Path) -> list[str]:
-    """Python files of the package under 50 lines, `__init__`s aside, where there are more than 15
-    of them: one idea is not split over several files."""
-    short = []
-    for path, _ in python(root):
-        if path.parts[0] in LAYERS and path.name != "__init__.py":
-            lines = len((root / path).read_text("utf-8").splitlines())
-            short += [f"{path}: {lines} lines"] if lines < FEW_LINES else []
-    return short if len(short) > MOST_SHORT_FILES else []
-
-
-def crowded_folders(root: Path) -> list[str]:
-    """Folders of more than 15 Python files, `__init__` aside."""
-    counts = Counter(path.parent for path, _ in python(root) if path.name != "__init__.py")
-    return [f"{path}: {count} files" for path, count in counts.items() if count > MOST_FILES]
+def long_functions(root: Path) -> list[str]:
+    """Functions of more than 60 lines, or with more than 15 names of their own, where there are
+    more of them than there were."""
+    long, tangled = [], []
+    for path, module in python(root):
+        if path.parts[0] not in LAYERS:
+            continue
+        for node in ast.walk(module):
+            if isinstance(node, ast.FunctionDef):
+                where = f"{path}:{node.lineno} {node.name}"
+                long += [where] if (node.end_lineno or 0) - node.lineno >= MOST_LINES else []
+                stored = (n for n in ast.walk(node) if isinstance(n, ast.Name))
+                names = {n.id for n in stored if isinstance(n.ctx, ast.Store)}
+                tangled += [where] if len(names) > MOST_NAMES else []
+    return [*(long if len(long) > LONG else []), *(tangled if len(tangled) > TANGLED else [])]
 
 
 def silent_files(root: Path) -> list[str]:

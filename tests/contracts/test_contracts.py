@@ -29,6 +29,13 @@ GOOD = {
     "reports/cli.py": '"""Commands of it."""\ndef main():\n    import plumbob.reports.view.page\n',
 }
 STATE = '"""Keeps a register."""\n'
+SIXTEEN = "".join(f"    x{number} = 0\n" for number in range(16))
+
+
+def functions(count: int, body: str) -> str:
+    """A file of so many functions with this body."""
+    return "".join(f"def f{number}():\n{body}" for number in range(count))
+
 
 # contract, and the smallest changes to a good tree that break it
 BROKEN: tuple[tuple[Contract, Mapping[str, str]], ...] = (
@@ -100,15 +107,8 @@ BROKEN: tuple[tuple[Contract, Mapping[str, str]], ...] = (
     (import_contracts.heavy_when_imported, {"reports/cli.py": "raise RuntimeError\n"}),
     (file_contracts.strangers, {"scripts/run.sh": "true\n"}),
     (file_contracts.strangers, {"setup.py": "0\n"}),
-    (file_contracts.long_files, {"analytic/cone.py": '"""What a cone weighs."""\n' + 400 * "0\n"}),
-    (
-        file_contracts.short_files,
-        {f"engines/part_{number}.py": '"""A part of it."""\n' for number in range(16)},
-    ),
-    (
-        file_contracts.crowded_folders,
-        {f"tests/test_{number}.py": '"""A part of it."""\n' for number in range(16)},
-    ),
+    (file_contracts.long_functions, {"analytic/cone.py": functions(22, 60 * "    x = 0\n")}),
+    (file_contracts.long_functions, {"analytic/cone.py": functions(120, SIXTEEN)}),
     (file_contracts.silent_files, {"analytic/cone.py": "NAMES = ()\n"}),
     (file_contracts.silent_files, {"analytic/cone.py": '"""Cone."""\nNAMES = ()\n'}),
     (file_contracts.silent_files, {"analytic/cone.py": '# why\n"""What a cone weighs."""\n'}),
