@@ -6,44 +6,40 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.engines import method as module
 from plumbob.engines import registry
 from plumbob.engines.method import Method, meant
-from plumbob.models.registry import built_in, find_system, scene
+from plumbob.models.registry import built_in, scene
 from plumbob.models.scene import FREE_ROTATION, ON_SUPPORTS, ONE_SMOOTH, SMOOTH
 
 OURS = [method for engine in registry.built_in().values() for method in engine.methods]
 
 
-def for_kind(kind: str, name: str, patch: pytest.MonkeyPatch) -> set[str]:
+def for_kind(kind: str, name: str) -> set[str]:
     """Names of the methods of plumbob's own that a new system of this kind and name is for."""
-    like = scene("simple-pendulum/free-large")
-    system = replace(find_system("simple-pendulum"), name=name, kind=kind)
-    patch.setattr(module, "system_called", lambda asked: system)
-    return {method.name for method in OURS if meant(method, replace(like, name=f"{name}/free"))}
+    new = replace(scene("simple-pendulum/free-large"), name=f"{name}/free", kind=kind)
+    return {method.name for method in OURS if meant(method, new)}
 
 
 @pytest.mark.parametrize("name", ["double-pendulum", "capsule-flight", "new"])
-def test_a_new_kind_is_nobodys(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert not for_kind("a new kind", name, monkeypatch)
+def test_a_new_kind_is_nobodys(name: str) -> None:
+    assert not for_kind("a new kind", name)
 
 
-def test_several_degrees_of_freedom_are_for_mujoco(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = for_kind(SMOOTH, "double-pendulum", monkeypatch)
+def test_several_degrees_of_freedom_are_for_mujoco() -> None:
+    found = for_kind(SMOOTH, "double-pendulum")
     assert found == {"mujoco/euler", "mujoco/rk4"}
 
 
 @pytest.mark.parametrize("kind", [ONE_SMOOTH, FREE_ROTATION, ON_SUPPORTS])
-def test_each_other_kind_is_for_the_closed_form_and_mujoco(
-    kind: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    found = for_kind(kind, "new", monkeypatch)
+def test_each_other_kind_is_for_the_closed_form_and_mujoco(kind: str) -> None:
+    found = for_kind(kind, "new")
     assert {"exact/closed-form", "mujoco/euler", "mujoco/rk4"} < found
 
 
 def test_each_system_of_ours_says_its_kind() -> None:
     kinds = {ONE_SMOOTH, SMOOTH, FREE_ROTATION, ON_SUPPORTS}
     assert {system.kind for system in built_in().values()} <= kinds
+    assert all(s.kind == system.kind for system in built_in().values() for s in system.scenes)
 
 
 def test_each_method_of_ours_says_what_it_is_for() -> None:
