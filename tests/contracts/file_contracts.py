@@ -24,8 +24,9 @@ MUTABLE = (ast.List, ast.Dict, ast.Set, ast.ListComp, ast.DictComp, ast.SetComp)
 CONTAINERS = {"list", "dict", "set", "bytearray", "defaultdict", "Counter", "deque", "OrderedDict"}
 # A name of one machine, or of a place that packages come from; URLs are not machine paths.
 MACHINE_PATH = re.compile(r"(?<![\w.:/~)}-])/(tmp|work|root|home|Users|opt|mnt)/\w")
-# A file that a text names, in the way of code or by a link; an address has a colon.
-NAMED = re.compile(r"(?:`|\]\()([\w./-]+[.](?:py|md|xml|toml|png))(?:`|\))")
+# A file that a text names in the way of code, and one that it links to; an address has a colon.
+NAMED = re.compile(r"`([\w./-]+[.](?:py|md|xml|toml|png))`")
+LINKED = re.compile(r"\]\(([\w./-]+)\)")
 PACKAGE_INDEX = re.compile(
     r"pypi[.]org|python[h]osted|deb[.]debian|registry[.]npm|index[-]url|find[-]links"
 )
@@ -147,12 +148,14 @@ def machine_traces(root: Path) -> list[str]:
 
 
 def missing_files(root: Path) -> list[str]:
-    """Files that a README, or the theory of errors, names and that are not in the tree."""
+    """Files that a README, or the theory of errors, names or links to and that are not in the
+    tree. A link leads there from the folder of its text."""
     known = [f"/{path.as_posix()}" for path in files(root)]
-    return [
-        f"{path}: names {name}"
-        for path in files(root)
-        if path.name in ("README.md", "THEORY.md")
-        for name in sorted(set(NAMED.findall((root / path).read_text("utf-8"))))
-        if not any(file.endswith(f"/{name}") for file in known)
-    ]
+    missing = []
+    for path in files(root):
+        if path.name in ("README.md", "THEORY.md"):
+            text = (root / path).read_text("utf-8")
+            lost = {n for n in NAMED.findall(text) if not any(k.endswith(f"/{n}") for k in known)}
+            lost |= {n for n in LINKED.findall(text) if not (root / path.parent / n).exists()}
+            missing += [f"{path}: names {name}" for name in sorted(lost)]
+    return missing

@@ -133,6 +133,7 @@ BROKEN: tuple[tuple[Contract, Mapping[str, str]], ...] = (
     (file_contracts.missing_files, {"README.md": "see `analytic/sphere.py`\n"}),
     (file_contracts.missing_files, {"models/cone/README.md": "see `models/cone.py` and others\n"}),
     (file_contracts.missing_files, {"analytic/THEORY.md": "see [cones](cylinder.py)\n"}),
+    (file_contracts.missing_files, {"models/cone/README.md": "see [it](cone/cone.xml)\n"}),
     (file_contracts.machine_traces, {"README.md": "see /" + "home/me/plumbob\n"}),
     (file_contracts.machine_traces, {"Makefile": "DIR=/" + "tmp/x\n"}),
     (file_contracts.machine_traces, {"Makefile": "pip install --index" + "-url x\n"}),

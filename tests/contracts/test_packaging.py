@@ -20,8 +20,9 @@ from plumbob.tests.contracts.tree import LAYERS, PACKAGE, files
 
 ROOT = Path(__file__).parents[2]
 PLANTED = {  # kinds of file that a layer may come to hold
+    "engines": ("*.md",),
     "models": ("*.xml", "*.md", "*.png"),
-    "reports": ("*.html", "*.css", "*.jinja", "*.js"),
+    "reports": ("*.md", "*.html", "*.css", "*.jinja", "*.js"),
 }
 
 

@@ -1,4 +1,4 @@
-"""Every command in README.md and the other texts runs as it is written there."""
+"""Every command in README.md and the texts that it links to runs as it is written there."""
 
 from __future__ import annotations
 
@@ -10,10 +10,24 @@ import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.reports.cli import main
+from plumbob.tests.contracts.tree import LAYERS, files
 from plumbob.tests.support.page_document import resolve, words
 
 ROOT = Path(__file__).parents[2]
-TEXTS = ("README.md", "models/tripod_capsule/README.md", "analytic/errors/THEORY.md")
+READMES = (  # all indented commands of these run, in this order
+    "README.md",
+    "reports/commands/README.md",
+    "engines/README.md",
+    "engines/adapters/mujoco/README.md",
+    "engines/audit/README.md",
+    "engines/sweep/README.md",
+    "reports/judge/README.md",
+    "reports/findings/README.md",
+)
+TEXTS = (*READMES, "models/tripod_capsule/README.md", "analytic/errors/THEORY.md")
+MOST_LINES = 160  # of README.md
+QUESTION = re.compile(r"^\d[.] [*]{2}.+[?][*]{2}", re.MULTILINE)
+LINK = re.compile(r"\]\(([^):]+)\)")
 INDENTED = re.compile(r"^    (plumbob|make|git) (.+)$", re.MULTILINE)
 PLAIN = re.compile(r"`(plumbob [a-z][^`]*)`")
 PYTHON = re.compile(r"^    from plumbob import check\n(?:    .+\n)+", re.MULTILINE)
@@ -33,17 +47,25 @@ NOT_RUN = {
     "plumbob audit go2/scene_flat.xml --contacts --keyframe home --friction 0.3": (
         "a file of another package"
     ),
-    "plumbob plan --to 0.3 0.1 3.14": "the next line plans the same, and runs it",
+    "plumbob plan --to 0.3 0.1 3.14": "the same with --method plans it, and runs it",
 }  # fmt: skip
 
 
 def commands(text: str) -> list[str]:
-    """The commands in the indented blocks of README.md, without their comments."""
+    """The commands in the indented blocks of a text, each once, without their comments."""
     found = [f"{m[1]} {m[2]}" for m in INDENTED.finditer(text)]
-    return [command.partition("  #")[0].rstrip() for command in found]
+    return list(dict.fromkeys(command.partition("  #")[0].rstrip() for command in found))
 
 
 README = (ROOT / "README.md").read_text("utf-8")
+
+
+def test_the_readme_is_short_asks_first_and_leads_to_all_others() -> None:
+    assert len(README.splitlines()) <= MOST_LINES
+    assert len(QUESTION.findall(README.partition("\n## ")[0])) == 5
+    others = {p.as_posix() for p in files(ROOT) if p.name == "README.md" and p.parts[0] in LAYERS}
+    assert others <= set(LINK.findall(README))
+    assert set(READMES) <= {"README.md", *others}
 
 
 @pytest.fixture
@@ -63,7 +85,7 @@ def test_every_command_runs_as_it_is_written(
     """In their order, in one folder, and in this process, for others take longer to begin than to
     run: each ends with exit code 0 and says nothing on stderr."""
     monkeypatch.setattr("os.cpu_count", lambda: 1)
-    given = commands(README)
+    given = commands("".join((ROOT / name).read_text("utf-8") for name in READMES))
     assert set(NOT_RUN) <= set(given)
     for command in given:
         if command in NOT_RUN:

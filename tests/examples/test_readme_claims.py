@@ -1,4 +1,4 @@
-"""What README.md says was found, held against fresh runs."""
+"""Findings that reports/findings/README.md states, compared with fresh runs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 
-README = " ".join((Path(__file__).parents[2] / "README.md").read_text("utf-8").split())
+FINDINGS = Path(__file__).parents[2] / "reports" / "findings" / "README.md"
+TEXT = " ".join(FINDINGS.read_text("utf-8").split())
 DIGITS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 WITHIN = 0.15  # of a figure of one or two digits; chatter differs by a few per cent between steps
 DEFAULT = (
@@ -34,8 +35,8 @@ def relative(heading: int, method: str, step: float) -> tuple[float, float]:
     return abs(error.end) / way, error.largest / way
 
 
-def said(pattern: str, text: str = README) -> tuple[str, ...]:
-    """The figures that the one place of README.md with this pattern gives."""
+def said(pattern: str, text: str = TEXT) -> tuple[str, ...]:
+    """The figures that the one place of the text with this pattern gives."""
     (match,) = re.finditer(pattern, text)
     return match.groups()
 
@@ -62,7 +63,7 @@ def test_convergent_contacts(heading: int) -> None:
 
 
 def test_sensitivity_to_the_figures() -> None:
-    """What README.md once said, 25 % at some headings, is not what is found at 45°."""
-    text = README.replace("34 % at 45°", "25 % at 45°")
+    """A figure that once stood there, 25 % at some headings, is not what is found at 45°."""
+    text = TEXT.replace("34 % at 45°", "25 % at 45°")
     once = float(said(DEFAULT, text)[1]) / 100
     assert relative(45, "mujoco/euler", 1e-3)[0] != pytest.approx(once, rel=WITHIN)

@@ -50,7 +50,7 @@ def both(site: Path) -> Iterator[Path]:
 
 
 def test_the_readme_shows_the_package_of_the_tests() -> None:
-    readme = (ROOT / "README.md").read_text("utf-8")
+    readme = (ROOT / "engines" / "README.md").read_text("utf-8")
     folder = PACKAGES / "tiny_engine"
     assert f"```python\n{ENGINE}```" in readme
     points = (folder / "pyproject.toml").read_text("utf-8").partition("[project.entry-points")[2]

@@ -55,7 +55,7 @@ RUNS = {
 
 
 def claiming(site: Path, run: str = "run", seconds: str = "timed.seconds") -> None:
-    """Install the engine of README, with a simulation that says this of its runs."""
+    """Install the engine of engines/README.md, with a simulation that says this of its runs."""
     text = ENGINE.replace("return stepped(", "return Claiming(stepped(")
     text = text.replace("(case, step, build)", "(case, step, build))")
     points = {entry_points.ENGINES: {"tiny": "theirs:ENGINE"}}
