@@ -65,9 +65,9 @@ def non_negative(name: str, value: Any) -> float:
     return number
 
 
-def known(given: Mapping[str, Any], names: Iterable[str]) -> None:
-    """Raise ParameterError for the first name in `given` that is not one of `names`."""
+def known(parameters: Mapping[str, Any], names: Iterable[str]) -> None:
+    """Raise ParameterError for the first name in `parameters` that is not one of `names`."""
     allowed = sorted(names)
-    for name, value in given.items():
+    for name, value in parameters.items():
         if name not in allowed:
             raise ParameterError(name, value, f"one of the names {', '.join(allowed)}")

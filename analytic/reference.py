@@ -19,7 +19,7 @@ class Reference(Protocol):
         ...
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """What double precision allows: for each observable the absolute error that inputs
+        """Uncertainty of double precision: for each observable the absolute error that inputs
         rounded to double, and the reference's own arithmetic, may have caused, shape (n,)."""
         ...
 

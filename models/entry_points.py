@@ -1,5 +1,5 @@
-"""What other installed packages add by entry points: each is loaded when it is asked for by name,
-and one that is broken costs a line on stderr, not the study."""
+"""Additions of other installed packages by entry points: each is loaded when it is asked for by
+name, and a broken one costs a line on stderr, not the study."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Wrong = Callable[[Any, str], str]  # what was found and its name -> why it is no
 
 @dataclass(frozen=True)
 class Addition:
-    """What a package adds under a name, or why it cannot."""
+    """An object that a package adds under a name, or the reason why it cannot."""
 
     name: str
     package: str  # with its version: "toy-engine 1.0"
@@ -58,51 +58,53 @@ def _installed() -> metadata.EntryPoints:
 def points(group: str) -> Mapping[str, tuple[metadata.EntryPoint, ...]]:
     """The entry points of a group by name, none of them loaded; several packages may have one of
     the same name."""
-    found: dict[str, tuple[metadata.EntryPoint, ...]] = {}
+    by_name: dict[str, tuple[metadata.EntryPoint, ...]] = {}
     for point in _installed().select(group=group):
-        if point not in found.get(point.name, ()):  # a folder may be on the path twice
-            found[point.name] = (*found.get(point.name, ()), point)
-    return MappingProxyType(found)
+        if point not in by_name.get(point.name, ()):  # a folder may be on the path twice
+            by_name[point.name] = (*by_name.get(point.name, ()), point)
+    return MappingProxyType(by_name)
 
 
 def versions() -> Mapping[str, str]:
     """The versions of the packages that add engines or systems, by the packages' names."""
-    given = [p.dist for g in (ENGINES, SYSTEMS) for group in points(g).values() for p in group]
-    return {d.name: d.version for d in given if d is not None}
+    distributions = [
+        p.dist for g in (ENGINES, SYSTEMS) for group in points(g).values() for p in group
+    ]
+    return {d.name: d.version for d in distributions if d is not None}
 
 
 @cache
 def addition(group: str, name: str, wrong: Wrong) -> Addition:
-    """What the entry point `name` of a group adds, loaded once a process; where it cannot be used,
-    or prints, stderr says so. Raises KeyError for a name that no package gives."""
+    """The object that entry point `name` of a group adds, loaded once a process; where it cannot be
+    used, or prints, stderr says so. Raises KeyError for a name that no package has."""
     several = points(group)[name]
     packages = [f"{p.dist.name} {p.dist.version}" if p.dist else p.module for p in several]
     if len(several) > 1:
-        found, said = None, ""
+        loaded, output = None, ""
         reason = f"more than one package adds {name!r}: {', '.join(packages)}"
     else:
-        found, reason, said = _loaded(several[0])
-        reason = reason or _one_line(wrong(found, name))
+        loaded, reason, output = _loaded(several[0])
+        reason = reason or _one_line(wrong(loaded, name))
     if reason:
         print(f"plumbob: {packages[0]} is left out: {reason}", file=sys.stderr)
         return Addition(name, packages[0], None, reason)
-    if said:
-        print(f"plumbob: {packages[0]} prints when it is imported: {said}", file=sys.stderr)
-    return Addition(name, packages[0], found)
+    if output:
+        print(f"plumbob: {packages[0]} prints when it is imported: {output}", file=sys.stderr)
+    return Addition(name, packages[0], loaded)
 
 
 def _loaded(point: metadata.EntryPoint) -> tuple[Any, str, str]:
-    """What an entry point names, why it cannot be had, and what was printed meanwhile."""
+    """The object of an entry point, why it cannot be loaded, and the output of its import."""
     # A worker needs no trial: whoever began it has made one, and sees it end.
     if multiprocessing.parent_process() is None and (reason := _trial(point)):
         return None, reason, ""
-    found, reason = None, ""
-    with captured() as said:
+    loaded, reason = None, ""
+    with captured() as output:
         try:
-            found = point.load()
+            loaded = point.load()
         except (Exception, SystemExit) as error:
             reason = f"{type(error).__name__} on import: {error}"
-    return found, _one_line(reason), _one_line(said[0])
+    return loaded, _one_line(reason), _one_line(output[0])
 
 
 def _trial(point: metadata.EntryPoint) -> str:
@@ -125,7 +127,7 @@ def captured() -> Iterator[list[str]]:
     as one text afterwards."""
     import tempfile
 
-    said: list[str] = []
+    output: list[str] = []
     text = io.StringIO()
     sys.stdout.flush()
     sys.stderr.flush()
@@ -135,13 +137,13 @@ def captured() -> Iterator[list[str]]:
             for number, _ in kept:
                 os.dup2(file.fileno(), number)
             with redirect_stdout(text), redirect_stderr(text):
-                yield said
+                yield output
         finally:
             for number, copy in kept:
                 os.dup2(copy, number)
                 os.close(copy)
             file.seek(0)
-            said.append(text.getvalue() + file.read().decode("utf-8", "replace"))
+            output.append(text.getvalue() + file.read().decode("utf-8", "replace"))
 
 
 def _open(number: int) -> bool:

@@ -52,14 +52,14 @@ def pose(case: Case) -> tuple[Quantity, ...]:
     start, final = case.reference.observe(np.zeros(1)), _final(case)
     moved = {name: final[name] - float(start[name][0]) for name in ("x", "y", "heading")}
     distance = math.hypot(moved["x"], moved["y"])
-    found = []
+    quantities = []
     if distance > _STILL:
-        found += [Quantity(name, distance, "end") for name in ("x", "y")]
+        quantities += [Quantity(name, distance, "end") for name in ("x", "y")]
     if abs(moved["heading"]) > _STILL:
-        found.append(Quantity("heading", min(abs(moved["heading"]), RADIAN), "end"))
-    return tuple(found) or (Quantity("x", AT_REST), Quantity("y", AT_REST))
+        quantities.append(Quantity("heading", min(abs(moved["heading"]), RADIAN), "end"))
+    return tuple(quantities) or (Quantity("x", AT_REST), Quantity("y", AT_REST))
 
 
 def _final(case: Case) -> dict[str, float]:
-    seen = case.reference.observe(np.array([case.scene.duration]))
-    return {name: float(values[0]) for name, values in seen.items()}
+    observed = case.reference.observe(np.array([case.scene.duration]))
+    return {name: float(values[0]) for name, values in observed.items()}

@@ -25,8 +25,8 @@ def built_in() -> Mapping[str, System]:
     """The systems of plumbob itself by name, in the order of their names."""
     folders = pkgutil.iter_modules([str(Path(__file__).parent)])
     modules = [import_module(f"plumbob.models.{f.name}") for f in folders if f.ispkg]
-    found = [system for module in modules for system in getattr(module, "SYSTEMS", ())]
-    return {s.name: _of_its_kind(s) for s in sorted(found, key=lambda system: system.name)}
+    declared = [system for module in modules for system in getattr(module, "SYSTEMS", ())]
+    return {s.name: _of_its_kind(s) for s in sorted(declared, key=lambda system: system.name)}
 
 
 def _of_its_kind(system: System) -> System:
@@ -41,11 +41,11 @@ def systems() -> Mapping[str, System]:
     >>> "cone-pendulum" in systems()
     True
     """
-    found = dict(built_in())
+    by_name = dict(built_in())
     for name in entry_points.points(entry_points.SYSTEMS):
         if (system := _usable(name)) is not None:
-            found.setdefault(name, system)
-    return {name: found[name] for name in sorted(found)}
+            by_name.setdefault(name, system)
+    return {name: by_name[name] for name in sorted(by_name)}
 
 
 def system_called(name: str) -> System | None:
@@ -61,7 +61,7 @@ def find_system(name: str) -> System:
 
 
 def broken(name: str) -> str:
-    """What a system's name must be where a package that adds it cannot be used; else empty."""
+    """The requirement on the name of a system whose package cannot be used; else empty."""
     if name in built_in() or (added := _addition(name)) is None or not added.reason:
         return ""
     return f"a system that can be used; {added.package}: {added.reason}"
@@ -85,34 +85,34 @@ def _usable(name: str) -> System | None:
 
 
 def _addition(name: str) -> entry_points.Addition | None:
-    """What another package adds under this name, or why it cannot; None where there is none."""
+    """The system that another package adds under this name, or why it cannot; else None."""
     if name not in entry_points.points(entry_points.SYSTEMS):
         return None
     return entry_points.addition(entry_points.SYSTEMS, name, _wrong)
 
 
-def _wrong(found: Any, name: str) -> str:
+def _wrong(candidate: Any, name: str) -> str:
     """Why what a package adds as a system of this name is none; empty where it is one. Each scene's
     exact motion is looked at once, at its start and its end."""
-    if not isinstance(found, System):
-        return f"{type(found).__name__} in place of a plumbob System"
+    if not isinstance(candidate, System):
+        return f"{type(candidate).__name__} in place of a plumbob System"
     if name in built_in():
         return f"plumbob has a system called {name!r} itself"
-    if found.name != name:
-        return f"the system is called {found.name!r}, its entry point {name!r}"
-    cases = [scene.name for scene in found.scenes if isinstance(scene, Scene)]
-    if len(cases) != len(found.scenes) or f"{name}/{found.default}" not in cases:
-        return f"no scene is called {name}/{found.default}"
+    if candidate.name != name:
+        return f"the system is called {candidate.name!r}, its entry point {name!r}"
+    cases = [scene.name for scene in candidate.scenes if isinstance(scene, Scene)]
+    if len(cases) != len(candidate.scenes) or f"{name}/{candidate.default}" not in cases:
+        return f"no scene is called {name}/{candidate.default}"
     if foreign := [case for case in cases if case.partition("/")[0] != name]:
         return f"the scene {foreign[0]!r} is none of {name!r}"
-    for scene in found.scenes:
+    for scene in candidate.scenes:
         try:
-            case, ends = found.case(scene), np.array([0.0, scene.duration])
+            case, ends = candidate.case(scene), np.array([0.0, scene.duration])
             for values in (case.reference.observe(ends), case.reference.uncertainty(ends)):
-                for observable in found.observables:
+                for observable in candidate.observables:
                     if not np.isfinite(values[observable.name]).all():
                         return f"{scene.name}: {observable.name} is not finite"
-            found.quantities(case)
+            candidate.quantities(case)
         except Exception as error:
             return f"{scene.name}: {type(error).__name__}: {error}"
     return ""
@@ -187,8 +187,8 @@ def system_of(scene: Scene) -> System:
 def case_of(scene: Scene) -> Case:
     """The case of a scene: its problem and its exact motion, which all scenes with the same
     parameters share; raises ParameterError."""
-    found = _worked_out(scene.system, pickle.dumps(dict(scene.parameters)))
-    return replace(found, scene=scene)
+    case = _worked_out(scene.system, pickle.dumps(dict(scene.parameters)))
+    return replace(case, scene=scene)
 
 
 @lru_cache(maxsize=128)
@@ -199,7 +199,7 @@ def _worked_out(system: str, parameters: bytes) -> Case:
 
 
 def unknown(name: str, names: list[str]) -> str:
-    """What a name must be, with the nearest ones that exist."""
+    """The requirement on an unknown name, with the nearest ones that exist."""
     import difflib
 
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.4) or names[:8]

@@ -1,4 +1,4 @@
-"""What a scene and a system are: data, and the functions that give the data its meaning."""
+"""Scenes and systems: data, and the functions that give the data its meaning."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ class Observable:
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a scene is about: an observable, and the characteristic size that its error is held
-    against, so that errors of different scenes and observables can be compared."""
+    """An observable that a scene is about, and the characteristic size that its error is compared
+    with, so that errors of different scenes and observables can be compared."""
 
     observable: str
     scale: float  # in the observable's unit
@@ -119,7 +119,7 @@ class System:
     distribution: str = ""  # the package that adds it, where that is not plumbob
 
     def quantities(self, case: Case) -> tuple[Quantity, ...]:
-        """What a case of this system is about, with scales."""
+        """The quantities that a case of this system is about, with scales."""
         if self.interest is not None:
             return self.interest(case)
         first, times = self.observables[0].name, np.linspace(0.0, case.scene.duration, 101)

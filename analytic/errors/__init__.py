@@ -1,1 +1,1 @@
-"""What schemes and contact models do to an exact motion (THEORY.md has the derivations)."""
+"""Errors that schemes and contact models make on an exact motion (derivations: THEORY.md)."""

@@ -1,4 +1,4 @@
-"""What a method does in one step, as data: the record that adapters hand to error theory."""
+"""One step of a method as data: the record that adapters hand to error theory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is worked out once for all methods with the same samples: exact answers, and theory."""
+"""Cache of exact answers and predicted errors, shared by all methods with the same samples."""
 
 from __future__ import annotations
 
@@ -79,11 +79,11 @@ def _expected(
 
 
 def as_stepped(theory: Same, scheme: Scheme, step: float, times: bytes) -> SteppedErrors:
-    """What an ErrorTheory says of a step as it is: the same for the same methods as `expected`."""
+    """The errors of an ErrorTheory for one step size, shared by methods as in `expected`."""
     return _as_stepped(theory, _simplest(theory, scheme), step, times)
 
 
 @lru_cache(maxsize=KEPT)
 def _as_stepped(theory: Same, scheme: Scheme, step: float, times: bytes) -> SteppedErrors:
-    found: SteppedErrors = theory.one.at_step(scheme, step, np.frombuffer(times))
-    return found
+    errors: SteppedErrors = theory.one.at_step(scheme, step, np.frombuffer(times))
+    return errors

@@ -37,8 +37,8 @@ class SteppedErrors:
 
 
 class ErrorTheory(Protocol):
-    """What is known of the error that a fixed step makes on one exact motion, in one of two ways:
-    as a power series in the step, or for a step as it is."""
+    """The error of a fixed step on one exact motion, as a power series in the step or for one step
+    size."""
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """Coefficients of the global error of `scheme` at grid `times` [s], shape (n,); empty where

@@ -57,8 +57,8 @@ class CompensatedState:
         plus `gain`."""
         drift, drift_low = two_product(self.rate, step)
         position, carry = two_sum(self.position, drift)
-        rest = carry + drift_low + self.position_low + self.rate_low * step + gain
-        position, position_low = two_sum(position, rest)
+        correction = carry + drift_low + self.position_low + self.rate_low * step + gain
+        position, position_low = two_sum(position, correction)
         rate, carry = two_sum(self.rate, rate_gain)
         rate, rate_low = two_sum(rate, carry + self.rate_low)
         return CompensatedState(position, rate, position_low, rate_low)

@@ -1,4 +1,4 @@
-"""What every motion of the capsule offers, so that nobody has to ask for its class."""
+"""The interface of all motions of the capsule, so that no caller asks for a class."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ slider alone; nothing; the body alone in closed form; or the body in the plane w
 
 @dataclass(frozen=True)
 class Demand:
-    """What a motion asks of its actuator: peak [N] and root mean square [N] of the force over the
+    """A motion's demand on its actuator: peak [N] and root mean square [N] of the force over the
     motion, and peak [W] of the power given to the slider in the body."""
 
     peak: float
@@ -35,7 +35,7 @@ class CapsuleMotion(Protocol):
 
     @property
     def kind(self) -> MotionKind:
-        """What moves, see `MotionKind`."""
+        """The kind of motion, see `MotionKind`."""
         ...
 
     @property
@@ -56,7 +56,7 @@ class CapsuleMotion(Protocol):
 
     @property
     def path(self) -> SliderPath:
-        """What the slider does in the body, to the end of the last repetition."""
+        """The slider's path in the body, to the end of the last repetition."""
         ...
 
     @property

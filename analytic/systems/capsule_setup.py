@@ -56,8 +56,8 @@ class InWorld:
 
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Exact observables at `times` [s], shape (n,)."""
-        seen = self.own.observe(times)
-        return {**seen, "heading": self.heading + seen["heading"]}
+        observed = self.own.observe(times)
+        return {**observed, "heading": self.heading + observed["heading"]}
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """That of the motion; of the heading, with the start's rounding and the sum's."""

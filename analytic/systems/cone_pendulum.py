@@ -221,8 +221,8 @@ class ConePendulum:
         """Relative equilibria in (-pi, pi], ascending."""
         v = self.potential
         points = critical_points(v)
-        found = (self._equilibrium(v, p) for p in points[np.isfinite(double(points))])
-        return tuple(sorted(found, key=lambda e: e.theta))
+        equilibria = (self._equilibrium(v, p) for p in points[np.isfinite(double(points))])
+        return tuple(sorted(equilibria, key=lambda e: e.theta))
 
     def _equilibrium(self, potential: TrigonometricPotential, theta: Quad) -> Equilibrium:
         stiffness = abs(float(double(potential.curvature(theta))))

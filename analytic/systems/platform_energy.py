@@ -51,8 +51,8 @@ def energies(pendulum: ConePendulum, theta: Array, theta_dot: Array) -> Energies
     sine, cosine = np.sin(theta), np.cos(theta)
     about_z = body.inertia_y * sine**2 + body.inertia_z * cosine**2
     about_z = about_z + 2 * body.inertia_yz * sine * cosine
-    whole = body.mass * (x**2 + y**2) + 2 * arm * y * sine + about_z
-    momentum = w * whole + arm * x * theta_dot * cosine
+    inertia = body.mass * (x**2 + y**2) + 2 * arm * y * sine + about_z
+    momentum = w * inertia + arm * x * theta_dot * cosine
     return Energies(
         translation=np.full_like(sine, body.mass * w**2 * (x**2 + y**2) / 2),
         coupling=arm * w * (y * w * sine + x * theta_dot * cosine),

@@ -132,15 +132,15 @@ class RoundedStart:
 
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Observables of the exact motion at `times` [s], shape (n,)."""
-        seen: Mapping[str, Array] = self.exact.observe(times)
-        return seen
+        observed: Mapping[str, Array] = self.exact.observe(times)
+        return observed
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """Effect of double precision on a motion from the rounded start: its uncertainty and the
         distance of the two motions, at `times` [s], shape (n,)."""
-        seen, rounded = self.exact.observe(times), self.started.observe(times)
+        observed, rounded = self.exact.observe(times), self.started.observe(times)
         return {
-            name: uncertain + np.abs(rounded[name] - seen[name])
+            name: uncertain + np.abs(rounded[name] - observed[name])
             for name, uncertain in self.started.uncertainty(times).items()
         }
 

@@ -186,8 +186,8 @@ class SliderPath:
         for number in np.unique(which[which < len(self.pieces)]):
             here = which == number
             local = times[here] - self.breakpoints[number]
-            for whole, part in zip(result, self.pieces[number].kinematics(local), strict=True):
-                whole[here] = part
+            for values, part in zip(result, self.pieces[number].kinematics(local), strict=True):
+                values[here] = part
         return result[0], result[1], result[2]
 
     def track(self) -> Path:

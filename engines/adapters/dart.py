@@ -61,8 +61,8 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 
 
 def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
-    """What the moment of inertia of a bob that is to be a point adds: joints are coordinates, and
-    what is prescribed is exact."""
+    """Errors from the moment of inertia of a bob that should be a point: joints are coordinates,
+    and prescribed motion is exact."""
     return model_errors(case)
 
 
@@ -187,10 +187,10 @@ def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
 
 
 def _touching(node: Any, shape: Any, friction: float) -> Any:
-    made = node.createShapeNode(shape)
-    made.createCollisionAspect()
-    made.createDynamicsAspect().setFrictionCoeff(friction)
-    return made
+    shape_node = node.createShapeNode(shape)
+    shape_node.createCollisionAspect()
+    shape_node.createDynamicsAspect().setFrictionCoeff(friction)
+    return shape_node
 
 
 def _nsgs(settings: Mapping[str, Any]) -> Any:
@@ -223,13 +223,13 @@ def _reading(body: ThreeFeet, shell: Any, joints: list[Any]) -> Read:
 
 
 def model_fields(path: Path) -> ModelFields:
-    """What DART reads of a model file; raises RuntimeError where it refuses it."""
+    """The numbers that DART reads from a model file; raises RuntimeError where it refuses it."""
     import dartpy
 
     world = dartpy.utils.MjcfParser.readWorld(str(path.resolve()))
     if world is None:
         raise RuntimeError("no world is made of it")
-    found: dict[tuple[str, str], tuple[float, ...]] = {
+    fields: dict[tuple[str, str], tuple[float, ...]] = {
         ("gravity", ""): tuple(np.ravel(world.getGravity()).tolist()),
         ("timestep", ""): (float(world.getTimeStep()),),
     }
@@ -237,22 +237,22 @@ def model_fields(path: Path) -> ModelFields:
         skeleton = world.getSkeleton(s)
         for n in range(skeleton.getNumBodyNodes()):
             body = skeleton.getBodyNode(n)
-            found["mass", body.getName()] = (float(body.getMass()),)
+            fields["mass", body.getName()] = (float(body.getMass()),)
             moments = np.linalg.eigvalsh(body.getInertia().getMoment())
-            found["inertia", body.getName()] = tuple(moments.tolist())
+            fields["inertia", body.getName()] = tuple(moments.tolist())
             for k in range(body.getNumShapeNodes()):
                 shape = body.getShapeNode(k)
                 if shape.hasDynamicsAspect():
                     friction = float(shape.getDynamicsAspect().getFrictionCoeff())
                     of_world = skeleton.getName().removeprefix("__geom_skel__")
                     name = of_world if "ShapeNode" in shape.getName() else shape.getName()
-                    found["friction", name] = (friction,)
+                    fields["friction", name] = (friction,)
         for d in range(skeleton.getNumDofs()):
             dof = skeleton.getDof(d)
-            found["damping", dof.getName()] = (float(dof.getDampingCoefficient()),)
-            found["stiffness", dof.getName()] = (float(dof.getSpringStiffness()),)
-            found["frictionloss", dof.getName()] = (float(dof.getCoulombFriction()),)
-    return found
+            fields["damping", dof.getName()] = (float(dof.getDampingCoefficient()),)
+            fields["stiffness", dof.getName()] = (float(dof.getSpringStiffness()),)
+            fields["frictionloss", dof.getName()] = (float(dof.getCoulombFriction()),)
+    return fields
 
 
 ENGINE = Engine(

@@ -71,7 +71,7 @@ class ExudynSimulation:
 
     def run(self) -> Trajectory:
         """Run from the start to the end, or until the solver gives up."""
-        angles, rates, seconds, said = self._solved(self.steps, time.perf_counter)
+        angles, rates, seconds, failure = self._solved(self.steps, time.perf_counter)
         kept = sampling.sampled(self.steps)
         kept = kept[kept < len(angles)]
         done = Trajectory(
@@ -80,7 +80,7 @@ class ExudynSimulation:
             steps=len(angles) - 1,
             seconds=seconds,
             diverged_at=len(angles) * self.step if len(angles) <= self.steps else None,
-            warnings=(said,) if said else (),
+            warnings=(failure,) if failure else (),
         )
         return within(done, self.body.limits)
 
@@ -97,18 +97,18 @@ class ExudynSimulation:
 
         exudyn.config.printToConsole = False  # warnings of memory go there
         system, sensors, container = _assembled(self.body)
-        begin, said = clock(), ""
+        begin, failure = clock(), ""
         try:
             solver = getattr(exudyn.DynamicSolverType, self.settings["solver"])
             chosen = _options(self.settings, steps, self.step)
             system.SolveDynamic(chosen, solverType=solver, showHints=False)
         except (RuntimeError, ValueError) as error:
-            said = " ".join(str(error).split())[:200]
+            failure = " ".join(str(error).split())[:200]
         seconds = clock() - begin
         angles, rates = (np.atleast_2d(system.GetSensorStoredData(s)) for s in sensors)
         container.Reset()
         exudyn.config.printToConsole = True
-        return angles, rates, seconds, said
+        return angles, rates, seconds, failure
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
@@ -122,8 +122,8 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 
 
 def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
-    """What the moment of inertia of a bob that is to be a point adds, and a platform's, which is
-    finite."""
+    """Errors from the moment of inertia of a bob that should be a point, and from a platform's,
+    which is finite."""
     if case.system.family != "cone_pendulum":
         return model_errors(case)
     return model_errors(case, PLATFORM_RATIO * hinged_body(case).platform_load)
@@ -176,7 +176,7 @@ def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:
         )
     )
     kinds = (exudyn.OutputVariableType.Coordinates, exudyn.OutputVariableType.Coordinates_t)
-    found = [
+    sensors = [
         system.AddSensor(
             items.SensorNode(
                 nodeNumber=node, storeInternal=True, writeToFile=False, outputVariableType=kind
@@ -185,7 +185,7 @@ def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:
         for kind in kinds
     ]
     system.Assemble()
-    return system, (found[0], found[1]), container
+    return system, (sensors[0], sensors[1]), container
 
 
 def _options(settings: Mapping[str, Any], steps: int, step: float) -> Any:

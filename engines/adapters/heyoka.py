@@ -47,7 +47,7 @@ class TaylorSimulation:
         """Run from the start to the end; a step counts as many right-hand sides as its order."""
         taylor, times = self.integrator, np.linspace(0.0, self.duration, SAMPLES + 1)
         begin = time.perf_counter()
-        outcome, _, _, taken, *_, states = self._propagated(times)
+        outcome, _, _, steps, *_, states = self._propagated(times)
         seconds = time.perf_counter() - begin
         good = np.isfinite(states).all(axis=1)
         observed = dict(zip(self.names, states[good].T, strict=True))
@@ -57,7 +57,7 @@ class TaylorSimulation:
         return Trajectory(
             times=times[good],
             observables=observed,
-            steps=int(taken) * int(taylor.order),
+            steps=int(steps) * int(taylor.order),
             seconds=seconds,
             diverged_at=None if ended else float(taylor.time),
             warnings=() if ended else (str(outcome),),
@@ -66,11 +66,11 @@ class TaylorSimulation:
     def stepped(self, fraction: float) -> Stepping:
         """The evaluations of the first `fraction` of the duration alone."""
         begin = time.thread_time()
-        taken = self._propagated(np.linspace(0.0, fraction * self.duration, SAMPLES + 1))[3]
-        return Stepping(int(taken) * int(self.integrator.order), time.thread_time() - begin)
+        steps = self._propagated(np.linspace(0.0, fraction * self.duration, SAMPLES + 1))[3]
+        return Stepping(int(steps) * int(self.integrator.order), time.thread_time() - begin)
 
     def _propagated(self, times: Array) -> Any:
-        """What the integrator returns for `times` [s], shape (n,), from the start on."""
+        """The integrator's result for `times` [s], shape (n,), from the start on."""
         self.integrator.time, self.integrator.state[:] = 0.0, self.start
         return self.integrator.propagate_grid(times)
 

@@ -63,17 +63,17 @@ def hinged_body(case: Case) -> HingedBody:
 def model_errors(
     case: Case, platform_inertia: float | None = None
 ) -> Mapping[str, Mapping[str, float]]:
-    """What the model adds to each observable, by reason: the moment of inertia of a bob that is to
-    be a point, and the finite `platform_inertia` [kg m^2] by which a platform keeps its rate; None
-    where its rate is prescribed. Nothing for systems that are no pendulum."""
+    """Bounds on the model's error of each observable, by reason: the moment of inertia of a bob
+    that should be a point, and the finite `platform_inertia` [kg m^2] by which a platform keeps its
+    rate; None where its rate is prescribed. Empty for systems other than pendulums."""
     from plumbob.analytic.errors.contact_models.added_inertia import bob_error, platform_error
 
     if case.system.family == "cone_pendulum" and platform_inertia is not None:
         problem = case.problem.started
-        found = platform_error(problem, case.scene.duration, platform_inertia)
+        errors = platform_error(problem, case.scene.duration, platform_inertia)
         return {
             name: {"inertia of the platform": bound}
-            for name, bound in zip(("theta", "theta_dot"), found, strict=True)
+            for name, bound in zip(("theta", "theta_dot"), errors, strict=True)
         }
     if case.system.family != "simple_pendulum":
         return {}

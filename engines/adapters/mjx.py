@@ -103,8 +103,8 @@ class MjxSimulation:
         diverged = None
         for first, last in zip(marks[:-1].tolist(), marks[1:].tolist(), strict=True):
             state = take(model, state, controls, first, last)
-            found = np.concatenate([state.qpos, state.qvel])
-            if not bool(np.all(np.abs(found) < LARGEST)):
+            coordinates = np.concatenate([state.qpos, state.qvel])
+            if not bool(np.all(np.abs(coordinates) < LARGEST)):
                 diverged = last * self.step
                 break
             qpos.append(np.array(state.qpos, dtype=np.float64))
@@ -134,9 +134,9 @@ class MjxSimulation:
         if self.translation.control is None:
             return jax.numpy.zeros((1, self.model.nu), dtype=kind)
         times = (np.arange(self.steps) + self.translation.control_at) * self.step
-        given: Array = self.translation.control(times)
-        rows = np.zeros((1 << (len(given) - 1).bit_length(), given.shape[1]), dtype=kind)
-        rows[: len(given)] = given
+        values: Array = self.translation.control(times)
+        rows = np.zeros((1 << (len(values) - 1).bit_length(), values.shape[1]), dtype=kind)
+        rows[: len(values)] = values
         return jax.numpy.asarray(rows)
 
 
@@ -179,7 +179,7 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     model = translation.spec.compile()
     translation.tune(model)
     precise = bool(method.settings.get("float64"))
-    made = MjxSimulation(translation, model, precise, steps, step)
+    simulation = MjxSimulation(translation, model, precise, steps, step)
     try:
         with _precision(precise):
             from mujoco import mjx
@@ -187,16 +187,16 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
             mjx.put_model(model)
     except NotImplementedError as error:
         raise Unsupported(f"MJX refuses the model: {' '.join(str(error).split())}") from None
-    made.compile_seconds = time.perf_counter() - begin
-    return made
+    simulation.compile_seconds = time.perf_counter() - begin
+    return simulation
 
 
 def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
-    """What the model adds, which is MuJoCo's."""
-    found: Mapping[str, Mapping[str, float]] = find_builder("mujoco", case.system).model_error(
+    """Bounds on the model's error, which is MuJoCo's."""
+    bounds: Mapping[str, Mapping[str, float]] = find_builder("mujoco", case.system).model_error(
         case.problem, case.scene.duration, method, step
     )
-    return found
+    return bounds
 
 
 ENGINE = Engine("mjx", "mujoco.mjx", METHODS, prepare, model_error, optional=True)

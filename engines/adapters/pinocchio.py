@@ -42,7 +42,7 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 
 
 def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
-    """What the moment of inertia of a bob that is to be a point adds."""
+    """Errors from the moment of inertia of a bob that should be a point."""
     return model_errors(case)
 
 
@@ -119,26 +119,26 @@ def _rk4(f: Acceleration, t: float, x: float, v: float, h: float) -> tuple[float
 
 
 def model_fields(path: Path) -> ModelFields:
-    """What Pinocchio reads of a model file; its bodies are known by their joints. Raises
-    ValueError where it refuses the file."""
+    """The numbers that Pinocchio reads from a model file; its bodies are known by their joints.
+    Raises ValueError where it refuses the file."""
     import pinocchio
 
     model = pinocchio.buildModelFromMJCF(str(path))
-    found: dict[tuple[str, str], tuple[float, ...]] = {
+    fields: dict[tuple[str, str], tuple[float, ...]] = {
         ("gravity", ""): tuple(model.gravity.linear.tolist())
     }
     for frame in model.frames:
         inertia = model.inertias[frame.parentJoint]
         if frame.type == pinocchio.FrameType.BODY and frame.parentJoint:
-            found["mass", frame.name] = (float(inertia.mass),)
-            found["inertia", frame.name] = tuple(np.linalg.eigvalsh(inertia.inertia).tolist())
+            fields["mass", frame.name] = (float(inertia.mass),)
+            fields["inertia", frame.name] = tuple(np.linalg.eigvalsh(inertia.inertia).tolist())
     for i in range(1, model.njoints):
         if model.nvs[i] == 1:
             dof, name = model.idx_vs[i], model.names[i]
-            found["armature", name] = (float(model.armature[dof]),)
-            found["damping", name] = (float(model.damping[dof]),)
-            found["frictionloss", name] = (float(model.upperDryFrictionLimit[dof]),)
-    return found
+            fields["armature", name] = (float(model.armature[dof]),)
+            fields["damping", name] = (float(model.damping[dof]),)
+            fields["frictionloss", name] = (float(model.upperDryFrictionLimit[dof]),)
+    return fields
 
 
 ENGINE = Engine(

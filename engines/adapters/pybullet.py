@@ -79,7 +79,7 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 
 
 def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
-    """What the moment of inertia of a bob that is to be a point adds."""
+    """Errors from the moment of inertia of a bob that should be a point."""
     return model_errors(case)
 
 
@@ -107,8 +107,8 @@ def _error() -> type[Exception]:
     with _silent():
         import pybullet
 
-    found: type[Exception] = pybullet.error
-    return found
+    error: type[Exception] = pybullet.error
+    return error
 
 
 def _world(gravity: tuple[float, float, float], settings: Mapping[str, Any], step: float) -> Any:
@@ -277,8 +277,8 @@ def _reading(body: ThreeFeet, client: Any, shell: int) -> Read:
 
 
 def model_fields(path: Path) -> ModelFields:
-    """What Bullet reads of a model file; it knows friction by the body, not the geom. Raises
-    pybullet.error where it refuses the file."""
+    """The numbers that Bullet reads from a model file; it knows friction by the body, not the geom.
+    Raises pybullet.error where it refuses the file."""
     import pybullet
 
     client = pybullet.connect(pybullet.DIRECT)
@@ -286,7 +286,7 @@ def model_fields(path: Path) -> ModelFields:
         bodies = pybullet.loadMJCF(str(path), physicsClientId=client)
         options = pybullet.getPhysicsEngineParameters(physicsClientId=client)
         gravity = tuple(float(options[f"gravityAcceleration{axis}"]) for axis in "XYZ")
-        found: dict[tuple[str, str], tuple[float, ...]] = {
+        fields: dict[tuple[str, str], tuple[float, ...]] = {
             ("gravity", ""): gravity,
             ("timestep", ""): (float(options["fixedTimeStep"]),),
         }
@@ -297,15 +297,15 @@ def model_fields(path: Path) -> ModelFields:
                     name = pybullet.getBodyInfo(body, physicsClientId=client)[0].decode()
                 else:
                     joint = pybullet.getJointInfo(body, link, physicsClientId=client)
-                    found["damping", joint[1].decode()] = (float(joint[6]),)
-                    found["frictionloss", joint[1].decode()] = (float(joint[7]),)
+                    fields["damping", joint[1].decode()] = (float(joint[6]),)
+                    fields["frictionloss", joint[1].decode()] = (float(joint[7]),)
                     name = joint[12].decode()
-                found["mass", name] = (float(dynamics[0]),)
-                found["inertia", name] = tuple(sorted(float(moment) for moment in dynamics[2]))
-                found["friction", name] = (float(dynamics[1]),)
+                fields["mass", name] = (float(dynamics[0]),)
+                fields["inertia", name] = tuple(sorted(float(moment) for moment in dynamics[2]))
+                fields["friction", name] = (float(dynamics[1]),)
     finally:
         pybullet.disconnect(client)
-    return found
+    return fields
 
 
 ENGINE = Engine(

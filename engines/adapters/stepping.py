@@ -45,7 +45,7 @@ class SteppedSimulation:
         """Run from the start to the end, or until the run diverges."""
         built = self.build()
         marks = [int(mark) for mark in sampling.sampled(self.steps)]
-        rows, seconds, diverged, said = [dict(built.read())], 0.0, None, ""
+        rows, seconds, diverged, failure = [dict(built.read())], 0.0, None, ""
         for first, last in pairwise(marks):
             begin = time.perf_counter()
             try:
@@ -53,7 +53,7 @@ class SteppedSimulation:
                 seconds += time.perf_counter() - begin
                 rows.append(dict(built.read()))
             except self.broken as error:
-                diverged, said = last * self.step, " ".join(str(error).split())
+                diverged, failure = last * self.step, " ".join(str(error).split())
                 break
         values = {name: np.array([row[name] for row in rows]) for name in rows[0]}
         trajectory = Trajectory(
@@ -63,7 +63,7 @@ class SteppedSimulation:
             steps=marks[len(rows) - 1],
             seconds=seconds,
             diverged_at=diverged,
-            warnings=(said,) if said else (),
+            warnings=(failure,) if failure else (),
         )
         return within(trajectory, built.limits)
 

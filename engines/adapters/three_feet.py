@@ -93,9 +93,9 @@ class ThreeFeet:
         if setup.in_plane:
             x, y = _turned(*pose.place, -setup.heading)
             vx, vy = _turned(*pose.velocity, -setup.heading)
-            seen = {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy, "heading": pose.heading}
+            observed = {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy, "heading": pose.heading}
             turn = pose.heading - setup.heading
-            return seen | {"heading_rate": pose.heading_rate, "body_angle": turn}
+            return observed | {"heading_rate": pose.heading_rate, "body_angle": turn}
         line = -(setup.heading + setup.direction)
         gone, sideways = _turned(*pose.place, line)
         velocity, _ = _turned(*pose.velocity, line)
@@ -128,11 +128,11 @@ def nearest_turn(angle: float, before: float) -> float:
     return angle + 2.0 * math.pi * round((before - angle) / (2.0 * math.pi))
 
 
-def by_step(found: Callable[[int, int, float], Array], step: float) -> Iterator[list[float]]:
-    """The rows of `found(first, last, step)` one by one from the first step on, without end."""
+def by_step(block: Callable[[int, int, float], Array], step: float) -> Iterator[list[float]]:
+    """The rows of `block(first, last, step)` one by one from the first step on, without end."""
     first = 0
     while True:
-        yield from found(first, first + BLOCK, step).tolist()
+        yield from block(first, first + BLOCK, step).tolist()
         first += BLOCK
 
 

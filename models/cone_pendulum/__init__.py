@@ -53,10 +53,10 @@ def problem(parameters: Parameters) -> ConePendulum:
     general = "mass" in parameters
     shaping = (*_BODY, _PRODUCT) if general else _CONE
     known(parameters, (*shaping, *_REST, *_MORE))
-    given = dict(parameters)
-    shape = [given.pop(name) for name in shaping if name in given or name != _PRODUCT]
+    values = dict(parameters)
+    shape = [values.pop(name) for name in shaping if name in values or name != _PRODUCT]
     body = Body(*shape) if general else cone(*shape)
-    return ConePendulum(body=body, **given)
+    return ConePendulum(body=body, **values)
 
 
 def change(parameters: Parameters, changes: Parameters) -> Parameters:
@@ -80,11 +80,11 @@ def invariants(problem: ConePendulum, observed: Mapping[str, Array]) -> Mapping[
     kinetic = problem.body.inertia_x * observed["theta_dot"] ** 2 / 2
     energy = kinetic - (a * sine + b) * sine - c * cosine
     drift = energy - energy[0]
-    found = {"jacobi_integral": drift / max(abs(a) + abs(b) + abs(c), kinetic[0])}
+    drifts = {"jacobi_integral": drift / max(abs(a) + abs(b) + abs(c), kinetic[0])}
     motion = problem.motion
     if motion.regime in ("libration", "rotation"):
-        found["action"] = drift / (motion.mean_rate * motion.action)
-    return found
+        drifts["action"] = drift / (motion.mean_rate * motion.action)
+    return drifts
 
 
 def facts(problem: ConePendulum) -> Mapping[str, Any]:
@@ -129,7 +129,7 @@ def _about(motion: PendulumMotion) -> Mapping[str, Any]:
 
 
 def errors(problem: ConePendulum) -> ErrorTheory:
-    """What fixed steps do to the motion, by theory."""
+    """Theory of the errors of fixed steps on the motion."""
     from plumbob.analytic.errors.smooth_motion.pendulum_errors import PendulumErrors
 
     return PendulumErrors(problem.motion)

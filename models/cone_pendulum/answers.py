@@ -1,4 +1,4 @@
-"""What else is exact of a cone pendulum: phase and energies over time, and time over the angle."""
+"""Exact answers of a cone pendulum: phase and energies over time, and time over the angle."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ MOMENTUM = Observable("momentum", "kg m^2/s")
 def over_time(problem: ConePendulum, times: Array) -> Mapping[Observable, Array]:
     """Phase (Sudakov 2015, eqs. 11 and 13), momentum (8), the three parts of T (3-5), U, T + U and
     the work of the drive since the start, at `times` [s], shape (n,)."""
-    seen = problem.reference.observe(np.append(0.0, times))
-    along = energies(problem.started, seen["theta"], seen["theta_dot"])
+    observed = problem.reference.observe(np.append(0.0, times))
+    along = energies(problem.started, observed["theta"], observed["theta_dot"])
     return {
         PHASE: problem.motion.phase(times),
-        MOMENTUM: problem.body.inertia_x * seen["theta_dot"][1:],
+        MOMENTUM: problem.body.inertia_x * observed["theta_dot"][1:],
         Observable("T_translation", "J"): along.translation[1:],
         Observable("T_coupling", "J"): along.coupling[1:],
         Observable("T_rotation", "J"): along.rotation[1:],

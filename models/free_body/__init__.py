@@ -44,7 +44,7 @@ def invariants(body: FreeBody, observed: Mapping[str, Array]) -> Mapping[str, Ar
 
 
 def errors(body: FreeBody) -> ErrorTheory:
-    """What fixed steps do to the rotation, by theory."""
+    """Theory of the errors of fixed steps on the rotation."""
     from plumbob.analytic.errors.free_body.error_series import free_body_errors
 
     return free_body_errors(body)
@@ -79,9 +79,9 @@ def _scene(
     duration: float = 10.0,
     **values: Any,
 ) -> Scene:
-    given = dict(zip(MOMENTS, inertia, strict=True)) | {"angular_velocity": rates}
+    parameters = dict(zip(MOMENTS, inertia, strict=True)) | {"angular_velocity": rates}
     return Scene(
-        f"free-body/{case}", summary, MappingProxyType(given), duration,
+        f"free-body/{case}", summary, MappingProxyType(parameters), duration,
         values.pop("steps", _STEPS), SOURCE, **values,
     )  # fmt: skip
 

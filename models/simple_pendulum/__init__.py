@@ -58,28 +58,30 @@ def problem(parameters: Parameters, linear: bool = False) -> SimplePendulum:
 
 def per_unit_mass(parameters: Parameters) -> dict[str, Any]:
     """Parameters with xi = C/m and A = F_0/(m L) in place of C and F_0; raises ParameterError."""
-    found = dict(parameters)
-    for own, rate in OWN_FORM.items():
-        if own not in found:
+    values = dict(parameters)
+    for name, rate in OWN_FORM.items():
+        if name not in values:
             continue
-        given = finite(own, found.pop(own))
-        if rate in found:
-            raise ParameterError(own, given, f"left out where {rate} is given")
-        inertia = positive("mass", found.get("mass", MASS))
-        if own == "force":
-            inertia *= positive("length", found["length"])
-        found[rate] = given / inertia
-    return found
+        value = finite(name, values.pop(name))
+        if rate in values:
+            raise ParameterError(name, value, f"left out where {rate} is given")
+        inertia = positive("mass", values.get("mass", MASS))
+        if name == "force":
+            inertia *= positive("length", values["length"])
+        values[rate] = value / inertia
+    return values
 
 
 def change(parameters: Parameters, changes: Parameters) -> Parameters:
     """Parameters with some values changed; of theta and theta_from_top one takes the other's
     place, and so do C and its rate, F_0 and its amplitude."""
-    for own, rate in OWN_FORM.items():
-        if given := {own, rate}.intersection(changes):
-            parameters = {n: v for n, v in parameters.items() if n not in (own, rate) or n in given}
-    if given := {"theta", FROM_TOP}.intersection(changes):
-        kept = {n: v for n, v in parameters.items() if n not in ("theta", FROM_TOP) or n in given}
+    for name, rate in OWN_FORM.items():
+        if chosen := {name, rate}.intersection(changes):
+            parameters = {
+                n: v for n, v in parameters.items() if n not in (name, rate) or n in chosen
+            }
+    if chosen := {"theta", FROM_TOP}.intersection(changes):
+        kept = {n: v for n, v in parameters.items() if n not in ("theta", FROM_TOP) or n in chosen}
         return {**kept, **changes}
     return replaced(parameters, changes)
 
@@ -102,7 +104,7 @@ def invariants(problem: SimplePendulum, observed: Mapping[str, Array]) -> Mappin
 
 
 def errors(problem: SimplePendulum) -> ErrorTheory:
-    """What fixed steps do to the motion, by theory."""
+    """Theory of the errors of fixed steps on the motion."""
     from plumbob.analytic.errors.smooth_motion.pendulum_errors import simple_pendulum_errors
 
     return simple_pendulum_errors(problem)
@@ -147,19 +149,19 @@ def _scene(name: str, summary: str, **values: Any) -> Scene:
     profile: Literal["quick", "full"] = values.pop("profile", "full")
     hard, duration = values.pop("hard", ""), values.pop("duration", 50.0)
     steps = values.pop("steps", _STEPS)
-    given = change(_REST, values)
-    return Scene(name, summary, given, duration, steps, SOURCE, profile, hard)
+    parameters = change(_REST, values)
+    return Scene(name, summary, parameters, duration, steps, SOURCE, profile, hard)
 
 
 def _both(
     case: str, summary: str, linear: str, *, linear_profile: str = "full", **values: Any
 ) -> tuple[Scene, Scene]:
     """A scene of the simple pendulum, and the same start of the linear one."""
-    own = {name: value for name, value in values.items() if name not in ("profile", "hard")}
-    own.setdefault("steps", step_sizes(1e-1, 1e-4))
+    shared = {name: value for name, value in values.items() if name not in ("profile", "hard")}
+    shared.setdefault("steps", step_sizes(1e-1, 1e-4))
     return (
         _scene(f"simple-pendulum/{case}", summary, **values),
-        _scene(f"linear-pendulum/{case}", linear, profile=linear_profile, **own),
+        _scene(f"linear-pendulum/{case}", linear, profile=linear_profile, **shared),
     )
 
 

@@ -87,7 +87,7 @@ def _closed_form(
 
 
 def errors(problem: CapsuleProblem) -> ErrorTheory:
-    """What fixed steps do to a residual motion, with a formula or without."""
+    """Theory of the errors of fixed steps on a residual motion, with a formula or without."""
     from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
     from plumbob.analytic.errors.sliding_motion.sliding_errors import coasting_errors
 
@@ -122,8 +122,8 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
             "deceleration": motion.coasting.deceleration,
         }  # fmt: skip
     end = problem.in_world.observe(np.array([lasting]))
-    rest = {name: float(end[name][0]) for name in ("x", "y", "heading")}
-    return {"t_rest": lasting, "rest": rest, **about}
+    pose = {name: float(end[name][0]) for name in ("x", "y", "heading")}
+    return {"t_rest": lasting, "rest": pose, **about}
 
 
 def _scene(case: str, summary: str, duration: float, profile: Any, **values: Any) -> Scene:

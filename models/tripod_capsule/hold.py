@@ -71,7 +71,7 @@ def _stroke(parameters: Parameters) -> CapsuleProblem:
 
 
 def errors(problem: CapsuleProblem) -> ErrorTheory:
-    """What fixed steps do to a slow motion, or to a body at rest."""
+    """Theory of the errors of fixed steps on a slow motion, or on a body at rest."""
     from plumbob.analytic.errors.sliding_motion.sliding_errors import hold_errors, stroke_errors
 
     theory = stroke_errors if problem.motion.kind == "stroke" else hold_errors

@@ -72,7 +72,7 @@ def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mappin
 
 
 def errors(problem: CapsuleProblem) -> StepErrors:
-    """What fixed steps do to a manoeuvre on a line, by theory."""
+    """Theory of the errors of fixed steps on a manoeuvre on a line."""
     from plumbob.analytic.errors.sliding_motion.sliding_errors import line_errors
 
     return StepErrors(partial(line_errors, problem.motion))

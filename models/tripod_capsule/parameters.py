@@ -1,4 +1,4 @@
-"""What the capsule's systems have in common: model, parameters as in `--set`, observables."""
+"""Model, parameters as in `--set`, and observables shared by the capsule's systems."""
 
 from __future__ import annotations
 
@@ -104,9 +104,9 @@ UNLOADING = 0.099 / capsule(CHECK).mass_ratio
 """Distance of the slider from C, away from A1, where A1 carries 1/300 of the weight [m]."""
 
 
-def threshold(given: Parameters) -> float:
+def threshold(changes: Parameters) -> float:
     """f g/mu [m/s^2] of the body with some of CHECK's parameters changed."""
-    return capsule({**CHECK, **given}).holding_acceleration
+    return capsule({**CHECK, **changes}).holding_acceleration
 
 
 def along(parameters: Parameters, body: Capsule) -> float:
@@ -138,19 +138,19 @@ def change_line(parameters: Parameters, changes: Parameters) -> Parameters:
     """Parameters with some values changed; `support` replaces `direction`, and the reverse."""
     if "support" in changes and "direction" in changes:
         raise ParameterError("direction", changes["direction"], "left out where support is given")
-    for given, other in (("support", "direction"), ("direction", "support")):
-        if given in changes:
+    for chosen, other in (("support", "direction"), ("direction", "support")):
+        if chosen in changes:
             parameters = {name: value for name, value in parameters.items() if name != other}
     return replaced(parameters, changes)
 
 
 def place(parameters: Parameters) -> tuple[float, float]:
     """Position of the fixed slider relative to C [m]; raises ParameterError."""
-    given: Any = parameters.get("slider", (0.0, 0.0))
+    slider: Any = parameters.get("slider", (0.0, 0.0))
     try:
-        x, y = given
+        x, y = slider
     except (TypeError, ValueError):
-        raise ParameterError("slider", given, "a point (x, y)") from None
+        raise ParameterError("slider", slider, "a point (x, y)") from None
     return finite("slider", x), finite("slider", y)
 
 

@@ -68,16 +68,16 @@ def _planned(
     return plan(body, goal, limits, track, start, legs=legs, arc=arc)
 
 
-def _pose(name: str, given: Any) -> tuple[float, float, float]:
+def _pose(name: str, value: Any) -> tuple[float, float, float]:
     try:
-        x, y, psi = given
+        x, y, psi = value
     except (TypeError, ValueError):
-        raise ParameterError(name, given, "a pose [x, y, psi]") from None
+        raise ParameterError(name, value, "a pose [x, y, psi]") from None
     return x, y, psi
 
 
-def _point(given: Any) -> Any:
-    return tuple(given) if isinstance(given, list) else given
+def _point(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
 
 
 def planned(parameters: Parameters) -> Plan:
@@ -105,21 +105,21 @@ def planned(parameters: Parameters) -> Plan:
 
 def problem(parameters: Parameters) -> CapsuleProblem:
     """The plan as a motion in the axes of its start; raises ParameterError."""
-    found = planned(parameters)
+    plan = planned(parameters)
     setup = CapsuleSetup(
-        found.capsule,
-        found.start.slider,
-        heading=found.start.heading,
-        press=found.capsule.gravity,
+        plan.capsule,
+        plan.start.slider,
+        heading=plan.start.heading,
+        press=plan.capsule.gravity,
         in_plane=True,
-        plane_velocity=found.relative_velocity,
-        plane_place=found.slider,
+        plane_velocity=plan.relative_velocity,
+        plane_place=plan.slider,
     )
-    return CapsuleProblem(found, PlaneReference(found.motion), setup)
+    return CapsuleProblem(plan, PlaneReference(plan.motion), setup)
 
 
 def errors(problem: CapsuleProblem) -> StepErrors:
-    """What fixed steps do to a plan, by theory."""
+    """Theory of the errors of fixed steps on a plan."""
     from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
 
     return StepErrors(partial(plane_errors, cast(PlaneReference, problem.reference)))
@@ -127,17 +127,17 @@ def errors(problem: CapsuleProblem) -> StepErrors:
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """Its manoeuvres, how long it takes, and how far from the goal the exact motion ends."""
-    found = problem.motion
-    distance, angle = found.error
+    plan = problem.motion
+    distance, angle = plan.error
     return {
-        "t_rest": found.duration,
-        "turns": found.turns,
-        "lines": found.lines,
-        "manoeuvres": len(found.manoeuvres),
+        "t_rest": plan.duration,
+        "turns": plan.turns,
+        "lines": plan.lines,
+        "manoeuvres": len(plan.manoeuvres),
         "position_error": distance,
         "heading_error": angle,
-        **plane_demand(found.motion).facts(),
-        "ends": np.asarray(found.ends),
+        **plane_demand(plan.motion).facts(),
+        "ends": np.asarray(plan.ends),
     }
 
 

@@ -43,23 +43,23 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     """The repeated manoeuvres that parameters describe; raises ParameterError."""
     check_names(parameters, NAMES)
     repeated = _repeated(parameters, parameters["count"], parameters["pause"])
-    one = repeated.manoeuvre
+    manoeuvre = repeated.manoeuvre
     return CapsuleProblem(
         repeated,
         repeated,
         CapsuleSetup(
-            one.capsule,
-            one.segment.start,
-            one.direction,
+            manoeuvre.capsule,
+            manoeuvre.segment.start,
+            manoeuvre.direction,
             heading(parameters),
-            press=one.capsule.gravity,
+            press=manoeuvre.capsule.gravity,
             relative_velocity=repeated.relative_velocity,
         ),
     )
 
 
 def errors(problem: CapsuleProblem) -> StepErrors:
-    """What fixed steps do to repeated manoeuvres, by theory."""
+    """Theory of the errors of fixed steps on repeated manoeuvres."""
     from plumbob.analytic.errors.sliding_motion.sliding_errors import repeated_line_errors
 
     return StepErrors(partial(repeated_line_errors, problem.motion))
@@ -82,11 +82,11 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     }
 
 
-def _fastest(one: LineManoeuvre) -> dict[str, float]:
+def _fastest(manoeuvre: LineManoeuvre) -> dict[str, float]:
     """The mean speed [m/s] that no manoeuvre of this stroke exceeds; none without friction."""
-    if one.capsule.friction == 0.0:
+    if manoeuvre.capsule.friction == 0.0:
         return {}
-    return {"mean_speed_bound": fastest_speed(one.capsule, one.stroke)}
+    return {"mean_speed_bound": fastest_speed(manoeuvre.capsule, manoeuvre.stroke)}
 
 
 def _scene(case: str, count: int, profile: Any, steps: tuple[float, ...]) -> Scene:

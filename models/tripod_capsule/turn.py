@@ -49,20 +49,20 @@ OBSERVED = (
 def problem(parameters: Parameters) -> CapsuleProblem:
     """The turn manoeuvre, or a repeated one, that parameters describe; raises ParameterError."""
     check_names(parameters, NAMES)
-    one = TurnManoeuvre(
+    turn = TurnManoeuvre(
         capsule(parameters),
         parameters["radius"],
         parameters["angular_acceleration"],
         parameters["half_time"],
         parameters.get("start", 0.0),
     )
-    turns = _repeated(one, parameters.get("count", 1), parameters.get("pause", 0.0))
+    turns = _repeated(turn, parameters.get("count", 1), parameters.get("pause", 0.0))
     x, y = turns.slider(np.zeros(1))[0]
     setup = CapsuleSetup(
-        one.capsule,
+        turn.capsule,
         (float(x), float(y)),
         heading=heading(parameters),
-        press=one.capsule.gravity,
+        press=turn.capsule.gravity,
         in_plane=True,
         plane_velocity=turns.relative_velocity,
         plane_place=turns.slider,
@@ -71,8 +71,8 @@ def problem(parameters: Parameters) -> CapsuleProblem:
 
 
 @lru_cache(maxsize=8)  # every method and step of a scene asks for the same
-def _repeated(one: TurnManoeuvre, count: int, pause: float) -> RepeatedTurn:
-    return RepeatedTurn(one, count, pause)
+def _repeated(turn: TurnManoeuvre, count: int, pause: float) -> RepeatedTurn:
+    return RepeatedTurn(turn, count, pause)
 
 
 def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
@@ -87,7 +87,7 @@ def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mappin
 
 
 def errors(problem: CapsuleProblem) -> StepErrors:
-    """What fixed steps do to a turn, by theory."""
+    """Theory of the errors of fixed steps on a turn."""
     from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
 
     return StepErrors(partial(plane_errors, cast(PlaneReference, problem.reference)))
@@ -96,27 +96,27 @@ def errors(problem: CapsuleProblem) -> StepErrors:
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """Angle at 2 tau and at rest, exact and by the formulas; sizes; loads."""
     turns = problem.motion
-    one, stop = turns.manoeuvre, np.array([2.0 * turns.manoeuvre.half_time])
+    turn, stop = turns.manoeuvre, np.array([2.0 * turns.manoeuvre.half_time])
     events = [(e.time, e.mode, e.support + 1) for e in turns.single.events]
-    lowest, _ = lowest_normal_forces(one.capsule, one.track)
-    left, formula = turns.single.at(stop), one.rates_at_stop
+    lowest, _ = lowest_normal_forces(turn.capsule, turn.track)
+    left, formula = turns.single.at(stop), turn.rates_at_stop
     return {
         "body_angle": float(turns.single.at(stop).heading[0]),
         "body_angle_at_rest": float(turns.single.at(np.array([turns.single.rest_time])).heading[0]),
-        "body_angle_formula": one.body_angle,
-        "body_angle_corrected": one.corrected_pose.heading,
-        "body_angle_corrected_at_rest": one.corrected_pose_at_rest.heading,
+        "body_angle_formula": turn.body_angle,
+        "body_angle_corrected": turn.corrected_pose.heading,
+        "body_angle_corrected_at_rest": turn.corrected_pose_at_rest.heading,
         "stop_time": float(stop[0]),
         "angular_velocity_at_stop": float(left.angular_velocity[0]),
         "angular_velocity_at_stop_formula": formula.heading,
         "speed_at_stop": math.hypot(*left.velocity[0]),
         "speed_at_stop_formula": math.hypot(formula.x, formula.y),
         "rest_time": turns.duration,
-        "epsilon": one.epsilon,
-        "slider_angle": one.slider_angle,
-        "inertia_ratio": one.inertia_ratio,
-        "friction_bound": one.friction_bound,
-        "drive_ratio": one.drive_ratio,
+        "epsilon": turn.epsilon,
+        "slider_angle": turn.slider_angle,
+        "inertia_ratio": turn.inertia_ratio,
+        "friction_bound": turn.friction_bound,
+        "drive_ratio": turn.drive_ratio,
         "count": turns.count,
         **plane_demand(turns.single).facts(),
         "lowest_normal_forces": [float(force) for force in lowest],
@@ -126,10 +126,12 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
 
 def _parameters(epsilon: float, body_angle: float, **values: Any) -> dict[str, Any]:
     """A turn with tau = epsilon T through `body_angle` [rad] to leading order."""
-    given: dict[str, Any] = {**CHECK, "radius": 0.12, "start": 0.0, **values}
-    made = turn_of(capsule(given), given["radius"], epsilon, body_angle, given["start"])
-    drive = {"angular_acceleration": made.angular_acceleration, "half_time": made.half_time}
-    return given | drive
+    parameters: dict[str, Any] = {**CHECK, "radius": 0.12, "start": 0.0, **values}
+    turn = turn_of(
+        capsule(parameters), parameters["radius"], epsilon, body_angle, parameters["start"]
+    )
+    drive = {"angular_acceleration": turn.angular_acceleration, "half_time": turn.half_time}
+    return parameters | drive
 
 
 def _scene(case: str, summary: str, parameters: Parameters, hard: str = "", **values: Any) -> Scene:
@@ -175,8 +177,8 @@ def _circle(slider_mass: float) -> float:
 
 def _circles(count: int) -> dict[str, Any]:
     """Turns for which the slider goes round one whole circle."""
-    given = _parameters(0.1, -_circle(CHECK["slider_mass"]))
-    return {**given, "count": count, "pause": (LASTING - 2.0) * given["half_time"]}
+    parameters = _parameters(0.1, -_circle(CHECK["slider_mass"]))
+    return {**parameters, "count": count, "pause": (LASTING - 2.0) * parameters["half_time"]}
 
 
 SCENES = (

@@ -1,4 +1,4 @@
-"""What inertia that an engine adds to a model does to the exact motion.
+"""Errors from inertia that an engine adds to a model.
 
 A platform of finite armature A. Free but for its armature, it does not quite keep its rate w. With
 the body's inertia about the vertical axis J(theta) and the coupling K(theta) = M X S cos theta of
@@ -103,9 +103,9 @@ def slider_on_a_line(
     the motion is these."""
     setup, duration = problem.setup, float(times[-1])
     part, mu = setup.capsule.slider_mass / armature, setup.capsule.mass_ratio
-    seen = problem.reference.observe(times)
-    way = float((np.abs(seen["stroke"]) + np.abs(seen["displacement"])).max())
-    rate = float((np.abs(seen["stroke_rate"]) + np.abs(seen["velocity"])).max())
+    observed = problem.reference.observe(times)
+    way = float((np.abs(observed["stroke"]) + np.abs(observed["displacement"])).max())
+    rate = float((np.abs(observed["stroke_rate"]) + np.abs(observed["velocity"])).max())
     moved, left = 0.0, 0.0
     if line is not None:
         moved = condition_number(line) * abs(line.displacement) * count
@@ -118,7 +118,7 @@ def slider_on_a_line(
     stopped = driven if setup.capsule.friction else DRIVE_ROUNDINGS * ROUNDOFF * rate
     # The lag of the slider grows with its acceleration in space, F/m; rounding comes anew.
     rounded = 2.0 * DRIVE_ROUNDINGS * ROUNDOFF * rate * setup.capsule.slider_mass / step
-    lagging = part * float(np.abs(seen["driving_force"]).max()) + rounded
+    lagging = part * float(np.abs(observed["driving_force"]).max()) + rounded
     friction = setup.capsule.slider_mass * stopped / step
     return {
         "stroke": slid,

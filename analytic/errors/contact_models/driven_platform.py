@@ -58,8 +58,8 @@ def drive_error(
         return [rate, bend, u_rate, d_rate, pull / body.inertia_x]
 
     start = [pendulum.theta, pendulum.theta_dot, 0.0, 0.0, 0.0]
-    found = solve_ivp(
+    solution = solve_ivp(
         slopes, (0.0, float(times[-1])), start, "DOP853", times, rtol=TOLERANCE, atol=TOLERANCE
     )
-    u, d, d_rate = found.y[2:]
+    u, d, d_rate = solution.y[2:]
     return PlatformError(d / inertia, d_rate / inertia, u / inertia)

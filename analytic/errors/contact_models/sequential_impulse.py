@@ -66,7 +66,7 @@ def convergence_factor(masses: Sequence[float], joints: Sequence[Array]) -> floa
 
 
 def _iteration(masses: Sequence[float], joints: Sequence[Array]) -> Array:
-    """What one iteration makes of the velocities, shape (n, n)."""
+    """The map of the velocities in one iteration, shape (n, n)."""
     inverse, product = np.diag(1.0 / np.asarray(masses)), np.eye(len(masses))
     for joint in joints:
         pull = inverse @ joint.T
@@ -90,13 +90,19 @@ def feet_factor(capsule: Capsule, foot_mass: float, slider: Array) -> float:
     than they can carry: light feet stop a heavy slider late.
     """
     corners, count = np.asarray(capsule.supports), 11
-    rest = capsule.body_mass - 3 * foot_mass
-    own = -foot_mass * corners.sum(axis=0) / rest
-    moment = float(capsule.inertia - rest * own @ own - foot_mass * np.square(corners).sum())
-    pins = [_pin(count, corner - own, 5 + 2 * i) for i, corner in enumerate(corners)]
+    core_mass = capsule.body_mass - 3 * foot_mass
+    core_centre = -foot_mass * corners.sum(axis=0) / core_mass
+    moment = float(
+        capsule.inertia
+        - core_mass * core_centre @ core_centre
+        - foot_mass * np.square(corners).sum()
+    )
+    pins = [_pin(count, corner - core_centre, 5 + 2 * i) for i, corner in enumerate(corners)]
     sticking = [np.eye(count)[5 + 2 * i : 7 + 2 * i] for i in range(3)]
-    masses = [rest, rest, moment, *[capsule.slider_mass] * 2, *[foot_mass] * 6]
-    return convergence_factor(masses, [_pin(count, np.asarray(slider) - own, 3), *pins, *sticking])
+    masses = [core_mass, core_mass, moment, *[capsule.slider_mass] * 2, *[foot_mass] * 6]
+    return convergence_factor(
+        masses, [_pin(count, np.asarray(slider) - core_centre, 3), *pins, *sticking]
+    )
 
 
 def slipping_feet_factor(capsule: Capsule, foot_mass: float, sticking: int) -> float:
@@ -119,7 +125,7 @@ def pivots_factor(capsule: Capsule, slider: Array) -> float:
         sticking = _pin(5, np.asarray(corner), 3)
         sticking[:, 3:] = 0.0
         turning = [np.asarray([corner]) @ sticking] if any(corner) else []
-        states.append([[sticking], [], *([one] for one in turning)])
+        states.append([[sticking], [], *([joint] for joint in turning)])
     masses = [*[capsule.body_mass] * 2, capsule.inertia, *[capsule.slider_mass] * 2]
     pin = _pin(5, np.asarray(slider), 3)
     left = [

@@ -1,4 +1,4 @@
-"""What sequential impulses add to motions with a closed form, beside the step: bounds by reason.
+"""Model errors of sequential impulses on motions with a closed form: bounds by reason.
 
 Solver iterations: where friction has to give another force than in the step before, the iterations
 of one step leave a fraction of the change of velocity. They leave the same at every foot, whatever
@@ -40,8 +40,8 @@ SAMPLES = 101  # times of the motion, to know its size
 
 @dataclass(frozen=True)
 class FrictionDemand:
-    """What a motion asks of friction: how often its force changes at once, by how much per mass
-    [m/s^2], and the fraction of friction to spare while it holds or is overcome."""
+    """Demand on friction: how often its force changes at once, by how much per mass [m/s^2], and
+    the fraction of friction to spare while it holds or is overcome."""
 
     changes: int = 0
     jump: float = 0.0
@@ -85,7 +85,7 @@ class LineRun:
 
     @cached_property
     def demand(self) -> FrictionDemand:
-        """What the motion asks of friction, where there is any."""
+        """The motion's demand on friction, where there is any."""
         motion = self.problem.motion
         return DEMANDS[motion.kind](motion, self.friction)
 
@@ -103,7 +103,7 @@ def model_error(problem: CapsuleProblem, duration: float, solver: SequentialImpu
     run = LineRun(problem, duration, solver)
     bounds = {reason: bound(run) for reason, bound in MECHANISMS[solver.model]}
     capsule, step = problem.setup.capsule, solver.step
-    return by_observable({why: with_drive(one, capsule, step) for why, one in bounds.items()})
+    return by_observable({why: with_drive(terms, capsule, step) for why, terms in bounds.items()})
 
 
 def _line(motion: Any, friction: float) -> FrictionDemand:
@@ -151,15 +151,15 @@ def _iterations(run: LineRun) -> Bounds:
     speed, spare = run.residual * demand.jump * step, demand.spare * run.friction
     lasting = run.duration if speed >= spare * run.duration else speed / spare
     way = demand.changes * speed * (lasting + step)
-    found = {**_everywhere(run, way, 2 * speed, 2 * speed * step), "stroke_rate": speed}
+    bounds = {**_everywhere(run, way, 2 * speed, 2 * speed * step), "stroke_rate": speed}
     if run.solver.model == "side":  # whose normal forces are the contacts' own impulses
-        found |= dict.fromkeys(NORMAL_FORCES, found["friction_force"])
-    return found
+        bounds |= dict.fromkeys(NORMAL_FORCES, bounds["friction_force"])
+    return bounds
 
 
 def _coming_to_rest(run: LineRun) -> Bounds:
-    """What the iterations leave as a body on bare pivots comes to rest: some of them are at their
-    limits where the rest falls next to the end of a step."""
+    """Residual of the iterations as a body on bare pivots comes to rest: some of them are at their
+    limits where it stops next to the end of a step."""
     return _iterations(run) if run.problem.motion.kind == "coasting" else {}
 
 
@@ -167,8 +167,10 @@ def _rounding(run: LineRun) -> Bounds:
     """A joint that closes its opening in one step turns the last bit of a position into a
     velocity, anew in each step: positions make a random walk."""
     problem, step = run.problem, run.step
-    seen = problem.reference.observe(np.linspace(0.0, run.duration, SAMPLES))
-    reach = [np.abs(seen[n]).max() for n in ("displacement", "stroke", "x", "y") if n in seen]
+    observed = problem.reference.observe(np.linspace(0.0, run.duration, SAMPLES))
+    reach = [
+        np.abs(observed[n]).max() for n in ("displacement", "stroke", "x", "y") if n in observed
+    ]
     size = math.hypot(*problem.setup.slider) + run.arm + float(sum(reach))
     bit = ROUNDINGS * ROUNDOFF * size
     way, lever = bit * math.sqrt(run.duration / step), 1.0 + size / run.base

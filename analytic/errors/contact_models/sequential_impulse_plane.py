@@ -1,4 +1,4 @@
-"""What sequential impulses add to a motion in the plane, apart from the step: bounds by reason.
+"""Model errors of sequential impulses on a motion in the plane: bounds by reason.
 
 Theory steps the motion as such an engine does (errors.position_first), but for three things. Feet
 and body are separate and move straight in a step, not on circles, which gives them a moment of
@@ -86,12 +86,12 @@ def model_error(problem: CapsuleProblem, duration: float, solver: SequentialImpu
     relative = (size.rate * step) ** 2
     bit = ROUNDINGS * ROUNDOFF * (size.way + arm)
     walk = bit * math.sqrt(duration / step)
-    found = {
+    errors = {
         "straight steps of feet": PlaneError(relative * size.turned, relative * size.rate),
         "solver iterations": _iterations(problem, solver),
         "rounding of positions": PlaneError(walk / arm, bit / step / arm, walk, bit / step),
     }
-    return by_observable({reason: error.bounds(size) for reason, error in found.items()})
+    return by_observable({reason: error.bounds(size) for reason, error in errors.items()})
 
 
 def _iterations(problem: CapsuleProblem, solver: SequentialImpulse) -> PlaneError:
@@ -115,21 +115,21 @@ def _extent(problem: CapsuleProblem, duration: float) -> Extent:
     if count > 1:
         lasting = motion.period
     times = np.linspace(0.0, lasting, SAMPLES)
-    seen = problem.reference.observe(times)
-    way = float(np.hypot(np.diff(seen["x"]), np.diff(seen["y"])).sum())
+    observed = problem.reference.observe(times)
+    way = float(np.hypot(np.diff(observed["x"]), np.diff(observed["y"])).sum())
     place = problem.setup.plane_place
     places = np.array([problem.setup.slider]) if place is None else place(times)
     return Extent(
         way=count * way,
-        turned=count * float(np.abs(np.diff(seen["heading"])).sum()),
-        speed=float(np.hypot(seen["velocity_x"], seen["velocity_y"]).max()),
-        rate=float(np.abs(seen["heading_rate"]).max()),
+        turned=count * float(np.abs(np.diff(observed["heading"])).sum()),
+        speed=float(np.hypot(observed["velocity_x"], observed["velocity_y"]).max()),
+        rate=float(np.abs(observed["heading_rate"]).max()),
         arm=problem.setup.capsule.mass_ratio * float(np.hypot(*places.T).max()),
     )
 
 
 def _switches(problem: CapsuleProblem) -> Switches:
-    """What the exact motion asks of the solver."""
+    """The demands of the exact motion on the solver."""
     single: Any = problem.motion.single
     times = np.clip(single.path.breakpoints, 0.0, None)
     strongest = float(np.hypot(*single.path.kinematics(times)[2].T).max())

@@ -1,4 +1,4 @@
-"""What soft contacts add to a motion with a closed form: bounds, mechanism by mechanism.
+"""Model errors of soft contacts on motions with a closed form: bounds, mechanism by mechanism.
 
 A contact that deflects by c N lets the common centre of mass stand at z = -c sum N_i^2 / W, so the
 error of the weight on the plane is (M + m) z'', of the velocity of a sliding body f z' and of its
@@ -86,8 +86,8 @@ class LineMotion:
         if self.coasting:
             still = normal_forces(problem.setup.capsule, np.array([problem.setup.slider]))
             return times, np.repeat(still.T, POINTS, axis=1), np.zeros(POINTS)
-        seen = problem.reference.observe(times)
-        return times, np.stack([seen[name] for name in NORMAL_FORCES]), seen["stroke"]
+        observed = problem.reference.observe(times)
+        return times, np.stack([observed[name] for name in NORMAL_FORCES]), observed["stroke"]
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def model_error(problem: CapsuleProblem, duration: float, contact: SoftContact) 
     motion = LineMotion(problem, duration)
     bounds = {why: bound(motion, contact) for why, bound in MECHANISMS.items()}
     capsule, step = problem.setup.capsule, contact.step
-    return by_observable({why: with_drive(one, capsule, step) for why, one in bounds.items()})
+    return by_observable({why: with_drive(terms, capsule, step) for why, terms in bounds.items()})
 
 
 def stiction_drift(motion: LineMotion, contact: SoftContact) -> Bounds:
@@ -224,8 +224,9 @@ def tangential_normal_coupling(motion: LineMotion, contact: SoftContact) -> Boun
 
 
 def centre_height(motion: LineMotion, contact: SoftContact) -> Bounds:
-    """What the source leaves out: friction has a moment f W h about a centre of mass at the height
-    h, and shifts load along its line; not sideways, so the motion on a line is the same."""
+    """Error of a centre of mass at the height h, which the source leaves out: friction has a moment
+    f W h about it and shifts load along its line; not sideways, so the motion on a line is the
+    same."""
     if contact.normal is None or not contact.normal.height:
         return {}
     capsule = motion.problem.setup.capsule

@@ -1,4 +1,4 @@
-"""What soft contacts add to a motion in the plane without a closed form: bounds.
+"""Model errors of soft contacts on a motion in the plane without a closed form: bounds.
 
 Deflection dynamics. The deflections c N_i, affine in the slider's place r, put C at a height z and
 give the body's plane a gradient g, so the slider has the height q = z + g.r. With F_i the friction,
@@ -181,14 +181,14 @@ def _stepping(problem: CapsuleProblem, times: Array, duration: float, contact: S
 def _sampled(capsule: Capsule, path: SliderPath, start: Start, end: float) -> PlaneMotion:
     times = _times(path, end)
     place, speed, push = (_complex(part) for part in path.kinematics(times))
-    seen = three_point_motion(capsule, path, start).at(times)
-    ground = _complex(seen.velocity) * np.exp(-1j * seen.heading)
+    pose = three_point_motion(capsule, path, start).at(times)
+    ground = _complex(pose.velocity) * np.exp(-1j * pose.heading)
     supports, mu = _complex(np.asarray(capsule.supports)), capsule.mass_ratio
-    slips = np.asarray(ground + 1j * seen.angular_velocity * supports[:, None])
+    slips = np.asarray(ground + 1j * pose.angular_velocity * supports[:, None])
     slips = np.where(np.abs(slips) > STILL * np.abs(slips).max(), slips, 0.0)
     loads = normal_forces(capsule, np.stack([place.real, place.imag], axis=-1)).T
     return PlaneMotion(
-        times, place, speed, push, seen.angular_velocity, np.abs(ground),
+        times, place, speed, push, pose.angular_velocity, np.abs(ground),
         mass=capsule.body_mass + capsule.slider_mass,
         inertia=capsule.inertia + mu * capsule.body_mass * np.abs(place) ** 2,
         arms=supports[:, None] - mu * place,

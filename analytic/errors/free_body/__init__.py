@@ -1,1 +1,1 @@
-"""What fixed steps do to the rotation of a free rigid body."""
+"""Errors of fixed steps on the rotation of a free rigid body."""

@@ -84,11 +84,11 @@ class Panels:
         """J at the nodes, shape (stages, panels, 3, 3)."""
         w = self.state[0].reshape(3, -1, STAGES)
         factors = Body.of(self.body.inertia).factors[:, 0]
-        found = np.zeros((STAGES, w.shape[1], 3, 3))
+        jacobian = np.zeros((STAGES, w.shape[1], 3, 3))
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
-            found[:, :, i, j], found[:, :, i, k] = factors[i] * w[k].T, factors[i] * w[j].T
-        return found
+            jacobian[:, :, i, j], jacobian[:, :, i, k] = factors[i] * w[k].T, factors[i] * w[j].T
+        return jacobian
 
     def respond(self, source: Array) -> Curve:
         """The solution of w' = J w + S from 0, S of shape (3, nodes)."""
@@ -199,7 +199,7 @@ def expansion(panels: Panels, step: Step, order: int) -> tuple[tuple[int, Curve,
     last = order + TERMS - (order != 2)
     w, p = np.zeros((last + 1, 3, rates.shape[1])), np.zeros((last + 1, 4, rates.shape[1]))
     w[0], p[0, 0] = rates, 1.0
-    defect, found = np.zeros_like(p), []
+    defect, terms = np.zeros_like(p), []
     for k in range(1, last + 1):
         if k < order:
             continue
@@ -212,8 +212,8 @@ def expansion(panels: Panels, step: Step, order: int) -> tuple[tuple[int, Curve,
         drift = sum(composed(p[k - j], defect[j]) for j in range(1, k + 1))
         moved = panels.integrate(np.asarray(drift)).above(level)
         p[k] = moved.at_nodes
-        found.append((k, curve, moved))
-    return tuple(found)
+        terms.append((k, curve, moved))
+    return tuple(terms)
 
 
 def free_body_errors(body: FreeBody) -> FreeBodyErrors:
@@ -222,9 +222,9 @@ def free_body_errors(body: FreeBody) -> FreeBodyErrors:
 
 
 def euler_drifts(body: FreeBody, until: float) -> Mapping[str, float]:
-    """What `until` [s] of semi-implicit Euler add to the energy and to the angular momentum's
-    magnitude, relative, per second of step, to first order; of linearly implicit Euler as much is
-    lost (THEORY.md, eq. 12.4)."""
+    """Relative gain of the energy and of the angular momentum's magnitude over `until` [s] of
+    semi-implicit Euler, per second of step, to first order; linearly implicit Euler loses as much
+    (THEORY.md, eq. 12.4)."""
     panels = Panels(body, until)
     inertia = np.array(body.inertia)[:, None]
     rates = panels.state[0]

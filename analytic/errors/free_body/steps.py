@@ -33,7 +33,7 @@ _LAST: Final = (2, 0, 1)
 
 @dataclass(frozen=True)
 class Body:
-    """What Euler's equations need: (I_j - I_k)/I_i for each axis i, shape (3, 1)."""
+    """Coefficients of Euler's equations: (I_j - I_k)/I_i for each axis i, shape (3, 1)."""
 
     factors: Array
 
@@ -71,9 +71,9 @@ def quaternion_product(p: Array, q: Array) -> Array:
 
 def unit(like: Array) -> Array:
     """The series of the quaternion 1, for vectors of shape (degrees, 3, n)."""
-    one = np.zeros((len(like), 4, like.shape[2]))
-    one[0, 0] = 1.0
-    return one
+    series = np.zeros((len(like), 4, like.shape[2]))
+    series[0, 0] = 1.0
+    return series
 
 
 def _quaternion(w: Array) -> Array:
@@ -121,12 +121,12 @@ def leapfrog(body: Body, w: Array) -> tuple[Array, Array]:
 def rk4(body: Body, w: Array) -> tuple[Array, Array]:
     """The classical method on w and q together: g is its polynomial of q, not of length 1."""
     rates, after = _stages(body, w)
-    one, total = unit(w), np.zeros((len(w), 4, w.shape[2]))
-    slope = np.zeros_like(one)
+    identity, total = unit(w), np.zeros((len(w), 4, w.shape[2]))
+    slope = np.zeros_like(identity)
     for rate, ahead, weight in zip(rates, (0.0, 0.5, 0.5, 1.0), (1, 2, 2, 1), strict=True):
-        slope = quaternion_product(one + ahead * raised(slope), _quaternion(rate)) / 2
+        slope = quaternion_product(identity + ahead * raised(slope), _quaternion(rate)) / 2
         total += weight / 6 * slope
-    return after, one + raised(total)
+    return after, identity + raised(total)
 
 
 def rk4_added_rates(body: Body, w: Array) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""What a fixed step makes of a motion whose acceleration jumps inside a step."""
+"""Errors of a fixed step where a motion's acceleration jumps inside a step."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def _rk4_course(left: float) -> tuple[Array, Array]:
         v4 = speed - k3
         way += (speed + 2.0 * v2 + 2.0 * v3 + v4) / 6.0
         speed -= (k1 + 2.0 * k2 + 2.0 * k3 + min(1.0, v4)) / 6.0
-        rest = max(left - n, 0.0)
-        ways.append(way - 0.5 * (left**2 - rest**2))
-        speeds.append(speed - rest)
+        remaining = max(left - n, 0.0)
+        ways.append(way - 0.5 * (left**2 - remaining**2))
+        speeds.append(speed - remaining)
     return np.array(ways), np.array(speeds)

@@ -46,7 +46,7 @@ class FrictionProblem(NamedTuple):
     offsets: Sequence[complex] = (0j, 0j, 0j)
 
     def value(self, free: Slip, slip: Slip) -> float:
-        """What is to be minimised [J]."""
+        """The function to be minimised [J]."""
         (u, o), (p, w) = slip, free
         supports = zip(self.limits, self.arms, self.offsets, strict=True)
         drag = sum(c * abs(u + 1j * o * a + g) for c, a, g in supports)
@@ -59,8 +59,8 @@ def after_friction(problem: FrictionProblem, free: Slip, near: Slip) -> Slip:
     scale = abs(free[0]) + abs(free[1]) * max(map(abs, problem.arms))
     if scale == 0.0 or _rests(problem, free):
         return 0j, 0.0
-    if (found := _sliding(problem, free, near, scale, QUICK, damped=False)) is not None:
-        return found
+    if (sliding := _sliding(problem, free, near, scale, QUICK, damped=False)) is not None:
+        return sliding
     pivots = [_pivoting(problem, free, i) for i in range(3)]
     for slip, excess, _ in pivots:
         if slip[1] != 0.0 and excess <= 0.0:
@@ -77,8 +77,8 @@ def after_friction(problem: FrictionProblem, free: Slip, near: Slip) -> Slip:
         size = scale / (math.hypot(way[0], way[1]) + abs(way[2]) * float(np.abs(arms).max()))
         leaving = (size * complex(way[0], way[1]), size * float(way[2]))
         begin = _below(problem, free, slip, leaving)
-    found = _sliding(problem, free, begin, scale, NEWTON_STEPS, damped=True)
-    return begin if found is None else found
+    sliding = _sliding(problem, free, begin, scale, NEWTON_STEPS, damped=True)
+    return begin if sliding is None else sliding
 
 
 def _rests(problem: FrictionProblem, free: Slip) -> bool:

@@ -1,4 +1,4 @@
-"""What a fixed step makes of plane motions: by taking the steps, and of a turn to leading order.
+"""Errors of fixed steps on plane motions, by taking the steps; of a turn, to leading order.
 
 Let r_{n+1} = r_n + h v_{n+1} for the slider, with its relative velocity v right at grid times, and
 let the body's rate follow eq. 23 with everything taken at the start of a step,
@@ -46,21 +46,21 @@ def plane_errors(
     observable of `PlaneReference`, found by taking them (`errors.plane_steps`,
     `errors.position_first`); empty for other schemes, or more than MOST_STEPS steps."""
     times = np.asarray(times, dtype=np.float64)
-    taken = np.rint(times / step).astype(np.int64)
-    steps, motion = int(taken.max()), reference.motion
+    marks = np.rint(times / step).astype(np.int64)
+    steps, motion = int(marks.max()), reference.motion
     if steps > MOST_STEPS or scheme.position_lead is None:
         return {}
     driven = (motion.capsule, motion.path, reference.begun)
     if scheme.position_first:
-        rows = position_first_course(*driven, step, steps)[taken]
+        rows = position_first_course(*driven, step, steps)[marks]
     else:
-        rows = course(*driven, scheme.integrator, step, steps)[taken]
-    found, exact = dict(zip(COLUMNS, rows.T, strict=True)), reference.observe(times)
-    found["body_angle"] = found["heading"]
+        rows = course(*driven, scheme.integrator, step, steps)[marks]
+    stepped, exact = dict(zip(COLUMNS, rows.T, strict=True)), reference.observe(times)
+    stepped["body_angle"] = stepped["heading"]
     if not scheme.position_first:
-        places = held_places(motion.path, float(scheme.position_lead), step, steps)[taken]
-        found |= by_support(normal_forces(motion.capsule, places))
-    return {name: found[name] - values for name, values in exact.items() if name in found}
+        places = held_places(motion.path, float(scheme.position_lead), step, steps)[marks]
+        stepped |= by_support(normal_forces(motion.capsule, places))
+    return {name: stepped[name] - values for name, values in exact.items() if name in stepped}
 
 
 def held_places(path: SliderPath, lead: float, step: float, steps: int) -> Array:

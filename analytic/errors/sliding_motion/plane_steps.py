@@ -54,12 +54,12 @@ class _Body:
     """f N_i with Q at C [N], and its change along x and y [N/m], of each support."""
 
     @classmethod
-    def of(cls, given: Mechanics) -> _Body:
+    def of(cls, equations: Mechanics) -> _Body:
         """Those of a capsule's equations."""
-        limits = np.column_stack([given.centre_limits, *given.limit_slopes]).tolist()
+        limits = np.column_stack([equations.centre_limits, *equations.limit_slopes]).tolist()
         return cls(
-            given.mass, given.mass_ratio, given.reduced_mass, given.body_inertia,
-            tuple(given.supports.tolist()), tuple(map(tuple, limits)),
+            equations.mass, equations.mass_ratio, equations.reduced_mass, equations.body_inertia,
+            tuple(equations.supports.tolist()), tuple(map(tuple, limits)),
         )  # fmt: skip
 
     def rates(self, state: State, w: complex, lead: float, near: Slip) -> tuple[State, Slip]:

@@ -59,12 +59,12 @@ def position_first_course(
     """x, y of C [m], heading [rad], velocity of C [m/s], angular velocity [rad/s] at the start and
     after each of `steps` steps of `step` [s], shape (steps + 1, 6), in the ground's axes."""
     inside, moving, targets = _targets(path, step, steps)
-    given = mechanics(capsule)
-    limits_by = (step * np.vstack([given.centre_limits, given.limit_slopes])).T.tolist()
-    body = _Body(capsule, tuple(given.supports.tolist()), tuple(map(tuple, limits_by)))
+    equations = mechanics(capsule)
+    limits_by = (step * np.vstack([equations.centre_limits, equations.limit_slopes])).T.tolist()
+    body = _Body(capsule, tuple(equations.supports.tolist()), tuple(map(tuple, limits_by)))
     turned, omega = cmath.exp(1j * start.heading), start.angular_velocity
     state = _started(start, turned, inside, moving, step)
-    slip: Slip = (state[3] + 1j * omega * given.mass_ratio * turned * inside, omega)
+    slip: Slip = (state[3] + 1j * omega * equations.mass_ratio * turned * inside, omega)
     rows = np.empty((steps + 1, 6))
     for k in range(steps + 1):
         z, psi, _, speed, omega, _ = state

@@ -1,4 +1,4 @@
-"""What a fixed step makes of motions along a line that friction brings to rest, and of coasting."""
+"""Errors of fixed steps on coasting, and on motions along a line that friction brings to rest."""
 
 from __future__ import annotations
 
@@ -54,24 +54,24 @@ def line_errors(line: LineManoeuvre, scheme: Scheme, step: float, times: Array) 
     slid = lead * step * rate
     jumps = [(line.t1, -(line.w1 + line.w2)), (line.t2, line.w2)]
     slid = slid + trapezoid_errors(jumps, step, times)
-    found = {"stroke": slid, "stroke_rate": still, "heading": still, "sideways": still}
-    found |= _normal_forces(line, slid)
+    errors = {"stroke": slid, "stroke_rate": still, "heading": still, "sideways": still}
+    errors |= _normal_forces(line, slid)
     if scheme.integrator == RK4 and line.capsule.friction > 0.0:
         on_grid = abs(line.t1 / step - round(line.t1 / step)) < GRID
         if closed.braking_time < 3 * step and not on_grid:
-            return found  # push and stop within the stages of one step, or of two
+            return errors  # push and stop within the stages of one step, or of two
         late, fast = rk4_stop(closed.t_star, closed.braking, step, times, line.t1)
         pushed = trapezoid_errors([(line.t1, closed.backward + closed.braking)], step, times)
         velocity = line.body_velocity(times) - fast
-        found |= {"displacement": pushed - late, "velocity": -fast}
-        found["friction_force"] = _first_stage(line, step, times, velocity)
-        return found | _driving_force(line, found["friction_force"], step, times)
+        errors |= {"displacement": pushed - late, "velocity": -fast}
+        errors["friction_force"] = _first_stage(line, step, times, velocity)
+        return errors | _driving_force(line, errors["friction_force"], step, times)
     jumps = [(line.t1, closed.backward + closed.braking), (closed.t_star, -closed.braking)]
     moved = lead * step * line.body_velocity(times) + trapezoid_errors(jumps, step, times)
     mean = (line.momentum(times + step) - line.momentum(times)) / step
-    found["friction_force"] = mean - line.friction_force(times)
-    found |= _driving_force(line, found["friction_force"], step, times)
-    return {**found, "displacement": moved, "velocity": still}
+    errors["friction_force"] = mean - line.friction_force(times)
+    errors |= _driving_force(line, errors["friction_force"], step, times)
+    return {**errors, "displacement": moved, "velocity": still}
 
 
 def stroke_errors(
@@ -112,24 +112,26 @@ def repeated_line_errors(motion: RepeatedLine, scheme: Scheme, step: float, time
     if np.abs(starts - np.round(starts)).max() > STARTS:
         return {}
     line, end = motion.manoeuvre, np.array([motion.period])
-    found = dict(line_errors(line, scheme, step, local))
+    errors = dict(line_errors(line, scheme, step, local))
     after = stroke_errors(motion.returning, scheme, step, local - line.t2, line.t2)
-    one = line_errors(line, scheme, step, end)
-    rest = stroke_errors(motion.returning, scheme, step, end - line.t2, line.t2)
-    found["displacement"] = found["displacement"] + done * one["displacement"]
-    found["stroke"] = found["stroke"] + after["stroke"] + done * (one["stroke"] + rest["stroke"])
-    found |= _normal_forces(line, found["stroke"])
+    per_line = line_errors(line, scheme, step, end)
+    per_return = stroke_errors(motion.returning, scheme, step, end - line.t2, line.t2)
+    errors["displacement"] = errors["displacement"] + done * per_line["displacement"]
+    errors["stroke"] = (
+        errors["stroke"] + after["stroke"] + done * (per_line["stroke"] + per_return["stroke"])
+    )
+    errors |= _normal_forces(line, errors["stroke"])
     if scheme.integrator == RK4 and line.capsule.friction > 0.0:
-        if (late := found.get("velocity")) is not None:
-            found["friction_force"] = _first_stage(
+        if (late := errors.get("velocity")) is not None:
+            errors["friction_force"] = _first_stage(
                 motion, step, times, line.body_velocity(local) + late
             )
-    elif "friction_force" in found:
+    elif "friction_force" in errors:
         gained = np.diff(motion.momentum(np.stack([times, times + step])), axis=0)[0]
-        found["friction_force"] = gained / step - motion.friction_force(times)
-    if "friction_force" in found:
-        found |= _driving_force(motion, found["friction_force"], step, times)
-    return found
+        errors["friction_force"] = gained / step - motion.friction_force(times)
+    if "friction_force" in errors:
+        errors |= _driving_force(motion, errors["friction_force"], step, times)
+    return errors
 
 
 def hold_errors(hold: TiltedHold, scheme: Scheme, step: float, times: Array) -> Errors:
@@ -159,8 +161,13 @@ def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: 
         way = way + trapezoid_errors(jumps, step, times)
     if motion.centre is None:
         cos, sin = math.cos(motion.direction), math.sin(motion.direction)
-        found = {"x": way * cos, "y": way * sin, "velocity_x": rate * cos, "velocity_y": rate * sin}
-        return {**found, **loads, **dict.fromkeys(("heading", "heading_rate"), still)}
+        errors = {
+            "x": way * cos,
+            "y": way * sin,
+            "velocity_x": rate * cos,
+            "velocity_y": rate * sin,
+        }
+        return {**errors, **loads, **dict.fromkeys(("heading", "heading_rate"), still)}
     central = dict.fromkeys(("x", "y", "velocity_x", "velocity_y"), still)
     turned = {"heading": way, "heading_rate": rate}
     return {**(central if motion.centre == (0.0, 0.0) else {}), **turned, **loads}

@@ -35,16 +35,16 @@ def energy_drift_rate(
     Raises ParameterError."""
     if not rotor.conservative:
         raise ParameterError("rotor", rotor, "without damping and forcing")
-    if (found := rotor_step(scheme)) is None:
+    if (rotor_scheme := rotor_step(scheme)) is None:
         return {}
     flow = TangentFlow(rotor, integrate(rotor, theta, theta_dot, period))
-    last = 2 * found.order
+    last = 2 * rotor_scheme.order
     start = [constant(values, last) for values in flow.states]
-    gained = _energy(rotor, *found.advance(StepSeries(rotor, flow.times), *start))
+    gained = _energy(rotor, *rotor_scheme.advance(StepSeries(rotor, flow.times), *start))
     lengths = np.diff(flow.orbit.breakpoints)
     weights = lengths[:, None] * gauss_collocation(STAGES).weights / period
     rates = {}
-    for power in range(found.order, last):
+    for power in range(rotor_scheme.order, last):
         terms = weights * gained[power + 1]
         total = float(terms.sum())
         rates[power] = total if abs(total) > NEGLIGIBLE * np.abs(terms).sum() else 0.0

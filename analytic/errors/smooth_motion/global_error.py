@@ -53,10 +53,10 @@ def leading_error(
     """The first `terms` coefficients C_p(t) of the error (scheme minus exact) sum_p C_p step^p of a
     motion from `theta` [rad], `theta_dot` [rad/s], at `times` [s], shape (n,), as {p: {"theta":
     (n,), "theta_dot": (n,)}}; empty for a scheme unknown to `rotor_step`. Raises ParameterError."""
-    if (found := rotor_step(scheme)) is None:
+    if (rotor_scheme := rotor_step(scheme)) is None:
         return {}
     flow = flow_until(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
-    return _evaluated(*_as_one(expansion(flow, found, terms)), times)
+    return _evaluated(*_as_one(expansion(flow, rotor_scheme, terms)), times)
 
 
 @lru_cache(maxsize=4)  # all schemes of one motion ask for the same
@@ -89,7 +89,7 @@ class RotorErrors:
         return simplest(scheme, self.rotor)
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
-        """What `leading_error` says at `times` [s], shape (n,). Raises ParameterError."""
+        """`leading_error` at `times` [s], shape (n,). Raises ParameterError."""
         if (how := rotor_step(scheme)) is None:
             return {}
         known, last = self._found.get(scheme), float(np.max(times))
@@ -125,15 +125,15 @@ def expansion(flow: TangentFlow, scheme: RotorStep, terms: int = 2) -> Mapping[i
     step = StepSeries(flow.rotor, flow.times, scheme.control)
     state = [constant(values, last + 1) for values in flow.states]
     flown = exact(StepSeries(flow.rotor, flow.times), *state)
-    found: dict[int, Response] = {}
+    responses: dict[int, Response] = {}
     for order in range(first, last + 1, stride):
         m = order + 1
         stepped = scheme.advance(step, *(series[: m + 1] for series in state))
         source = np.stack([a[m] - b[m] for a, b in zip(stepped, flown, strict=True)], axis=-1)
-        for lower, response in found.items():
+        for lower, response in responses.items():
             j = m - lower
             source -= response.at_nodes(derivative=j)[..., 0] / math.factorial(j)
-        found[order] = flow.respond(np.zeros((2, 1)), source[..., None])
+        responses[order] = flow.respond(np.zeros((2, 1)), source[..., None])
         for i in (0, 1):
-            state[i][order] = found[order].at_nodes()[:, :, i, 0]
-    return found
+            state[i][order] = responses[order].at_nodes()[:, :, i, 0]
+    return responses

@@ -1,4 +1,4 @@
-"""What fixed steps make of pendulums: errors of the angle and its rate, and of a rod's tension."""
+"""Errors of fixed steps on pendulums: of the angle, its rate, and a rod's tension."""
 
 from __future__ import annotations
 
@@ -82,9 +82,9 @@ class RodErrors:
     def _with_tension(self, terms: Coefficients, times: Array) -> Coefficients:
         if not terms:
             return {}
-        seen, degree = self.pendulum.motion.observe(times), max(terms)
+        observed, degree = self.pendulum.motion.observe(times), max(terms)
         length, gravity = self.pendulum.length, self.pendulum.gravity
-        theta, rate = (constant(seen[name], degree) for name in ("theta", "theta_dot"))
+        theta, rate = (constant(observed[name], degree) for name in ("theta", "theta_dot"))
         for power, coefficients in terms.items():
             theta[power], rate[power] = coefficients["theta"], coefficients["theta_dot"]
         series = length * product(rate, rate) + gravity * sine_cosine(theta)[1]

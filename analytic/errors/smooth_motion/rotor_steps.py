@@ -139,8 +139,8 @@ class RotorStep:
 
 
 def rotor_step(scheme: Scheme) -> RotorStep | None:
-    """What `scheme` does to a rotor in a step; None where no theory of it is known: for a jointed
-    body see `errors.jointed_euler`."""
+    """The step of `scheme` on a rotor; None where no theory of it is known: for a jointed body see
+    `errors.jointed_euler`."""
     known = scheme.integrator in (EULER, LEAPFROG, RK4)
     if not known or scheme.control == "mean" or scheme.joint_closing_rate is not None:
         return None

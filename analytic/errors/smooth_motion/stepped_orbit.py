@@ -1,4 +1,4 @@
-"""What a one-step map makes of a start, and how far rounding may take its orbit.
+"""The orbit of a one-step map, and a bound on the effect of rounding.
 
 The map is written once, for plain numbers and for arrays alike. Numbers step it from sample to
 sample. Arrays then step it from all samples at once, with derivatives as imaginary parts of 1e-30
@@ -51,8 +51,8 @@ class StepMap:
 
 @dataclass(frozen=True)
 class Orbit:
-    """What is seen at the marks, shape (n, observables), and its uncertainty: what a unit in the
-    last place of every input moves it by, and 2/sqrt(steps) standard deviations of all roundings,
+    """Observables at the marks, shape (n, observables), and their uncertainty: the response to a
+    unit in the last place of every input, and 2/sqrt(steps) standard deviations of all roundings,
     so that 2 sqrt(steps) times it holds four of them."""
 
     values: Array
@@ -88,11 +88,11 @@ def _with_uncertainty(
     size = len(step_map.start)
     states = reached[:, None, kept] + 1j * TINY * np.eye(size)[:, :, None]
     built = step_map.build(step_map.coefficients, _sine, _cosine)
-    seen = np.array(np.broadcast_arrays(*built.observe(*states)))  # (observables, size, n)
-    slopes = np.moveaxis(seen.imag / TINY, -1, 0)
+    observed = np.array(np.broadcast_arrays(*built.observe(*states)))  # (observables, size, n)
+    slopes = np.moveaxis(observed.imag / TINY, -1, 0)
     inputs = np.abs(slopes @ responses[kept]).sum(axis=2)
     spread = np.einsum("nij,njk,nik->ni", slopes, covariances[kept], slopes)
-    values = seen[:, 0].real.T
+    values = observed[:, 0].real.T
     walk = 2.0 * np.sqrt(np.maximum(spread, 0.0) / max(1, int(marks[-1])))
     uncertainty = inputs + walk + ULP * np.abs(values)
     return Orbit(values, uncertainty) if np.isfinite(uncertainty).all() else None
@@ -101,19 +101,19 @@ def _with_uncertainty(
 def _blocks(
     step_map: StepMap, step: float, marks: Marks, reached: Array
 ) -> tuple[Array, Array, Array]:
-    """What the start, and then each block between marks, does to the state, shape (1 + blocks,
-    ...): the derivative of its end by what was before, (d, d), none by what was before the start;
-    the response to an ulp of each coefficient that is not zero and of each number of the start,
-    (d, c + d); the covariance of what rounds in it, (d, d)."""
+    """Effect of the start, and then of each block between marks, on the state, shape (1 + blocks,
+    ...): the derivative of its end by the state before it, (d, d), zero for the start; the response
+    to an ulp of each coefficient that is not zero and of each number of the start, (d, c + d); the
+    covariance of the roundings in it, (d, d)."""
     coefficients = step_map.coefficients
     varied = [i for i, value in enumerate(coefficients) if value]
     size, count = reached.shape[0], len(varied)
     # coefficient, derivative, block
-    given = np.zeros((len(coefficients), size + count, 1), dtype=complex)
-    given.real = np.array(coefficients)[:, None, None]
+    inputs = np.zeros((len(coefficients), size + count, 1), dtype=complex)
+    inputs.real = np.array(coefficients)[:, None, None]
     for column, i in enumerate(varied, start=size):
-        given[i, column] += 1j * TINY * ULP * abs(coefficients[i])
-    advance = step_map.build(tuple(given), _sine, _cosine).advance
+        inputs[i, column] += 1j * TINY * ULP * abs(coefficients[i])
+    advance = step_map.build(tuple(inputs), _sine, _cosine).advance
     lengths = np.diff(marks)
     blocks, states = len(lengths), reached[:, :-1].copy()
     flow = np.broadcast_to(np.eye(size), (blocks, size, size)).copy()
@@ -139,12 +139,12 @@ def _blocks(
         flow[on] = (matrix @ flow)[on]
         forced[on] = slopes[on][:, :, size:]
         rounded[on] = carried[on]
-    own = np.hstack([np.zeros((size, count)), ULP * np.diag(np.abs(step_map.start))])
+    start_response = np.hstack([np.zeros((size, count)), ULP * np.diag(np.abs(step_map.start))])
     first = np.diag(ROUNDOFF * step_map.noise(reached[:, :1])[:, 0]) ** 2
     forced = np.concatenate([forced, np.zeros((blocks, size, size))], axis=2)
     return (
         np.concatenate([np.zeros((1, size, size)), flow]),
-        np.concatenate([own[None], forced]),
+        np.concatenate([start_response[None], forced]),
         np.concatenate([first[None], rounded]),
     )
 
@@ -155,11 +155,11 @@ def _carried(flow: Array, forced: Array, rounded: Array) -> tuple[Array, Array]:
     count = len(flow)
     width = math.isqrt(count - 1) + 1  # blocks of a group
     for first in range(1, width):
-        own = slice(first, None, width)
-        across, before = flow[own], slice(first - 1, first - 1 + width * len(flow[own]), width)
-        forced[own] += across @ forced[before]
-        rounded[own] += across @ rounded[before] @ np.swapaxes(across, 1, 2)
-        flow[own] = across @ flow[before]
+        group = slice(first, None, width)
+        across, before = flow[group], slice(first - 1, first - 1 + width * len(flow[group]), width)
+        forced[group] += across @ forced[before]
+        rounded[group] += across @ rounded[before] @ np.swapaxes(across, 1, 2)
+        flow[group] = across @ flow[before]
     for first in range(width, count, width):
         across = flow[first : first + width]
         forced[first : first + width] += across @ forced[first - 1]

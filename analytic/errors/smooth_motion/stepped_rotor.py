@@ -79,13 +79,13 @@ def stepped_errors(
         return nothing
     if np.abs(times / step - marks).max() > OFF + ULP * marks[-1]:
         return nothing
-    found = _orbit(rotor, start, scheme, step, marks.tobytes(), rod)
-    if found is None:
+    stepped = _orbit(rotor, start, scheme, step, marks.tobytes(), rod)
+    if stepped is None:
         return nothing
-    names = ("theta", "theta_dot", "tension")[: found.values.shape[1]]
-    seen, truth = seen_by(names, found.values), exact.observe(times)
+    names = ("theta", "theta_dot", "tension")[: stepped.values.shape[1]]
+    observed, truth = seen_by(names, stepped.values), exact.observe(times)
     return SteppedErrors(
-        {name: seen[name] - truth[name] for name in names}, seen_by(names, found.uncertainty)
+        {name: observed[name] - truth[name] for name in names}, seen_by(names, stepped.uncertainty)
     )
 
 
@@ -101,10 +101,10 @@ def _orbit(
     wanted = np.frombuffer(marks, dtype=np.int64)
     every = wanted if wanted[0] == 0 else np.append(0, wanted)
     chosen = _plain if scheme.joint_closing_rate is None else _jointed
-    found = orbit(chosen(rotor, start, scheme, step, rod), step, every)
-    if found is None:
+    stepped = orbit(chosen(rotor, start, scheme, step, rod), step, every)
+    if stepped is None:
         return None
-    values, doubt = found.values[-len(wanted) :], found.uncertainty[-len(wanted) :] + ULP
+    values, doubt = stepped.values[-len(wanted) :], stepped.uncertainty[-len(wanted) :] + ULP
     if rod is not None:
         theta, rate = values[:, 0], values[:, 1]
         parts = rod.length * rate**2 + rod.gravity * np.abs(np.cos(theta))
@@ -171,8 +171,8 @@ def _plain(
     """A scheme's step with the joint closed."""
     kick = FORCE_ROUNDINGS * step * _weight(rotor)
 
-    def build(given: tuple[Any, ...], sin: Function, cos: Function) -> Step:
-        torques = _Torques(rotor, step, scheme, given, sin, cos)
+    def build(coefficients: tuple[Any, ...], sin: Function, cos: Function) -> Step:
+        torques = _Torques(rotor, step, scheme, coefficients, sin, cos)
 
         def observe(x: Any, v: Any) -> tuple[Any, ...]:
             if rod is None:
@@ -271,9 +271,9 @@ def _jointed(
         before = 1j * step * (theta_dot - step * float(rotor.acceleration(0.0, theta, theta_dot)))
         opening = complex(np.exp(-before)) * (1 + before) - 1
 
-    def build(given: tuple[Any, ...], sin: Function, cos: Function) -> Step:
-        push = _Torques(rotor, step, scheme, given, sin, cos).push()
-        down, damping = given[2], given[3]
+    def build(coefficients: tuple[Any, ...], sin: Function, cos: Function) -> Step:
+        push = _Torques(rotor, step, scheme, coefficients, sin, cos).push()
+        down, damping = coefficients[2], coefficients[3]
         lever, pulled = step / part, part / step
         weight = lever * down
 
@@ -296,12 +296,12 @@ def _jointed(
 
     def noise(states: Array) -> Array:
         x, w, v, _, _, pull = np.abs(states)
-        one = np.ones_like(x)
+        ones = np.ones_like(x)
         # What the impulse, h T, lacks in its last place acts on the bob's moment of inertia.
         impulse = step * pull / scheme.jointed_moment if scheme.jointed_moment else 0.0 * x
         turning = w + 2.0 * rate + impulse
         return np.array(
-            [x + step * w, turning, v + w + kick, 2.0 * one, 2.0 * one, (w + kick) / step]
+            [x + step * w, turning, v + w + kick, 2.0 * ones, 2.0 * ones, (w + kick) / step]
         )
 
     return StepMap(

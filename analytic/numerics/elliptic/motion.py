@@ -142,8 +142,8 @@ class EllipticMotion:
         x, y = target.x / self.scale, target.y
         length = np.sqrt(x**2 + y**2) * choose(y < 0, -1.0, 1.0)
         wait = time_of_point(x / length, y / length, self.a, self.b)
-        whole = np.where(target.halves == 0.0, 0.0, target.halves * self.half)
-        return np.asarray(self.sense * (whole + wait - self.tau0))
+        half_turns = np.where(target.halves == 0.0, 0.0, target.halves * self.half)
+        return np.asarray(self.sense * (half_turns + wait - self.tau0))
 
     def _wait_librating(self, target: _Target) -> Array:
         """Amplitude time to a target of a libration; NaN where it is out of reach."""
@@ -160,9 +160,9 @@ class EllipticMotion:
         tau = time_of_point(np.sqrt(1 - square), np.sqrt(square), self.a, self.b)
         if not self.two_pairs:
             tau = np.where(z < 0, self.half - tau, tau)
-        whole = self.half if self.two_pairs else 2 * self.half
-        waits = np.stack([np.mod(t - self.tau0, whole) for t in (tau, -tau)])
-        waits = np.where(waits > whole * (1 - _BACK), 0.0, waits)
+        cycle = self.half if self.two_pairs else 2 * self.half
+        waits = np.stack([np.mod(t - self.tau0, cycle) for t in (tau, -tau)])
+        waits = np.where(waits > cycle * (1 - _BACK), 0.0, waits)
         return np.where(inside, waits.min(axis=0), np.nan)
 
 

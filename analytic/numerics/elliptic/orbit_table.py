@@ -49,29 +49,29 @@ class OrbitTable:
         last = self.theta.shape[1] - 1
         results = [np.empty_like(times) for _ in tables]
         size = min(_BLOCK, times.size)
-        turns, rest, term = np.empty((3, size))
+        turns, offset, term = np.empty((3, size))
         index = np.empty(size, dtype=np.intp)
         for start in range(0, times.size, _BLOCK):
             t = times[start : start + _BLOCK]
             if t.size < size:
-                turns, rest, term = turns[: t.size], rest[: t.size], term[: t.size]
+                turns, offset, term = turns[: t.size], offset[: t.size], term[: t.size]
                 index = index[: t.size]
             np.multiply(t, 1.0 / (high + low), out=turns)
             np.floor(turns, out=turns)
-            np.multiply(turns, high, out=rest)
-            np.subtract(t, rest, out=rest)
+            np.multiply(turns, high, out=offset)
+            np.subtract(t, offset, out=offset)
             np.multiply(turns, low, out=term)
-            rest -= term
-            rest *= (last + 1) / (high + low)
-            np.floor(rest, out=term)
+            offset -= term
+            offset *= (last + 1) / (high + low)
+            np.floor(offset, out=term)
             np.clip(term, 0.0, last, out=term)  # round-off may put a time just outside
-            rest -= term
+            offset -= term
             np.copyto(index, term, casting="unsafe")
             for table, result in zip(tables, results, strict=True):
                 value = result[start : start + _BLOCK]
                 table[_DEGREE].take(index, out=value, mode="clip")
                 for row in table[_DEGREE - 1 :: -1]:
-                    value *= rest
+                    value *= offset
                     row.take(index, out=term, mode="clip")
                     value += term
             if self.turn:

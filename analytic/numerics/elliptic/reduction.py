@@ -45,10 +45,10 @@ def solve(
     """
     optional = (0.0 if v is None else v for v in (excess, theta_from_top))
     coefficients = (potential.a, potential.b, potential.c)
-    given = [quad(v) for v in (*coefficients, inertia, theta, theta_dot, *optional)]
-    if any(np.ndim(v) for v in given):
-        given = list(np.broadcast_arrays(*given))
-    a, b, c, inertia, theta, theta_dot, rise, from_top = given
+    numbers = [quad(v) for v in (*coefficients, inertia, theta, theta_dot, *optional)]
+    if any(np.ndim(v) for v in numbers):
+        numbers = list(np.broadcast_arrays(*numbers))
+    a, b, c, inertia, theta, theta_dot, rise, from_top = numbers
     potential = TrigonometricPotential(a, b, c)
     with np.errstate(all="ignore"):  # branches not taken, and infinite periods
         angles = _landscape(potential)
@@ -198,7 +198,7 @@ def _motion(
     scale, sense, tau0 = _amplitude(quartic, start, factors, forward, a, b)
     turn, s = half_turn(a, b), np.sqrt(inertia + inertia) * quartic.across
     ahead = start.x * quartic.along + start.y
-    rest = _at_rest(potential, theta, kinetic)
+    resting = _at_rest(potential, theta, kinetic)
     a = choose(between, -sense * a, a)
     return EllipticMotion(
         potential=potential,
@@ -207,7 +207,7 @@ def _motion(
         kinetic=kinetic,
         forward=forward,
         excess=level.energy,
-        rest=rest,
+        rest=resting,
         rotation=quartic.rotation,
         two_pairs=quartic.two_pairs,
         between=between,
@@ -216,11 +216,11 @@ def _motion(
         origin=theta - 2 * np.arctan2(start.x * quartic.across, ahead),
         scale=choose(between, start.x / start.y, scale),
         modulus=factors.disc / factors.plus,  # for two_pairs
-        a=choose(rest, _ONE, a),  # at rest there is no time scale
-        b=choose(rest, _ONE, b),
+        a=choose(resting, _ONE, a),  # at rest there is no time scale
+        b=choose(resting, _ONE, b),
         s=s,
         half=double(turn),
-        tau0=choose(rest | between, 0.0, tau0),
+        tau0=choose(resting | between, 0.0, tau0),
         period=s * turn * choose(quartic.one_pair, 2.0, 1.0),
     )
 

@@ -50,9 +50,9 @@ class TrigonometricPotential:
 def critical_points(potential: TrigonometricPotential) -> Quad:
     """Angles in (-pi, pi] where dV/dtheta = 0, in 34 digits, ascending but for places
     without one, which hold NaN, shape (..., 4)."""
-    given = (potential.a, potential.b, potential.c)
-    exact = TrigonometricPotential(*(x[..., None] if np.ndim(x) else x for x in given))
-    a, b, c = (np.asarray(double(x))[..., None] for x in given)
+    coefficients = (potential.a, potential.b, potential.c)
+    exact = TrigonometricPotential(*(x[..., None] if np.ndim(x) else x for x in coefficients))
+    a, b, c = (np.asarray(double(x))[..., None] for x in coefficients)
     rough, scale = TrigonometricPotential(a, b, c), np.abs(a) + np.abs(b) + np.abs(c)
     with np.errstate(all="ignore"):
         fine = _polished(exact, quad(np.sort(_approximate(rough), axis=-1)))

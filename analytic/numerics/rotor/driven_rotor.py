@@ -93,7 +93,7 @@ class DrivenRotor:
         """Partial derivative of the acceleration by each coefficient, keyed by the field's name;
         arguments as `acceleration`."""
         t, x, v = np.broadcast_arrays(
-            *(np.asarray(given, dtype=float) for given in (times, theta, theta_dot))
+            *(np.asarray(values, dtype=float) for values in (times, theta, theta_dot))
         )
         phase = self.forcing_frequency * t + self.forcing_phase
         swing = self.forcing_amplitude * np.cos(phase)

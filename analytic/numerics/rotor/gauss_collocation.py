@@ -72,8 +72,8 @@ def integrate(rotor: DrivenRotor, theta: float, theta_dot: float, duration: floa
 
 def _unwound(state: CompensatedState, turns: int) -> float:
     """The angle [rad] with its whole `turns`."""
-    whole, low = two_product(float(turns), TURN)
-    total, carry = two_sum(whole, state.position)
+    turned, low = two_product(float(turns), TURN)
+    total, carry = two_sum(turned, state.position)
     return total + (carry + low + turns * TURN_LOW + state.position_low)
 
 

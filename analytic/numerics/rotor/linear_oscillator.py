@@ -79,8 +79,10 @@ class _Roots:
         split_low = 0.0
         if split > 0.0:
             again, again_low = two_product(split, split)
-            rest = math.copysign(1.0, discriminant) * low + (abs(discriminant) - again) - again_low
-            split_low = rest / (2 * split)
+            remainder = (
+                math.copysign(1.0, discriminant) * low + (abs(discriminant) - again) - again_low
+            )
+            split_low = remainder / (2 * split)
         slow = -k / (half + split) if discriminant > 0.0 else -half
         return cls(-half, split, split_low, discriminant <= 0.0, slow)
 

@@ -50,7 +50,7 @@ class Orbit(TimeGrid):
 
     @cached_property
     def _advances(self) -> tuple[PPoly, PPoly]:
-        """What each step adds to the rounded state at its start: small, so its round-off is."""
+        """Each step's increment to the rounded state at its start, with a small round-off."""
         from scipy.interpolate import PPoly
 
         degrees = np.arange(1, self.coefficients.shape[1] + 1)

@@ -73,9 +73,9 @@ def together(responses: Sequence[Response]) -> Response:
     """Responses along one orbit as one, with the columns of all."""
     return Response(
         responses[0].orbit,
-        np.concatenate([one.starts for one in responses], axis=-1),
-        np.concatenate([one.end for one in responses], axis=-1),
-        np.concatenate([one.slopes for one in responses], axis=-1),
+        np.concatenate([response.starts for response in responses], axis=-1),
+        np.concatenate([response.end for response in responses], axis=-1),
+        np.concatenate([response.slopes for response in responses], axis=-1),
     )
 
 
@@ -108,11 +108,11 @@ class TangentFlow:
         """Inverse of the collocation equations of each step, shape (steps, 2 stages, 2 stages)."""
         rule = gauss_collocation(STAGES)
         scaled = np.diff(self.orbit.breakpoints)[:, None, None] * rule.integral
-        one = np.broadcast_to(np.eye(STAGES), scaled.shape)
+        identity = np.broadcast_to(np.eye(STAGES), scaled.shape)
         system = np.block(
             [
-                [one, -scaled],
-                [-self.slope[:, :, None] * scaled, one + self.rotor.damping_rate * scaled],
+                [identity, -scaled],
+                [-self.slope[:, :, None] * scaled, identity + self.rotor.damping_rate * scaled],
             ]
         )
         return np.linalg.inv(system)

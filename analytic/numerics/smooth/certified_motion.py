@@ -92,8 +92,8 @@ class CertifiedMotion:
         """The rates' nonlinear response to errors of the state, shape (n,) each, over the linear
         one."""
         names = (*self.system.coordinates, *self.system.rates)
-        seen = self.observe(times)
-        states = np.stack([seen[name] for name in names])
+        observed = self.observe(times)
+        states = np.stack([observed[name] for name in names])
         moved = np.stack([errors.get(name, np.zeros(len(times))) for name in names])
         linear = np.einsum("ijn,jn->in", self.system.jacobian(times, states), moved)
         rates = (self.system.slope(times, z) for z in (states + moved, states))

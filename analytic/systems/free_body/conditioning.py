@@ -50,15 +50,15 @@ def nonlinearity(body: Rotation, times: Array, errors: Mapping[str, Array]) -> f
     change = inertia * np.stack([errors[name] for name in RATES])
     angle = 2.0 * np.sqrt(sum(errors[name] ** 2 for name in ATTITUDE))
     part = np.sqrt((change**2).sum(axis=0)) / double(body.magnitude)
-    found = max(float(np.max(angle)), float(part.max()))
+    largest = max(float(np.max(angle)), float(part.max()))
     if body.turning is None:
-        return found
+        return largest
     momentum = inertia * body.state(times)[0]
     high, middle, low = np.argsort(-inertia[:, 0], kind="stable")
     outer = (1 / inertia[middle] - 1 / inertia[high]), (1 / inertia[low] - 1 / inertia[middle])
     drift = outer[0] * momentum[high] * change[high] - outer[1] * momentum[low] * change[low]
     size = outer[0] * momentum[high] ** 2 + outer[1] * momentum[low] ** 2
-    return max(found, float(np.max(2.0 * np.abs(drift) / size)))
+    return max(largest, float(np.max(2.0 * np.abs(drift) / size)))
 
 
 def _change(body: Rotation) -> float:

@@ -44,14 +44,14 @@ class FreeBody:
             if quad(moment := getattr(self, name)) > sum(map(quad, self.inertia)) - quad(moment):
                 wanted = "at most the sum of the other two moments, as of every rigid body"
                 raise ParameterError(name, moment, wanted)
-        given: Any = self.angular_velocity
+        rates: Any = self.angular_velocity
         wanted = "three finite numbers: [x, y, z]"
-        if isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 3:
-            raise ParameterError("angular_velocity", given, wanted)
+        if isinstance(rates, str) or not isinstance(rates, Sequence) or len(rates) != 3:
+            raise ParameterError("angular_velocity", rates, wanted)
         try:
-            numbers = tuple(finite("angular_velocity", value) for value in given)
+            numbers = tuple(finite("angular_velocity", value) for value in rates)
         except ParameterError:
-            raise ParameterError("angular_velocity", given, wanted) from None
+            raise ParameterError("angular_velocity", rates, wanted) from None
         object.__setattr__(self, "angular_velocity", numbers)
 
     @property
@@ -84,7 +84,7 @@ class FreeBody:
 
     @property
     def kind(self) -> Literal["steady", "separatrix", "about the largest", "about the smallest"]:
-        """What the motion is: steady, on the separatrix, or about the axis of the largest or the
+        """The kind of motion: steady, on the separatrix, or about the axis of the largest or the
         smallest moment of inertia."""
         if (turning := self.rotation.turning) is None:
             return "steady"
@@ -116,12 +116,12 @@ class FreeBody:
         size = np.sqrt((momentum**2).sum(axis=0))
         if not size[0]:
             return {}
-        found = {"energy": energy / energy[0] - 1.0, "momentum": size / size[0] - 1.0}
+        drifts = {"energy": energy / energy[0] - 1.0, "momentum": size / size[0] - 1.0}
         if all(name in observed for name in ATTITUDE):
             world = turned(np.stack([observed[name] for name in ATTITUDE]), momentum)
             off = np.sqrt(((world - world[:, :1]) ** 2).sum(axis=0))
-            found["momentum_in_world"] = off / size[0]
-        return found
+            drifts["momentum_in_world"] = off / size[0]
+        return drifts
 
 
 def turned(attitude: Array, vectors: Array) -> Array:

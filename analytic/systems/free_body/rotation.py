@@ -119,8 +119,8 @@ class Turning:
     def at(self, times: Array) -> tuple[Array, Array]:
         """Angular momentum [kg m^2/s], shape (3, n), and the angle phi [rad] since time 0, modulo 4
         pi, shape (n,), at `times` [s], shape (n,)."""
-        turns, rest = self._reduced_time(times)
-        sn, cn, dn = jacobi(rest, double(self.a), double(self.b))
+        turns, reduced_time = self._reduced_time(times)
+        sn, cn, dn = jacobi(reduced_time, double(self.a), double(self.b))
         momentum = np.empty((3, times.size))
         sign = np.where(turns % 2.0 == 0.0, 1.0, -1.0)
         parts = (self.side * dn, self.signs[0] * sign * sn, self.signs[1] * sign * cn)
@@ -129,7 +129,7 @@ class Turning:
         phase = quad(times) * self.steady_rate
         if np.isfinite(double(self.half_turn)):
             phase = phase + quad(turns) * self._extra_per_half_turn
-        edge = self.integral.at(np.append(rest, self.begin))
+        edge = self.integral.at(np.append(reduced_time, self.begin))
         return momentum, _reduced(phase) + double(self.extra) * (edge[:-1] - edge[-1])
 
     @cached_property
@@ -166,12 +166,12 @@ def _turning(body: Rotation) -> Turning:
     sense = -handed * side * ahead  # of l_m, where sn is positive
     begin = time_of_point(sense * momentum[middle] / size_m, abs(momentum[o]) / size_o, a, b)
     part = size_c / total
-    rest = (size_o / total) ** 2 / (1 + part)
+    remainder = (size_o / total) ** 2 / (1 + part)
     return Turning(
         (c, middle, o), side, (sense, ahead),
         (double(size_c), double(size_m), double(size_o)), a, b, half_turn(a, b), float(begin),
         total / inertia[c], (1 if c == high else -1) * beta * beta / total,
-        ReciprocalIntegral(a, b, part, rest),
+        ReciprocalIntegral(a, b, part, remainder),
     )  # fmt: skip
 
 
@@ -187,8 +187,8 @@ def _shortest(direction: Array, axis: Array) -> Array:
     direction = direction.reshape(3, -1)
     axis = np.broadcast_to(axis, direction.shape)
     part = 1.0 + (direction * axis).sum(axis=0)
-    found = np.concatenate([part[None], np.cross(direction, axis, axis=0)])
-    return np.asarray(found / np.sqrt(2.0 * part))
+    quaternion = np.concatenate([part[None], np.cross(direction, axis, axis=0)])
+    return np.asarray(quaternion / np.sqrt(2.0 * part))
 
 
 def composed(p: Array, q: Array) -> Array:

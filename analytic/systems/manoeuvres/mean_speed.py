@@ -33,8 +33,9 @@ def mean_speed(
 
 
 def fastest_speed(capsule: Capsule, stroke: float) -> float:
-    """What no manoeuvre of `stroke` [m] with a slow return exceeds [m/s]: w2 = f g/mu, a return
-    at f g/mu, and w1 without bound: sqrt(mu f g stroke)/(2 sqrt(2) + 4). Raises ParameterError."""
+    """The speed [m/s] that no manoeuvre of `stroke` [m] with a slow return exceeds: w2 = f g/mu, a
+    return at f g/mu, and w1 without bound: sqrt(mu f g stroke)/(2 sqrt(2) + 4). Raises
+    ParameterError."""
     positive("friction", capsule.friction), positive("stroke", stroke)
     return _scale(capsule, stroke) / (2.0 * math.sqrt(2.0) + 4.0)
 

@@ -114,11 +114,11 @@ class RepeatedLine:
         back["displacement"] = back["displacement"] + self.manoeuvre.displacement
         back["stroke"] = back["stroke"] + self.manoeuvre.stroke
         early = local < self.manoeuvre.t2
-        seen = {name: np.where(early, there[name], back[name]) for name in there}
-        seen["friction_force"] = self.friction_force(times)
-        seen["driving_force"] = self.driving_force(times)
-        seen["displacement"] = seen["displacement"] + done * self.manoeuvre.displacement
-        return seen
+        observed = {name: np.where(early, there[name], back[name]) for name in there}
+        observed["friction_force"] = self.friction_force(times)
+        observed["driving_force"] = self.driving_force(times)
+        observed["displacement"] = observed["displacement"] + done * self.manoeuvre.displacement
+        return observed
 
     def friction_force(self, times: Array) -> Array:
         """Friction [N] on the interval that begins at `times` [s], shape (n,), to within
@@ -149,22 +149,22 @@ class RepeatedLine:
         """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
         double, and the arithmetic, may have caused; it adds up over the manoeuvres."""
         done, local = self.within(times)
-        one = LineReference(self.manoeuvre)
-        there, back = one.uncertainty(local), self.returning.uncertainty(local)
-        whole = one.uncertainty(np.array([self.manoeuvre.t2]))
+        single = LineReference(self.manoeuvre)
+        there, back = single.uncertainty(local), self.returning.uncertainty(local)
+        at_end = single.uncertainty(np.array([self.manoeuvre.t2]))
         total = {name: there[name] + back[name] for name in there}
-        total["displacement"] = total["displacement"] + done * whole["displacement"]
+        total["displacement"] = total["displacement"] + done * at_end["displacement"]
         # The time of a start after many periods has the round-off of the whole time.
-        shift, line, seen = 8 * ROUNDOFF * np.abs(times), self.manoeuvre, self.observe(times)
+        shift, line, observed = 8 * ROUNDOFF * np.abs(times), self.manoeuvre, self.observe(times)
         fastest = max(line.w1, line.w2, self.returning.acceleration)
         for name, rate in (
-            ("displacement", np.abs(seen["velocity"])),
+            ("displacement", np.abs(observed["velocity"])),
             ("velocity", line.closed.backward + line.closed.braking),
-            ("stroke", np.abs(seen["stroke_rate"])),
+            ("stroke", np.abs(observed["stroke_rate"])),
             ("stroke_rate", fastest),
         ):
             total[name] = total[name] + shift * rate
-        slope = steepest_load(line.capsule) * np.abs(seen["stroke_rate"])
+        slope = steepest_load(line.capsule) * np.abs(observed["stroke_rate"])
         for i in range(3):
             total[f"normal_force_{i + 1}"] = total[f"normal_force_{i + 1}"] + shift * slope
         return total

@@ -74,10 +74,10 @@ class RepeatedTurn:
     @cached_property
     def path(self) -> SliderPath:
         """The slider's path in the body over all turns."""
-        one = self.manoeuvre.path
+        turn = self.manoeuvre.path
         if self.count == 1:
-            return one
-        return concatenate(*(self.count * (one, fixed(one.end, self.pause))))
+            return turn
+        return concatenate(*(self.count * (turn, fixed(turn.end, self.pause))))
 
     @cached_property
     def single(self) -> ThreePointMotion:
@@ -127,11 +127,13 @@ class RepeatedTurn:
     def error(self) -> Pose:
         """Largest error over all turns: that of one turn for each; an error of heading rotates the
         displacements that follow."""
-        own, n = self.single.error, self.count
-        (shift, _), turned = self._gained, n * float(own.heading[0])
-        place = n * (own.position + turned * abs(shift))
+        single, n = self.single.error, self.count
+        (shift, _), turned = self._gained, n * float(single.heading[0])
+        place = n * (single.position + turned * abs(shift))
         speed = float(np.abs(self.single.at(np.array([self.manoeuvre.half_time])).velocity).max())
-        return Pose(place, n * own.heading, own.velocity + turned * speed, own.angular_velocity)
+        return Pose(
+            place, n * single.heading, single.velocity + turned * speed, single.angular_velocity
+        )
 
     def slider(self, times: Array) -> Array:
         """Place of the slider relative to C [m], shape (n, 2), at `times` [s], shape (n,)."""

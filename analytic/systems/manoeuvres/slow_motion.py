@@ -188,11 +188,11 @@ class SlowStroke:
     @property
     def acceleration_jumps(self) -> tuple[tuple[float, float], ...]:
         """Times [s] and jumps [m/s^2] of the slider's acceleration, the first at the start."""
-        one, whole = self.one_way, self.duration
+        one_way, end = self.one_way, self.duration
         pull = math.copysign(self.acceleration, self.length)
         if not self.there_and_back:
-            return ((0.0, pull), (0.5 * one, -2 * pull), (one, pull))
-        return ((0.0, pull), (0.5 * one, -2 * pull), (1.5 * one, 2 * pull), (whole, -pull))
+            return ((0.0, pull), (0.5 * one_way, -2 * pull), (one_way, pull))
+        return ((0.0, pull), (0.5 * one_way, -2 * pull), (1.5 * one_way, 2 * pull), (end, -pull))
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """0: the error of a step does not depend on earlier errors."""

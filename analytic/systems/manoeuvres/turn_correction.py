@@ -180,9 +180,11 @@ def residual_limit(
         return 0j, 0.0, 0.0
     # A stop from speed v turns the body by about v^2/(f g lever).
     scale = float(np.sqrt(SLOW**2 * capsule.friction * capsule.gravity * lever)) / speed
-    own = scale * (velocity - 1j * omega * arm)
+    body_velocity = scale * (velocity - 1j * omega * arm)
     # With the combined centre at the ground's origin its small displacement keeps all its digits.
-    start = Start((-arm.real, -arm.imag), 0.0, (own.real, own.imag), scale * omega)
+    start = Start(
+        (-arm.real, -arm.imag), 0.0, (body_velocity.real, body_velocity.imag), scale * omega
+    )
     motion = three_point_motion(capsule, fixed(slider), start)
     last = [segment for segment in motion.segments if segment.coefficients is not None][-1]
     assert last.coefficients is not None

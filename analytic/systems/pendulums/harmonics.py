@@ -30,7 +30,7 @@ def coefficients(motion: PendulumMotion) -> Array:
 
 
 def scale(motion: PendulumMotion) -> float:
-    """What an accuracy is relative to [rad]: 1 for a rotation, the amplitude of a libration."""
+    """The reference of an accuracy [rad]: 1 for a rotation, the amplitude of a libration."""
     if motion.regime == "rotation":
         return 1.0
     theta = motion.state(np.linspace(0.0, motion.period, 512, endpoint=False))[0]

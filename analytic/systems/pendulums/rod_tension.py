@@ -47,14 +47,16 @@ class RodMotion:
 
     def observe(self, times: Array) -> Mapping[str, Array]:
         """theta [rad], theta_dot [rad/s] and tension [N] at `times` [s], shape (n,)."""
-        seen = self.motion.observe(times)
-        pull = tension(self.length, self.gravity, seen["theta"], seen["theta_dot"], self.mass)
-        return {**seen, "tension": pull}
+        observed = self.motion.observe(times)
+        pull = tension(
+            self.length, self.gravity, observed["theta"], observed["theta_dot"], self.mass
+        )
+        return {**observed, "tension": pull}
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """Effect of double precision on each observable at `times` [s], shape (n,)."""
-        seen, uncertain = self.motion.observe(times), self.motion.uncertainty(times)
-        theta, rate = seen["theta"], seen["theta_dot"]
+        observed, uncertain = self.motion.observe(times), self.motion.uncertainty(times)
+        theta, rate = observed["theta"], observed["theta_dot"]
         by_theta = np.abs(self.gravity * np.sin(theta)) * uncertain["theta"]
         by_rate = np.abs(2 * self.length * rate) * uncertain["theta_dot"]
         parts = self.length * rate**2 + self.gravity * np.abs(np.cos(theta))

@@ -62,9 +62,9 @@ def _totals(body: Mechanics, load: Loading) -> Array:
     )
     energy = energy - body.mass * (np.conjugate(body.tilt) * load.place).real
     momentum = body.mass * load.centre * np.exp(1j * load.heading)
-    own = at.inertia * load.omega + body.reduced_mass * cross(at.position, at.velocity)
+    spin = at.inertia * load.omega + body.reduced_mass * cross(at.position, at.velocity)
     return np.column_stack(
-        [energy, momentum.real, momentum.imag, own + cross(load.place, momentum)]
+        [energy, momentum.real, momentum.imag, spin + cross(load.place, momentum)]
     )
 
 

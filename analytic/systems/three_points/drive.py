@@ -1,4 +1,4 @@
-"""What a motion in the plane asks of the actuators of the slider: force and power."""
+"""Force and power of the slider's actuators in a plane motion."""
 
 from __future__ import annotations
 

@@ -120,13 +120,13 @@ def loading(motion: ThreePointMotion, times: Array) -> list[tuple[Array, Loading
     and its loading."""
     times = np.atleast_1d(np.asarray(times, dtype=np.float64))
     which = np.clip(np.searchsorted(motion.begins, times, side="right") - 1, 0, None)
-    found = []
+    loadings = []
     for index in np.unique(which):
-        segment, own = motion.segments[index], times[which == index]
-        local = own - motion.path.breakpoints[segment.piece]
+        segment, instants = motion.segments[index], times[which == index]
+        local = instants - motion.path.breakpoints[segment.piece]
         if segment.coefficients is None:
-            found.append((own, resting(motion, segment, local)))
+            loadings.append((instants, resting(motion, segment, local)))
         else:
             inside = np.clip(local, segment.start, segment.end)
-            found.append((own, moving(motion, segment, segment.parameter(inside))))
-    return found
+            loadings.append((instants, moving(motion, segment, segment.parameter(inside))))
+    return loadings

@@ -132,8 +132,8 @@ def _piece_motion(
     for _ in range(EVENTS):
         phase = {"rest": _resting, "pivot": _pivoting, "slide": _sliding}[now.mode]
         now = replace(now, near=slides[sum(s.mode == "slide" for s in segments) :])
-        found, now, over = phase(body, piece, number, duration, now, accuracy)
-        segments += found
+        phase_segments, now, over = phase(body, piece, number, duration, now, accuracy)
+        segments += phase_segments
         if over:
             return segments, now
     raise RuntimeError(f"{EVENTS} events did not finish piece {number}")
@@ -150,8 +150,8 @@ def _resting(
     state = now.state
     broken = held_until(body, piece, state.time, duration, state.heading)
     end = duration if broken is None else broken
-    rest = SmoothSegment("rest", -1, number, state.time, end, state)
-    segments = [rest] if end > state.time else []
+    resting = SmoothSegment("rest", -1, number, state.time, end, state)
+    segments = [resting] if end > state.time else []
     if not np.isfinite(end):
         return segments, now, True
     com = com_of(body, configuration(body, piece, np.array([state.time])), state)
@@ -195,10 +195,10 @@ def _initial(body: Mechanics, piece: Piece, start: Start) -> Now:
     if not any(start.velocity) and omega == 0.0:
         return Now(at_rest(body, piece, 0.0, start.heading, com), "rest")
     place = com + body.mass_ratio * complex(at.position[0]) * turn
-    own = complex(*start.velocity) / turn
-    point = own + 1j * omega * body.mass_ratio * complex(at.position[0])
+    velocity = complex(*start.velocity) / turn
+    point = velocity + 1j * omega * body.mass_ratio * complex(at.position[0])
     state = State(0.0, complex(point), omega, start.heading, complex(place))
-    speeds = np.abs(own + 1j * omega * body.supports)
+    speeds = np.abs(velocity + 1j * omega * body.supports)
     still = np.flatnonzero(speeds <= STUCK * speeds.max())
     return Now(state, "pivot", int(still[0])) if still.size else Now(state, "slide")
 
@@ -220,8 +220,8 @@ def _integrate(
             continue
         now = _begin(body, piece, now)
         beside = tuple(segment for segment in near if segment.piece == number)
-        found, now = _piece_motion(body, piece, number, duration, now, accuracy, beside)
-        segments += found
+        piece_segments, now = _piece_motion(body, piece, number, duration, now, accuracy, beside)
+        segments += piece_segments
         if until <= began + piece.duration:
             break
         now = replace(now, state=replace(now.state, time=0.0), departure=None)

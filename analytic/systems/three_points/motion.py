@@ -118,10 +118,10 @@ class ThreePointMotion:
         (1, 2) and (1,). Nearly all of it is the error of the coarser one; round-off is added."""
         edges = np.append(self.begins, self.begins[-1])
         times = np.unique(np.concatenate([np.linspace(a, b, 5) for a, b in pairwise(edges)]))
-        own, other = self.at(times), self.coarser().at(times)
+        poses, other = self.at(times), self.coarser().at(times)
         parts = []
         for name in ("position", "heading", "velocity", "angular_velocity"):
-            here, there = getattr(own, name), getattr(other, name)
+            here, there = getattr(poses, name), getattr(other, name)
             size = float(np.abs(here).max())
             parts.append(np.abs(here - there).max(axis=0, keepdims=True) + ROUNDINGS * size)
         return Pose(*parts)
@@ -149,8 +149,8 @@ class ThreePointMotion:
                 if segment.coefficients is not None and len(segment.coefficients) == count
             ]  # fmt: skip
             here = np.isin(which, moving)
-            found = self._moving(moving, which[here], local[here])
-            place[here], speed[here], heading[here], omega[here] = found
+            state = self._moving(moving, which[here], local[here])
+            place[here], speed[here], heading[here], omega[here] = state
         return Pose(
             np.column_stack([place.real, place.imag]),
             heading,

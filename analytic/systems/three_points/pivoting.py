@@ -180,8 +180,8 @@ def _about(body: Mechanics, at: Configuration, support: int) -> tuple[Complex, A
     """Slider from A_i [m] and moment of inertia about A_i [kg m^2], each of shape (n,)."""
     arm = at.position - body.supports[support]
     slider = body.mass * body.mass_ratio
-    own = body.body_inertia + (body.mass - slider) * abs(body.supports[support]) ** 2
-    return arm, own + slider * np.abs(arm) ** 2
+    inertia = body.body_inertia + (body.mass - slider) * abs(body.supports[support]) ** 2
+    return arm, inertia + slider * np.abs(arm) ** 2
 
 
 def _moment(

@@ -78,8 +78,8 @@ class PlaneReference:
 
     @cached_property
     def _observed(self) -> Callable[[bytes], Mapping[str, Array]]:
-        """What is observed at times that are given as bytes, read-only: methods and steps share
-        their samples, and an error, its uncertainty and its prediction are of the same ones."""
+        """Observables at times given as bytes, read-only: methods and steps share their samples,
+        and an error, its uncertainty and its prediction are of the same ones."""
 
         @lru_cache(maxsize=16)
         def found(times: bytes) -> Mapping[str, Array]:
@@ -113,15 +113,15 @@ class PlaneReference:
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """The error of the motion, and that of rounded inputs, at `times` [s], shape (n,)."""
-        own, seen = self.motion.error, self.observe(times)
-        place, speed = float(np.abs(own.position).max()), float(np.abs(own.velocity).max())
-        heading, rate = float(own.heading[0]), float(own.angular_velocity[0])
+        error, observed = self.motion.error, self.observe(times)
+        place, speed = float(np.abs(error.position).max()), float(np.abs(error.velocity).max())
+        heading, rate = float(error.heading[0]), float(error.angular_velocity[0])
         # In rotated axes an error of either coordinate affects both.
         load = self._load_uncertainty(times)
         bounds = (heading, *2 * (2 * place,), *2 * (2 * speed,), heading, rate, *3 * (load,))
         return {
             name: np.full(np.shape(times), bound + ROUNDINGS * float(np.abs(values).max()))
-            for (name, values), bound in zip(seen.items(), bounds, strict=True)
+            for (name, values), bound in zip(observed.items(), bounds, strict=True)
         }
 
     def _load_uncertainty(self, times: Array) -> float:

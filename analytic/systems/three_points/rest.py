@@ -129,8 +129,8 @@ class _Dissipation:
         first, second = self.flat.T
         sizes = cross(first, second)
         with np.errstate(divide="ignore", invalid="ignore"):
-            found = np.stack([cross(second, self.offsets), cross(self.offsets, first)]) / sizes
-        return found.T, sizes
+            places = np.stack([cross(second, self.offsets), cross(self.offsets, first)]) / sizes
+        return places.T, sizes
 
     def lowest_corner(self) -> tuple[Array, int]:
         """The lowest of y = 0 and the pivots, and the support of the pivot, else -1."""
@@ -157,8 +157,8 @@ class _Dissipation:
         if abs(needed) <= (1.0 + EDGE) * self.limits[corner]:
             return None
         along = needed / abs(needed)
-        found = [(along.conjugate() * second).imag, (first.conjugate() * along).imag]
-        return np.array(found) / size
+        direction = [(along.conjugate() * second).imag, (first.conjugate() * along).imag]
+        return np.array(direction) / size
 
     def minimum(self) -> Array:
         """The y of least dissipation, shape (2,)."""

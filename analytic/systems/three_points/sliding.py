@@ -156,7 +156,7 @@ def slide(
         if known is not None:
             followed = _following(body, piece, accuracy, state, known, remaining)
         if followed is not None:
-            found, timed = followed, followed.solution.clock is None
+            element, timed = followed, followed.solution.clock is None
         else:
             near = ()
             if departure is not None:
@@ -165,22 +165,22 @@ def slide(
                 plan = _continuing(body, at, accuracy.rule, state, remaining, fastest)
             if size == 0.0 or timed != (plan.clock is None):
                 size, timed = (FIRST if plan.clock else plan.time_scale), plan.clock is None
-            found = _element(body, piece, accuracy, state, plan, min(size, plan.longest))
+            element = _element(body, piece, accuracy, state, plan, min(size, plan.longest))
 
-        last, end = 1.0, float(found.coefficients[:, 3].sum())
-        if timed and found.solution.size == remaining:
+        last, end = 1.0, float(element.coefficients[:, 3].sum())
+        if timed and element.solution.size == remaining:
             end = duration
         elif end > duration:
-            last = float(monotone_root(found.coefficients[:, 3], np.array([duration]))[0])
+            last = float(monotone_root(element.coefficients[:, 3], np.array([duration]))[0])
             end = duration
         segments.append(
             SmoothSegment(
                 *("slide", slipped, number, state.time, end, state),
-                *(found.coefficients, last, found.solution),
+                *(element.coefficients, last, element.solution),
             )
         )
-        state = replace(state_at(found.coefficients, last), time=end)
-        size, departure, slipped = found.next_size, None, -1
+        state = replace(state_at(element.coefficients, last), time=end)
+        size, departure, slipped = element.next_size, None, -1
     raise RuntimeError(f"{ELEMENTS} elements did not finish piece {number}")
 
 
@@ -320,7 +320,7 @@ def _element(
 
 
 def _change(accuracy: Accuracy, truncation: float) -> float:
-    """What to multiply an element's length by for its `truncation` to be within the tolerance."""
+    """The factor on an element's length that brings its `truncation` within the tolerance."""
     return float(0.9 * (accuracy.tolerance / max(truncation, LEAST_TRUNCATION)) ** STEEPNESS)
 
 

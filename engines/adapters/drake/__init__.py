@@ -72,8 +72,8 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 
 
 def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
-    """What the moment of inertia of a bob that is to be a point adds, and a platform's reflected
-    inertia, which is finite."""
+    """Errors from the moment of inertia of a bob that should be a point, and from a platform's
+    reflected inertia, which is finite."""
     inertia = None
     if case.system.family == "cone_pendulum":
         inertia = PLATFORM_RATIO * hinged_body(case).platform_load
@@ -91,7 +91,7 @@ def confirming(method: Method) -> tuple[Method, float]:
 
 
 def model_fields(path: Path) -> ModelFields:
-    """What Drake reads of a model file; raises RuntimeError where it refuses it."""
+    """The numbers that Drake reads from a model file; raises RuntimeError where it refuses it."""
     from plumbob.engines.adapters.drake.model_fields import model_fields as read
 
     return read(path)

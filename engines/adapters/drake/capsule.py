@@ -58,40 +58,40 @@ class _Standing:
     shell: Any
     joints: list[Any]
 
-    def start(self, body: ThreeFeet, rest: tuple[Array, Array]) -> Any:
-        """A context at the start of the run, the body at `rest` but for the heading."""
+    def start(self, body: ThreeFeet, rest_pose: tuple[Array, Array]) -> Any:
+        """A context at the start of the run, the body at `rest_pose` but for the heading."""
 
-        setup, (attitude, place) = body.setup, rest
+        setup, (attitude, place) = body.setup, rest_pose
         turn = RollPitchYaw(0.0, 0.0, setup.heading).ToRotationMatrix()
         context = self.diagram.CreateDefaultContext()
-        own = self.plant.GetMyMutableContextFromRoot(context)
+        plant_context = self.plant.GetMyMutableContextFromRoot(context)
         leaning = RotationMatrix(Quaternion(attitude / np.linalg.norm(attitude)))
-        self.plant.SetFreeBodyPose(own, self.shell, RigidTransform(turn @ leaning, place))
+        self.plant.SetFreeBodyPose(plant_context, self.shell, RigidTransform(turn @ leaning, place))
         rates = SpatialVelocity([0.0, 0.0, setup.heading_rate], [*body.velocity, 0.0])
-        self.plant.SetFreeBodySpatialVelocity(own, self.shell, rates)
+        self.plant.SetFreeBodySpatialVelocity(plant_context, self.shell, rates)
         if self.joints:
             begun = body.slider_velocity(np.zeros(1))[0].tolist()
             for joint, value in zip(self.joints, begun, strict=True):
-                joint.set_translation_rate(own, value)
+                joint.set_translation_rate(plant_context, value)
         return context
 
     def reading(self, body: ThreeFeet, simulator: Any) -> Read:
-        """What the simulator's context shows."""
+        """A function that reads the observables from the simulator's context."""
         latest = [body.setup.heading]
 
         def read() -> Mapping[str, float]:
-            own = self.plant.GetMyContextFromRoot(simulator.get_context())
-            pose = self.plant.EvalBodyPoseInWorld(own, self.shell)
-            rates = self.plant.EvalBodySpatialVelocityInWorld(own, self.shell)
+            plant_context = self.plant.GetMyContextFromRoot(simulator.get_context())
+            pose = self.plant.EvalBodyPoseInWorld(plant_context, self.shell)
+            rates = self.plant.EvalBodySpatialVelocityInWorld(plant_context, self.shell)
             turned, (x, y, z) = pose.rotation().matrix(), pose.translation().tolist()
             vx, vy, _ = rates.translational().tolist()
             latest[0] = nearest_turn(math.atan2(turned[1, 0], turned[0, 0]), latest[0])
-            slid = [float(joint.get_translation(own)) for joint in self.joints]
-            pace = [float(joint.get_translation_rate(own)) for joint in self.joints]
-            found = Pose(
+            slid = [float(joint.get_translation(plant_context)) for joint in self.joints]
+            pace = [float(joint.get_translation_rate(plant_context)) for joint in self.joints]
+            planar_pose = Pose(
                 (x, y), (vx, vy), latest[0], float(rates.rotational()[2]), z, *slid[:1], *pace[:1]
             )
-            return {**body.observed(found), "height": z}
+            return {**body.observed(planar_pose), "height": z}
 
         return read
 
@@ -153,24 +153,24 @@ def _standing(
 
 
 def _capsule(body: ThreeFeet, method: Method, step: float, steps: int) -> Built:
-    made = _standing(
+    standing = _standing(
         body, method.settings, step, body.gravity,
         body.accelerations(0, steps, step) if body.tracks else np.zeros((0, 0)),
     )  # fmt: skip
-    simulator = simulator_of(made.diagram, made.start(body, _rest(body, method.settings)))
-    read = made.reading(body, simulator)
+    simulator = simulator_of(standing.diagram, standing.start(body, _rest(body, method.settings)))
+    read = standing.reading(body, simulator)
     return Built(advancing(simulator, step), read, body.limits, frozenset({"height"}))
 
 
 def _rest(body: ThreeFeet, settings: Mapping[str, Any]) -> tuple[Array, Array]:
     """Attitude, a quaternion, and place of a body that rests on its contacts, which yield."""
     still = np.zeros((SETTLING, len(body.tracks)))
-    made = _standing(body, settings, SETTLING_STEP, (0.0, 0.0, -body.setup.press), still)
-    context = made.diagram.CreateDefaultContext()
-    simulator = simulator_of(made.diagram, context)
+    standing = _standing(body, settings, SETTLING_STEP, (0.0, 0.0, -body.setup.press), still)
+    context = standing.diagram.CreateDefaultContext()
+    simulator = simulator_of(standing.diagram, context)
     simulator.AdvanceTo(SETTLING * SETTLING_STEP)
-    own = made.plant.GetMyContextFromRoot(simulator.get_context())
-    pose = made.plant.EvalBodyPoseInWorld(own, made.shell)
+    plant_context = standing.plant.GetMyContextFromRoot(simulator.get_context())
+    pose = standing.plant.EvalBodyPoseInWorld(plant_context, standing.shell)
     attitude = pose.rotation().ToQuaternion().wxyz()
     attitude[3] = 0.0
     return attitude, np.array([0.0, 0.0, pose.translation()[2]])

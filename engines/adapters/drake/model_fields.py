@@ -1,4 +1,4 @@
-"""What Drake reads of a MuJoCo model file."""
+"""Drake's reading of a MuJoCo model file."""
 
 from __future__ import annotations
 
@@ -21,29 +21,29 @@ def model_fields(path: Path) -> ModelFields:
     Parser(plant).AddModels(str(path))
     plant.Finalize()
     gravity = plant.gravity_field().gravity_vector()
-    found: dict[tuple[str, str], tuple[float, ...]] = {("gravity", ""): tuple(gravity.tolist())}
+    fields: dict[tuple[str, str], tuple[float, ...]] = {("gravity", ""): tuple(gravity.tolist())}
     for i in range(1, plant.num_bodies()):
         body = plant.get_body(BodyIndex(i))
-        found["mass", body.name()] = (float(body.default_mass()),)
+        fields["mass", body.name()] = (float(body.default_mass()),)
         moments = body.default_spatial_inertia().Shift(
             body.default_spatial_inertia().get_com()
         ).CalcRotationalInertia().CalcPrincipalMomentsOfInertia()  # fmt: skip
-        found["inertia", body.name()] = tuple(np.sort(np.ravel(moments)).tolist())
+        fields["inertia", body.name()] = tuple(np.sort(np.ravel(moments)).tolist())
     for j in plant.GetJointIndices():
         joint = plant.get_joint(j)
         if joint.num_velocities() == 1:
-            found["damping", joint.name()] = (float(joint.default_damping_vector()[0]),)
+            fields["damping", joint.name()] = (float(joint.default_damping_vector()[0]),)
     for a in plant.GetJointActuatorIndices():
         actuator = plant.get_joint_actuator(a)
         ratio = float(actuator.default_gear_ratio())
-        found["gear", actuator.name()] = (ratio,)
+        fields["gear", actuator.name()] = (ratio,)
         reflected = ratio**2 * float(actuator.default_rotor_inertia())
-        found["armature", actuator.joint().name()] = (reflected,)
+        fields["armature", actuator.joint().name()] = (reflected,)
     inspector = graph.model_inspector()
     for geometry in inspector.GetAllGeometryIds():
         properties = inspector.GetProximityProperties(geometry)
         if properties is not None and properties.HasProperty("material", "coulomb_friction"):
             friction = properties.GetProperty("material", "coulomb_friction")
             name = inspector.GetName(geometry).rpartition("::")[2]
-            found["friction", name] = (float(friction.dynamic_friction()),)
-    return found
+            fields["friction", name] = (float(friction.dynamic_friction()),)
+    return fields

@@ -50,17 +50,19 @@ class _Hinged:
     def start(self) -> Any:
         """A context at the start of the run."""
         context = self.diagram.CreateDefaultContext()
-        own = self.plant.GetMyMutableContextFromRoot(context)
-        self.hinge.set_angle(own, self.body.theta)
-        self.hinge.set_angular_rate(own, self.body.theta_dot)
+        plant_context = self.plant.GetMyMutableContextFromRoot(context)
+        self.hinge.set_angle(plant_context, self.body.theta)
+        self.hinge.set_angular_rate(plant_context, self.body.theta_dot)
         if self.platform is not None:
-            self.platform.set_angular_rate(own, self.body.platform_rate)
+            self.platform.set_angular_rate(plant_context, self.body.platform_rate)
         return context
 
     def read(self, context: Any) -> tuple[float, float]:
         """Angle [rad] and rate [rad/s]."""
-        own = self.plant.GetMyContextFromRoot(context)
-        return float(self.hinge.get_angle(own)), float(self.hinge.get_angular_rate(own))
+        plant_context = self.plant.GetMyContextFromRoot(context)
+        return float(self.hinge.get_angle(plant_context)), float(
+            self.hinge.get_angular_rate(plant_context)
+        )
 
 
 def _hinged(body: HingedBody, step: float) -> _Hinged:
@@ -97,11 +99,11 @@ def _hinged(body: HingedBody, step: float) -> _Hinged:
 
 
 def _discrete_pendulum(body: HingedBody, step: float) -> Built:
-    made = _hinged(body, step)
-    simulator = simulator_of(made.diagram, made.start())
+    hinged = _hinged(body, step)
+    simulator = simulator_of(hinged.diagram, hinged.start())
 
     def read() -> Mapping[str, float]:
-        theta, theta_dot = made.read(simulator.get_context())
+        theta, theta_dot = hinged.read(simulator.get_context())
         return {"theta": theta, "theta_dot": theta_dot}
 
     return Built(advancing(simulator, step), read, body.limits)
@@ -114,7 +116,7 @@ def error_controlled(case: Case, method: Method, accuracy: float, smallest: floa
         wanted = f"a relative tolerance from {smallest:.1e} to below 1"
         raise ParameterError("step", accuracy, wanted)
     begin = time.perf_counter()
-    made = _hinged(hinged_body(case), 0.0)
+    hinged = _hinged(hinged_body(case), 0.0)
     seconds = time.perf_counter() - begin
     name, duration = method.settings["integration_scheme"], case.scene.duration
-    return ErrorControlledSimulation(made, name, accuracy, duration, seconds)
+    return ErrorControlledSimulation(hinged, name, accuracy, duration, seconds)

@@ -1,4 +1,4 @@
-"""What Drake's pendulums and capsules have in common: inertias, the simulator, and how it steps."""
+"""Drake code shared by pendulums and capsules: inertias, the simulator, and its stepping."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ def spatial_inertia(mass: float, centre: Any, moments: Array) -> Any:
 
 def simulator_of(diagram: Any, context: Any) -> Any:
 
-    made = Simulator(diagram, context)
-    made.set_target_realtime_rate(0.0)
-    made.Initialize()
-    return made
+    simulator = Simulator(diagram, context)
+    simulator.set_target_realtime_rate(0.0)
+    simulator.Initialize()
+    return simulator
 
 
 def advancing(simulator: Any, step: float) -> Callable[[int, int], None]:
-    """What takes the steps with these indices, the last one excluded, of `step` [s]."""
+    """A function that takes the steps with these indices, the last one excluded, of `step` [s]."""
 
     def advance(first: int, last: int) -> None:
         # A discrete update takes place at the time at which its step begins.
@@ -60,13 +60,13 @@ class ErrorControlledSimulation:
 
         simulator = self._started()
         times = np.linspace(0.0, self.duration, SAMPLES + 1)
-        rows, seconds, said = [self.made.read(simulator.get_context())], 0.0, ""
+        rows, seconds, failure = [self.made.read(simulator.get_context())], 0.0, ""
         for until in times[1:].tolist():
             begin = time.perf_counter()
             try:
                 simulator.AdvanceTo(until)
             except BROKEN as error:
-                said = " ".join(str(error).split())
+                failure = " ".join(str(error).split())
                 break
             seconds += time.perf_counter() - begin
             rows.append(self.made.read(simulator.get_context()))
@@ -76,8 +76,8 @@ class ErrorControlledSimulation:
             observables={"theta": theta, "theta_dot": theta_dot},
             steps=int(simulator.get_integrator().get_num_derivative_evaluations()),
             seconds=seconds,
-            diverged_at=float(times[len(rows)]) if said else None,
-            warnings=(said,) if said else (),
+            diverged_at=float(times[len(rows)]) if failure else None,
+            warnings=(failure,) if failure else (),
         )
         return within(done, self.made.body.limits)
 

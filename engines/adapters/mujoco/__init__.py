@@ -37,17 +37,17 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 
 
 def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
-    """What the model itself adds to each observable, by reason; raises Unsupported."""
+    """Bounds on the model's error of each observable, by reason; raises Unsupported."""
     from plumbob.engines.adapters.mujoco.translation import builder
 
     return builder(case.system).model_error(case.problem, case.scene.duration, method, step)
 
 
 def scheme(case: Case, method: Method) -> Scheme:
-    """What a step of `method` is on this case. With a lone free body that moves and turns,
-    implicitfast takes velocity derivatives of centripetal forces into its step, as implicit does:
-    of first order too, and covered by no theory here. A body of three axes that turns freely has
-    schemes of its own."""
+    """The scheme of `method` on this case. With a lone free body that moves and turns, implicitfast
+    takes velocity derivatives of centripetal forces into its step, as implicit does: of first order
+    too, and covered by no theory here. A body of three axes that turns freely has schemes of its
+    own."""
     if case.system.name == "free-body":
         from plumbob.engines.adapters.mujoco.free_body import scheme as of_a_free_body
 
@@ -75,7 +75,7 @@ def user_method(path: Path) -> Method:
 
 
 def measure_trimming(case: Case, method: Method, step: float, steps: int, repeats: int) -> Trimming:
-    """What leaving out needless stages and visual parts saves; raises Unsupported."""
+    """Time saved by leaving out needless stages and visual parts; raises Unsupported."""
     from plumbob.engines.adapters.mujoco.trimming import trimming
 
     return trimming(case, method, step, steps, repeats)
@@ -84,7 +84,7 @@ def measure_trimming(case: Case, method: Method, step: float, steps: int, repeat
 def settings_text(
     method: Method, step: float, stiffness: float | None, friction: float
 ) -> Settings:
-    """What to paste for `method` at `step` [s]; raises ParameterError. Works without MuJoCo."""
+    """Settings to paste for `method` at `step` [s]; raises ParameterError. Works without MuJoCo."""
     from plumbob.engines.adapters.mujoco.settings_to_paste import settings
 
     return settings(method, step, stiffness, friction)
@@ -110,8 +110,8 @@ def model_of_own(model: Any, keyframe: int | str | None = None) -> OwnModel:
     from plumbob.engines.adapters.mujoco.options import needless_stages
     from plumbob.engines.adapters.mujoco.own_model.model import own_model
 
-    found = own_model(*_compiled(model), keyframe)
-    return replace(found, idle=needless_stages(found.effective))
+    user_model = own_model(*_compiled(model), keyframe)
+    return replace(user_model, idle=needless_stages(user_model.effective))
 
 
 def _compiled(model: Any) -> tuple[Any, str]:

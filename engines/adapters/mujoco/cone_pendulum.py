@@ -60,15 +60,15 @@ def _drive(spec: mujoco.MjSpec, problem: Any, rate: float) -> Callable[[Any], Ar
 
 def _energies(model: mujoco.MjModel, data: mujoco.MjData) -> Recorder:
     """A reading of MuJoCo's potential and kinetic energy [J], the platform's included."""
-    taken: list[Array] = []
+    energies: list[Array] = []
 
     def take() -> None:
         mujoco.mj_energyPos(model, data)
         mujoco.mj_energyVel(model, data)
-        taken.append(data.energy.copy())
+        energies.append(data.energy.copy())
 
     def read() -> tuple[Named, Named]:
-        potential, kinetic = np.reshape(taken, (-1, 2)).T
+        potential, kinetic = np.reshape(energies, (-1, 2)).T
         return {}, {"potential": potential, "kinetic": kinetic}
 
     return Recorder(take, read)
@@ -114,7 +114,7 @@ def armature(problem: Any) -> float:
 def model_error(
     problem: Any, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
-    """What the platform's finite armature adds over `duration` [s]: it does not quite keep its
+    """Errors from the platform's finite armature over `duration` [s]: it does not quite keep its
     rate."""
     theta, theta_dot = platform_error(problem.started, duration, armature(problem))
     return {"theta": {"armature": theta}, "theta_dot": {"armature": theta_dot}}

@@ -133,12 +133,12 @@ def profile(settings: Mapping[str, Any]) -> ContactProfile:
 
 def _own(contact: Mapping[str, Any], settings: Mapping[str, Any]) -> ContactProfile:
     """A user's contacts: fields of a contact, with the options of the model that affect them."""
-    given = {name: settings[name] for name in OWN_OPTIONS if name in settings}
+    options = {name: settings[name] for name in OWN_OPTIONS if name in settings}
     ends = {name: contact[name] for name in OWN_ENDS if name in contact}
     fields = {name: value for name, value in contact.items() if name not in OWN_ENDS}
     if fields.get("condim") == 3:  # the scene's own, which is 1 where it has no friction
         del fields["condim"]
-    return ContactProfile({**given, **ends}, lambda step: fields)
+    return ContactProfile({**options, **ends}, lambda step: fields)
 
 
 def contacts(problem: CapsuleProblem, settings: Mapping[str, Any]) -> ContactProfile:

@@ -80,7 +80,7 @@ def _contacts(
         yield "contact", "no <pair>", "<pair>: a <geom> has no solreffriction"
         return
     softening = _softening(model)
-    seen = set()
+    rows = set()
     for i in range(model.npair):
         stiffness = math.sqrt(max(-model.pair_solref[i, 0] / softening, 0.0)) * step
         wanted = dict(own_pair(method, step, softening, stiffness or OWN_STIFFNESS))
@@ -91,11 +91,11 @@ def _contacts(
             if all(map(_close, value[:width], there[:width])):
                 continue
             row = (f"pair/{name}", _numbers(value[:width]), _numbers(there[:width]))
-            if row not in seen:
-                seen.add(row)
+            if row not in rows:
+                rows.add(row)
                 yield row
-        if (dim := int(model.pair_dim[i])) != 3 and ("pair/condim", str(dim), "3") not in seen:
-            seen.add(("pair/condim", str(dim), "3"))
+        if (dim := int(model.pair_dim[i])) != 3 and ("pair/condim", str(dim), "3") not in rows:
+            rows.add(("pair/condim", str(dim), "3"))
             yield "pair/condim", str(dim), "3"
 
 
@@ -166,8 +166,8 @@ def frequency_ratio(model: mujoco.MjModel) -> float:
 
 def _softening(model: mujoco.MjModel) -> float:
     """The factor on inverse weights that the file's `impratio` is for; 1 where it is none."""
-    found = [s for s in _softenings() if _close(model.opt.impratio, REGULARISATION_RATIO * s)]
-    return found[0] if found else 1.0
+    softenings = [s for s in _softenings() if _close(model.opt.impratio, REGULARISATION_RATIO * s)]
+    return softenings[0] if softenings else 1.0
 
 
 def _softenings() -> tuple[float, ...]:

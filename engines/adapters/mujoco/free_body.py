@@ -20,9 +20,9 @@ SMALLEST = 1e-15  # [kg m^2]: the least moment of inertia that MuJoCo takes
 
 
 def scheme(method: Method) -> Scheme:
-    """What a step of `method` does to a body that turns freely: RK4 adds the angular velocities of
-    its stages, which belong to different axes; the implicit ones take the derivative of the
-    gyroscopic torque, implicitfast and discrete too."""
+    """The scheme of `method` on a body that turns freely: RK4 adds the angular velocities of its
+    stages, which belong to different axes; the implicit ones take the derivative of the gyroscopic
+    torque, implicitfast and discrete too."""
     integrator = str(method.settings.get("integrator", "Euler")).lower()
     if integrator == "rk4":
         return Scheme(RK4_ADDED_RATES)
@@ -61,5 +61,5 @@ def model_error(
 
 
 def _observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
-    seen = dict(zip(ATTITUDE, qpos[:, 3:7].T, strict=True))
-    return seen | dict(zip(RATES, qvel[:, 3:6].T, strict=True)), {}
+    observed = dict(zip(ATTITUDE, qpos[:, 3:7].T, strict=True))
+    return observed | dict(zip(RATES, qvel[:, 3:6].T, strict=True)), {}

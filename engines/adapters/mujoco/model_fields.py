@@ -1,5 +1,5 @@
-"""What a model file says of bodies, joints and contacts, as MuJoCo reads it: what other readers of
-such files are held to."""
+"""MuJoCo's reading of bodies, joints and contacts in a model file: the reference for other
+readers."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ def model_fields(path: Path) -> ModelFields:
     import mujoco
 
     model = compiled_model(path, "FILE")
-    found: dict[tuple[str, str], tuple[float, ...]] = {
+    fields: dict[tuple[str, str], tuple[float, ...]] = {
         ("gravity", ""): tuple(model.opt.gravity.tolist()),
         ("timestep", ""): (float(model.opt.timestep),),
     }
     for i in range(1, model.nbody):
         if (body := model.body(i)).name and model.body_mass[i] > 0.0:
-            found["mass", body.name] = (float(model.body_mass[i]),)
-            found["inertia", body.name] = tuple(np.sort(model.body_inertia[i]).tolist())
+            fields["mass", body.name] = (float(model.body_mass[i]),)
+            fields["inertia", body.name] = tuple(np.sort(model.body_inertia[i]).tolist())
     one_degree = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
     for i in range(model.njnt):
         joint, dof = model.joint(i), int(model.jnt_dofadr[i])
@@ -39,19 +39,19 @@ def model_fields(path: Path) -> ModelFields:
             model.dof_frictionloss[dof],
         )  # fmt: skip
         for field, value in zip(SCALARS, values, strict=True):
-            found[field, joint.name] = (float(value),)
+            fields[field, joint.name] = (float(value),)
     for i in range(model.ngeom):
         if model.geom(i).name and (model.geom_contype[i] or model.geom_conaffinity[i]):
             name = model.geom(i).name
-            found["friction", name] = (float(model.geom_friction[i, 0]),)
-            found["solref", name] = tuple(model.geom_solref[i].tolist())
-            found["solimp", name] = tuple(model.geom_solimp[i].tolist())
+            fields["friction", name] = (float(model.geom_friction[i, 0]),)
+            fields["solref", name] = tuple(model.geom_solref[i].tolist())
+            fields["solimp", name] = tuple(model.geom_solimp[i].tolist())
     for i in range(model.npair):
         if name := model.pair(i).name:
-            found["friction", name] = (float(model.pair_friction[i, 0]),)
-            found["solref", name] = tuple(model.pair_solref[i].tolist())
-            found["solimp", name] = tuple(model.pair_solimp[i].tolist())
+            fields["friction", name] = (float(model.pair_friction[i, 0]),)
+            fields["solref", name] = tuple(model.pair_solref[i].tolist())
+            fields["solimp", name] = tuple(model.pair_solimp[i].tolist())
     for i in range(model.nu):
         if model.actuator(i).name:
-            found["gear", model.actuator(i).name] = (float(model.actuator_gear[i, 0]),)
-    return found
+            fields["gear", model.actuator(i).name] = (float(model.actuator_gear[i, 0]),)
+    return fields

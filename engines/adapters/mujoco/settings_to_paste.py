@@ -51,7 +51,7 @@ def stable_ratio(stiffness: float, damping: float = DAMPING) -> float:
 
 
 def settings(method: Method, step: float, stiffness: float | None, friction: float) -> Settings:
-    """What to paste for `method` at `step` [s]; raises ParameterError."""
+    """Settings to paste for `method` at `step` [s]; raises ParameterError."""
     chosen = profile(method.settings)
     model = method.settings.get("model", "full")
     if model == "planar":
@@ -211,24 +211,24 @@ def _integrator(method: Method, step: float) -> Settings:
 
 
 def _option(method: Method, step: float, options: dict[str, object]) -> str:
-    given = {"timestep": step, "integrator": method.settings["integrator"], **options}
-    return f"<option {_attributes(given)}/>"
+    attributes = {"timestep": step, "integrator": method.settings["integrator"], **options}
+    return f"<option {_attributes(attributes)}/>"
 
 
 def _default_pair(fields: PairFields, friction: float) -> str:
-    given = {"condim": 3, "friction": (friction, friction)}
-    given |= {name: tuple(fields[name]) for name in ("solref", "solreffriction")}
-    given["solimp"] = tuple(fields["solimp"][:3])
-    return f"<default>\n  <pair {_attributes(given)}/>\n</default>"
+    attributes = {"condim": 3, "friction": (friction, friction)}
+    attributes |= {name: tuple(fields[name]) for name in ("solref", "solreffriction")}
+    attributes["solimp"] = tuple(fields["solimp"][:3])
+    return f"<default>\n  <pair {_attributes(attributes)}/>\n</default>"
 
 
-def _attributes(given: dict[str, object]) -> str:
+def _attributes(attributes: dict[str, object]) -> str:
     def text(value: object) -> str:
         if isinstance(value, tuple):
             return " ".join(map(text, value))
         return _short(value) if isinstance(value, (int, float)) else str(value)
 
-    return " ".join(f'{name}="{text(value)}"' for name, value in given.items())
+    return " ".join(f'{name}="{text(value)}"' for name, value in attributes.items())
 
 
 def _short(value: float) -> str:
@@ -241,9 +241,9 @@ def _short(value: float) -> str:
 def rewritten(text: str, step: float) -> str:
     """The text of one of plumbob's own model files with its contacts for `step` [s]; its first
     line says so. Direct `solref` goes as 1/dt^2 and 1/dt, a rest position on contacts as dt^2."""
-    if (found := re.search(rf'timestep="({NUMBER})"', text)) is None:
+    if (timestep := re.search(rf'timestep="({NUMBER})"', text)) is None:
         return text
-    before = float(found[1])
+    before = float(timestep[1])
     ratio = before / step
 
     def scaled(name: str, powers: tuple[int, int]) -> Callable[[re.Match[str]], str]:
@@ -261,6 +261,6 @@ def rewritten(text: str, step: float) -> str:
         lambda match: f'qpos="0 0 {_short(float(match[1]) / ratio**2)} ',
         text,
     )
-    text = text.replace(found[0], f'timestep="{_short(step)}"')
+    text = text.replace(timestep[0], f'timestep="{_short(step)}"')
     text = re.sub(r"time step 1e-4\b", f"time step {_short(step)}", text)
     return f"<!-- Contacts for a time step of {_short(step)} s, and no other. -->\n{text}"

@@ -75,7 +75,7 @@ def _first_coefficient(template: Any, value: float) -> Any:
 def model_error(
     problem: Any, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
-    """What the moment of inertia of the bob, which is to be a point, adds over `duration` [s]."""
+    """Errors over `duration` [s] from the moment of inertia of the bob, which should be a point."""
     bounds = bob_error(problem, duration, POINT / (problem.mass * problem.length**2))
     return {name: {"moment of inertia of the bob": bound} for name, bound in bounds.items()}
 

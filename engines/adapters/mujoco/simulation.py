@@ -68,11 +68,11 @@ class MujocoSimulation:
             observables, channels = {**observables, **read[0]}, {**channels, **read[1]}
         if self.translation.probe is not None:
             with options.collected():  # as the run's own
-                found = probe_readings(
+                probed = probe_readings(
                     self.model, self.data, course.states, self._held(course.steps),
                     self.translation.probe,
                 )  # fmt: skip
-            observables, channels = {**observables, **found[0]}, {**channels, **found[1]}
+            observables, channels = {**observables, **probed[0]}, {**channels, **probed[1]}
         trajectory = replace(trajectory, observables=observables, channels=channels)
         return within(trajectory, self.translation.limits)
 
@@ -89,8 +89,8 @@ class MujocoSimulation:
     def _start(self) -> Array:
         """Full physics state at time 0."""
         start = np.zeros(mujoco.mj_stateSize(self.model, STATE))
-        given = np.concatenate([self.translation.qpos, self.translation.qvel])
-        start[1 : 1 + len(given)] = given
+        coordinates = np.concatenate([self.translation.qpos, self.translation.qvel])
+        start[1 : 1 + len(coordinates)] = coordinates
         return start
 
     def _held(self, steps: sampling.Indices) -> Array:
@@ -153,34 +153,34 @@ def take_steps(
     states = np.empty((len(kept), len(start)))
     states[0] = start
     diverged = None if reliable(start) else 0
-    taken, seconds = 0, 0.0
+    done, seconds = 0, 0.0
     every = sampling.stride(steps, samples)
     block = every * max(1, BLOCK // every)
     rows = np.empty((1, min(block, steps), len(start)))
     mujoco.mj_resetData(model, data)
     with Rollout(nthread=0) as engine:
-        while taken < steps and diverged is None:
-            n = min(block, steps - taken)
+        while done < steps and diverged is None:
+            n = min(block, steps - done)
             out = rows if n == rows.shape[1] else np.empty((1, n, len(start)))
-            first = start if taken == 0 else rows[0, -1].copy()  # rows are written over
+            first = start if done == 0 else rows[0, -1].copy()  # rows are written over
             # each call starts the solver cold, unless given where the last one ended
-            warm = data.qacc_warmstart[None].copy() if taken else None
+            warm = data.qacc_warmstart[None].copy() if done else None
             ctrl = None
             if control is not None:
-                ctrl = control(np.arange(taken, taken + n, dtype=np.int64))[None]
+                ctrl = control(np.arange(done, done + n, dtype=np.int64))[None]
             begin = clock()
             engine.rollout(
                 [model], [data], first[None].copy(), ctrl, control_spec=CTRL, skip_checks=True,
                 nstep=n, initial_warmstart=warm, state=out,
             )  # fmt: skip
             seconds += clock() - begin
-            inside = (kept > taken) & (kept <= taken + n)
-            states[inside] = out[0, kept[inside] - taken - 1]
+            inside = (kept > done) & (kept <= done + n)
+            states[inside] = out[0, kept[inside] - done - 1]
             if (bad := _first_bad(data, out[0], first)) is not None:
-                diverged = min(taken + bad + 1, steps)
-            rows, taken = out, taken + n
+                diverged = min(done + bad + 1, steps)
+            rows, done = out, done + n
     good = kept < (steps + 1 if diverged is None else diverged)
-    return Course(kept[good], states[good], diverged or taken, seconds, diverged)
+    return Course(kept[good], states[good], diverged or done, seconds, diverged)
 
 
 def sensor_data(
@@ -207,7 +207,7 @@ def sensor_data(
 def probe_readings(
     model: mujoco.MjModel, data: mujoco.MjData, states: Array, controls: Array, probe: Probe
 ) -> tuple[Named, Named]:
-    """What `probe` reads in each of `states`, shape (n, nstate), with the forces that begin there
+    """Readings of `probe` in each of `states`, shape (n, nstate), with the forces that begin there
     under `controls`, shape (n, nu): observables and channels, of shape (n,) each."""
     recorder, held = probe(model, data), data.ctrl
     for state, ctrl in zip(states, controls, strict=True):

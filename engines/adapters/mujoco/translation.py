@@ -1,4 +1,4 @@
-"""What a builder makes of a scene, and how the builder of a system is found."""
+"""The translation of a scene that a builder returns, and how a system's builder is found."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LARGEST = 1e10  # above it MuJoCo itself calls a number huge
 
 @dataclass(frozen=True)
 class Recorder:
-    """What keeps numbers of one state after another, and reads all of them at once."""
+    """Records numbers of one state after another, and returns all of them at once."""
 
     take: Callable[[], None]  # what the data hold now, forces of the step that begins included
     read: Callable[[], tuple[Named, Named]]
@@ -58,7 +58,7 @@ class Translation:
 
 
 class Builder(Protocol):
-    """What the module of a family of systems, `adapters/mujoco/<family>.py`, offers."""
+    """The interface of a module `adapters/mujoco/<family>.py`, one for a family of systems."""
 
     def build(self, mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         """Translate `problem` for `method` at `step` [s]; raises Unsupported."""

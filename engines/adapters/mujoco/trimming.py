@@ -1,4 +1,4 @@
-"""What leaving out a model's needless stages and visual parts saves, the motion being the same."""
+"""Time saved by leaving out a model's needless stages and visual parts, at equal motion."""
 
 from __future__ import annotations
 
@@ -48,14 +48,14 @@ def trimming(
 
 def _versions(
     translation: Translation,
-    whole: mujoco.MjSpec,
+    untrimmed: mujoco.MjSpec,
     trimmed: mujoco.MjModel,
     method: Method,
     step: float,
 ) -> tuple[mujoco.MjModel, mujoco.MjModel, mujoco.MjModel]:
     """The model with every stage, with needless ones disabled, and as run: without visual parts."""
-    options.apply(whole, method.settings, step)
-    default = whole.compile()
+    options.apply(untrimmed, method.settings, step)
+    default = untrimmed.compile()
     translation.tune(default)
     shown = copy.copy(default)
     default.opt.disableflags = 0

@@ -51,12 +51,12 @@ class Equation:
             np.array(part, dtype=np.float64).reshape(len(states), -1).T
             for part in zip(*states, strict=True)
         )
-        found = dict(zip(self.names, positions, strict=True))
-        return found | dict(zip(self.rate_names, rates, strict=True))
+        observables = dict(zip(self.names, positions, strict=True))
+        return observables | dict(zip(self.rate_names, rates, strict=True))
 
 
 class Builder(Protocol):
-    """What the module of a family of systems, `adapters/ode/<family>.py`, offers."""
+    """The interface of a module `adapters/ode/<family>.py`, one for a family of systems."""
 
     def build(self, problem: Any, method: Method) -> Equation:
         """Write `problem` as an equation of motion; raises Unsupported."""

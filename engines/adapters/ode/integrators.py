@@ -35,15 +35,15 @@ def leapfrog(equation: Equation, state: State, first: int, last: int, h: float) 
     f, (x, v) = equation.acceleration, state
     half, damping = 0.5 * h, equation.damping_rate
     # What 1/(1 + damping h/2) takes away: that factor itself has the same rounding error each step.
-    taken = half * damping / (1 + half * damping)
-    rest = 0.0 * v
-    force = f(first * h, x, rest)
+    loss = half * damping / (1 + half * damping)
+    still = 0.0 * v
+    force = f(first * h, x, still)
     for n in range(first, last):
         v = v + half * (force - damping * v)
         x = x + h * v
-        force = f((n + 1) * h, x, rest)
+        force = f((n + 1) * h, x, still)
         v = v + half * force
-        v = v - taken * v
+        v = v - loss * v
     return x, v
 
 

@@ -121,14 +121,14 @@ class AdaptiveSimulation:
             seconds = time.perf_counter() - begin
         reached = times[-1]
         kept = sampling.sampled(len(times) - 1)  # its own steps: interpolants are less accurate
-        said = [*(str(warning.message) for warning in caught), *([failure] if failure else [])]
+        messages = [*(str(warning.message) for warning in caught), *([failure] if failure else [])]
         trajectory = Trajectory(
             times=np.array(times)[kept],
             observables=equation.observed([_parts(equation, states[k]) for k in kept]),
             steps=slope.evaluated,
             seconds=seconds,
             diverged_at=None if reached == self.duration else reached,
-            warnings=tuple(dict.fromkeys(said)),
+            warnings=tuple(dict.fromkeys(messages)),
         )
         far = dict.fromkeys((*equation.names, *equation.rate_names), HUGE)
         return within(trajectory, {**far, **equation.limits})
@@ -191,9 +191,9 @@ class _Slope:
 
 
 def solved(factors: tuple[Any, Any], right: Any) -> Any:
-    """What scipy's `lu_solve` gives, to the bit, for one system, at a fifth of the cost of its
-    checks: a run's errors need no more, while its cost is that of scipy as it is. Raises ValueError
-    where a number is not finite."""
+    """The result of scipy's `lu_solve`, to the bit, for one system, at a fifth of the cost of its
+    checks: a run's errors need no more, while its cost is that of scipy unchanged. Raises
+    ValueError where a number is not finite."""
     if not np.isfinite(right).all():
         raise ValueError("array must not contain infs or NaNs")
     solve = zgetrs if np.iscomplexobj(factors[0]) else dgetrs

@@ -27,7 +27,7 @@ def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping
 def settings_text(
     method: Method, step: float, stiffness: float | None, friction: float
 ) -> Settings:
-    """What to paste for `method` at `step` [s]; raises ParameterError. Works without pymunk."""
+    """Settings to paste for `method` at `step` [s]; raises ParameterError. Works without pymunk."""
     from plumbob.engines.adapters.pymunk.settings_to_paste import settings
 
     return settings(method, step, stiffness, friction)

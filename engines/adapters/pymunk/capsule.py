@@ -55,7 +55,7 @@ def build(problem: CapsuleProblem, method: Method, step: float) -> Translation:
 def model_error(
     problem: CapsuleProblem, duration: float, method: Method, step: float
 ) -> ModelError:
-    """What the model adds to each observable over `duration` [s], by reason."""
+    """Bounds on the model's error of each observable over `duration` [s], by reason."""
     solver = described(problem, method, step)
     if problem.motion.kind == "plane":
         return sequential_impulse_plane.model_error(problem, duration, solver)
@@ -63,8 +63,8 @@ def model_error(
 
 
 def described(problem: CapsuleProblem, method: Method, step: float) -> SequentialImpulse:
-    """What theory needs to know of the method's model and of its solver: the iterations are the
-    method's, or as many more as the capsule needs where more of them help."""
+    """The method's model and solver as theory needs them: the iterations are the method's, or as
+    many more as the capsule needs where more of them help."""
     capsule, reach = problem.setup.capsule, foot_reach(problem.setup)
     model, least = method.settings["model"], int(method.settings["iterations"])
     if model == "pivots":

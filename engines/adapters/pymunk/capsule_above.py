@@ -66,15 +66,19 @@ def on_feet(setup: CapsuleSetup, step: float, turning: bool) -> Assembly:
     capsule = setup.capsule
     anchors = [complex(x, y) for x, y in capsule.supports]
     mass = foot_mass(capsule)
-    rest = capsule.body_mass - 3 * mass
-    own = -mass * sum(anchors) / rest
-    moment = capsule.inertia - rest * abs(own) ** 2 - mass * sum(abs(a) ** 2 for a in anchors)
-    bare = _body_and_slider(setup, rest, moment, own, step)
+    core_mass = capsule.body_mass - 3 * mass
+    core_centre = -mass * sum(anchors) / core_mass
+    moment = (
+        capsule.inertia
+        - core_mass * abs(core_centre) ** 2
+        - mass * sum(abs(a) ** 2 for a in anchors)
+    )
+    bare = _body_and_slider(setup, core_mass, moment, core_centre, step)
     pins, joints = [], []
     for anchor in anchors:
         foot = pymunk.Body(mass, NO_TURNING)
-        place_part(setup, foot, anchor, own, step)
-        pins.append(pin_joint(bare.body, foot, anchor - own))
+        place_part(setup, foot, anchor, core_centre, step)
+        pins.append(pin_joint(bare.body, foot, anchor - core_centre))
         if not turning:
             pins[-1].error_bias = NO_CLOSING
         joints.append(friction_joint(bare.space, foot, 0j))
@@ -122,10 +126,10 @@ def static_normal_forces(setup: CapsuleSetup, places: Array) -> Array:
 def _affine(values: Array) -> list[list[float]]:
     """Constant, and slopes along x and y, of three affine functions of the slider's place, a row
     each, from their `values` at C, 1 m along x and 1 m along y from it, shape (3, 3)."""
-    found: list[list[float]] = np.stack(
+    coefficients: list[list[float]] = np.stack(
         [values[0], values[1] - values[0], values[2] - values[0]], axis=1
     ).tolist()
-    return found
+    return coefficients
 
 
 def friction_limits(setup: CapsuleSetup, joints: tuple[pymunk.PivotJoint, ...]) -> SetLimits:

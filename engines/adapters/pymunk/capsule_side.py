@@ -156,13 +156,13 @@ def _normal_forces(setup: CapsuleSetup, stand: Stand) -> Read:
 def _contact_forces(stand: Stand) -> list[tuple[float, float]]:
     """Force of the ground on each foot [N], along and up, in the last step."""
     step = stand.assembly.space.current_time_step
-    found: dict[pymunk.Shape, tuple[float, float]] = {}
+    forces: dict[pymunk.Shape, tuple[float, float]] = {}
 
     def note(arbiter: pymunk.Arbiter) -> None:
         x, y = arbiter.total_impulse
         upwards = math.copysign(1.0 / step, y)
         for shape in arbiter.shapes:
-            found[shape] = (upwards * x, upwards * y)
+            forces[shape] = (upwards * x, upwards * y)
 
     stand.assembly.body.each_arbiter(note)
-    return [found.get(foot, (0.0, 0.0)) for foot in stand.feet]
+    return [forces.get(foot, (0.0, 0.0)) for foot in stand.feet]

@@ -38,7 +38,7 @@ LOOP = "while running:\n    space.step({step:g})"
 
 
 def settings(method: Method, step: float, stiffness: float | None, friction: float) -> Settings:
-    """What to paste for `method` at `step` [s]; raises ParameterError."""
+    """Settings to paste for `method` at `step` [s]; raises ParameterError."""
     if stiffness is not None:
         raise ParameterError("stiffness", stiffness, "left out: it is for mujoco's contacts")
     loop = LOOP.format(step=step)

@@ -37,7 +37,7 @@ class Translation:
 
 
 class Builder(Protocol):
-    """What the module of a family of systems, `adapters/pymunk/<family>.py`, offers."""
+    """The interface of a module `adapters/pymunk/<family>.py`, one for a family of systems."""
 
     def build(self, problem: Any, method: Method, step: float) -> Translation:
         """Translate `problem` for `method` at `step` [s]; raises Unsupported."""

@@ -63,7 +63,7 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
     file = mjcf.with_name("planar.xml") if model == "planar" else mjcf
     setup, chosen = problem.setup, contacts(problem, method.settings)
     spec = whole(file, problem, method.settings, step)
-    seen = spec.copy()
+    visual = spec.copy()
     for shown in [geom for geom in spec.geoms if geom.classname.name == "visual"]:
         spec.delete(shown)  # without effect, and a step costs less without them
     spec.option.disableflags |= ISLANDS
@@ -81,20 +81,20 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
     if chosen.convergent:
         ahead = float(method.settings.get("slider_ahead", 0.0))
         deflected = statics(setup, chosen.compliance(step), ahead) if model == "full" else None
-        rest = settled(spec, tune, setup.press, step, SETTLED, deflected)
+        rest_qpos = settled(spec, tune, setup.press, step, SETTLED, deflected)
     else:
-        rest = settled(spec, tune, setup.press, DEFAULT_STEP, SETTLING)
-    qpos, qvel = start(setup, rest)
+        rest_qpos = settled(spec, tune, setup.press, DEFAULT_STEP, SETTLING)
+    qpos, qvel = start(setup, rest_qpos)
     add_sensors(spec)
     size = float(np.abs(setup.capsule.supports).max())
     return Translation(
         spec,
         qpos=qpos,
         qvel=qvel,
-        observe=(plane if setup.in_plane else along)(setup, rest),
+        observe=(plane if setup.in_plane else along)(setup, rest_qpos),
         limits=dict.fromkeys(("displacement", "x", "y"), FAR * size),
         control=control(setup, step),
-        whole=seen,
+        whole=visual,
         sensors=reading(setup),
         tune=tune,
     )
@@ -103,8 +103,8 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
 def model_error(
     problem: CapsuleProblem, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
-    """What the model adds to each observable over `duration` [s], by reason, where its contacts are
-    such that theory covers them."""
+    """Bounds on the model's error of each observable over `duration` [s], by reason, where theory
+    covers its contacts."""
     contact = soft_contact(problem, method.settings, step)
     if contact is None:
         return {}
@@ -127,8 +127,8 @@ def whole(
     source, unless given. The slider starts `settings["slider_ahead"]` [m] further along its line
     than in the problem, which may be where no reference goes: beyond an edge the body tips over.
     """
-    given = settings or {"contact": "coulomb"}
-    setup, height = problem.setup, float(given.get("height", 0.0))
+    chosen = settings or {"contact": "coulomb"}
+    setup, height = problem.setup, float(chosen.get("height", 0.0))
     spec = read(mjcf if setup.plane_velocity is None else mjcf.with_name(TURNING))
     capsule, body = setup.capsule, spec.body("body")
     spec.option.gravity = gravity(setup)
@@ -138,9 +138,9 @@ def whole(
     for i, (x, y) in enumerate(capsule.supports):
         support = spec.geom(f"support_{i + 1}")
         support.pos = [x, y, support.size[0] - height]
-    set_contacts(spec, contacts(problem, given), capsule.friction, step)
+    set_contacts(spec, contacts(problem, chosen), capsule.friction, step)
     x, y = math.cos(setup.direction), math.sin(setup.direction)
-    ahead = float(given.get("slider_ahead", 0.0))
+    ahead = float(chosen.get("slider_ahead", 0.0))
     spec.body("slider").pos = [setup.slider[0] + ahead * x, setup.slider[1] + ahead * y, 0.0]
     set_slider(spec, setup, (x, y))
     spec.body("slider").inertia = [POINT] * 3
@@ -195,14 +195,14 @@ def settled(
         model.qpos0[3] = math.sqrt(upright)
     held = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, held)
-    rest = np.array(_at_rest(held.tobytes(), steps))
-    rest[:2] = 0.0
+    qpos = np.array(_at_rest(held.tobytes(), steps))
+    qpos[:2] = 0.0
     if model.nq > model.nv:  # a free joint, its attitude a quaternion
-        rest[3:7] = turned(rest[3:7], -float(heading(rest[3:7])))
-        rest[7:] = 0.0
+        qpos[3:7] = turned(qpos[3:7], -float(heading(qpos[3:7])))
+        qpos[7:] = 0.0
     else:
-        rest[3:] = 0.0
-    return rest
+        qpos[3:] = 0.0
+    return qpos
 
 
 def statics(setup: CapsuleSetup, compliance: float, ahead: float = 0.0) -> Array | None:

@@ -76,26 +76,26 @@ def _velocity(setup: CapsuleSetup) -> Callable[[Array], Array] | None:
     return setup.plane_velocity
 
 
-def start(setup: CapsuleSetup, rest: Array) -> tuple[Array, Array]:
-    """qpos, shape (nq,), and qvel, shape (nv,), of a body at `rest`, shape (nq,), turned by the
-    heading, with the velocities of the start."""
-    qpos = np.array(rest)
-    if len(rest) >= FREE:
-        qpos[3:7] = turned(rest[3:7], setup.heading)
+def start(setup: CapsuleSetup, rest_qpos: Array) -> tuple[Array, Array]:
+    """qpos, shape (nq,), and qvel, shape (nv,), of a body at `rest_qpos`, shape (nq,), turned by
+    the heading, with the velocities of the start."""
+    qpos = np.array(rest_qpos)
+    if len(rest_qpos) >= FREE:
+        qpos[3:7] = turned(rest_qpos[3:7], setup.heading)
     else:
         qpos[3] = setup.heading
     vx, vy = _rotated(*setup.velocity, setup.heading)
     turn = np.array([0.0, 0.0, setup.heading_rate])
-    if len(rest) >= FREE:  # about the vertical, in the axes of a body that leans
+    if len(rest_qpos) >= FREE:  # about the vertical, in the axes of a body that leans
         mujoco.mju_rotVecQuat(turn, turn.copy(), qpos[3:7] * [1.0, -1.0, -1.0, -1.0])
-    turn = turn if len(rest) >= FREE else turn[2:]
+    turn = turn if len(rest_qpos) >= FREE else turn[2:]
     slider = [0.0] if setup.relative_velocity is not None else []
     slider = slider if setup.plane_velocity is None else [0.0, 0.0]
     return qpos, np.array([vx, vy, 0.0, *turn, *slider])
 
 
-def along(setup: CapsuleSetup, rest: Array) -> Observe:
-    """What is signed along the line: displacement, velocity, slider, heading, sideways."""
+def along(setup: CapsuleSetup, rest_qpos: Array) -> Observe:
+    """Signed observables along the line: displacement, velocity, slider, heading, sideways."""
     line, driven = -(setup.heading + setup.direction), setup.relative_velocity is not None
 
     def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
@@ -110,12 +110,12 @@ def along(setup: CapsuleSetup, rest: Array) -> Observe:
             "stroke_rate": rate,
             "heading": _facing(qpos, setup.heading),
             "sideways": sideways,
-        }, {"vertical_displacement": qpos[:, 2] - rest[2]}
+        }, {"vertical_displacement": qpos[:, 2] - rest_qpos[2]}
 
     return observe
 
 
-def plane(setup: CapsuleSetup, rest: Array) -> Observe:
+def plane(setup: CapsuleSetup, rest_qpos: Array) -> Observe:
     """Place of C and the source's body angle in the axes of the start, and the heading."""
 
     def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
@@ -123,9 +123,9 @@ def plane(setup: CapsuleSetup, rest: Array) -> Observe:
         vx, vy = _rotated(qvel[:, 0], qvel[:, 1], -setup.heading)
         rate = qvel[:, 5] if qpos.shape[1] >= FREE else qvel[:, 3]
         facing = _facing(qpos, setup.heading)
-        seen = {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy, "heading": facing}
-        seen |= {"heading_rate": rate, "body_angle": facing - setup.heading}
-        return seen, {"vertical_displacement": qpos[:, 2] - rest[2]}
+        observed = {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy, "heading": facing}
+        observed |= {"heading_rate": rate, "body_angle": facing - setup.heading}
+        return observed, {"vertical_displacement": qpos[:, 2] - rest_qpos[2]}
 
     return observe
 
@@ -158,8 +158,8 @@ def turned(attitude: Array, angle: float) -> Array:
 
 
 def add_sensors(spec: mujoco.MjSpec) -> None:
-    """What `reading` reads: each support's contact, the acceleration less gravity of body and
-    slider, and their common centre of mass."""
+    """Add the sensors that `reading` reads: each support's contact, the acceleration less gravity
+    of body and slider, and their common centre of mass."""
     for i in range(3):
         spec.add_sensor(
             type=SENSOR.mjSENS_CONTACT,

@@ -76,16 +76,16 @@ def _friction(setup: CapsuleSetup) -> Probe:
 
     def probe(model: mujoco.MjModel, data: mujoco.MjData) -> Recorder:
         masses = np.array([both, setup.capsule.slider_mass][: model.nv])
-        slider, taken = model.body("slider").id, list[tuple[float, float]]()
+        slider, forces = model.body("slider").id, list[tuple[float, float]]()
 
         def take() -> None:
             # From the accelerations: the solver finds those, and forces no better than it has to.
             friction = float(masses @ data.qacc) - both * setup.pull
             mujoco.mj_rnePostConstraint(model, data)
-            taken.append((friction, float(data.cfrc_int[slider, 3])))
+            forces.append((friction, float(data.cfrc_int[slider, 3])))
 
         def read() -> tuple[Named, Named]:
-            friction, driving = np.reshape(taken, (-1, 2)).T
+            friction, driving = np.reshape(forces, (-1, 2)).T
             return {"friction_force": friction, "driving_force": driving}, {}
 
         return Recorder(take, read)

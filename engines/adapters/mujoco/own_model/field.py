@@ -176,11 +176,13 @@ class ContinuousField:
         """Whether any speed would change the gap of a contact."""
         if contact.geom.min() < 0:
             return True  # of a flex
-        one, other = np.zeros((3, self.model.nv)), np.zeros((3, self.model.nv))
-        for body, jacobian in zip(self.model.geom_bodyid[contact.geom], (one, other), strict=True):
+        first, other = np.zeros((3, self.model.nv)), np.zeros((3, self.model.nv))
+        for body, jacobian in zip(
+            self.model.geom_bodyid[contact.geom], (first, other), strict=True
+        ):
             mujoco.mj_jac(self.model, self.data, jacobian, None, contact.pos, body)
-        across = np.abs(other - one).max()
-        return bool(np.abs(contact.frame[:3] @ (other - one)).max() > ROUNDING * (1.0 + across))
+        across = np.abs(other - first).max()
+        return bool(np.abs(contact.frame[:3] @ (other - first)).max() > ROUNDING * (1.0 + across))
 
     def _converged(self) -> None:
         data = self.data
@@ -201,10 +203,10 @@ class ContinuousField:
 
     def normalised(self, y: Array) -> Array:
         """See `Field`."""
-        whole = y.copy()
+        scaled = y.copy()
         for q, _ in self.quaternions:
-            whole[q : q + 4] /= np.linalg.norm(whole[q : q + 4])
-        return whole
+            scaled[q : q + 4] /= np.linalg.norm(scaled[q : q + 4])
+        return scaled
 
     def active(self) -> bytes:
         """See `Field`; raises Undecided."""
@@ -220,5 +222,5 @@ def _slewing(model: Any) -> tuple[Array, Array]:
     places = {int(getattr(mujoco.mjtDyn, k, -1)): place for k, place in SLEW_RATES.items()}
     kinds = zip(model.actuator_dyntype, model.actuator_actadr, model.actuator_dynprm, strict=True)
     rates = {int(at): prm[places[kind]] for kind, at, prm in kinds if kind in places}
-    found = {at: float(rate) for at, rate in rates.items() if rate > 0.0}
-    return np.array(list(found), int), np.array(list(found.values()))
+    limited = {at: float(rate) for at, rate in rates.items() if rate > 0.0}
+    return np.array(list(limited), int), np.array(list(limited.values()))

@@ -46,12 +46,12 @@ def write(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Chang
     ParameterError where nothing is left, or it cannot be written, or would not compile there."""
     part = target.with_name(f".{target.stem}-{os.getpid()}.xml")
     try:
-        made = _made_by_places(source, part)
-        kept = tuple(c for change in left_out if (c := _in_text(change, made)))
+        makers = _made_by_places(source, part)
+        kept = tuple(c for change in left_out if (c := _in_text(change, makers)))
         if not kept:
             what = "left away: what this motion can do without has no text of its own in the file"
             raise ParameterError("write trimmed", str(target), what)
-        _compiled(part, _without(source, kept, made))
+        _compiled(part, _without(source, kept, makers))
         part.replace(target)
     except (OSError, ValueError, expat.ExpatError) as error:
         reason = " ".join(str(error).split())
@@ -80,13 +80,13 @@ def _made_by_places(source: Path, part: Path) -> Mapping[tuple[str, int], tuple[
         return {"margin": f"{MARK + len(places) - 1:.0f}"}
 
     model = _compiled(part, _rewritten(source, source.parent, None, marked, lambda _: True)[0])
-    made = {}
+    makers = {}
     for kind in ("geom", "pair"):
         numbers = np.asarray(getattr(model, f"{kind}_margin")) - MARK
         for i, number in enumerate(numbers):
             if number >= 0:
-                made[kind, i] = (places[int(number)], int(np.count_nonzero(numbers == number)))
-    return made
+                makers[kind, i] = (places[int(number)], int(np.count_nonzero(numbers == number)))
+    return makers
 
 
 def _is_editable(element: _Element) -> bool:
@@ -95,16 +95,16 @@ def _is_editable(element: _Element) -> bool:
     return element.name == "pair" and "contact" in element.within
 
 
-def _in_text(change: Change, made: Mapping[tuple[str, int], tuple[Place, int]]) -> Change | None:
+def _in_text(change: Change, makers: Mapping[tuple[str, int], tuple[Place, int]]) -> Change | None:
     """The part of a change that the text can be given: elements all of whose geoms are in it."""
     sets, before, after = [], 0, 0
     for field, indices, value in change.sets:
         kind = field.partition("_")[0]
-        places = [made[kind, i][0] for i in indices if (kind, i) in made]
+        places = [makers[kind, i][0] for i in indices if (kind, i) in makers]
         some = tuple(
             i
             for i in indices
-            if (kind, i) in made and places.count(made[kind, i][0]) == made[kind, i][1]
+            if (kind, i) in makers and places.count(makers[kind, i][0]) == makers[kind, i][1]
         )
         before, after = before + len(indices), after + len(some)
         if some or not indices:
@@ -116,15 +116,15 @@ def _in_text(change: Change, made: Mapping[tuple[str, int], tuple[Place, int]]) 
 
 
 def _without(
-    source: Path, changes: Sequence[Change], made: Mapping[tuple[str, int], tuple[Place, int]]
+    source: Path, changes: Sequence[Change], makers: Mapping[tuple[str, int], tuple[Place, int]]
 ) -> bytes:
     """The text of the file with these changes."""
     edits: dict[Place, dict[str, str]] = {}
     option, flags = dict[str, str](), 0
-    for field, indices, value in (one for change in changes for one in change.sets):
+    for field, indices, value in (setting for change in changes for setting in change.sets):
         kind, _, name = field.partition("_")
         for i in indices:
-            edits.setdefault(made[kind, i][0], {})[name] = f"{value:.12g}"
+            edits.setdefault(makers[kind, i][0], {})[name] = f"{value:.12g}"
         if not indices and field == "disableflags":
             flags |= int(value)
         elif not indices:
@@ -192,7 +192,7 @@ def _rewritten(
 
 def _elements(text: bytes, included: tuple[str, ...] | None) -> list[_Element]:
     """All elements of a text in order; what is in the root of an included one is within others."""
-    found, open_ = list[_Element](), list[_Element]()
+    elements, open_ = list[_Element](), list[_Element]()
     parser = expat.ParserCreate()
 
     def begin(name: str, _: object) -> None:
@@ -202,7 +202,7 @@ def _elements(text: bytes, included: tuple[str, ...] | None) -> list[_Element]:
             raise ValueError(f"<{name}> ends nowhere")
         around = tuple(e.name for e in (open_ if included is None else open_[1:]))
         open_.append(_Element(name, (*(included or ()), *around), at, tag.end()))
-        found.append(open_[-1])
+        elements.append(open_[-1])
 
     def end(_: str) -> None:
         element = open_.pop()
@@ -213,7 +213,7 @@ def _elements(text: bytes, included: tuple[str, ...] | None) -> list[_Element]:
 
     parser.StartElementHandler, parser.EndElementHandler = begin, end
     parser.Parse(text, True)
-    return found
+    return elements
 
 
 def _attributes(tag: bytes) -> Attributes:

@@ -18,8 +18,8 @@ STAGES = ("ISLAND", "WARMSTART", "MIDPHASE")  # of any model; a motion may not n
 
 
 def changes(model: Any, idle: int, met: set[tuple[int, int]]) -> Iterator[Change]:
-    """What may be left out of `model`, whose pairs of geoms `met`, smaller number first, are all
-    that touched; `idle` has the disable flags of the stages that have nothing to do."""
+    """Features that may be left out of `model`, whose pairs of geoms `met`, smaller number first,
+    are all that touched; `idle` has the disable flags of the stages that have nothing to do."""
     touched = {geom for pair in met for geom in pair}
     collides = (model.geom_contype | model.geom_conaffinity) != 0
     never = tuple(int(i) for i in np.flatnonzero(collides) if int(i) not in touched)
@@ -29,7 +29,7 @@ def changes(model: Any, idle: int, met: set[tuple[int, int]]) -> Iterator[Change
         which = which if len(never) == 1 else f"{len(never)} geoms that never touch"
         yield Change(f"collisions of {which}", off)
     pairs = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1)
-    apart = tuple(i for i, (one, other) in enumerate(pairs.tolist()) if (one, other) not in met)
+    apart = tuple(i for i, (first, other) in enumerate(pairs.tolist()) if (first, other) not in met)
     if apart:
         yield Change(
             f"{len(apart)} contact pairs that never touch", (("pair_margin", apart, NEVER),)

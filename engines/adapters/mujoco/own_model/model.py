@@ -164,14 +164,14 @@ class MujocoModel:
         """The mjData after each own step, or every few where they are many: its contacts are those
         at the beginning of the last step."""
         model, nq, nv = copy.copy(self.effective), self.effective.nq, self.effective.nv
-        data, own = self._begun(model), round(script.period / self.step)
+        data, substeps = self._begun(model), round(script.period / self.step)
         data.qpos[:], data.qvel[:] = script.start[:nq], script.start[nq : nq + nv]
         data.act[:] = script.start[nq + nv :]
-        several = max(1, own * len(script.controls) // LOOKS)
+        several = max(1, substeps * len(script.controls) // LOOKS)
         for control in script.controls:
             data.ctrl[:] = control
-            for done in range(0, own, several):
-                mujoco.mj_step(model, data, min(several, own - done))
+            for done in range(0, substeps, several):
+                mujoco.mj_step(model, data, min(several, substeps - done))
                 if any(data.warning[bad].number for bad in _BAD):
                     return
                 yield data
@@ -193,14 +193,14 @@ class MujocoModel:
     def positions(self, states: Array) -> Array:
         """See `OwnModel`."""
         model, data = self.effective, self._begun(self.effective)
-        found = np.full((len(states), model.nbody, 3), np.nan)
+        positions = np.full((len(states), model.nbody, 3), np.nan)
         for k, state in enumerate(states):
             if np.isfinite(state[: model.nq]).all():
                 data.qpos[:] = state[: model.nq]
                 mujoco.mj_kinematics(model, data)
                 mujoco.mj_comPos(model, data)
-                found[k] = data.xipos
-        return found
+                positions[k] = data.xipos
+        return positions
 
     def readings(self, states: Array) -> Mapping[str, Array]:
         """See `OwnModel`."""
@@ -213,21 +213,23 @@ class MujocoModel:
     def starts(self, count: int, size: float) -> Array:
         """See `OwnModel`."""
         model, random = self.effective, np.random.default_rng(0)
-        found = np.tile(self.state, (count, 1))
-        for state in found:
+        states = np.tile(self.state, (count, 1))
+        for state in states:
             mujoco.mj_integratePos(
                 model, state[: model.nq], size * random.standard_normal(model.nv), 1.0
             )
-        return found
+        return states
 
     def coordinates(self, states: Array, others: Array) -> Array:
         """See `OwnModel`."""
         model = self.effective
-        found = np.full((len(states), model.nv), np.nan)
-        for k, (one, two) in enumerate(zip(states, others, strict=True)):
-            if np.isfinite(one[: model.nq]).all() and np.isfinite(two[: model.nq]).all():
-                mujoco.mj_differentiatePos(model, found[k], 1.0, two[: model.nq], one[: model.nq])
-        return found
+        differences = np.full((len(states), model.nv), np.nan)
+        for k, (state, other) in enumerate(zip(states, others, strict=True)):
+            if np.isfinite(state[: model.nq]).all() and np.isfinite(other[: model.nq]).all():
+                mujoco.mj_differentiatePos(
+                    model, differences[k], 1.0, other[: model.nq], state[: model.nq]
+                )
+        return differences
 
 
 def own_model(model: Any, name: str, keyframe: int | str | None = None) -> MujocoModel:
@@ -343,8 +345,8 @@ def refused(model: Any) -> None:
         (option.noslip_iterations > 0, "the noslip solver, which corrects after the fact"),
         (model.nv == 0, "no degree of freedom"),
     )
-    for found, what in reasons:
-        if found:
+    for applies, what in reasons:
+        if applies:
             raise NotCertifiable(f"the model has {what}")
 
 

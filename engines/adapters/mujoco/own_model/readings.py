@@ -1,4 +1,4 @@
-"""What is read of a MuJoCo model's states beside its motion: energy, penetration, violations."""
+"""Readings of a MuJoCo model's states beside its motion: energy, penetration, violations."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ def touching(model: Any, looks: Iterable[Any]) -> Touching:
     """Which pairs of geoms touch along a motion, given the mjData after the steps that one looks
     at, whose contacts are those at the beginning of the step."""
     times: list[float] = []
-    found: dict[tuple[int, ...], list[int]] = {}  # at which looks
+    looks_by_pair: dict[tuple[int, ...], list[int]] = {}  # at which looks
     for k, data in enumerate(looks):
         times.append(data.time - model.opt.timestep)
         for pair in {tuple(p) for p in data.contact.geom[data.contact.dist <= 0.0].tolist()}:
-            found.setdefault(pair, []).append(k)
+            looks_by_pair.setdefault(pair, []).append(k)
     pairs: dict[str, Array] = {}
-    for pair, at in found.items():
+    for pair, at in looks_by_pair.items():
         on = pairs.setdefault(pair_name(model, pair), np.zeros(len(times), bool))
         on[at] = True
     return Touching(np.array(times), pairs)
@@ -45,7 +45,7 @@ def readings(model: Any, data: Any, states: Array) -> Mapping[str, Array]:
     tendon exceeds its limit and an equality is missed [m or rad]; only what the model can have, not
     numbers where a state has none, each of shape (n,)."""
     names = (ENERGY, MOMENTUM, DEPTH, SLIP, LIMITS, EQUALITIES)
-    found = {name: np.full(len(states), np.nan) for name in names}
+    measured = {name: np.full(len(states), np.nan) for name in names}
     for k, state in enumerate(states):
         if not np.isfinite(state).all():
             continue
@@ -54,27 +54,27 @@ def readings(model: Any, data: Any, states: Array) -> Mapping[str, Array]:
         mujoco.mj_fwdVelocity(model, data)
         mujoco.mj_energyPos(model, data)
         mujoco.mj_energyVel(model, data)
-        found[ENERGY][k] = data.energy.sum()
+        measured[ENERGY][k] = data.energy.sum()
         mujoco.mj_subtreeVel(model, data)
-        found[MOMENTUM][k] = np.linalg.norm(data.subtree_linvel[0]) * model.body_subtreemass[0]
-        found[SLIP][k] = _slip(model, data)
-        found[DEPTH][k] = max([0.0, *(-data.contact.dist)])
-        found[LIMITS][k] = max([0.0, *(-_places(data, *LIMIT_KINDS))])
-        found[EQUALITIES][k] = max([0.0, *np.abs(_places(data, KINDS.mjCNSTR_EQUALITY))])
+        measured[MOMENTUM][k] = np.linalg.norm(data.subtree_linvel[0]) * model.body_subtreemass[0]
+        measured[SLIP][k] = _slip(model, data)
+        measured[DEPTH][k] = max([0.0, *(-data.contact.dist)])
+        measured[LIMITS][k] = max([0.0, *(-_places(data, *LIMIT_KINDS))])
+        measured[EQUALITIES][k] = max([0.0, *np.abs(_places(data, KINDS.mjCNSTR_EQUALITY))])
     has = {
         ENERGY: True,
         MOMENTUM: bool((model.jnt_type == int(mujoco.mjtJoint.mjJNT_FREE)).any()),
-        SLIP: bool(np.nanmax(found[SLIP], initial=0.0)),
-        DEPTH: bool(np.nanmax(found[DEPTH], initial=0.0)),
-        LIMITS: bool(np.nanmax(found[LIMITS], initial=0.0)),
+        SLIP: bool(np.nanmax(measured[SLIP], initial=0.0)),
+        DEPTH: bool(np.nanmax(measured[DEPTH], initial=0.0)),
+        LIMITS: bool(np.nanmax(measured[LIMITS], initial=0.0)),
         EQUALITIES: bool(model.neq),
     }
-    return {name: values for name, values in found.items() if has[name]}
+    return {name: values for name, values in measured.items() if has[name]}
 
 
 def unlikely(start: Any) -> tuple[str, ...]:
-    """What is hardly meant of a `start`, an mjData whose constraints are known: geoms deep inside
-    each other, limits far exceeded."""
+    """Warnings about a `start`, an mjData whose constraints are known: geoms deep inside each
+    other, limits far exceeded."""
     depth = max([0.0, *(-start.contact.dist)])
     beyond = max([0.0, *(-_places(start, *LIMIT_KINDS))])
     what = [f"contacts {depth:.2g} m deep"] if depth > DEEP else []
@@ -90,13 +90,13 @@ def _places(data: Any, *kinds: Any) -> Array:
 def _slip(model: Any, data: Any) -> float:
     """The largest speed [m/s] across the normal of two geoms that touch, 0 where none do."""
     fastest = 0.0
-    one, other = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+    first, other = np.zeros((3, model.nv)), np.zeros((3, model.nv))
     for contact in data.contact:
         if contact.dist > 0.0 or contact.geom.min() < 0:
             continue  # not touching, or of a flex
         bodies = model.geom_bodyid[contact.geom]
-        mujoco.mj_jac(model, data, one, None, contact.pos, bodies[0])
+        mujoco.mj_jac(model, data, first, None, contact.pos, bodies[0])
         mujoco.mj_jac(model, data, other, None, contact.pos, bodies[1])
-        across = contact.frame.reshape(3, 3)[1:] @ ((other - one) @ data.qvel)
+        across = contact.frame.reshape(3, 3)[1:] @ ((other - first) @ data.qvel)
         fastest = max(fastest, float(np.linalg.norm(across)))
     return fastest

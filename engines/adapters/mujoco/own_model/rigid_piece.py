@@ -142,29 +142,31 @@ def _free_body(model: Any, name: str | None) -> int:
 
 def _plane(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
     """The plane under the body, and the geoms of the body that it can touch."""
-    own = [g for g in range(model.ngeom) if model.body_rootid[model.geom_bodyid[g]] == root]
+    body_geoms = [g for g in range(model.ngeom) if model.body_rootid[model.geom_bodyid[g]] == root]
     fixed = [
         g
         for g in range(model.ngeom)
         if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_PLANE
         and model.body_weldid[model.geom_bodyid[g]] == 0
     ]
-    found = {plane: [g for g in own if _collide(model, plane, g)] for plane in fixed}
-    found = {plane: geoms for plane, geoms in found.items() if geoms}
-    if not found:
+    reachable = {plane: [g for g in body_geoms if _collide(model, plane, g)] for plane in fixed}
+    reachable = {plane: geoms for plane, geoms in reachable.items() if geoms}
+    if not reachable:
         raise NotCertifiable("the model has no plane that its free body can touch")
 
     def lowest(plane: int) -> float:
         normal = np.array(data.geom_xmat[plane]).reshape(3, 3)[:, 2]
         return float(
-            (data.geom_xpos[found[plane]] - data.geom_xpos[plane]).dot(normal).min(initial=math.inf)
+            (data.geom_xpos[reachable[plane]] - data.geom_xpos[plane])
+            .dot(normal)
+            .min(initial=math.inf)
         )
 
-    plane = min(found, key=lowest)
-    bad = [g for g in found[plane] if model.geom_type[g] not in [int(s) for s in _SHAPES]]
+    plane = min(reachable, key=lowest)
+    bad = [g for g in reachable[plane] if model.geom_type[g] not in [int(s) for s in _SHAPES]]
     if bad:
         raise NotCertifiable(f"the shape of {_geom(model, bad[0])} cannot be copied")
-    return plane, found[plane]
+    return plane, reachable[plane]
 
 
 def _collide(model: Any, plane: int, geom: int) -> bool:
@@ -268,9 +270,9 @@ def _on_the_plane(model: Any) -> None:
 
 
 def _quaternion(axes: Array) -> Array:
-    found = np.zeros(4)
-    mujoco.mju_mat2Quat(found, np.ascontiguousarray(axes).ravel())
-    return found
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(axes).ravel())
+    return quaternion
 
 
 def _geom(model: Any, geom: int) -> str:
