@@ -1,4 +1,4 @@
-"""Checks on parameters: what breaks is said by name, with its value and what it must be."""
+"""Checks on parameters: errors name the parameter, its value and what it must be."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class ParameterError(ValueError):
         return type(self), (self.name, self.value, self.requirement)
 
     def due_to(self, changes: Mapping[str, Any], names: Iterable[str] = ()) -> ParameterError:
-        """The same error; where it names none of the parameters that were changed, nor another of
-        `names`, but what is computed of them, one that names what was changed."""
+        """The same error; where it names a quantity computed from the parameters, neither one of
+        those that were changed nor another of `names`, one that names the changes."""
         if not changes or {"set", *changes, *names} & set(self.name.split(", ")):
             return self
         required = f"{self.name} is {self.requirement}, not {_shown(self.value)}"
@@ -32,8 +32,7 @@ class ParameterError(ValueError):
 
 
 def changed_beyond(changes: Mapping[str, Any], requirement: str) -> ParameterError:
-    """The error of parameters that were changed, one or more, to what does not meet a
-    requirement."""
+    """The error of one or more changed parameters that do not meet a requirement."""
     if len(changes) == 1:
         return ParameterError(*next(iter(changes.items())), requirement)
     return ParameterError("set", dict(changes), requirement)

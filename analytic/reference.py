@@ -24,6 +24,6 @@ class Reference(Protocol):
         ...
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """How far errors of this size, shape (n,) each, carry the motion to where its response to
-        them is no longer linear: 0 while it is, about 1 where a linear expansion says nothing."""
+        """Nonlinearity of the motion's response to errors of this size, shape (n,) each: 0 while it
+        is linear, about 1 where a linear expansion no longer applies."""
         ...

@@ -29,7 +29,7 @@ except BaseException:
 print(end={PASSED.decode()!r}, flush=True)
 """
 
-Wrong = Callable[[Any, str], str]  # what was found and its name -> why it is not what it must be
+Wrong = Callable[[Any, str], str]  # object and its name -> why it is not valid
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def addition(group: str, name: str, wrong: Wrong) -> Addition:
 
 def _loaded(point: metadata.EntryPoint) -> tuple[Any, str, str]:
     """The object of an entry point, why it cannot be loaded, and the output of its import."""
-    # A worker needs no trial: whoever began it has made one, and sees it end.
+    # A worker needs no trial: its parent has made one, and notices when it ends.
     if multiprocessing.parent_process() is None and (reason := _trial(point)):
         return None, reason, ""
     loaded, reason = None, ""
@@ -108,8 +108,8 @@ def _loaded(point: metadata.EntryPoint) -> tuple[Any, str, str]:
 
 
 def _trial(point: metadata.EntryPoint) -> str:
-    """Why an entry point cannot be loaded here, as a process of its own shows that hangs or ends on
-    it; empty where it does neither."""
+    """Why an entry point cannot be loaded here, found by a trial in another process that hangs or
+    ends; empty where it does neither."""
     words = [sys.executable, "-c", TRIAL, point.value, *sys.path]
     try:
         done = subprocess.run(words, capture_output=True, timeout=LONGEST, stdin=subprocess.DEVNULL)

@@ -1,8 +1,8 @@
-"""Characteristic sizes of motions, which errors are held against: they do not grow with time.
+"""Characteristic sizes of motions, which errors are compared with: they do not grow with time.
 
 A libration's angle has its amplitude, a rotation's one radian, never the angle that has piled up; a
-displacement, and the place or heading that a manoeuvre ends at, has its own final size; what is to
-stay at rest has a length that is declared.
+displacement, and the place or heading that a manoeuvre ends at, has its own final size; a body that
+should stay at rest has a declared length.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ import numpy as np
 
 from plumbob.models.scene import Case, Quantity
 
-RADIAN = 1.0  # the scale of an angle that goes on growing
-AT_REST = 1e-3  # [m] the scale of a displacement that ought to be none
+RADIAN = 1.0  # the scale of an angle that keeps growing
+AT_REST = 1e-3  # [m] the scale of a displacement that should be zero
 _SAMPLES = 4001  # of a motion, for its amplitude: within 1e-5 of it for ten swings
-_STILL = 1e-9  # [m], [rad]: what moves by less does not move
+_STILL = 1e-9  # [m], [rad]: a smaller change is no motion
 
 
 def swing(case: Case, period: float = 0.0) -> tuple[Quantity, ...]:

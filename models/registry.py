@@ -1,4 +1,4 @@
-"""Which systems there are: every folder of `models` lists its own in SYSTEMS, and other installed
+"""The registry of systems: every folder of `models` lists its own in SYSTEMS, and other installed
 packages add theirs by entry points of the group `plumbob.systems`."""
 
 from __future__ import annotations
@@ -92,8 +92,8 @@ def _addition(name: str) -> entry_points.Addition | None:
 
 
 def _wrong(candidate: Any, name: str) -> str:
-    """Why what a package adds as a system of this name is none; empty where it is one. Each scene's
-    exact motion is looked at once, at its start and its end."""
+    """Why a package's object is not a valid system of this name; empty where it is. Each scene's
+    exact motion is evaluated once, at its start and its end."""
     if not isinstance(candidate, System):
         return f"{type(candidate).__name__} in place of a plumbob System"
     if name in built_in():
@@ -173,7 +173,7 @@ def scene(name: str, changes: Mapping[str, Any] | None = None) -> Scene:
     known(changes, system.parameters)
     changed = replace(chosen, parameters=system.change(chosen.parameters, changes))
     try:
-        case_of(changed)  # kept for who runs it
+        case_of(changed)  # cached for the run
     except ParameterError as error:
         raise error.due_to(changes, system.parameters) from None
     return changed

@@ -31,7 +31,8 @@ class Observable:
 
     @property
     def force(self) -> bool:
-        """Whether it is a force, which is read off a step: all else begins as the scene does."""
+        """Whether it is a force, which is read off a step; all others start with the scene's
+        values."""
         return self.unit.startswith("N")
 
 
@@ -56,8 +57,8 @@ class Scene:
     steps: tuple[float, ...]  # step sizes [s] of fixed-step methods, from large to small
     source: str
     profile: Literal["quick", "full"] = "full"  # the smallest profile that runs it
-    hard: str = ""  # what makes it hard, where it is there for that
-    kind: str = ""  # of its system, which the registry takes over: to know it loads no system
+    hard: str = ""  # why it is hard, for a hard scene
+    kind: str = ""  # of its system, set by the registry, so that asking for it loads no system
 
     def __getstate__(self) -> dict[str, Any]:
         """State without the read-only view of a dict, which cannot be pickled."""
@@ -105,15 +106,15 @@ class System:
     family: str  # by which an engine's adapter finds its builder: adapters/<engine>/<family>.py
     kind: str = ""  # by which methods claim it: without one those alone that name it
     change: Callable[[Parameters, Parameters], Parameters] = replaced
-    errors: Callable[[Any], ErrorTheory] = no_theory  # what fixed steps do to the exact motion
-    weight: float = 1.0  # what a step of it costs, roughly, in steps of a pendulum
+    errors: Callable[[Any], ErrorTheory] = no_theory  # theory of fixed steps' errors
+    weight: float = 1.0  # rough cost of a step, in steps of a pendulum
     interest: Callable[[Case], tuple[Quantity, ...]] | None = None
     """The quantities of interest of a case; None: the first observable, over the whole run."""
 
     also: Answers = nothing_else
-    """What is exact beside the observables, of a problem at times [s], shape (n,)."""
+    """Exact answers beside the observables, of a problem at times [s], shape (n,)."""
     by_angle: Answers | None = None
-    """What is exact of a problem with the angle [rad], shape (n,), as the parameter."""
+    """Exact answers of a problem with the angle [rad], shape (n,), as the parameter."""
     builders: Mapping[str, str] = field(default_factory=dict)
     """Of a system from another package: {engine: the module that builds it there}."""
     distribution: str = ""  # the package that adds it, where that is not plumbob
@@ -127,14 +128,14 @@ class System:
         return (Quantity(first, largest or 1.0),)
 
     def case(self, scene: Scene) -> Case:
-        """The problem and the exact motion of `scene`, worked out; raises ParameterError."""
+        """The problem and the exact motion of `scene`; raises ParameterError."""
         problem = self.problem(scene.parameters)
         return Case(self, scene, problem, self.reference(problem), self.errors(problem))
 
 
 @dataclass(frozen=True)
 class Case:
-    """A scene with what follows from its parameters, worked out once for all its runs.
+    """A scene with its problem and exact motion, computed once for all its runs.
 
     >>> import numpy as np
     >>> from plumbob.models.registry import case_of, scene
@@ -148,7 +149,7 @@ class Case:
     scene: Scene
     problem: Any  # the system's analytic object
     reference: Reference  # its exact motion
-    errors: ErrorTheory  # what fixed steps do to that
+    errors: ErrorTheory  # theory of fixed steps' errors
 
     def lasting(self, duration: float) -> Case:
         """The same case for another `duration` [s]."""

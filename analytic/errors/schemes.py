@@ -31,8 +31,8 @@ _CONTROLS = MappingProxyType(
 
 @dataclass(frozen=True)
 class Scheme:
-    """An integrator and its variant. `integrator` is one of KNOWN, or any other name, of which
-    theory then knows nothing. Raises ParameterError for a variant that its integrator cannot have.
+    """An integrator and its variant. `integrator` is one of KNOWN, or any other name, for which
+    there is no theory. Raises ParameterError for a variant that its integrator cannot have.
     """
 
     integrator: str

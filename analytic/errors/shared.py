@@ -19,7 +19,7 @@ Powers = Mapping[int, Mapping[str, Array]]  # {p: {observable: C_p step^p at the
 
 @dataclass(frozen=True, eq=False)
 class Same:
-    """An object, equal to itself alone: what was worked out from it is known by it."""
+    """An object compared by identity, as a key of the results computed from it."""
 
     one: Any
 
@@ -32,8 +32,8 @@ class Same:
 
 @lru_cache(maxsize=KEPT)
 def exactly(exact: Same, times: bytes) -> tuple[Mapping[str, Array], Mapping[str, Array]]:
-    """The observables of a Reference, and what double precision allows them, at `times` [s]: the
-    same for all methods whose samples those are."""
+    """The observables of a Reference and their uncertainty at `times` [s]: the same for all methods
+    with these samples."""
     at = np.frombuffer(times)
     return exact.one.observe(at), exact.one.uncertainty(at)
 

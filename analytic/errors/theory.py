@@ -28,11 +28,11 @@ def reaches(terms: Mapping[int, float], largest: float, nonlinearity: float) -> 
 
 @dataclass(frozen=True)
 class SteppedErrors:
-    """Error of each observable at a step as it is, simulated minus exact, shape (n,)."""
+    """Error of each observable for one step size, simulated minus exact, shape (n,)."""
 
     errors: Mapping[str, Array]
     uncertainty: Mapping[str, Array] | None = None
-    """What a unit in the last place of every input, and of every step, moves the stepped motion by,
+    """Response of the stepped motion to a unit in the last place of every input and of every step,
     shape (n,); None where that of the exact motion applies."""
 
 
@@ -47,15 +47,15 @@ class ErrorTheory(Protocol):
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """Error of `scheme` with `step` [s] at grid `times` [s], shape (n,), for each observable
-        that theory reaches: where friction stops a body inside a step, the error is a sawtooth and
-        no series, and where the step is too large for a series, the scheme is stepped. Empty for
-        schemes and steps that it does not cover."""
+        that theory reaches: where friction stops a body inside a step, the error is a sawtooth
+        without a series, and where the step is too large for a series, the scheme is stepped. Empty
+        for schemes and steps that it does not cover."""
         ...
 
 
 @dataclass(frozen=True)
 class StepErrors:
-    """An `ErrorTheory` that gives the error for a step as it is."""
+    """An `ErrorTheory` that gives the error for one step size."""
 
     error: Callable[[Scheme, float, Array], Mapping[str, Array]]
 
@@ -82,5 +82,5 @@ class NoTheory:
 
 
 def no_theory(problem: Any) -> ErrorTheory:
-    """The theory of a system of which none is known."""
+    """The theory of a system that has none."""
     return NoTheory()

@@ -18,7 +18,7 @@ CONVERGED = 1e-15  # Newton step over the scale of the state
 STALLED = 1e-12  # below this a step that no longer shrinks is round-off
 DIVERGED = 1e6  # Newton step over the scale of the state
 FACTORED = 1e-4  # Newton step over the scale of the state, below which its matrix is used again
-SLOW = 0.1  # of the step before: such a step with an old matrix asks for a new one
+SLOW = 0.1  # of the step before: such a step with an old matrix requires a new one
 LARGEST_EXPONENT = 3.0  # a first guess needs no faster growth than this
 
 RightHandSide = Callable[[Array, bool], tuple[Array, Array]]

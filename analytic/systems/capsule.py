@@ -141,7 +141,7 @@ def by_support(forces: Array) -> dict[str, Array]:
 
 def load_slopes(capsule: Capsule, direction: float) -> Array:
     """Change of the N_i as the slider moves along `direction` [rad, from the body's x axis], [N/m],
-    shape (3,): the same wherever it is."""
+    shape (3,): the same at every place."""
     ahead = [math.cos(direction), math.sin(direction)]
     here, there = normal_forces(capsule, np.array([[0.0, 0.0], ahead]))
     return np.asarray(there - here)

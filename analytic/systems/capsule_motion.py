@@ -8,8 +8,9 @@ from typing import Literal, Protocol
 from plumbob.analytic.systems.slider_path import SliderPath
 
 MotionKind = Literal["line", "repeated-line", "stroke", "hold", "coasting", "plane"]
-"""What moves, as a key for tables of theory: body and slider along a line, once or repeatedly; the
-slider alone; nothing; the body alone in closed form; or the body in the plane with no formula."""
+"""The moving parts, as a key for tables of theory: body and slider along a line, once or
+repeatedly; the slider alone; nothing; the body alone in closed form; or the body in the plane with
+no formula."""
 
 
 @dataclass(frozen=True)
@@ -50,8 +51,8 @@ class CapsuleMotion(Protocol):
 
     @property
     def period(self) -> float:
-        """Time from the start of one `single` to that of the next [s], infinite where nothing
-        is made to be repeated."""
+        """Time from the start of one `single` to that of the next [s], infinite for motions that
+        are not repeated."""
         ...
 
     @property

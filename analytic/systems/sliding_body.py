@@ -1,10 +1,10 @@
 """A rigid body that slides on points of a horizontal plane without turning, and stops.
 
 Under Coulomb friction every point that slides along the unit vector e takes -f N_i e, so that the
-resultant is -f W e however the loads N_i are shared. The loads balance its moment f W h about the
-horizontal, sum(N_i r_i) = f W h e (r_i from the centre of mass, which is at a height h), and so the
-moment about the vertical, -f sum(N_i r_i) x e, is zero: the body does not turn. That asks for loads
-N_i >= 0, which exist where the point f h e is in the convex hull of the r_i.
+resultant is -f W e however the load is distributed over the N_i. The loads balance its moment f W h
+about the horizontal, sum(N_i r_i) = f W h e (r_i from the centre of mass, which is at a height h),
+and so the moment about the vertical, -f sum(N_i r_i) x e, is zero: the body does not turn. That
+requires loads N_i >= 0, which exist where the point f h e is in the convex hull of the r_i.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ METHODS = (
 
 @dataclass
 class Evaluation:
-    """An exact answer and the times that it is asked for; its steps are its samples."""
+    """An exact answer and its sample times; its steps are its samples."""
 
     reference: Reference
     times: Array
@@ -58,7 +58,7 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 
 
 def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
-    """Nothing."""
+    """No error: the model is the reference."""
     return {}
 
 

@@ -39,7 +39,7 @@ from plumbob.engines.method import Engine, Method, ModelFields, Simulation
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True, implicit_spring=True)
-CONTACTS = Scheme("euler with contacts")  # of which no theory here knows
+CONTACTS = Scheme("euler with contacts")  # without a theory here
 METHODS = (
     Method("dart/default", EULER_STEP, 1, systems=CAPSULES, kinds=PENDULUMS),
     Method(

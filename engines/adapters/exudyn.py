@@ -130,7 +130,7 @@ def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping
 
 
 def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:
-    """The system, its sensors of coordinates and of their rates, and what holds it all."""
+    """The system, its sensors of coordinates and of their rates, and their container."""
     import exudyn
     import exudyn.itemInterface
 

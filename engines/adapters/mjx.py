@@ -53,7 +53,7 @@ LARGEST = 1e10  # above it MuJoCo calls a number huge
 class MjxSimulation:
     """A model on JAX's processor; every run begins anew."""
 
-    translation: Any  # what the MuJoCo adapter's builder makes of the scene
+    translation: Any  # by the MuJoCo adapter's builder
     model: Any  # MuJoCo's, compiled
     precise: bool
     steps: int
@@ -90,8 +90,8 @@ class MjxSimulation:
         begun = {"qpos": self.translation.qpos, "qvel": self.translation.qvel}
         start = start.replace(**{n: jax.numpy.asarray(v.astype(kind)) for n, v in begun.items()})
         controls = self._controls(kind)
-        once = take(model, start, controls, 0, 1)  # what is given is typed otherwise than what
-        jax.block_until_ready(take(model, once, controls, 1, 2))  # comes back: two compilations
+        once = take(model, start, controls, 0, 1)  # arguments and results have different
+        jax.block_until_ready(take(model, once, controls, 1, 2))  # types: two compilations
         return model, take, start, controls
 
     def _run(self) -> Trajectory:

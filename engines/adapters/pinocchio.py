@@ -1,6 +1,6 @@
 """Pinocchio as an engine: its articulated-body dynamics of the smooth scenes, under the integrators
-of this package, since it brings none. It shows what an engine's equations of motion are worth when
-nothing else of the engine takes part.
+of this package, since it brings none. It shows the accuracy of an engine's equations of motion
+alone.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ from plumbob.engines.method import Engine, Method, ModelFields, Simulation, Unsu
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start")
-OTHERWISE = Scheme("euler with damping, motors or contacts")  # of which no theory here knows
+OTHERWISE = Scheme("euler with damping, motors or contacts")  # without a theory here
 UNLIMITED = 1e12  # [N] or [N m] of a motor
 LINES = ("capsule-line/ca1", "capsule-line/heading-030")
 TURNS = ("capsule-turn/light-slider",)

@@ -39,7 +39,7 @@ class SteppedSimulation:
     step: float  # [s]
     compile_seconds: float
     broken: tuple[type[Exception], ...] = (OverflowError, ValueError)
-    """What the engine raises when its numbers are no longer finite."""
+    """The engine's exceptions when its numbers are no longer finite."""
 
     def run(self) -> Trajectory:
         """Run from the start to the end, or until the run diverges."""

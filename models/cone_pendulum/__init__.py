@@ -1,4 +1,4 @@
-"""The cone pendulum on a rotating platform: its scenes as data, and what they are held against."""
+"""The cone pendulum on a rotating platform: its scenes as data, their invariants and scales."""
 
 from __future__ import annotations
 

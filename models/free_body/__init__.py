@@ -1,4 +1,4 @@
-"""The free rigid body (Euler-Poinsot): scenes as data, what they are held against."""
+"""The free rigid body (Euler-Poinsot): scenes as data, their invariants and scales."""
 
 from __future__ import annotations
 

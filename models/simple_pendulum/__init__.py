@@ -1,4 +1,4 @@
-"""The simple pendulum and its linear companion: scenes as data, what they are held against."""
+"""The simple pendulum and its linear companion: scenes as data, their invariants and scales."""
 
 from __future__ import annotations
 
@@ -86,14 +86,15 @@ def change(parameters: Parameters, changes: Parameters) -> Parameters:
     return replaced(parameters, changes)
 
 
-@lru_cache(maxsize=64)  # every method and step of a scene asks for the same
+@lru_cache(maxsize=64)  # the same for every method and step of a scene
 def reference(problem: SimplePendulum) -> Reference:
     """The exact motion of `problem`."""
     return problem.motion
 
 
 def invariants(problem: SimplePendulum, observed: Mapping[str, Array]) -> Mapping[str, Array]:
-    """Drift of the energy over what it takes to reach the top, where nothing takes or gives any."""
+    """Drift of the energy over the energy needed to reach the top, where the energy is
+    conserved."""
     rotor = problem.rotor
     if not rotor.conservative:
         return {}
@@ -112,7 +113,7 @@ def errors(problem: SimplePendulum) -> ErrorTheory:
 
 def facts(problem: SimplePendulum) -> Mapping[str, Any]:
     """Kind of motion; period, action and barrier of an undamped one; natural frequency and damping
-    ratio; how far the exact answer is to be believed."""
+    ratio."""
     natural = math.sqrt(problem.gravity / problem.length)
     about: dict[str, Any] = {
         "kind": _kind(problem),

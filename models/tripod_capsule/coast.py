@@ -61,7 +61,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     return CapsuleProblem(motion, PlaneReference(motion), setup)
 
 
-@lru_cache(maxsize=8)  # every method and step of a scene asks for the same
+@lru_cache(maxsize=8)  # the same for every method and step of a scene
 def _coasting(body: Capsule, slider: Point, begun: Start) -> ThreePointMotion:
     return three_point_motion(body, fixed(slider), begun)
 
@@ -80,7 +80,7 @@ def _closed_form(
         return None
     try:
         return spin(body, slider, rate)
-    except ParameterError as unequal:  # arms: a turn about the combined centre sets it going too
+    except ParameterError as unequal:  # arms: a turn about the combined centre moves it too
         if unequal.name != "supports":
             raise
         return None

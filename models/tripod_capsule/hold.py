@@ -79,7 +79,7 @@ def errors(problem: CapsuleProblem) -> ErrorTheory:
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """The load on friction, and the most that it can hold."""
+    """The load on friction, and the friction limit."""
     body, hold = problem.setup.capsule, problem.motion
     about: dict[str, Any] = {
         "displacement": 0.0,

@@ -79,8 +79,8 @@ def errors(problem: CapsuleProblem) -> StepErrors:
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """Displacement, stroke and times of the manoeuvre; what it asks of the actuator until t2;
-    loads; and what the source prints wrong."""
+    """Displacement, stroke and times of the manoeuvre; its demand on the actuator until t2; loads;
+    and the source's misprints."""
     line = problem.motion
     lowest, _ = lowest_normal_forces(line.capsule, (line.segment,))
     late = np.array([line.t_star])

@@ -45,7 +45,7 @@ _LASTING: Mapping[str, tuple[float, float]] = MappingProxyType({
 })  # fmt: skip
 TURNED = 0.65  # [s]: the plan to BESIDE on a free plane, and a little more
 BESIDE = RestPose(0.01, 0.01, 0.1)  # near enough that the curve's plans cost little
-# What the curve leads along, how long the plan to BESIDE lasts [s], and the profile.
+# Name, supports and arc of the curve, duration of the plan to BESIDE [s], and the profile.
 CURVES: tuple[tuple[str, Pair, ArcName, float, Literal["quick", "full"]], ...] = (
     ("12", (1, 2), "shorter", 1.75, "full"),
     ("23-longer", (2, 3), "longer", 1.55, "quick"),

@@ -66,7 +66,7 @@ def errors(problem: CapsuleProblem) -> StepErrors:
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """Displacement and time of all manoeuvres, and of one; what a period asks of the actuator."""
+    """Displacement and time of all manoeuvres, and of one; a period's demand on the actuator."""
     repeated = problem.motion
     once = replace(repeated, count=1)
     return {

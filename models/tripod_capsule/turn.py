@@ -70,7 +70,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     return CapsuleProblem(turns, PlaneReference(turns), setup)
 
 
-@lru_cache(maxsize=8)  # every method and step of a scene asks for the same
+@lru_cache(maxsize=8)  # the same for every method and step of a scene
 def _repeated(turn: TurnManoeuvre, count: int, pause: float) -> RepeatedTurn:
     return RepeatedTurn(turn, count, pause)
 

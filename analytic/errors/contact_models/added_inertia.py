@@ -40,10 +40,10 @@ from plumbob.analytic.systems.manoeuvres.line_reference import condition_number
 
 DRIVE_ROUNDINGS = 16  # of what drives the slider's joint
 TIME_ROUNDINGS = 4  # of the times at which its velocity is evaluated, at most the duration
-POINTS = 200  # of a pendulum's motion that are looked at
+POINTS = 200  # samples of a pendulum's motion
 
 
-@lru_cache(maxsize=64)  # every method and step of a scene asks for the same
+@lru_cache(maxsize=64)  # the same for every method and step of a scene
 def platform_error(problem: Any, duration: float, armature: float) -> tuple[float, float]:
     """Largest error of theta [rad] and theta_dot [rad/s] within `duration` [s] that the platform's
     `armature` [kg m^2] brings, to first order in its inverse (module docstring)."""
@@ -79,11 +79,11 @@ def platform_error(problem: Any, duration: float, armature: float) -> tuple[floa
     return float(worst[0]), float(worst[1])
 
 
-@lru_cache(maxsize=64)  # every method and step of a scene asks for the same
+@lru_cache(maxsize=64)  # the same for every method and step of a scene
 def bob_error(problem: Any, duration: float, moment_ratio: float) -> Mapping[str, float]:
     """Bounds on the observables of a SimplePendulum over `duration` [s] whose bob's moment of
-    inertia is `moment_ratio` of m l^2: relative to the unit in the last place, it does what as
-    many units in every parameter would."""
+    inertia is `moment_ratio` of m l^2: at most the effect of as many units in the last place of
+    every parameter as it has."""
     doubts = problem.motion.uncertainty(np.linspace(0.0, duration, POINTS))
     return {
         name: moment_ratio / (2 * ROUNDOFF) * float(doubt.max()) for name, doubt in doubts.items()
@@ -116,7 +116,7 @@ def slider_on_a_line(
     driven = (part + DRIVE_ROUNDINGS * ROUNDOFF) * rate
     # Friction that stops the body takes its velocity in a step; where there is none it is rounding.
     stopped = driven if setup.capsule.friction else DRIVE_ROUNDINGS * ROUNDOFF * rate
-    # The lag of the slider grows with its acceleration in space, F/m; rounding comes anew.
+    # The lag of the slider grows with its acceleration in space, F/m; rounding recurs every step.
     rounded = 2.0 * DRIVE_ROUNDINGS * ROUNDOFF * rate * setup.capsule.slider_mass / step
     lagging = part * float(np.abs(observed["driving_force"]).max()) + rounded
     friction = setup.capsule.slider_mass * stopped / step

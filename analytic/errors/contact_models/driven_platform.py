@@ -1,4 +1,4 @@
-"""A platform whose drive is not ideal: how far the swing leaves the ideal one, to first order.
+"""Deviation of the swing on a platform whose drive is not ideal, to first order.
 
 The platform has a finite moment of inertia A, and its drive a torque g A (w0 - w) that brings the
 rate w back to w0 at a rate g and holds its mean. With J, K and the Lagrangian of `added_inertia`,

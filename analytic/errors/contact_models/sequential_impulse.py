@@ -25,7 +25,7 @@ from plumbob.analytic.systems.capsule import Capsule
 
 TARGET = 1e-5  # residual fraction of a velocity at the end of a step: a choice
 MOST_ITERATIONS = 5000  # in a step, which take half a millisecond: a choice
-LASTING = 1.0 - 1e-9  # of a velocity: what an iteration leaves as it is, but for rounding
+LASTING = 1.0 - 1e-9  # factor of a velocity that an iteration leaves unchanged, but for rounding
 ROUNDINGS = 8  # from positions to a velocity: calibrated, see THEORY.md, section 10
 
 
@@ -56,7 +56,7 @@ class SequentialImpulse:
 
 
 def convergence_factor(masses: Sequence[float], joints: Sequence[Array]) -> float:
-    """Spectral radius of one iteration while every joint asks for rest.
+    """Spectral radius of one iteration while every joint sticks.
 
     `masses` (or moments) belong to the velocities, shape (n,); each joint has the directions in
     which it acts as rows, shape (k, n). An iteration is the product of the joints' projections,
@@ -86,7 +86,7 @@ def feet_factor(capsule: Capsule, foot_mass: float, slider: Array) -> float:
     """Convergence factor of a body with the slider pinned at `slider` from C [m], shape (2,), on
     three pinned feet of `foot_mass` [kg] that all stick.
 
-    Momentum goes from the slider to the ground by way of the feet, in one iteration no more of it
+    Momentum goes from the slider to the ground through the feet, and in one iteration no more of it
     than they can carry: light feet stop a heavy slider late.
     """
     corners, count = np.asarray(capsule.supports), 11
@@ -117,8 +117,8 @@ def pivots_factor(capsule: Capsule, slider: Array) -> float:
     """Convergence factor of a body with the slider pinned at `slider` from C [m], shape (2,), on
     three friction joints of its own, in the slowest state that it can come to rest in.
 
-    A joint sticks; or its force is at the limit and turns, so that it asks for rest across its arm
-    alone; or its force is as good as fixed. Velocities that no joint asks to end are left out.
+    A joint sticks; or its force is at the limit and turns, so that it stops motion across its arm
+    alone; or its force is practically fixed. Velocities that no joint stops are left out.
     """
     states = []
     for corner in capsule.supports:

@@ -35,7 +35,7 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 
 USED_UP = 0.02  # of friction to spare, below which iterations stall: calibrated
 STALLED = 1e-2  # fraction of a velocity left there, 7e-3 with 50 iterations: calibrated
-SAMPLES = 101  # times of the motion, to know its size
+SAMPLES = 101  # of the motion, for its size
 
 
 @dataclass(frozen=True)
@@ -164,8 +164,8 @@ def _coming_to_rest(run: LineRun) -> Bounds:
 
 
 def _rounding(run: LineRun) -> Bounds:
-    """A joint that closes its opening in one step turns the last bit of a position into a
-    velocity, anew in each step: positions make a random walk."""
+    """A joint that closes its opening in one step turns the last bit of a position into a velocity,
+    in each step again: positions make a random walk."""
     problem, step = run.problem, run.step
     observed = problem.reference.observe(np.linspace(0.0, run.duration, SAMPLES))
     reach = [

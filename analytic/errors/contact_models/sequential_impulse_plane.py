@@ -28,7 +28,7 @@ from plumbob.analytic.errors.contact_models.sequential_impulse import ROUNDINGS,
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 
-SAMPLES = 2001  # times of the motion, to know its size
+SAMPLES = 2001  # of the motion, for its size
 AT_SWITCH = 1e-9  # [s]: an event this near to a switch of the slider is caused by it
 
 
@@ -44,8 +44,8 @@ class Switches:
 
 @dataclass(frozen=True)
 class Extent:
-    """How far and how fast a motion goes: way of C [m], turn to and fro [rad], largest speed [m/s],
-    rate [rad/s] and distance of the combined centre from C [m]."""
+    """How far and how fast a motion goes: way of C [m], turn in both directions [rad], largest
+    speed [m/s], rate [rad/s] and distance of the combined centre from C [m]."""
 
     way: float
     turned: float
@@ -141,10 +141,10 @@ def _switches(problem: CapsuleProblem) -> Switches:
 
 def _sliding(single: Any, switches: Any) -> float:
     """Time [s] from each event in which a foot sticks or slips, other than at a switch of the
-    slider, to the rest that follows; and the longest slide that a switch sets off.
+    slider, to the rest that follows; and the longest slide that a switch starts.
 
-    A push that begins in the last half per cent of a step sets the body off by the residual: of a
-    plan's some ninety pushes at most one or two do. Such a step asks for a push of at most the
+    A push that begins in the last half per cent of a step starts the body with the residual: of a
+    plan's some ninety pushes at most one or two do. Such a step demands a push of at most the
     friction, or no foot would stick, and for friction too: the slide counts twice.
     """
     sliding, longest, resting = 0.0, 0.0, single.rest_time

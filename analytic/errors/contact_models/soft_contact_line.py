@@ -2,7 +2,7 @@
 
 A contact that deflects by c N lets the common centre of mass stand at z = -c sum N_i^2 / W, so the
 error of the weight on the plane is (M + m) z'', of the velocity of a sliding body f z' and of its
-place f (z - z0). What it takes to move body and slider as the deflections change is missing from
+place f (z - z0). The inertial loads of body and slider as the deflections change are missing from
 the N_i, and friction acts at the depth of the deflection. While the body tilts by a, friction has
 the moment f I_a a'' about C, so the body turns by f I_a a/J. Derivations: THEORY.md, section 9.
 """
@@ -45,7 +45,7 @@ VELOCITIES = ("velocity", "velocity_x", "velocity_y")
 
 @dataclass(frozen=True)
 class LineMotion:
-    """A problem with a closed form, and what the mechanisms ask about it."""
+    """A problem with a closed form, and the quantities that the mechanisms use."""
 
     problem: CapsuleProblem
     duration: float  # [s]
@@ -64,7 +64,8 @@ class LineMotion:
 
     @property
     def line(self) -> LineManoeuvre | None:
-        """The manoeuvre of the closed form, the first of several; None where the motion is none."""
+        """The manoeuvre of the closed form, the first of several; None where the motion has
+        none."""
         motion = self.problem.motion
         return motion.single if motion.kind in ("line", "repeated-line") else None
 
@@ -75,7 +76,7 @@ class LineMotion:
 
     @property
     def count(self) -> int:
-        """How many motions alike there are."""
+        """Number of equal motions."""
         return int(self.problem.motion.count)
 
     def loads(self) -> tuple[Array, Array, Array]:
@@ -116,7 +117,7 @@ def model_error(problem: CapsuleProblem, duration: float, contact: SoftContact) 
 
 def stiction_drift(motion: LineMotion, contact: SoftContact) -> Bounds:
     """A body that sticks under a force F drifts at the slip compliance times F <= f W or less; one
-    that coasts to rest keeps of its velocity no more than that, for a step."""
+    that coasts to rest keeps at most that velocity, for a step."""
     capsule = motion.problem.setup.capsule
     speed = contact.slip_compliance * capsule.friction * capsule.weight
     if motion.coasting:
@@ -137,7 +138,8 @@ def _drift_after_a_stop(contact: SoftContact, speed: float) -> Bounds:
 
 
 def slider_armature(motion: LineMotion, contact: SoftContact) -> Bounds:
-    """A slider's joint of finite armature follows its control but for m/A of what else there is."""
+    """A slider's joint of finite armature follows its control except for m/A of its other
+    acceleration."""
     if motion.problem.setup.relative_velocity is None:
         return {}
     times = np.linspace(0.0, motion.duration, POINTS)
@@ -147,8 +149,8 @@ def slider_armature(motion: LineMotion, contact: SoftContact) -> Bounds:
 
 
 def solver_accuracy(motion: LineMotion, contact: SoftContact) -> Bounds:
-    """A solver that stops at a cost of (M + m) a^2/2 leaves accelerations off by a: for good while
-    the body slides, until the next step while it sticks."""
+    """A solver that stops at a cost of (M + m) a^2/2 leaves an acceleration error a: permanently
+    while the body slides, until the next step while it sticks."""
     off, step = math.sqrt(2 * contact.solver_tolerance), contact.step
     slid = float(motion.problem.motion.sliding_time)
     way = off * (0.5 * slid**2 * motion.count + step * motion.duration)
@@ -164,8 +166,8 @@ def solver_accuracy(motion: LineMotion, contact: SoftContact) -> Bounds:
 
 
 def contact_deflection(motion: LineMotion, contact: SoftContact) -> Bounds:
-    """Contacts whose static penetration changes with their normal force, quasi-statically but for
-    the calibrated factors."""
+    """Contacts whose static penetration changes with their normal force, quasi-statically up to the
+    calibrated factors."""
     if contact.normal is None:
         return {}
     bent = _deflection(motion, contact, contact.normal)
@@ -198,8 +200,7 @@ def contact_deflection(motion: LineMotion, contact: SoftContact) -> Bounds:
 
 def tangential_normal_coupling(motion: LineMotion, contact: SoftContact) -> Bounds:
     """A normal force that a slip acceleration a [m/s^2] changes by kappa f a [N], until the
-    contacts' deflection has taken it up; and that is known as far as double precision has their
-    depth."""
+    contacts' deflection has taken it up; and its error from the rounding of their depth."""
     if contact.normal is None:
         return {}
     problem, capsule, normal = motion.problem, motion.problem.setup.capsule, contact.normal

@@ -13,9 +13,10 @@ where w is the body's rate and I_a its inertia across: vertical inertia, gyrosco
 moments of horizontal forces at their heights. A contact acts halfway down its depth.
 
 Contraction. Where the N_i differ from those of statics by dN_i, friction differs by f dN_i at each
-support. What that does is bounded by a property of dry friction: at given normal forces two motions
-of a body never part in velocity, measured by the kinetic energy of their difference, for friction
-never works with that. So with e the root of twice that energy, and directions d_i of slip,
+support. What that does is bounded by a property of dry friction: at given normal forces the
+velocities of two motions of a body never diverge, measured by the kinetic energy of their
+difference, since friction does no positive work on that. So with e the root of twice that energy,
+and directions d_i of slip,
 
     e' <= ((sum f dN_i d_i)^2/(M + m) + (sum f dN_i rho_i x d_i)^2/I)^(1/2),    rho_i = CA_i - mu r,
 
@@ -155,7 +156,8 @@ def _rounded_depths(capsule: Capsule, normal: NormalContact) -> float:
 
 
 def plane_motion(problem: CapsuleProblem, duration: float) -> PlaneMotion:
-    """The motion, or the first of several alike, until `duration` [s], finely in each piece."""
+    """The motion, or the first of several equal ones, until `duration` [s], finely in each
+    piece."""
     motion, setup = problem.motion, problem.setup
     start = Start(velocity=setup.velocity, angular_velocity=setup.heading_rate)
     end = duration if motion.count == 1 else min(duration, motion.period)
@@ -163,7 +165,7 @@ def plane_motion(problem: CapsuleProblem, duration: float) -> PlaneMotion:
 
 
 def _stepping(problem: CapsuleProblem, times: Array, duration: float, contact: SoftContact) -> Any:
-    """Whether the steps' body moves at `times` [s], shape (n,): what a step leaves of a turn lasts
+    """Whether the steps' body moves at `times` [s], shape (n,): the residual of a turn continues
     until friction has stopped that too. False where the steps are too many to be taken."""
     steps = round(duration / contact.step)
     if steps > MOST_STEPS:
@@ -177,7 +179,7 @@ def _stepping(problem: CapsuleProblem, times: Array, duration: float, contact: S
     return moving[np.minimum(np.rint(times / contact.step).astype(int), steps)]
 
 
-@lru_cache(maxsize=8)  # every method and step of a scene asks for the same
+@lru_cache(maxsize=8)  # the same for every method and step of a scene
 def _sampled(capsule: Capsule, path: SliderPath, start: Start, end: float) -> PlaneMotion:
     times = _times(path, end)
     place, speed, push = (_complex(part) for part in path.kinematics(times))
@@ -327,7 +329,7 @@ def _coupled_loads(
 
 def _grown(capsule: Capsule, motion: PlaneMotion, growth: Array, count: int) -> Bounds:
     """Bounds from e' <= `growth` [kg^(1/2) m/s^2], shape (n,), where the error resets at rest; of
-    `count` motions alike, each from rest."""
+    `count` equal motions, each from rest."""
     times = motion.times
     spent = 0.5 * (growth[1:] + growth[:-1]) * np.diff(times)
     grown = np.append(0.0, np.cumsum(spent))

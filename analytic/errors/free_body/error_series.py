@@ -162,7 +162,7 @@ def modified_equation(step: Step, body: Body, w: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class FreeBodyErrors:
-    """The error series of one body's motion, each worked out once; an `ErrorTheory`."""
+    """The error series of one body's motion, each computed once; an `ErrorTheory`."""
 
     body: FreeBody
     _found: dict[Scheme, tuple[float, tuple[tuple[int, Curve, Curve], ...]]] = field(
@@ -187,7 +187,7 @@ class FreeBodyErrors:
         }
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
-        """Empty: where the series does not reach, nothing is claimed."""
+        """Empty: beyond the range of the series there is no prediction."""
         return SteppedErrors({})
 
 

@@ -1,1 +1,1 @@
-"""Discretisation errors where friction switches inside a step: errors of a step as it is."""
+"""Discretisation errors where friction switches inside a step: errors for one step size."""

@@ -54,8 +54,8 @@ class FrictionProblem(NamedTuple):
 
 
 def after_friction(problem: FrictionProblem, free: Slip, near: Slip) -> Slip:
-    """Velocities after a step that would end with `free` were there no friction; `near`, those
-    after the step before, is where to look first."""
+    """Velocities after a step that would end with `free` without friction; `near`, those after the
+    step before, are the first guess."""
     scale = abs(free[0]) + abs(free[1]) * max(map(abs, problem.arms))
     if scale == 0.0 or _rests(problem, free):
         return 0j, 0.0
@@ -164,7 +164,7 @@ def _expanded(
     problem: FrictionProblem, parts: Sequence[Part], free: Slip, slip: Slip, least: float
 ) -> tuple[Vector, Hessian] | None:
     """Gradient and Hessian of the value at `slip`; None where a support slips by `least` [m/s] or
-    less, for there it has none."""
+    less: there they do not exist."""
     (u, o), (p, w), mass, inertia = slip, free, problem.mass, problem.inertia
     x, y = u.real, u.imag
     gx, gy = mass * (x - p.real), mass * (y - p.imag)

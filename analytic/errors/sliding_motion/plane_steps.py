@@ -63,7 +63,8 @@ class _Body:
         )  # fmt: skip
 
     def rates(self, state: State, w: complex, lead: float, near: Slip) -> tuple[State, Slip]:
-        """Rates of a state, with friction against the slip at these rates a time `lead` [s] on."""
+        """Rates of a state, with friction against the slip at these rates a time `lead` [s]
+        later."""
         _, psi, speed, omega, r, v = state
         mass_ratio, reduced, turn = self.mass_ratio, self.reduced_mass, exp(1j * psi)
         arm = mass_ratio * r
@@ -114,7 +115,7 @@ def _rk4(body: _Body, state: State, w: complex, step: float, near: Slip) -> tupl
     return state, slip
 
 
-@lru_cache(maxsize=64)  # all methods of one scheme ask for the same, scene by scene
+@lru_cache(maxsize=64)  # the same for all methods of one scheme, scene by scene
 def course(
     capsule: Capsule, path: SliderPath, start: Start, integrator: str, step: float, steps: int
 ) -> Array:

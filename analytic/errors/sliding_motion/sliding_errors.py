@@ -144,8 +144,8 @@ def hold_errors(hold: TiltedHold, scheme: Scheme, step: float, times: Array) -> 
 
 def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: Array) -> Errors:
     """Error of semi-implicit Euler and of RK4 with `step` [s] at grid `times` [s], shape (n,), with
-    friction that asks for rest within a step; the coordinates of C only where it does not go along
-    a circle. Empty for other schemes."""
+    friction that stops the body within a step; the coordinates of C only where its path is no
+    circle. Empty for other schemes."""
     if (lead := scheme.position_lead) is None:
         return {}
     times, moving = np.asarray(times, dtype=np.float64), motion.coasting
@@ -232,7 +232,7 @@ def step_error(line: LineManoeuvre, step: float | Array, sampling: Sampling = "m
     grid both give -p (1 - p)(mu w2 + f g) dt^2/2, p the fraction in t_star/dt: a sawtooth in dt.
     Off the grid, "mean" adds the trapezoid error at t1 and stays second order; "middle" does the
     manoeuvre of the nearest t1 on the grid, which is first order. Raises ParameterError for
-    "middle" without friction, where the speed left at t2 never dies.
+    "middle" without friction, where the speed left at t2 never decays.
     """
     steps = np.asarray(step, dtype=np.float64)
     if not np.all(steps > 0.0):

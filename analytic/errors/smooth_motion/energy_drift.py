@@ -3,8 +3,8 @@
 The modified equation that a scheme of order p solves exactly changes the energy at the rate
 r = h^p r_p + h^{p+1} r_{p+1} + ...; one step changes it by G(y) = integral of r over the step. On
 the scheme's own orbit, which is the exact one but for h^p, G/h averaged over the exact orbit is the
-drift up to h^{2p}: so powers p to 2p - 1 are had from G alone. By time symmetry the even powers of
-RK4 vanish on a motion that retraces itself or turns alike both ways, and h^5 rules.
+drift up to h^{2p}: so powers p to 2p - 1 follow from G alone. By time symmetry the even powers of
+RK4 vanish on a motion that retraces itself or is equal in both directions, and h^5 dominates.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ def leading_error(
     return _evaluated(*_as_one(expansion(flow, rotor_scheme, terms)), times)
 
 
-@lru_cache(maxsize=4)  # all schemes of one motion ask for the same
+@lru_cache(maxsize=4)  # the same for all schemes of one motion
 def flow_until(rotor: DrivenRotor, theta: float, theta_dot: float, until: float) -> TangentFlow:
     """The linearisation along the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s] until
     the time `until` [s]. Raises ParameterError."""
@@ -69,7 +69,7 @@ def flow_until(rotor: DrivenRotor, theta: float, theta_dot: float, until: float)
 @dataclass(frozen=True)
 class RotorErrors:
     """The error expansions of the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s], each
-    worked out once; an `ErrorTheory`."""
+    computed once; an `ErrorTheory`."""
 
     rotor: DrivenRotor
     theta: float

@@ -12,12 +12,12 @@ F the damping and forcing at the step's start. The joint pulls along the rod alo
     T'/(m L) = (Re S + w sin D) / h + (g/L) cos theta' + F sin D.
 
 k is the part of its opening that the joint closes in a step. With k = 1, Z follows the motion at
-one step's distance and is of order h^2: what the step before opened, which the motion and its error
-a step ago tell. With k = 1 - e^(-beta h), where the joint closes at a rate, Z is h Q with
-Q' = -(beta + i w) Q + w^2/2: the rod is longer and energy is lost, both at order h. Then Z is
+one step's distance and is of order h^2: what the step before opened, which follows from the motion
+and its error at that step. With k = 1 - e^(-beta h), where the joint closes at a rate, Z is h Q
+with Q' = -(beta + i w) Q + w^2/2: the rod is longer and energy is lost, both at order h. Then Z is
 h (Q_0 + h Q_1 + ...), and each Q_p obeys a linear equation of its own after the error's
-coefficients up to the p-th. Those follow as `errors.global_error` has it, with the opening as one
-more state.
+coefficients up to the p-th. Those follow as in `errors.global_error`, with the opening as one more
+state.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ class JointedErrors:
 @dataclass(frozen=True)
 class JointedSeries:
     """The error expansions of the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s] under
-    such steps, each worked out once. Raises ParameterError."""
+    such steps, each computed once. Raises ParameterError."""
 
     rotor: DrivenRotor
     theta: float

@@ -31,7 +31,7 @@ Function = Callable[..., Any]
 
 @dataclass(frozen=True)
 class Step:
-    """A one-step map z' = advance(t, *z) and what is seen of its states."""
+    """A one-step map z' = advance(t, *z) and the observables of its states."""
 
     advance: Callable[..., State]
     observe: Callable[..., tuple[Any, ...]]
@@ -60,8 +60,8 @@ class Orbit:
 
 
 def orbit(step_map: StepMap, step: float, marks: Marks) -> Orbit | None:
-    """The orbit of steps of `step` [s] after the increasing numbers of steps `marks`, shape (n,),
-    0 the first; None where it leaves what doubles hold."""
+    """The orbit of steps of `step` [s] after the increasing numbers of steps `marks`, shape (n,), 0
+    the first; None where it exceeds the range of doubles."""
     last = int(marks[-1])
     every = np.union1d(marks, np.arange(0, last, max(1, last // BLOCKS)))
     built = step_map.build(step_map.coefficients, math.sin, math.cos)

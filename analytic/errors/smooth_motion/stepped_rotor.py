@@ -1,20 +1,20 @@
 """The schemes' steps on the driven rotor in plain numbers, for steps that no series reaches.
 
-What a step is, is written here once more, from its definition, apart from any engine. A plain
-scheme's state is theta and theta_dot. Where a joint, solved for velocities, holds the bob, it is
-theta, its rate w, and in the complex plane turning with the rod (1 outwards, i along theta) the
-bob's velocity V and the joint's opening Z, both in units of the bob's distance d from the joint. A
-bob of moment of inertia I = j m L^2, L its length as a pendulum, has d = s L with s (1 - s) = j.
-The joint closes the part k of Z in a step h (`errors.jointed_euler` has I = 0); F is the damping
-and forcing at the step's start, U the velocity before the joint acts:
+Each step is written here again from its definition, independently of any engine. A plain scheme's
+state is theta and theta_dot. Where a joint, solved for velocities, holds the bob, it is theta, its
+rate w, and in the complex plane turning with the rod (1 outwards, i along theta) the bob's velocity
+V and the joint's opening Z, both in units of the bob's distance d from the joint. A bob of moment
+of inertia I = j m L^2, L its length as a pendulum, has d = s L with s (1 - s) = j. The joint closes
+the part k of Z in a step h (`errors.jointed_euler` has I = 0); F is the damping and forcing at the
+step's start, U the velocity before the joint acts:
 
     D = h w,     theta' = theta + D,     Z' = e^(-iD) ((1 - k) Z + 1 + iD) - 1,
     U = e^(-iD) (V + i h F / s) + h (g / (s L)) (cos theta' - i sin theta'),
     w' = w + s (Im U - w + k Im Z' / h),                 V' = i w' - k Z' / h,
     T/(m L) = s Re(U + k Z' / h) / h.
 
-The joint's impulse h T is added up in doubles: what it lacks in its last place turns the bob by
-1/I, but moves it by 1/m alone, and so does not last.
+The joint's impulse h T is added up in doubles: its rounding turns the bob by 1/I, but moves it by
+1/m alone, and so does not last.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from plumbob.analytic.reference import Array, Reference
 
 MOST_STEPS = 2_000_000  # of a run: a few seconds
 FORCE_ROUNDINGS = 8.0  # of a force, whose parts an engine adds up along its own way
-OFF = 1e-6  # of a step: samples this far from a whole number of steps are none of the orbit's
+OFF = 1e-6  # of a step: samples this far from a whole number of steps are not on the orbit
 READ_AT = MappingProxyType(
     {"start": 0.0, "midpoint": 0.5}
 )  # where in a step a held control is read
@@ -89,7 +89,7 @@ def stepped_errors(
     )
 
 
-@lru_cache(maxsize=16)  # all methods of one scheme ask for the same
+@lru_cache(maxsize=16)  # the same for all methods of one scheme
 def _orbit(
     rotor: DrivenRotor,
     start: tuple[float, float],
@@ -297,7 +297,7 @@ def _jointed(
     def noise(states: Array) -> Array:
         x, w, v, _, _, pull = np.abs(states)
         ones = np.ones_like(x)
-        # What the impulse, h T, lacks in its last place acts on the bob's moment of inertia.
+        # The rounding of the impulse h T acts on the bob's moment of inertia.
         impulse = step * pull / scheme.jointed_moment if scheme.jointed_moment else 0.0 * x
         turning = w + 2.0 * rate + impulse
         return np.array(

@@ -59,7 +59,7 @@ def critical_points(potential: TrigonometricPotential) -> Quad:
         if (level := b == 0.0).any():
             fine = np.where(level, _symmetric(potential), fine)
         close = double(fine)
-        # What is no root shows in the slope that is left; what is one twice, in the distance.
+        # A false root has a slope that is not zero, a repeated one a neighbour at no distance.
         none = ~(np.abs(rough.slope(close)) <= 1e-12 * scale) | (scale == 0.0)
         none[..., 1:] |= close[..., 1:] - close[..., :-1] < 1e-12
         if none.any():
@@ -72,14 +72,14 @@ def critical_points(potential: TrigonometricPotential) -> Quad:
 def kind(potential: TrigonometricPotential, theta: Quad) -> Kind:
     """Kind of the equilibrium at a critical point `theta`, a scalar."""
     curvature = double(potential.curvature(theta))
-    # At a pitchfork the curvature is what rounding of the coefficients leaves of zero.
+    # At a pitchfork the curvature is zero but for rounding of the coefficients.
     if abs(curvature) <= 4e-16 * potential.scale:
         return "degenerate"
     return "centre" if curvature > 0.0 else "saddle"
 
 
 def _polished(potential: TrigonometricPotential, theta: Quad) -> Quad:
-    """Newton's method on dV/dtheta until what a step would leave is below round-off."""
+    """Newton's method on dV/dtheta until the error after a step is below round-off."""
     for _ in range(40):
         slope, curvature = potential.slope_and_curvature(theta)
         step = slope / np.where(curvature == 0.0, quad(1.0), curvature)

@@ -2,8 +2,8 @@
 
 The first is Gauss collocation, whose polynomials are resolved to round-off, so that they give the
 motion at any time. The second is an explicit method of order 8 in many small steps. It runs over
-all steps of the first at once, each from where that begins; what it misses the next beginning by,
-carried on by the motion's own linearisation, is how far apart the two motions are (parallel
+all steps of the first at once, each from where that begins; its distance from where the next
+begins, propagated by the motion's own linearisation, is the difference of the two motions (parallel
 shooting: Bellen and Zennaro 1989, J. Comput. Appl. Math. 25, 341). The same run carries the
 linearisation, by the start and by the parameters, as imaginary parts.
 """
@@ -49,18 +49,18 @@ class _Track:
     apart: Array  # largest difference of the two methods so far, shape (m, d)
     condition: Array  # change for a relative change of one in all inputs, in magnitude, (m, d)
     until: float = math.inf  # [s] to where the motion is certified
-    why: str = ""  # it is so no further
+    why: str = ""  # it is not certified further
 
     @property
     def reached(self) -> float:
-        """Where the first method has come to [s]."""
+        """The time that the first method has reached [s]."""
         return 0.0 if self.solution is None else self.solution.orbit.duration
 
 
 @dataclass(frozen=True, eq=False)
 class CertifiedMotion:
-    """The motion of a `system`; a `Reference`. It is integrated as far as it is asked for, and
-    kept. Raises ParameterError for times beyond what double precision determines."""
+    """The motion of a `system`; a `Reference`. It is integrated as far as requested, and kept.
+    Raises ParameterError for times beyond what double precision determines."""
 
     system: SmoothSystem
     _known: list[_Track] = field(default_factory=list, repr=False)

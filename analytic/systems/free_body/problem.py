@@ -23,7 +23,7 @@ MOMENTS = ("inertia_x", "inertia_y", "inertia_z")
 class FreeBody:
     """A rigid body without any force on it: its principal moments of inertia [kg m^2], and its
     angular velocity [rad/s], three numbers along its axes, at time 0, when these are the world's.
-    Raises ParameterError, for moments that no rigid body has too.
+    Raises ParameterError, also for moments that no rigid body has.
 
     >>> import numpy as np
     >>> body = FreeBody(1.0, 2.0, 2.5, (0.01, 2.0, 0.0))

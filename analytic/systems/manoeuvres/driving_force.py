@@ -1,4 +1,5 @@
-"""The force of the actuator on the slider along a line, and what sizes an actuator for it."""
+"""The force of the actuator on the slider along a line, and the demand that sizes an actuator for
+it."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ class RepeatedTurn:
     @cached_property
     def single(self) -> ThreePointMotion:
         """The exact motion of the first turn, to rest; raises ParameterError where there is too
-        little friction to say when that is."""
+        little friction to determine that time."""
         least, friction = self.manoeuvre.least_friction, self.capsule.friction
         if friction < least:
             need = f"greater than {least:.2g}, for a double to show what friction does in this turn"

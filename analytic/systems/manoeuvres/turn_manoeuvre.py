@@ -71,7 +71,7 @@ class TurnManoeuvre:
     @property
     def least_friction(self) -> float:
         """The friction that over the manoeuvre, 2 tau, could change the body's largest rate,
-        mu_1 |Z| tau, by the rounding of a double: below it nothing tells when the body rests."""
+        mu_1 |Z| tau, by the rounding of a double: below it the time of rest is undetermined."""
         rate = self.inertia_ratio * abs(self.angular_acceleration) * self.half_time
         return ROUNDOFF * rate / (2.0 * self.half_time * self._friction_pace)
 

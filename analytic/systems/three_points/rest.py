@@ -65,7 +65,7 @@ def lowest(
         step = -np.linalg.solve(quadratic + (across.T * (limits / norms)) @ across, gradient)
         slope = float(gradient @ step)
         if -slope <= 1e-15 * (abs(height) + float(limits @ norms)):
-            # The gain is below round-off; the step is taken all the same, for it squares the error.
+            # The gain is below round-off; the step is still taken, since it squares the error.
             return np.asarray(y + step)
         fraction = 1.0
         while fraction > 1e-12:

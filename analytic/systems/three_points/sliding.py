@@ -139,7 +139,7 @@ def slide(
 
     `departure` gives first guesses of (p_x, p_y, omega) where a support starts from rest: the
     equations define no direction at v_i = 0, and one solution leaves it smoothly. `slipped` is that
-    support. `near` are the elements of a slide that is nearly the same: where they do as first
+    support. `near` are the elements of a slide that is nearly the same: where they suffice as first
     guesses they save most of the cost. Raises RuntimeError when no element is small enough.
     """
     segments: list[SmoothSegment] = []

@@ -18,7 +18,7 @@ from plumbob.engines.method import Engine, Method, ModelFields, Simulation
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True)
-CONTACTS = Scheme("euler with contacts")  # of which no theory here knows
+CONTACTS = Scheme("euler with contacts")  # without a theory here
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 8))
 SMALLEST = 1e-9  # accuracy of the integrators
 PLATFORM_RATIO = 1e15  # of a platform's reflected inertia to its load

@@ -1,5 +1,5 @@
-"""The capsule as a diagram of Drake: a discrete plant with point contacts, the slider's course in
-force step by step."""
+"""The capsule as a diagram of Drake: a discrete plant with point contacts, the slider's motion
+imposed step by step."""
 
 from __future__ import annotations
 

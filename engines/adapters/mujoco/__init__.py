@@ -1,4 +1,4 @@
-"""MuJoCo as an engine: its methods, and what the rest of plumbob may ask of it.
+"""MuJoCo as an engine: its methods, and the functions for the rest of plumbob.
 
 Every function imports MuJoCo, or the module that needs it, when it is called.
 """
@@ -91,7 +91,7 @@ def settings_text(
 
 
 def check_file(path: Path, method: Method) -> FileCheck:
-    """The model file `path` held against the settings of `method`; raises ParameterError."""
+    """The model file `path` compared with the settings of `method`; raises ParameterError."""
     from plumbob.engines.adapters.mujoco.file_check import check
 
     return check(path, method)
@@ -143,8 +143,8 @@ def contacts_of_own(
 
 
 def write_trimmed(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Change, ...]:
-    """Write the text of the model file `source` with these left out to `target`; which of them its
-    text can be without. Raises ParameterError."""
+    """Write the text of the model file `source` with these left out to `target`; returns those that
+    its text can omit. Raises ParameterError."""
     from plumbob.engines.adapters.mujoco.own_model.file_text import write
 
     return write(source, left_out, target)

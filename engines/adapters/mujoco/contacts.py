@@ -1,8 +1,8 @@
-"""Contact settings: profiles as data, and what they amount to for theory. Needs no MuJoCo.
+"""Contact settings: profiles as data, and their record for theory. Needs no MuJoCo.
 
 The convergent profile, `coulomb`, is soft along the normal and hard across it. A contact is then an
 explicit spring and damper of natural frequency STIFFNESS/dt: its static penetration is at most
-g (dt/STIFFNESS)^2 / 3, and it neither bounces nor rings. Across the normal, friction asks for rest
+g (dt/STIFFNESS)^2 / 3, and it neither bounces nor rings. Across the normal, friction stops a slip
 within a step, with a compliance 1e-9 of the normal's. With the engine's defaults the friction cone
 couples slip to the normal force, and a sliding body chatters; smaller steps do not help.
 """
@@ -90,7 +90,7 @@ class ContactProfile:
 def coulomb_pair(
     step: float, softening: float = SOFTENING, lead: float = 1.0, stiffness: float = STIFFNESS
 ) -> PairFields:
-    """Fields of a contact pair at `step` [s] that make friction converge: it asks for rest within
+    """Fields of a contact pair at `step` [s] that make friction converge: it stops a slip within
     the part `lead` of a step; its natural frequency times the step is `stiffness`."""
     rate = stiffness / step
     return {
@@ -145,7 +145,7 @@ def contacts(problem: CapsuleProblem, settings: Mapping[str, Any]) -> ContactPro
     """The profile that `settings` name; raises ParameterError.
 
     Convergent profiles are softened further for plane motion, for the coupling of slip to a normal
-    force goes as slip speed over step; and friction asks for rest within half a step of RK4, whose
+    force goes as slip speed over step; and friction stops a slip within half a step of RK4, whose
     stages apply it half a step late.
     """
     chosen = profile(settings)
@@ -203,13 +203,13 @@ def tilt_inertia(problem: CapsuleProblem) -> float:
 
     They have no effect on a motion without heights, and are free: (M + m)/3 sum |A_i - mu r|^2
     keeps the square of the frequency of every tilting mode on the contacts at most twice that of
-    the vertical one, whatever the triangle and wherever the slider is; and J/2 at least, or no
-    such body could be.
+    the vertical one, whatever the triangle and wherever the slider is; and J/2 at least, or no such
+    body could exist.
     """
     return _tilt_inertia(Same(problem))
 
 
-@lru_cache(maxsize=16)  # every method and step of a scene asks for the same
+@lru_cache(maxsize=16)  # the same for every method and step of a scene
 def _tilt_inertia(of: Same) -> float:
     problem: CapsuleProblem = of.one
     capsule = problem.setup.capsule

@@ -1,4 +1,4 @@
-"""A user's model file held against a method's settings for the file's own time step."""
+"""A user's model file compared with a method's settings for the file's own time step."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def _warnings(model: mujoco.MjModel, method: Method, step: float) -> Iterator[st
 
 
 def _rates(method: Method, step: float) -> tuple[float, ...]:
-    """Second numbers of `solreffriction` that are right: on a line RK4 may ask for rest within a
+    """Second numbers of `solreffriction` that are right: on a line RK4 may stop a slip within a
     whole step too."""
     return float(own_pair(method, step)["solreffriction"][1]), -IMPEDANCE / step
 

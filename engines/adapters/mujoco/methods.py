@@ -12,7 +12,7 @@ from plumbob.models.scene import FREE_ROTATION, ON_SUPPORTS, ONE_SMOOTH, SMOOTH
 UNCOUPLED = (ONE_SMOOTH, FREE_ROTATION)
 EVERY = (*UNCOUPLED, ON_SUPPORTS)
 DRIVEN = ("simple-pendulum/forced-*", "linear-pendulum/forced-*")
-UNPLANNED = ("!capsule-plan",)  # plans show nothing of contacts that short motions do not
+UNPLANNED = ("!capsule-plan",)  # plans show no more of contacts than short motions
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True)
 RK4_STEP = Scheme(RK4, "start")
 

@@ -22,7 +22,7 @@ CHOICES: tuple[tuple[str, type[Any], str], ...] = (
     ("solver", mujoco.mjtSolver, "mjSOL_"),
     ("jacobian", mujoco.mjtJacobian, "mjJAC_"),
 )
-# Settings that builders and runs read, and no option.
+# Settings that builders and runs read, not options.
 ELSEWHERE = (
     *("contact", "control_at", "height", "model", "slider_ahead"),
     *("axle_damping_rate", "drive_rate", "platform_armature", "reads_energy"),
@@ -108,7 +108,7 @@ def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
 
 @contextmanager
 def enough_memory() -> Iterator[None]:
-    """MuJoCo says in words of its own that memory is used up: a MemoryError, as Python's."""
+    """Raise MuJoCo's errors for exhausted memory as Python's MemoryError."""
     try:
         yield
     except (ValueError, mujoco.FatalError) as error:

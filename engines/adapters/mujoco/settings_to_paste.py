@@ -1,8 +1,8 @@
 """Settings to copy: a method's options and contacts as MJCF and Python for any model.
 
 The adapter's own contacts (STIFFNESS in contacts.py) are as stiff as three supports of a body made
-for them allow. Those of a model of one's own are softer: four feet under the corners of a solid
-body, on which it tilts at 12^(1/2) times one contact's frequency, are stable up to 14.3^(1/2).
+for them allow. Those of a user's model are softer: four feet under the corners of a solid body, on
+which it tilts at 12^(1/2) times one contact's frequency, are stable up to 14.3^(1/2).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from plumbob.engines.adapters.mujoco.contacts import (
 )
 from plumbob.engines.method import Method, Settings, Snippet
 
-OWN_STIFFNESS = 0.2  # natural frequency of one contact times the step, in a model of one's own
+OWN_STIFFNESS = 0.2  # natural frequency of one contact times the step, in a user's model
 SOFTEST = 1e-6  # of these: static penetration goes as its inverse square
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 SLIDING = (
@@ -74,8 +74,8 @@ def settings(method: Method, step: float, stiffness: float | None, friction: flo
 def own_pair(
     method: Method, step: float, softening: float = 1.0, stiffness: float = OWN_STIFFNESS
 ) -> PairFields:
-    """Fields of a contact pair that converges with `method` at `step` [s] in a model of one's
-    own, whose bodies' inverse weights are overstated by `softening`."""
+    """Fields of a contact pair that converges with `method` at `step` [s] in a user's model, whose
+    bodies' inverse weights are overstated by `softening`."""
     lead = FRICTION_LEADS[integrator_of(method.settings)]
     return coulomb_pair(step, softening, lead, stiffness)
 

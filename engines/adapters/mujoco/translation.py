@@ -26,7 +26,7 @@ class Recorder:
 
     take: Callable[[], None]  # what the data hold now, forces of the step that begins included
     read: Callable[[], tuple[Named, Named]]
-    """What the states that were taken add to the observables and to the channels, shape (n,)."""
+    """The recorded states' observables and channels, shape (n,)."""
 
 
 Probe = Callable[[mujoco.MjModel, mujoco.MjData], Recorder]
@@ -47,10 +47,9 @@ class Translation:
     """Times [s], shape (n,) -> ctrl, shape (n, nu), held over each step."""
     control_at: float = 0.0  # where in its step the control is read: 0 start, 0.5 middle
     sensors: Callable[[Array], tuple[Named, Named]] | None = None
-    """Sensor data at the samples, shape (n, nsensordata) -> what they add to the observables and to
-    the channels."""
+    """Sensor data at the samples, shape (n, nsensordata) -> further observables and channels."""
     probe: Probe | None = None
-    """Model and data -> what reads observables and channels off them that states do not hold."""
+    """Model and data -> a recorder of observables and channels that states do not hold."""
     whole: mujoco.MjSpec | None = None
     """The model with its visual parts; None where the builder's `whole` is that."""
     tune: Callable[[mujoco.MjModel], None] = lambda model: None

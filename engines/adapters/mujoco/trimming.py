@@ -19,7 +19,7 @@ from plumbob.models.scene import Case
 # Relative: on a machine that others use, savings then scatter by 1.7 per cent of the whole, after
 # the number of turns that it takes, as they do after seven turns.
 CLOSE = 0.1
-PARTS = (("geoms", "geom"), ("meshes", "mesh"), ("joints", "joint"))  # counted, and their words
+PARTS = (("geoms", "geom"), ("meshes", "mesh"), ("joints", "joint"))  # counted, and their names
 
 
 def trimming(
@@ -102,7 +102,7 @@ def _timed(
     """Processor time [s] of `steps` steps from `start`, qpos and qvel, with the controls `ctrl`,
     and the state at their end.
 
-    Processor time, for waiting while others use the machine is no cost of the model."""
+    Processor time, since waiting while others use the machine is no cost of the model."""
     mujoco.mj_resetData(model, data)
     data.qpos[:], data.qvel[:] = start[: model.nq], start[model.nq :]
     data.ctrl[: len(ctrl)] = ctrl
@@ -122,7 +122,7 @@ def _stages_off(model: mujoco.MjModel) -> Iterator[str]:
 
 
 def _parts_left_out(complete: mujoco.MjSpec, trimmed: mujoco.MjSpec) -> Iterator[str]:
-    """How many parts of each kind `trimmed` does without, with their words."""
+    """Number of parts of each kind that `trimmed` omits, with their names."""
     for field, word in PARTS:
         count = len(getattr(complete, field)) - len(getattr(trimmed, field))
         if count > 0:

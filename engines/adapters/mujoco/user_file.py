@@ -95,7 +95,7 @@ def _read(path: str | Path) -> Any:
 
     from plumbob.engines.adapters.mujoco import options
 
-    # What a pipe or a huge file holds is not waited for; what is not there, the reader says.
+    # A pipe or a huge file is not read; a missing file is the reader's error.
     file = Path(path)
     if file.exists() and not (file.is_file() and file.stat().st_size <= LARGEST_FILE):
         raise ParameterError("like", str(path), f"a regular file of at most {LARGEST_FILE} bytes")
@@ -130,7 +130,7 @@ def _plain(value: Any) -> float | int | tuple[float, ...]:
 
 
 def _kept(flags: int, kind: Any, names: tuple[str, ...]) -> int:
-    """The bits of `flags` whose names are given; a name that this MuJoCo does not know is none."""
+    """The bits of `flags` whose names are given; names that this MuJoCo does not know have none."""
     known: Mapping[str, Any] = kind.__members__
     ends = {name.partition("_")[2]: int(bit) for name, bit in known.items()}
     return flags & sum(ends.get(name, 0) for name in names)

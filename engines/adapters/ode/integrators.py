@@ -34,7 +34,7 @@ def leapfrog(equation: Equation, state: State, first: int, last: int, h: float) 
         return _implicit_leapfrog(equation, state, first, last, h)
     f, (x, v) = equation.acceleration, state
     half, damping = 0.5 * h, equation.damping_rate
-    # What 1/(1 + damping h/2) takes away: that factor itself has the same rounding error each step.
+    # 1 - 1/(1 + damping h/2): the factor itself has the same rounding error in each step.
     loss = half * damping / (1 + half * damping)
     still = 0.0 * v
     force = f(first * h, x, still)

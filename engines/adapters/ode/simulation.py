@@ -172,8 +172,8 @@ class AdaptiveSimulation:
 
 @dataclass
 class _Slope:
-    """An equation as scipy takes it, y' = slope(t, y) with y = (x, x'), and how often it was
-    asked."""
+    """An equation as scipy takes it, y' = slope(t, y) with y = (x, x'), and the number of its
+    evaluations."""
 
     equation: Equation
     evaluated: int = 0

@@ -1,4 +1,4 @@
-"""pymunk as an engine: its methods, and the way from a scene to a space."""
+"""pymunk as an engine: its methods, and the translation of a scene to a space."""
 
 from __future__ import annotations
 

@@ -97,7 +97,7 @@ def place_part(
 
 def settle(assembly: Assembly, step: float) -> None:
     """Let the solver find the impulses of joints and contacts at the start, in a step that is
-    taken back."""
+    undone."""
     space, parts = assembly.space, assembly.parts
     iterations, start = space.iterations, [(p.position, p.velocity) for p in parts]
     angle, rate = assembly.body.angle, assembly.body.angular_velocity

@@ -82,7 +82,7 @@ def described(problem: CapsuleProblem, method: Method, step: float) -> Sequentia
     return SequentialImpulse(model, step, iterations_needed(factor, least), reach, factor, one_foot)
 
 
-@lru_cache(maxsize=32)  # every step of a scene asks for the same
+@lru_cache(maxsize=32)  # the same for every step of a scene
 def _pivots_factor(capsule: Capsule, slider: tuple[float, float]) -> float:
     return pivots_factor(capsule, np.asarray(slider))
 

@@ -78,9 +78,9 @@ def side_moment(setup: CapsuleSetup) -> float:
 
 def on_the_line(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read]:
     """Readings signed along the line, with the N_i of the last step, vertical displacement and tilt
-    (both ought to be zero); and, once the step that follows is done, the friction in it, the
-    force on the slider, which is the joint's impulse over the step, and the residual of the
-    momentum balance [N]: contacts and gravity alone may change the momentum."""
+    (both should be zero); and, once the step that follows is done, the friction in it, the force on
+    the slider, which is the joint's impulse over the step, and the residual of the momentum balance
+    [N]: contacts and gravity alone may change the momentum."""
     assembly = stand.assembly
     body, slider = assembly.body, assembly.slider
     start, before, sliding = along(setup, setup.slider), 0.0, 0.0
@@ -132,8 +132,8 @@ def in_the_plane(setup: CapsuleSetup, stand: Stand) -> Read:
 
 def _normal_forces(setup: CapsuleSetup, stand: Stand) -> Read:
     """N_i in the last step [N]: the loads of both feet and their centre of pressure, carried by
-    three supports as statics across the line has it. What an arm along the line carries is affine
-    in it."""
+    three supports by statics across the line. What an arm along the line carries is affine in
+    it."""
     capsule, (x, y) = setup.capsule, setup.slider
     unit = np.array([math.cos(setup.direction), math.sin(setup.direction)])
     across = capsule.mass_ratio * (unit[0] * y - unit[1] * x)

@@ -21,7 +21,7 @@ from plumbob.engines.method import Method
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:
-    """Translate a ConePendulum; the setting `torque` of the method says when it is worked out:
+    """Translate a ConePendulum; the setting `torque` of the method says when it is computed:
     "within" the step, or "before" it."""
     problem = problem.started
     body, square = problem.body, problem.platform_rate**2

@@ -105,7 +105,7 @@ def _start(
 
 
 def _on_a_spring(problem: Any) -> Translation:
-    """Nothing pulls on the body's centre, which so needs no joint to stay where the axis is."""
+    """No force acts on the body's centre, so that no joint is needed to keep it on the axis."""
     moment = problem.mass * problem.length**2
     space = pymunk.Space()
     wheel = pymunk.Body(problem.mass, moment)

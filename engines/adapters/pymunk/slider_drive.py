@@ -27,7 +27,7 @@ BLOCK = 1024  # steps whose targets are computed at once
 
 
 def on_the_line(setup: CapsuleSetup) -> Velocity | None:
-    """Velocity of the slider on its line, or None where it stays put."""
+    """Velocity of the slider on its line, or None where it does not move."""
     if (velocity := setup.relative_velocity) is None:
         return None
     unit = np.array([math.cos(setup.direction), math.sin(setup.direction)])
@@ -74,8 +74,8 @@ def plane_targets(
 def driven(
     assembly: Assembly, targets: Iterator[tuple[float, float]], step: float, set_limits: SetLimits
 ) -> Act:
-    """Function to call before each step of `step` [s], for any path and a body that turns: works
-    out where body and slider will be, and gives the slider's place from C to `set_limits`."""
+    """Function to call before each step of `step` [s], for any path and a body that turns: computes
+    where body and slider will be, and gives the slider's place from C to `set_limits`."""
     next(targets)
     body, slider, joint = assembly.body, assembly.slider, assembly.joint
     cx, cy = vector(assembly.centre)

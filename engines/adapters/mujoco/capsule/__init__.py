@@ -120,8 +120,8 @@ def whole(
     step: float = 1e-4,
 ) -> mujoco.MjSpec:
     """The model in the file `mjcf`, or beside it in TURNING where the slider leaves its line, with
-    the numbers of `problem`, visual parts included, and the contacts that `settings` name at
-    `step` [s]: those that converge unless it says otherwise.
+    the numbers of `problem`, visual parts included, and the contacts that `settings` name at `step`
+    [s]: by default those that converge.
 
     The height of C and of the slider above the plane is `settings["height"]` [m]; zero, as in the
     source, unless given. The slider starts `settings["slider_ahead"]` [m] further along its line

@@ -21,7 +21,7 @@ CONTACT = sum(
     for part in (DATA.mjCONDATA_FOUND, DATA.mjCONDATA_FORCE, DATA.mjCONDATA_NORMAL,
                  DATA.mjCONDATA_TANGENT)
 )  # fmt: skip
-"""What is read of a contact: whether it is there, then force, normal and tangent, 10 numbers."""
+"""The fields read of a contact: whether it is there, then force, normal and tangent, 10 numbers."""
 FREE = 7  # least number of coordinates of the full model: place and quaternion; a planar has 5
 
 
@@ -131,8 +131,8 @@ def plane(setup: CapsuleSetup, rest_qpos: Array) -> Observe:
 
 
 def _facing(qpos: Array, begun: float) -> Array:
-    """Heading in the world [rad], at the first of the samples nearest to `begun`: an attitude tells
-    it to a whole turn."""
+    """Heading in the world [rad], at the first of the samples nearest to `begun`: an attitude
+    determines it up to whole turns."""
     if qpos.shape[1] < FREE:
         return np.asarray(qpos[:, 3])
     angles = np.unwrap(heading(qpos[:, 3:7]))

@@ -79,7 +79,7 @@ def _friction(setup: CapsuleSetup) -> Probe:
         slider, forces = model.body("slider").id, list[tuple[float, float]]()
 
         def take() -> None:
-            # From the accelerations: the solver finds those, and forces no better than it has to.
+            # From the accelerations: the solver finds those, but forces only to its tolerance.
             friction = float(masses @ data.qacc) - both * setup.pull
             mujoco.mj_rnePostConstraint(model, data)
             forces.append((friction, float(data.cfrc_int[slider, 3])))

@@ -30,8 +30,8 @@ _AFTER_POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
 
 
 def without_step(model: Any) -> Any:
-    """The model with forces that do not look a step ahead, and a solver that runs to its floor and
-    remembers nothing; changed in place."""
+    """The model with forces that do not depend on the step, and a solver that runs to its floor
+    without a warm start; changed in place."""
     option = model.opt
     option.timestep, model.actuator_actearly[:] = VANISHING, False
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON

@@ -41,9 +41,9 @@ class _Element:
 
 
 def write(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Change, ...]:
-    """Write the text of the model file `source` without these to `target`, and return what of them
-    its text can be without: geoms that one element makes with others have to stay. Raises
-    ParameterError where nothing is left, or it cannot be written, or would not compile there."""
+    """Write the text of the model file `source` without these to `target`, and return those that
+    its text can omit: geoms that one element makes with others have to stay. Raises ParameterError
+    where nothing is left, or it cannot be written, or would not compile there."""
     part = target.with_name(f".{target.stem}-{os.getpid()}.xml")
     try:
         makers = _made_by_places(source, part)

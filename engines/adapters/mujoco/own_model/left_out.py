@@ -1,4 +1,4 @@
-"""Changes that a MuJoCo model may do with on a motion: collisions, stages, iterations left out."""
+"""Features that a MuJoCo model can omit on a motion: collisions, stages, iterations."""
 
 from __future__ import annotations
 

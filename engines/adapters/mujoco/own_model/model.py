@@ -75,7 +75,7 @@ class MujocoModel:
 
     @property
     def ranges(self) -> Array:
-        """Ranges of the controls, not numbers where there is none."""
+        """Ranges of the controls, NaN where there is none."""
         model = self.effective
         limited = np.array(model.actuator_ctrllimited, bool)
         return np.where(limited[:, None], model.actuator_ctrlrange, np.nan)
@@ -244,8 +244,8 @@ def own_model(model: Any, name: str, keyframe: int | str | None = None) -> Mujoc
     if not all(np.isfinite(values).all() for values in numbers):
         raise NotCertifiable("at its start something is not a number")
     effective, clamped = clamped_for(model, step)
-    # Steps from numbers that are none take a thousand times as long: a model that blows up starts
-    # again, which its warnings tell.
+    # Steps from NaN take a thousand times as long: a model that diverges is reset,
+    # which its warnings show.
     effective.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     integrator = next((n for n in INTEGRATORS if int(_kind(n)) == int(model.opt.integrator)), "")
     if not integrator:

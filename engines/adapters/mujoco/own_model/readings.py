@@ -42,8 +42,8 @@ def pair_name(model: Any, pair: Any) -> str:
 def readings(model: Any, data: Any, states: Array) -> Mapping[str, Array]:
     """Of each of `states`, shape (n, ...): energy [J], momentum of a model that is free [kg m/s],
     deepest penetration [m], fastest slip of geoms that touch [m/s], the most by which a joint or
-    tendon exceeds its limit and an equality is missed [m or rad]; only what the model can have, not
-    numbers where a state has none, each of shape (n,)."""
+    tendon exceeds its limit and an equality is missed [m or rad]; only what the model can have, NaN
+    where a state has none, each of shape (n,)."""
     names = (ENERGY, MOMENTUM, DEPTH, SLIP, LIMITS, EQUALITIES)
     measured = {name: np.full(len(states), np.nan) for name in names}
     for k, state in enumerate(states):

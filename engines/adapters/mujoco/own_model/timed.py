@@ -1,4 +1,4 @@
-"""Control periods of a MuJoCo model, stepped for what they cost."""
+"""Control periods of a MuJoCo model, stepped to measure their cost."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.method import Stepping
 
-WARM = 10  # steps before the time counts: the solver and the cache then have what they go on from
+WARM = 10  # steps before the time counts: the solver and the cache are then warm
 
 
 class TimedPeriods:
     """Some control periods of a compiled model, begun at known states, or where the last one ended
-    if that is no number; a `Timed`."""
+    if that is NaN; a `Timed`."""
 
     compile_seconds = 0.0
 
