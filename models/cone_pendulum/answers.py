@@ -36,12 +36,12 @@ def over_angle(problem: ConePendulum, theta: Array) -> Mapping[Observable, Array
     """The source's own form, with `theta` [rad], shape (n,), as the parameter: the time at which
     the motion first reaches it (16), momentum (15), rate and phase (13) then; NaN where it never
     does."""
-    course = problem.reference
-    times = course.time_at(theta)
+    reference = problem.reference
+    times = reference.time_at(theta)
     reached = np.isfinite(times)
-    rate = course.state(np.where(reached, times, 0.0))[1]
+    rate = reference.state(np.where(reached, times, 0.0))[1]
     # at a turning point rounding may leave a square below zero
-    size = np.nan_to_num(np.abs(course.momentum(theta)))
+    size = np.nan_to_num(np.abs(reference.momentum(theta)))
     momentum = np.where(reached, np.copysign(size, rate), np.nan)
     return {
         Observable("t", "s"): times,

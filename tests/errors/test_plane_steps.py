@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
 from plumbob.analytic.errors.sliding_motion.implicit_friction import FrictionProblem, after_friction
 from plumbob.analytic.errors.sliding_motion.plane_errors import euler_lead, plane_errors
-from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, course
+from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, trajectory
 from plumbob.analytic.errors.sliding_motion.sliding_errors import coasting_errors, step_error
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
@@ -33,7 +33,7 @@ def test_on_a_line_it_is_the_sawtooth(direction: float, step: float) -> None:
     line = LineManoeuvre(CHECK, LINE.w1, LINE.w2, LINE.t1, direction)
     path = line_stroke((0.0, 0.0), direction, line.w1, line.w2, line.t1)
     steps = math.ceil(line.t_star / step) + 2
-    end = course(CHECK, path, Start(), EULER, step, steps)[-1]
+    end = trajectory(CHECK, path, Start(), EULER, step, steps)[-1]
     gone = end[X] * math.cos(direction) + end[Y] * math.sin(direction)
     predicted = line.displacement + float(step_error(line, step, "mean"))
     assert gone == pytest.approx(predicted, abs=1e-15)  # rounding of 5.6e-3 m in a hundred steps
@@ -44,7 +44,7 @@ def test_coasting_in_a_line_is_as_its_own_theory_says() -> None:
     motion = translation(CHECK, (0.12, 0.0), 0.5, 0.4)
     step, start = 1e-3, Start(velocity=(0.5 * math.cos(0.4), 0.5 * math.sin(0.4)))
     times: Array = np.arange(201, dtype=np.float64) * step
-    rows = course(CHECK, fixed((0.12, 0.0)), start, EULER, step, 200)
+    rows = trajectory(CHECK, fixed((0.12, 0.0)), start, EULER, step, 200)
     predicted = coasting_errors(motion, Scheme(EULER), step, times)
     exact = motion.observe(times)
     for column, name in enumerate(COLUMNS):
@@ -60,7 +60,7 @@ def test_a_turn_leaks_angular_momentum(angle: float) -> None:
     found = []
     for parts in (400, 800, 1600):
         step = turn.half_time / parts
-        end = course(CHECK, turn.path, Start(), EULER, step, 2 * parts)[-1]
+        end = trajectory(CHECK, turn.path, Start(), EULER, step, 2 * parts)[-1]
         found.append((end[HEADING] - turn.corrected_pose.heading) / step)
     assert abs(found[-1] / lead - 1.0) < 0.005
     extrapolated = 2.0 * found[-1] - found[-2]
@@ -84,7 +84,7 @@ def test_the_error_of_rk4_is_that_of_a_held_control() -> None:
             angular = mu_m * (place.conjugate() * speed).imag
             inertia = CHECK.inertia + mu_m * np.abs(place) ** 2
             gained -= sign * float(np.trapezoid(angular / inertia, times))
-    end = course(CHECK, turn.path, Start(), RK4, step, 2 * parts)[-1]
+    end = trajectory(CHECK, turn.path, Start(), RK4, step, 2 * parts)[-1]
     assert end[HEADING] - turn.corrected_pose.heading == pytest.approx(gained, rel=5e-3)
 
 

@@ -53,7 +53,7 @@ from plumbob.analytic.errors.contact_models.soft_contact import (
     shortest_arm,
 )
 from plumbob.analytic.errors.sliding_motion.plane_errors import MOST_STEPS
-from plumbob.analytic.errors.sliding_motion.plane_steps import course
+from plumbob.analytic.errors.sliding_motion.plane_steps import trajectory
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import (
     ROUNDOFF,
@@ -172,7 +172,7 @@ def _stepping(problem: CapsuleProblem, times: Array, duration: float, contact: S
         return False
     begun = cast(PlaneReference, problem.reference).begun
     driven = (problem.setup.capsule, problem.motion.path, begun)
-    rows = course(*driven, contact.integrator, contact.step, steps)
+    rows = trajectory(*driven, contact.integrator, contact.step, steps)
     turned = max(math.hypot(*support) for support in problem.setup.capsule.supports) * rows[:, 5]
     moved = np.abs(rows[:, 3]) + np.abs(rows[:, 4]) + np.abs(turned)
     moving = moved > STILL * moved.max()

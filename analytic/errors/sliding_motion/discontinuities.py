@@ -46,13 +46,13 @@ def rk4_stop(
     about a dt^2/2 too far.
     """
     begin = max(math.floor(stop / step) - 2, round(since / step))
-    ways, speeds = _rk4_course(max(stop / step - begin, 0.0))
+    ways, speeds = _rk4_errors(max(stop / step - begin, 0.0))
     after = np.rint(np.asarray(times, dtype=np.float64) / step) - begin
     place = np.clip(after, 0, DECAYED).astype(np.int64)
     return deceleration * step**2 * ways[place], deceleration * step * speeds[place]
 
 
-def _rk4_course(left: float) -> tuple[Array, Array]:
+def _rk4_errors(left: float) -> tuple[Array, Array]:
     """Errors of way and speed, in units of a dt^2 and a dt, at the grid times from `left` steps
     before the stop, shape (DECAYED + 1,)."""
     speed, way = left, 0.0

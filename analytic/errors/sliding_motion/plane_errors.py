@@ -28,8 +28,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from plumbob.analytic.errors.schemes import Scheme
-from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, course
-from plumbob.analytic.errors.sliding_motion.position_first import position_first_course
+from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, trajectory
+from plumbob.analytic.errors.sliding_motion.position_first import position_first_trajectory
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import by_support, normal_forces
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
@@ -52,9 +52,9 @@ def plane_errors(
         return {}
     driven = (motion.capsule, motion.path, reference.begun)
     if scheme.position_first:
-        rows = position_first_course(*driven, step, steps)[marks]
+        rows = position_first_trajectory(*driven, step, steps)[marks]
     else:
-        rows = course(*driven, scheme.integrator, step, steps)[marks]
+        rows = trajectory(*driven, scheme.integrator, step, steps)[marks]
     stepped, exact = dict(zip(COLUMNS, rows.T, strict=True)), reference.observe(times)
     stepped["body_angle"] = stepped["heading"]
     if not scheme.position_first:

@@ -116,7 +116,7 @@ def _rk4(body: _Body, state: State, w: complex, step: float, near: Slip) -> tupl
 
 
 @lru_cache(maxsize=64)  # the same for all methods of one scheme, scene by scene
-def course(
+def trajectory(
     capsule: Capsule, path: SliderPath, start: Start, integrator: str, step: float, steps: int
 ) -> Array:
     """COLUMNS at the start and after each of `steps` steps of `step` [s], shape (steps + 1, 6), in

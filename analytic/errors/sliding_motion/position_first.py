@@ -53,7 +53,7 @@ def switches_on_grid(path: SliderPath, step: float) -> bool:
 
 
 @lru_cache(maxsize=16)
-def position_first_course(
+def position_first_trajectory(
     capsule: Capsule, path: SliderPath, start: Start, step: float, steps: int
 ) -> Array:
     """x, y of C [m], heading [rad], velocity of C [m/s], angular velocity [rad/s] at the start and

@@ -146,8 +146,8 @@ def _standing(
         # held over a step: in force from half a step before it begins, where nothing is computed
         times = (np.arange(len(controls) + 1) - 0.5) * step
         rows = np.vstack([controls, controls[-1:]]) * hold
-        course = PiecewisePolynomial.ZeroOrderHold(times, rows.T)
-        source = builder.AddSystem(TrajectorySource(course))
+        held = PiecewisePolynomial.ZeroOrderHold(times, rows.T)
+        source = builder.AddSystem(TrajectorySource(held))
         builder.Connect(source.get_output_port(0), plant.get_actuation_input_port())
     return _Standing(builder.Build(), plant, shell, joints)
 

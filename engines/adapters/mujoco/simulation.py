@@ -47,29 +47,29 @@ class MujocoSimulation:
         """Run from the start to the end, or until the run diverges."""
         control = None if self.translation.control is None else self._control
         with options.collected() as logged:
-            course = take_steps(self.model, self.data, self._start(), self.steps, control)
+            kept = take_steps(self.model, self.data, self._start(), self.steps, control)
         trajectory = Trajectory(
-            times=course.steps.astype(np.float64) * self.step,
+            times=kept.steps.astype(np.float64) * self.step,
             observables={},
-            steps=course.taken,
-            seconds=course.seconds,
-            diverged_at=None if course.diverged is None else course.diverged * self.step,
+            steps=kept.taken,
+            seconds=kept.seconds,
+            diverged_at=None if kept.diverged is None else kept.diverged * self.step,
             warnings=tuple(dict.fromkeys((*self.logged, *logged))),
         )
-        if not len(course.steps):  # the start itself is beyond what MuJoCo takes
+        if not len(kept.steps):  # the start itself is beyond what MuJoCo takes
             return trajectory
         nq, nv = self.model.nq, self.model.nv
-        qpos, qvel = course.states[:, 1 : 1 + nq], course.states[:, 1 + nq : 1 + nq + nv]
+        qpos, qvel = kept.states[:, 1 : 1 + nq], kept.states[:, 1 + nq : 1 + nq + nv]
         observables, channels = self.translation.observe(qpos, qvel)
         if self.translation.sensors is not None:
             with options.collected():  # as the run's own
-                data = sensor_data(self.model, self.data, course.states, self._held(course.steps))
+                data = sensor_data(self.model, self.data, kept.states, self._held(kept.steps))
             read = self.translation.sensors(data)
             observables, channels = {**observables, **read[0]}, {**channels, **read[1]}
         if self.translation.probe is not None:
             with options.collected():  # as the run's own
                 probed = probe_readings(
-                    self.model, self.data, course.states, self._held(course.steps),
+                    self.model, self.data, kept.states, self._held(kept.steps),
                     self.translation.probe,
                 )  # fmt: skip
             observables, channels = {**observables, **probed[0]}, {**channels, **probed[1]}
@@ -81,10 +81,10 @@ class MujocoSimulation:
         control = None if self.translation.control is None else self._control
         steps = sampling.first_steps(self.steps, fraction)
         with options.collected():
-            course = take_steps(
+            kept = take_steps(
                 self.model, self.data, self._start(), steps, control, clock=time.thread_time
             )
-        return Stepping(course.taken, course.seconds)
+        return Stepping(kept.taken, kept.seconds)
 
     def _start(self) -> Array:
         """Full physics state at time 0."""
@@ -128,7 +128,7 @@ def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:
 
 
 @dataclass(frozen=True)
-class Course:
+class KeptStates:
     """States that a run went through, until its end or until it diverged."""
 
     steps: sampling.Indices  # index of the step after which each state was kept, shape (n,)
@@ -146,7 +146,7 @@ def take_steps(
     control: Callable[[sampling.Indices], Array] | None = None,
     samples: int = sampling.SAMPLES,
     clock: Callable[[], float] = time.perf_counter,
-) -> Course:
+) -> KeptStates:
     """Take `steps` steps from the state `start`, shape (nstate,); `control` gives ctrl, shape
     (n, nu), for the step indices, shape (n,). Nothing is raised for a run that diverges."""
     kept = sampling.sampled(steps, samples)
@@ -180,7 +180,7 @@ def take_steps(
                 diverged = min(done + bad + 1, steps)
             rows, done = out, done + n
     good = kept < (steps + 1 if diverged is None else diverged)
-    return Course(kept[good], states[good], diverged or done, seconds, diverged)
+    return KeptStates(kept[good], states[good], diverged or done, seconds, diverged)
 
 
 def sensor_data(
