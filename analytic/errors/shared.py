@@ -21,13 +21,13 @@ Powers = Mapping[int, Mapping[str, Array]]  # {p: {observable: C_p step^p at the
 class Same:
     """An object compared by identity, as a key of the results computed from it."""
 
-    one: Any
+    value: Any
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Same) and self.one is other.one
+        return isinstance(other, Same) and self.value is other.value
 
     def __hash__(self) -> int:
-        return id(self.one)
+        return id(self.value)
 
 
 @lru_cache(maxsize=KEPT)
@@ -35,7 +35,7 @@ def exactly(exact: Same, times: bytes) -> tuple[Mapping[str, Array], Mapping[str
     """The observables of a Reference and their uncertainty at `times` [s]: the same for all methods
     with these samples."""
     at = np.frombuffer(times)
-    return exact.one.observe(at), exact.one.uncertainty(at)
+    return exact.value.observe(at), exact.value.uncertainty(at)
 
 
 @runtime_checkable
@@ -48,7 +48,7 @@ class Simplifying(Protocol):
 
 
 def _simplest(theory: Same, scheme: Scheme) -> Scheme:
-    return theory.one.simplest(scheme) if isinstance(theory.one, Simplifying) else scheme
+    return theory.value.simplest(scheme) if isinstance(theory.value, Simplifying) else scheme
 
 
 def expected(
@@ -65,7 +65,7 @@ def _expected(
     exact: Same, theory: Same, scheme: Scheme, step: float, times: bytes
 ) -> tuple[Powers, Mapping[str, Array], float]:
     at = np.frombuffer(times)
-    series = theory.one.series(scheme, at)
+    series = theory.value.series(scheme, at)
     powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
     names = dict.fromkeys(name for terms in powers.values() for name in terms)
     total = {
@@ -75,7 +75,7 @@ def _expected(
     }
     for values in total.values():
         values[at == 0.0] = 0.0  # no step has been taken, and no joint has pulled
-    return powers, total, exact.one.nonlinearity(at, total) if total else 0.0
+    return powers, total, exact.value.nonlinearity(at, total) if total else 0.0
 
 
 def as_stepped(theory: Same, scheme: Scheme, step: float, times: bytes) -> SteppedErrors:
@@ -85,5 +85,5 @@ def as_stepped(theory: Same, scheme: Scheme, step: float, times: bytes) -> Stepp
 
 @lru_cache(maxsize=KEPT)
 def _as_stepped(theory: Same, scheme: Scheme, step: float, times: bytes) -> SteppedErrors:
-    errors: SteppedErrors = theory.one.at_step(scheme, step, np.frombuffer(times))
+    errors: SteppedErrors = theory.value.at_step(scheme, step, np.frombuffer(times))
     return errors

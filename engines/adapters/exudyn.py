@@ -61,7 +61,7 @@ METHODS = (
 
 @dataclass
 class ExudynSimulation:
-    """A pendulum for one solver and step [s]; every run builds it anew."""
+    """A pendulum for one solver and step [s]; every run rebuilds it."""
 
     body: HingedBody
     settings: Mapping[str, Any]

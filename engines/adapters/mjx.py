@@ -51,7 +51,7 @@ LARGEST = 1e10  # above it MuJoCo calls a number huge
 
 @dataclass
 class MjxSimulation:
-    """A model on JAX's processor; every run begins anew."""
+    """A model on JAX's processor; every run starts afresh."""
 
     translation: Any  # by the MuJoCo adapter's builder
     model: Any  # MuJoCo's, compiled

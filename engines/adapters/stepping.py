@@ -1,4 +1,4 @@
-"""A scene in an engine that is advanced step by step: built anew for every run, sampled, timed."""
+"""A scene in an engine that is advanced step by step: rebuilt for every run, sampled, timed."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Built:
 
 @dataclass
 class SteppedSimulation:
-    """A scene that is built anew for every run, and steps of one length."""
+    """A scene that is rebuilt for every run, and steps of one length."""
 
     build: Callable[[], Built]
     steps: int

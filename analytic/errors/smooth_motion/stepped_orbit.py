@@ -1,6 +1,6 @@
 """The orbit of a one-step map, and a bound on the effect of rounding.
 
-The map is written once, for plain numbers and for arrays alike. Numbers step it from sample to
+The map is written once, for plain numbers and for arrays. Numbers step it from sample to
 sample. Arrays then step it from all samples at once, with derivatives as imaginary parts of 1e-30
 of their size (Squire and Trapp 1998, SIAM Review 40, 110): M = dz'/dz of each step, and the
 response to a unit in the last place of each coefficient and each number of the start. With M a

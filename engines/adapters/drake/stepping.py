@@ -47,7 +47,7 @@ def advancing(simulator: Any, step: float) -> Callable[[int, int], None]:
 
 @dataclass
 class ErrorControlledSimulation:
-    """A continuous plant with an integrator and its accuracy; every `run` begins anew."""
+    """A continuous plant with an integrator and its accuracy; every `run` starts afresh."""
 
     made: Any  # a diagram, its `start`, what to `read`, and the `limits` of its body
     scheme: str

@@ -211,7 +211,7 @@ def tilt_inertia(problem: CapsuleProblem) -> float:
 
 @lru_cache(maxsize=16)  # the same for every method and step of a scene
 def _tilt_inertia(of: Same) -> float:
-    problem: CapsuleProblem = of.one
+    problem: CapsuleProblem = of.value
     capsule = problem.setup.capsule
     centres = capsule.mass_ratio * slider_places(problem)
     arms = np.asarray(capsule.supports)[None] - centres[:, None]

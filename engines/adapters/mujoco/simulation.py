@@ -33,7 +33,7 @@ CTRL = int(mujoco.mjtState.mjSTATE_CTRL)
 
 @dataclass
 class MujocoSimulation:
-    """A compiled model with its start; every `run` begins anew."""
+    """A compiled model with its start; every `run` starts afresh."""
 
     translation: Translation
     model: mujoco.MjModel

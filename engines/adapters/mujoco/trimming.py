@@ -85,7 +85,7 @@ def _timed_in_turn(
 
 def beside(seconds: Array) -> Array:
     """Times, shape (turns, models), over the mean of their turn, in which others that use the
-    machine slow all models alike."""
+    machine slow all models equally."""
     return np.asarray(seconds / seconds.mean(axis=1, keepdims=True))
 
 

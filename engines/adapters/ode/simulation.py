@@ -60,7 +60,7 @@ def solver_called(name: str) -> type[Any]:
 
 @dataclass
 class FixedStepSimulation:
-    """An equation with an integrator and a step [s]; every `run` begins anew."""
+    """An equation with an integrator and a step [s]; every `run` starts afresh."""
 
     equation: Equation
     advance: Advance
@@ -102,7 +102,7 @@ class FixedStepSimulation:
 
 @dataclass
 class AdaptiveSimulation:
-    """An equation with one of scipy's solvers and a relative tolerance; every `run` begins anew."""
+    """An equation with one of scipy's solvers and a relative tolerance; `run` starts afresh."""
 
     equation: Equation
     solver: type[Any]

@@ -57,7 +57,7 @@ def builder(system: System) -> Builder:
 
 @dataclass
 class PymunkSimulation:
-    """A scene that is built anew for every run: a space keeps no start to go back to."""
+    """A scene that is rebuilt for every run: a space keeps no start to go back to."""
 
     build: Callable[[], Translation]
     steps: int

@@ -49,7 +49,7 @@ def write(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Chang
         makers = _made_by_places(source, part)
         kept = tuple(c for change in left_out if (c := _in_text(change, makers)))
         if not kept:
-            what = "left away: what this motion can do without has no text of its own in the file"
+            what = "omitted: what this motion does not need has no text of its own in the file"
             raise ParameterError("write trimmed", str(target), what)
         _compiled(part, _without(source, kept, makers))
         part.replace(target)
