@@ -1,4 +1,4 @@
-"""Engines of other packages: what they must be, and what becomes of errors and output of theirs."""
+"""Validates and isolates engines of other packages: their errors and output become results."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ from plumbob.models.entry_points import Addition, captured
 from plumbob.models.scene import Case
 
 
-def wrong(found: Any, name: str) -> str:
-    """Why what a package adds as an engine of this name is none; empty where it is one."""
-    if not isinstance(found, Engine):
-        return f"{type(found).__name__} in place of a plumbob Engine"
-    if found.name != name:
-        return f"the engine is called {found.name!r}, its entry point {name!r}"
-    if not found.methods:
+def wrong(engine: Any, name: str) -> str:
+    """The reason why an object is no engine of this name; empty where it is one."""
+    if not isinstance(engine, Engine):
+        return f"{type(engine).__name__} in place of a plumbob Engine"
+    if engine.name != name:
+        return f"the engine is called {engine.name!r}, its entry point {name!r}"
+    if not engine.methods:
         return "it has no methods"
-    for method in found.methods:
+    for method in engine.methods:
         if why := _wrong_method(method, name):
             return why
     for part in ("prepare", "model_error"):
-        if not callable(getattr(found, part)):
+        if not callable(getattr(engine, part)):
             return f"its {part} is no function"
-    if not (isinstance(found.package, str) and found.package):
+    if not (isinstance(engine.package, str) and engine.package):
         return "its package is no name of a package"
-    if not isinstance(found.known_limits, tuple):
-        return f"known_limits is {type(found.known_limits).__name__}, not a tuple of KnownLimit"
-    names = {method.name for method in found.methods}
-    return next((why for limit in found.known_limits if (why := _wrong_limit(limit, names))), "")
+    if not isinstance(engine.known_limits, tuple):
+        return f"known_limits is {type(engine.known_limits).__name__}, not a tuple of KnownLimit"
+    names = {method.name for method in engine.methods}
+    return next((why for limit in engine.known_limits if (why := _wrong_limit(limit, names))), "")
 
 
 def _wrong_limit(limit: Any, methods: set[str]) -> str:
@@ -103,7 +103,8 @@ def guarded(added: Addition) -> Engine:
 
 
 def _asked(added: Addition, what: str, ask: Callable[[], Any]) -> Any:
-    """What a function of the engine returns; its errors, as Unsupported, say which it is."""
+    """Calls a function of the engine; its errors are raised as Unsupported, with the package's
+    name."""
     try:
         with captured():
             return ask()
@@ -128,7 +129,7 @@ class _Guarded:
 
     def run(self) -> Trajectory:
         """The engine's run; one that raises, or is no trajectory, counts as diverged at once."""
-        with captured() as said:
+        with captured() as output:
             try:
                 run: Trajectory = self.simulation.run()
                 why = not_a_trajectory(run)
@@ -137,7 +138,7 @@ class _Guarded:
         if why:
             said_why = (f"{self.package}: {why}",)
             return Trajectory(np.zeros(1), {}, diverged_at=0.0, warnings=said_why)
-        printed = " ".join(said[0].split())
+        printed = " ".join(output[0].split())
         if not printed:
             return run
         return replace(run, warnings=(*run.warnings, f"{self.package} prints: {printed[:120]}"))
@@ -146,12 +147,12 @@ class _Guarded:
         """The steps of the first `fraction`; none count where the engine raises."""
         try:
             with captured():
-                found = self.simulation.stepped(fraction)
+                stepping = self.simulation.stepped(fraction)
         except (Exception, SystemExit):
             return Stepping(0, 0.0)
-        return found if isinstance(found, Stepping) else Stepping(0, 0.0)
+        return stepping if isinstance(stepping, Stepping) else Stepping(0, 0.0)
 
 
 def one_line(error: BaseException) -> str:
-    """What an error of another package says, in one line."""
+    """An error of another package, in one line."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:160]

@@ -1,4 +1,4 @@
-"""What a method and an engine are: names, declared order, and the functions that run them."""
+"""Methods and engines: names, declared order, and the functions that run them."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Method:
     """Why its model is not the full body, where it is not: what no robot model can take over."""
 
     def __getstate__(self) -> dict[str, Any]:
-        """What a worker is sent: a read-only view of a dict cannot be."""
+        """The fields as a plain dict: a read-only view of one cannot be sent to a worker."""
         return {**self.__dict__, "settings": dict(self.settings)}
 
     @property
@@ -130,7 +130,7 @@ class Snippet:
 
 @dataclass(frozen=True)
 class Settings:
-    """What to paste for a method at a step, and the error predicted for it."""
+    """Settings of a method at a step, to paste, and the error predicted for it."""
 
     method: str
     step: float  # [s]
@@ -155,8 +155,8 @@ LIMITS = ("not-converging", "fail", "diverged", "pre-asymptotic", "unsupported")
 
 @dataclass(frozen=True)
 class KnownLimit:
-    """What an engine of another package is known to do on scenes of a pattern, in place of `pass`
-    or `converges`."""
+    """A limit that another package declares for its engine on scenes of a pattern, in place of
+    `pass` or `converges`."""
 
     scenes: str  # a shell pattern
     method: str  # its name

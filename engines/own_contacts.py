@@ -1,4 +1,4 @@
-"""What a contact audit asks of an engine: a user's body on its floor, slid, turned and pushed."""
+"""The interface of a contact audit: a user's body on its floor, slid, turned and pushed."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class ContactModel(Protocol):
 
     @property
     def name(self) -> str:
-        """What the model is called."""
+        """The model's name."""
         ...
 
     @property
@@ -113,7 +113,7 @@ class ContactModel(Protocol):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is left out, and else said of the model."""
+        """Features left out, and other remarks on the model."""
         ...
 
     def own(self, step: float) -> Floor:
@@ -129,5 +129,5 @@ class ContactModel(Protocol):
         ...
 
     def snippet(self) -> str:
-        """What to paste for the model's own step, its feet by their names."""
+        """Contact settings to paste for the model's own step, its feet by their names."""
         ...

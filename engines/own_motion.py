@@ -1,4 +1,4 @@
-"""What an audit asks of an engine: the continuous motion of a model, and the model's own steps."""
+"""The interface of an audit: the continuous motion of a model, and the model's own steps."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Course:
     how: str
     evaluations: int = 0
     events: tuple[float, ...] = ()  # [s] at which contacts or limits begin or cease to act
-    why: str = ""  # it ended before its time
+    why: str = ""  # it ended early
     decided: bool = True  # by more than rounding
     seconds: float = 0.0  # wall time
 
@@ -78,7 +78,7 @@ class Stepped:
     step: float  # [s]
     states: Array
     seconds: float  # of processor time, of one run
-    why: str = ""  # it ended before its time
+    why: str = ""  # it ended early
     remarks: tuple[str, ...] = ()  # what was noticed on the way
 
 
@@ -105,7 +105,7 @@ class Touching:
 
 @dataclass(frozen=True)
 class Change:
-    """Something that a model may do without: numbers of it, and what they are set to."""
+    """A feature that can be removed from a model: numbers of it, and the values that disable it."""
 
     name: str
     sets: tuple[tuple[str, tuple[int, ...], float], ...]  # field, indices (none: a number), value
@@ -117,7 +117,7 @@ class OwnModel(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """The model's name."""
         ...
 
     @property
@@ -147,7 +147,7 @@ class OwnModel(Protocol):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is disabled, and what else is said of the model."""
+        """Features that are disabled, and other remarks on the model."""
         ...
 
     @property
@@ -195,7 +195,7 @@ class OwnModel(Protocol):
         ...
 
     def changes(self, script: Script) -> tuple[Change, ...]:
-        """What may be left out, judged by its own steps under `script`, each to be tried."""
+        """Features to remove, chosen from its own steps under `script`, each to be tried."""
         ...
 
     def changed(self, changes: Sequence[Change]) -> OwnModel:

@@ -1,5 +1,5 @@
-"""Which engines there are: modules of `adapters` with an ENGINE, and what other installed packages
-add by entry points of the group `plumbob.engines`; and their builders of systems."""
+"""The engines: modules of `adapters` with an ENGINE, and those that other installed packages add by
+entry points of the group `plumbob.engines`; and their builders of systems."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ _ADAPTERS = "plumbob.engines.adapters"
 @cache
 def built_in() -> Mapping[str, Engine]:
     """The engines that plumbob has adapters for, in the order of their names, installed or not."""
-    found = [
+    adapters = [
         getattr(import_module(f"{_ADAPTERS}.{module.name}"), "ENGINE", None)
         for module in pkgutil.iter_modules([str(Path(__file__).parent / "adapters")])
     ]
-    return {e.name: e for e in sorted(filter(None, found), key=lambda engine: engine.name)}
+    return {e.name: e for e in sorted(filter(None, adapters), key=lambda engine: engine.name)}
 
 
 @cache
 def engines() -> Mapping[str, Engine]:
     """All engines by name, in the order of their names, installed or not; those of other packages
     among them, whose modules are loaded for it."""
-    found = dict(built_in())
+    every = dict(built_in())
     for name in entry_points.points(entry_points.ENGINES):
         if (engine := _added(name)) is not None:
-            found.setdefault(name, engine)
-    return {name: found[name] for name in sorted(found)}
+            every.setdefault(name, engine)
+    return {name: every[name] for name in sorted(every)}
 
 
 def find_engine(name: str) -> Engine:
@@ -59,16 +59,17 @@ def unguarded(name: str) -> Engine:
     engine = find_engine(name)
     if not engine.distribution:
         return engine
-    found: Engine = entry_points.addition(entry_points.ENGINES, name, _wrong).found
-    return found
+    adapter: Engine = entry_points.addition(entry_points.ENGINES, name, _wrong).found
+    return adapter
 
 
 def broken(name: str) -> str:
-    """What an engine's name must be where a package that adds it cannot be used; else empty."""
+    """The requirement on an engine's name where a package that adds it cannot be used; else
+    empty."""
     if name in built_in() or name not in entry_points.points(entry_points.ENGINES):
         return ""
-    found = entry_points.addition(entry_points.ENGINES, name, _wrong)
-    return f"of an engine that can be used; {found.package}: {found.reason}" if found.reason else ""
+    adds = entry_points.addition(entry_points.ENGINES, name, _wrong)
+    return f"of an engine that can be used; {adds.package}: {adds.reason}" if adds.reason else ""
 
 
 @cache
@@ -77,24 +78,24 @@ def _added(name: str) -> Engine | None:
     broken."""
     if name not in entry_points.points(entry_points.ENGINES):
         return None
-    found = entry_points.addition(entry_points.ENGINES, name, _wrong)
-    return None if found.reason else added.guarded(found)
+    entry = entry_points.addition(entry_points.ENGINES, name, _wrong)
+    return None if entry.reason else added.guarded(entry)
 
 
-def _wrong(found: object, name: str) -> str:
+def _wrong(engine: object, name: str) -> str:
     if name in built_in():
         return f"plumbob has an engine called {name!r} itself"
-    return added.wrong(found, name)
+    return added.wrong(engine, name)
 
 
 def installed(engine: Engine) -> bool:
     """Whether the engine's package is there; a package inside another is looked for without
     importing that one."""
     outer, _, inner = engine.package.rpartition(".")
-    found = importlib.util.find_spec(outer or inner)
-    if found is None or not outer:
-        return found is not None
-    return PathFinder.find_spec(inner, found.submodule_search_locations) is not None
+    spec = importlib.util.find_spec(outer or inner)
+    if spec is None or not outer:
+        return spec is not None
+    return PathFinder.find_spec(inner, spec.submodule_search_locations) is not None
 
 
 def _of(pattern: str) -> Iterable[Engine]:
@@ -122,14 +123,14 @@ def methods(pattern: str = "*") -> tuple[Method, ...]:
 def method(name: str) -> Method:
     """The method `engine/name`; raises ParameterError when there is none."""
     for engine in _of(name):
-        for found in engine.methods:
-            if found.name == name:
-                return found
+        for candidate in engine.methods:
+            if candidate.name == name:
+                return candidate
     raise ParameterError("method", name, _one_of(name))
 
 
 def _one_of(name: str) -> str:
-    """What the name of a method must be: which there are, or why one cannot be used."""
+    """The requirement on a method's name: the names there are, or why one cannot be used."""
     every = [method.name for engine in engines().values() for method in engine.methods]
     return broken(name.partition("/")[0]) or unknown(name, every)
 

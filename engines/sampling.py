@@ -55,8 +55,8 @@ def cut_short(run: Trajectory, duration: float, step: float | None) -> str:
     if step is None:
         if abs(times[-1] - duration) > CLOCK_OF_A_SOLVER * duration:
             return f"it ends at {times[-1]:g} s of {duration:g} s"
-        whole = isinstance(run.steps, int | np.integer) and 0 < run.steps <= MOST_STEPS
-        return "" if whole else f"it counts {run.steps} evaluations, not 1 to {MOST_STEPS:g}"
+        counted = isinstance(run.steps, int | np.integer) and 0 < run.steps <= MOST_STEPS
+        return "" if counted else f"it counts {run.steps} evaluations, not 1 to {MOST_STEPS:g}"
     steps = step_count(duration, step)
     if abs(times[-1] - steps * step) > CLOCK * step:
         return f"it ends at {times[-1]:g} s of {steps * step:g} s"

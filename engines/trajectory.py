@@ -1,4 +1,4 @@
-"""What a run of an engine gives back: sampled observables, what it cost, what went wrong."""
+"""Results of an engine's run: sampled observables, its cost, and what went wrong."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ class Trajectory:
 
 @dataclass(frozen=True)
 class Stepping:
-    """Steps that were taken with nothing read off them, for what they cost: to wait while others
-    use the machine is no cost."""
+    """Timing of steps without reading state; processor time, which leaves out waiting for others on
+    the machine."""
 
     steps: int  # taken (right-hand sides evaluated, for adaptive methods)
     seconds: float  # processor time of this thread
 
 
 class Timed(Protocol):
-    """Something whose steps alone can be taken, for what they cost."""
+    """A simulation whose steps can be timed without reading state."""
 
     @property
     def compile_seconds(self) -> float:

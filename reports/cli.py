@@ -1,4 +1,4 @@
-"""The command `plumbob`: which words it takes, and what becomes of its errors."""
+"""The command `plumbob`: its arguments, and the exit codes of its errors."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _said(code: int, message: str, error: BaseException) -> int:
 
 
 def _described(error: Exception) -> str:
-    """What kind of error it is, and the file that its traceback is in."""
+    """The kind of an error, and the file that its traceback is in."""
     import tempfile
     import traceback
 
@@ -110,22 +110,22 @@ def _print_every_character() -> None:
 def _interrupts() -> Iterator[list[int]]:
     """The interrupts (SIGINT, SIGTERM) that have come in since, each raised as KeyboardInterrupt,
     too."""
-    seen: list[int] = []
+    signals: list[int] = []
 
     def interrupt(number: int, frame: FrameType | None) -> None:
-        seen.append(number)
+        signals.append(number)
         raise KeyboardInterrupt
 
     usual = signal.getsignal(signal.SIGINT) == signal.default_int_handler
     if not usual or threading.current_thread() is not threading.main_thread():
-        yield seen
+        yield signals
         return
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     for number in before:
         signal.signal(number, interrupt)
     try:
         with _no_delay():
-            yield seen
+            yield signals
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
@@ -160,7 +160,7 @@ def _no_delay() -> Iterator[None]:
 
 
 def _version(wanted: Sequence[str]) -> str:
-    """What `--version` prints; looking it up takes as long as a short command."""
+    """The text that `--version` prints; looking it up takes as long as a short command."""
     return f"plumbob {plumbob.__version__}" if "--version" in wanted else "plumbob"
 
 

@@ -55,8 +55,8 @@ def pytest_collection_modifyitems(session: pytest.Session, items: list[pytest.It
 
     profile = profile or "quick"
     try:
-        found = find_methods(methods or "*")
-        chosen = pairs(find_scenes(scenes or "*", profile), found)
+        methods_of_plugin = find_methods(methods or "*")
+        chosen = pairs(find_scenes(scenes or "*", profile), methods_of_plugin)
     except ParameterError as error:
         raise pytest.UsageError(f"--plumbob-{error}") from None
     for scene, method in chosen:
@@ -84,10 +84,10 @@ class Validation(pytest.Item):
         from plumbob.reports.judge.verdict import judge_convergence
 
         most = most_steps(self.scene, self.profile)
-        found = convergence_study(self.scene, self.method, most, seed=SEED)
+        series = convergence_study(self.scene, self.method, most, seed=SEED)
         case = case_of(self.scene)
         about = case.system.quantities(case)
-        judgement = judge_convergence(found, case.system, self.method, about)
+        judgement = judge_convergence(series, case.system, self.method, about)
         if judgement.verdict == "missing":
             pytest.skip(judgement.reason)
         if why := surprise(self.scene, self.method, judgement):

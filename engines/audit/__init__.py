@@ -1,2 +1,2 @@
-"""How wrong a model of one's own is: a certified reference of its continuous motion, and its steps
-held against that."""
+"""The audit of a user model: a certified reference of its continuous motion, and the errors of its
+steps against that."""

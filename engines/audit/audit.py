@@ -1,4 +1,4 @@
-"""The audit of a model of one's own: a certified reference, its own steps, and what follows."""
+"""The audit of a user model: a certified reference, its own steps, and the conclusions."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ BEYOND = 0.01  # [m]: a motion that no step predicts to that is described by mea
 
 @dataclass(frozen=True)
 class Audit:
-    """How wrong a model's own steps are on one motion of it."""
+    """The errors of a model's own steps on one motion of it."""
 
     name: str
     integrator: str
@@ -121,33 +121,33 @@ def audited(
     begin = clock()
     progress("the continuous motion, by two methods")
     reference = certified(model, script, REFERENCE * budget, clock, executor)
-    found = None
+    result = None
     if reference.until >= script.duration * (1 - 1e-9):
-        own = round(script.period / model.step)
-        error = held(model, script, reference, model.integrator, own).at(-1)
+        parts = round(script.period / model.step)
+        error = held(model, script, reference, model.integrator, parts).at(-1)
         reference = refined(model, script, reference, error, budget, clock, executor)
     if reference.until > 0.0:
         left = max((1.0 - AFTER) * budget - (clock() - begin), AFTER * budget)
-        found = compared(model, script, reference, left, clock, executor, progress)
-        if found.index < known(reference):
-            reference = replace(reference, why=unlike(found, reference, script))
-        found = found if found.index else None
+        result = compared(model, script, reference, left, clock, executor, progress)
+        if result.index < known(reference):
+            reference = replace(reference, why=unlike(result, reference, script))
+        result = result if result.index else None
     left_out, read, means = None, tuple[Balance, ...](), None
-    if found is not None:
-        states = model.stepped(script, model.integrator, found.own.parts).states
-        beyond = math.isfinite(horizon(found, reference, script, BEYOND))
+    if result is not None:
+        states = model.stepped(script, model.integrator, result.own.parts).states
+        beyond = math.isfinite(horizon(result, reference, script, BEYOND))
         if beyond and np.isfinite(states).all():
             progress("starts nearby")
-            means = likely(model, script, found.own.parts, ENSEMBLE * budget, clock, executor)
-        error = found.own.at(found.index)
+            means = likely(model, script, result.own.parts, ENSEMBLE * budget, clock, executor)
+        error = result.own.at(result.index)
         if math.isfinite(error):
-            read = balances(model, states, reference.course.states, found.index)
+            read = balances(model, states, reference.course.states, result.index)
             progress("what can be left out")
             left_out = trims(
-                model, script, found.own.parts, found.index, error, TRIMS * budget, clock
+                model, script, result.own.parts, result.index, error, TRIMS * budget, clock
             )
     return Audit(
-        model.name, model.integrator, model.step, script, control, reference, found,
+        model.name, model.integrator, model.step, script, control, reference, result,
         model.clamped, model.notes, clock() - begin, left_out, read, means,
         model.touching(script), model,
     )  # fmt: skip

@@ -31,7 +31,7 @@ FLAT = 0.01  # f h over the least distance to the edge of the feet: loads are st
 
 @dataclass(frozen=True)
 class Measured:
-    """What one kind of contacts makes of the body at one step."""
+    """A run of the body at one step with one kind of contacts: distances, drift and turn."""
 
     step: float  # [s]
     slides: tuple[Slide, ...]  # by heading
@@ -53,7 +53,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class ContactAudit:
-    """How wrong the friction of a user's model is, on its own body, feet and plane."""
+    """The errors of a user model's friction, on its own body, feet and plane."""
 
     name: str
     standing: Standing
@@ -96,32 +96,32 @@ class ContactAudit:
         apart = np.abs(self.pasted[-1].distances - self.pasted[-2].distances)
         return math.inf if np.isnan(apart).all() else float(np.nanmax(apart))
 
-    def errors(self, found: Measured) -> Array:
+    def errors(self, run: Measured) -> Array:
         """Of stopping distances [m], by heading; infinite where the body does not stop."""
-        apart = found.distances - self.distances
-        return np.where(np.isnan(found.distances) & ~np.isnan(self.distances), np.inf, apart)
+        apart = run.distances - self.distances
+        return np.where(np.isnan(run.distances) & ~np.isnan(self.distances), np.inf, apart)
 
-    def error(self, found: Measured) -> float:
+    def error(self, run: Measured) -> float:
         """The largest of them [m]; not a number where none is known."""
-        errors = np.abs(self.errors(found))
+        errors = np.abs(self.errors(run))
         return float(np.nanmax(errors)) if not np.isnan(errors).all() else math.nan
 
-    def dependence(self, found: Measured) -> float:
+    def dependence(self, run: Measured) -> float:
         """Largest less smallest stopping distance over their mean, of the headings at which it is
         determined; not a number where it does not stop."""
-        these = found.distances[list(self.determined)]
+        these = run.distances[list(self.determined)]
         return float((these.max() - these.min()) / these.mean()) if these.size else math.nan
 
-    def predicted(self, found: Measured) -> Array | None:
+    def predicted(self, run: Measured) -> Array | None:
         """Errors that theory predicts for the pasted contacts [m], by heading: of first order in
         the step, and of a tilt by the contacts' deflection, which is linear where no load gets to
         0, and else not a number; None where the distance is not determined."""
         if self.exact is None or self.first_order is None:
             return None
         friction = self.standing.coefficient * self.standing.gravity
-        tilt = friction * found.tilts * (found.step / self.stiffness) ** 2
-        whole = self.first_order * self.speed * found.step / self.step - tilt
-        return np.where(found.loaded, whole, np.nan)
+        tilt = friction * run.tilts * (run.step / self.stiffness) ** 2
+        first_order = self.first_order * self.speed * run.step / self.step - tilt
+        return np.where(run.loaded, first_order, np.nan)
 
     @property
     def turn(self) -> float:
@@ -138,7 +138,7 @@ class ContactAudit:
         apart, which is what is left where halving the step halves the error."""
         if self.exact_turn is not None:
             return 0.0
-        turns = [s.turn for one in self.pasted[-2:] if (s := one.turning) is not None and s.rests]
+        turns = [s.turn for run in self.pasted[-2:] if (s := run.turning) is not None and s.rests]
         return abs(turns[1] - turns[0]) if len(turns) == 2 else math.inf
 
     def assert_within(self, metres: float) -> None:
@@ -179,7 +179,7 @@ def contacts_audited(
     exact = None if why else stopping_distance(speed, friction, standing.gravity)
     exact_turn = None if why_turn else turn(standing, speed, spin)
     duration = LONGER * speed / (min(standing.friction) * standing.gravity)
-    found: dict[str, list[Measured]] = {"own": [], "pasted": []}
+    runs: dict[str, list[Measured]] = {"own": [], "pasted": []}
     failed = []
     for kind, settled in (("own", model.own), ("pasted", model.pasted)):
         for k in range(HALVINGS + 1):
@@ -193,14 +193,14 @@ def contacts_audited(
                 more = ", ".join(sorted(set(floor.feet) ^ set(standing.feet)))
                 failed.append(f"{kind} contacts: at {step:g} s other geoms touch ({more})")
                 break
-            found[kind].append(
+            runs[kind].append(
                 measured(
                     floor, standing, step, speed, spin, duration, () if k else fits, model.overshoot
                 )
             )
     return ContactAudit(
         model.name, standing, model.integrator, model.step, speed, spin, exact, exact_turn, why,
-        why_turn, determined, tuple(found["own"]), tuple(found["pasted"]), tuple(failed),
+        why_turn, determined, tuple(runs["own"]), tuple(runs["pasted"]), tuple(failed),
         model.method, model.stiffness, model.first_order, model.snippet(), model.notes,
         clock() - begin, model,
     )  # fmt: skip
@@ -266,10 +266,10 @@ def undetermined_turn(standing: Standing, centred: float) -> str:
 def turn(standing: Standing, speed: float, spin: float) -> float:
     """The turn [rad] of a flat body on three points that begins at `speed` [m/s] and `spin`
     [rad/s], by the theory of three points."""
-    one, two, three = (tuple(float(v) for v in p) for p in standing.points)
+    first, second, third = ((float(p[0]), float(p[1])) for p in standing.points)
     half = standing.mass / 2  # no point mass: half of the body's is at its centre of mass
     body = Capsule(
-        half, half, standing.inertia, ((one[0], one[1]), (two[0], two[1]), (three[0], three[1])),
+        half, half, standing.inertia, (first, second, third),
         standing.coefficient, standing.gravity,
     )  # fmt: skip
     way = (speed * math.cos(TURN_HEADING), speed * math.sin(TURN_HEADING))

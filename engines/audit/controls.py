@@ -1,4 +1,4 @@
-"""What drives a model during its audit: a control that is held over periods, and replayed."""
+"""Controls that drive a model during its audit: held over periods, and replayed."""
 
 from __future__ import annotations
 

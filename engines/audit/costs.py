@@ -36,11 +36,11 @@ class Ratio:
         return self.high * ALIKE < 1.0
 
 
-def ratio(one: Cost, other: Cost, steps: float = 1.0) -> Ratio:
+def ratio(cost: Cost, other: Cost, steps: float = 1.0) -> Ratio:
     """`steps` steps at the cost of one over one at the cost of the other."""
-    value = steps * one.ns_per_step / other.ns_per_step
-    below = math.hypot(1.0 - one.low / one.ns_per_step, other.high / other.ns_per_step - 1.0)
-    above = math.hypot(one.high / one.ns_per_step - 1.0, 1.0 - other.low / other.ns_per_step)
+    value = steps * cost.ns_per_step / other.ns_per_step
+    below = math.hypot(1.0 - cost.low / cost.ns_per_step, other.high / other.ns_per_step - 1.0)
+    above = math.hypot(cost.high / cost.ns_per_step - 1.0, 1.0 - other.low / other.ns_per_step)
     return Ratio(value, value / (1.0 + below), value * (1.0 + above))
 
 
@@ -66,5 +66,5 @@ def timed_periods(
 
 def costs_in_turns(timed: Mapping[Key, Timed]) -> Mapping[Key, Cost]:
     """The cost of a step of each."""
-    pieces = {key: Piece(one, 1.0) for key, one in timed.items()}
+    pieces = {key: Piece(run, 1.0) for key, run in timed.items()}
     return in_turns(pieces, TURNS)[0]

@@ -1,4 +1,4 @@
-"""Whether the step changes what is likely, where no single motion can be predicted."""
+"""Ensemble means at two steps, where no single motion can be predicted."""
 
 from __future__ import annotations
 
@@ -52,21 +52,21 @@ def likely(
     at more; None where that would take longer than `budget` [s], or runs diverge. Starts run beside
     each other in an `executor`, if given."""
     starts = model.starts(STARTS, SIZE)
-    begin, found = clock(), []
+    begin, pairs = clock(), []
     tasks = [executor.submit(pair, model, script, parts, s) for s in starts] if executor else []
     for done, start in enumerate(starts, start=1):
-        found.append(tasks[done - 1].result() if tasks else pair(model, script, parts, start))
+        pairs.append(tasks[done - 1].result() if tasks else pair(model, script, parts, start))
         if (clock() - begin) / done * STARTS > budget:
             [task.cancel() for task in tasks]
             return None
-    values = np.array(found)  # shape (starts, 2, means)
+    values = np.array(pairs)  # shape (starts, 2, means)
     if not np.isfinite(values).all():
         return None
-    own, finer = values.mean(axis=0)
+    means, finer = values.mean(axis=0)
     # Near the start both follow each other, far beyond neither does: the differences of pairs say
     # how far means may be apart by chance in both cases.
     errors = (values[:, 0] - values[:, 1]).std(axis=0, ddof=1) / math.sqrt(STARTS)
-    return Likely(STARTS, tuple(own.tolist()), tuple(finer.tolist()), tuple(errors.tolist()))
+    return Likely(STARTS, tuple(means.tolist()), tuple(finer.tolist()), tuple(errors.tolist()))
 
 
 def pair(model: OwnModel, script: Script, parts: int, start: Array) -> list[Array]:

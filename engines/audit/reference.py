@@ -176,8 +176,8 @@ def left_open(widths: Sequence[float], apart: Sequence[Array]) -> Array:
         with np.errstate(divide="ignore", invalid="ignore"):
             power = np.interp(np.nan_to_num(apart[-2] / apart[-1]), steps[-2] / steps[-1], powers)
     left = [
-        one * widths[-1] ** power / (wide**power - narrow**power)
-        for one, (wide, narrow) in zip(apart, pairwise(widths), strict=True)
+        difference * widths[-1] ** power / (wide**power - narrow**power)
+        for difference, (wide, narrow) in zip(apart, pairwise(widths), strict=True)
     ]
     return np.asarray(np.max(left, axis=0))
 
@@ -216,11 +216,11 @@ def computed(
 ) -> Course:
     """The motion of `model` under `script` by one method, for as long as it is given."""
     many = run.width > 0.0
-    found = integrated(
+    course = integrated(
         model.field(run.width), script, run.method, run.tolerance, clock() + run.seconds, clock,
         many,
     )  # fmt: skip
-    return replace(found, how=f"{found.how}, contacts over {run.width:g} m") if many else found
+    return replace(course, how=f"{course.how}, contacts over {run.width:g} m") if many else course
 
 
 def _beside(
@@ -311,11 +311,11 @@ def _joined(first: Reference, then: Reference) -> Reference:
     assert first.confirmed_by is not None
     assert then.confirmed_by is not None
 
-    def course(one: Course, other: Course) -> Course:
-        return replace(other, states=np.concatenate([one.states[:count], other.states[count:]]))
+    def course(before: Course, after: Course) -> Course:
+        return replace(after, states=np.concatenate([before.states[:count], after.states[count:]]))
 
-    def known(one: Array, other: Array) -> Array:
-        return np.asarray(np.maximum.accumulate(np.concatenate([one[:count], other[count:]])))
+    def known(values: Array, later: Array) -> Array:
+        return np.asarray(np.maximum.accumulate(np.concatenate([values[:count], later[count:]])))
 
     return replace(
         then,

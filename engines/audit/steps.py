@@ -33,7 +33,7 @@ MOSTLY = 0.8  # of the periods so far must tend: contacts make single ones irreg
 
 @dataclass(frozen=True)
 class StepError:
-    """What one integrator makes of the motion at one step."""
+    """Errors of one integrator's run at one step, over time."""
 
     integrator: str
     step: float  # [s]
@@ -65,7 +65,9 @@ class Cheapest:
     step: float  # [s]
     error: float  # [m]
     cost: Ratio | None  # in multiples of the model's own; None where that ended early
-    unguarded: bool = False  # the engine would soften contacts at this step, and was not let
+    unguarded: bool = (
+        False  # the engine would soften contacts at this step, which the audit prevented
+    )
 
 
 @dataclass(frozen=True)
@@ -82,9 +84,9 @@ class Compared:
 
 @dataclass(frozen=True)
 class Balance:
-    """One reading at the own step beside the continuous motion's, which books the work of
-    actuators, springs, dampers and friction: what their energies differ by is the steps' own. At
-    the ends of the control periods, up to where errors are known."""
+    """One reading at the model's own step beside the continuous motion's, which accounts for the
+    work of actuators, springs, dampers and friction: a difference of their energies is due to the
+    steps alone. At the ends of the control periods, up to where errors are known."""
 
     name: str
     own: float  # the largest magnitude at the own step; of an energy the largest change
@@ -104,34 +106,34 @@ def compared(
     """Run the model's integrators at its own step, twice it where the control allows, and halves of
     it, within about `budget` [s], and hold each against the reference: beside each other in an
     `executor`, if given; costs are measured alone."""
-    own = round(script.period / model.step)
+    parts = round(script.period / model.step)
     if executor is None:
-        found = halved(model, script, reference, model.integrators, budget, clock, progress)
+        errors = halved(model, script, reference, model.integrators, budget, clock, progress)
     else:
         tasks = [
             executor.submit(halved, model, script, reference, (name,), budget)
             for name in model.integrators
         ]
-        found = [step for task in tasks for step in task.result()]
+        errors = [step for task in tasks for step in task.result()]
     progress("costs")
-    found = priced(model, script, reference, found)
-    fixed = [s for s in found if s.integrator == model.integrator]
-    as_is = next(s for s in fixed if s.parts == own)
-    index = tends(found, as_is, reference)
-    chosen = (c for t in TARGETS if (c := cheapest(found, as_is, reference, index, t)))
+    errors = priced(model, script, reference, errors)
+    fixed = [s for s in errors if s.integrator == model.integrator]
+    as_is = next(s for s in fixed if s.parts == parts)
+    index = tends(errors, as_is, reference)
+    chosen = (c for t in TARGETS if (c := cheapest(errors, as_is, reference, index, t)))
 
-    def softened(one: Cheapest) -> bool:
-        return model.softened(script, one.integrator, round(script.period / one.step))
+    def softened(choice: Cheapest) -> bool:
+        return model.softened(script, choice.integrator, round(script.period / choice.step))
 
     return Compared(
         as_is,
         tuple(
-            sorted(found, key=lambda s: (s.integrator != model.integrator, s.integrator, -s.step))
+            sorted(errors, key=lambda s: (s.integrator != model.integrator, s.integrator, -s.step))
         ),
         index,
-        min(s.at(index) for s in found),
+        min(s.at(index) for s in errors),
         observed_order(fixed, reference, index),
-        tuple(replace(one, unguarded=softened(one)) for one in chosen),
+        tuple(replace(choice, unguarded=softened(choice)) for choice in chosen),
     )
 
 
@@ -147,26 +149,26 @@ def halved(
     """Runs of some integrators, in turns, coarse to fine, so that what the time allows is spread
     over all: about `budget` [s]; the model's own step whatever that takes."""
     reached = known(reference)
-    ends, own = clock() + budget, round(script.period / model.step)
-    found: list[StepError] = []
-    going = {name: own // 2 if own % 2 == 0 else own for name in integrators}
+    ends, usual = clock() + budget, round(script.period / model.step)
+    errors: list[StepError] = []
+    going = {name: usual // 2 if usual % 2 == 0 else usual for name in integrators}
     while going:
         for name, parts in list(going.items()):
-            begin, due = clock(), name == model.integrator and parts <= own
-            if found and begin >= ends and not due:
+            begin, due = clock(), name == model.integrator and parts <= usual
+            if errors and begin >= ends and not due:
                 del going[name]
                 continue
             progress(f"{name} at {script.period / parts:.3g} s")
-            found.append(held(model, script, reference, name, parts))
-            last = found[-1].at(reached)
-            fine = parts >= 4 * own and last <= 2.0 * float(reference.uncertainty[reached])
+            errors.append(held(model, script, reference, name, parts))
+            last = errors[-1].at(reached)
+            fine = parts >= 4 * usual and last <= 2.0 * float(reference.uncertainty[reached])
             late = clock() + 2.5 * (clock() - begin) > ends
-            needed = own << (name == model.integrator)  # one halving at least
-            if fine or (late and parts >= needed) or parts >= own << HALVINGS:
+            needed = usual << (name == model.integrator)  # one halving at least
+            if fine or (late and parts >= needed) or parts >= usual << HALVINGS:
                 del going[name]
             else:
                 going[name] = 2 * parts
-    return found
+    return errors
 
 
 def priced(
@@ -190,33 +192,33 @@ def known(reference: Reference) -> int:
     return int(np.flatnonzero(np.isfinite(reference.uncertainty))[-1])
 
 
-def tends(steps: Sequence[StepError], own: StepError, reference: Reference) -> int:
+def tends(steps: Sequence[StepError], as_is: StepError, reference: Reference) -> int:
     """Index of the last control period up to which some step comes much nearer to the reference
     than the worst of the model's own and finer ones (its own may be near by luck), or as near as it
     is known, and the errors do not level off above that: what catches a reference of something
     else."""
     nearest = np.min([s.errors for s in steps], axis=0)
     floor = np.maximum(reference.uncertainty, NOTHING)
-    same = [s.errors for s in steps if s.integrator == own.integrator and s.parts >= own.parts]
+    same = [s.errors for s in steps if s.integrator == as_is.integrator and s.parts >= as_is.parts]
     allowed = np.maximum(floor, FALLS * np.max(same, axis=0))
     good = np.isfinite(reference.uncertainty) & (nearest <= allowed)
-    good &= ~_level(steps, own, floor)
+    good &= ~_level(steps, as_is, floor)
     mostly = np.cumsum(good) >= MOSTLY * np.arange(1, len(good) + 1)
     return int(np.flatnonzero(good & mostly)[-1])
 
 
-def unlike(found: Compared, reference: Reference, script: Script) -> str:
+def unlike(result: Compared, reference: Reference, script: Script) -> str:
     """Why the steps that were run do not tend to the reference."""
     index = known(reference)
-    best = min(found.steps, key=lambda s: s.at(index))
-    diverge = sum(math.isinf(s.at(index)) for s in found.steps)
-    if diverge == len(found.steps):
-        least = min(s.step for s in found.steps)
+    best = min(result.steps, key=lambda s: s.at(index))
+    diverge = sum(math.isinf(s.at(index)) for s in result.steps)
+    if diverge == len(result.steps):
+        least = min(s.step for s in result.steps)
         return f"every step that was run diverges, down to {least:.3g} s"
-    some = f"; {diverge} of {len(found.steps)} runs diverge" if diverge else ""
-    own = found.own
-    if not any(s.integrator == own.integrator and s.step < own.step / 2 for s in found.steps):
-        some += f"; the time was enough for {len(found.steps)} runs only"
+    some = f"; {diverge} of {len(result.steps)} runs diverge" if diverge else ""
+    as_is = result.own
+    if not any(s.integrator == as_is.integrator and s.step < as_is.step / 2 for s in result.steps):
+        some += f"; the time was enough for {len(result.steps)} runs only"
     return (
         f"the model's own steps do not tend to what was integrated: {best.integrator} at "
         f"{best.step:.3g} s comes nearest, {best.at(index):.2g} m at {script.times[index]:.3g} s, "
@@ -224,18 +226,18 @@ def unlike(found: Compared, reference: Reference, script: Script) -> str:
     )
 
 
-def _level(steps: Sequence[StepError], own: StepError, floor: Array) -> Any:
+def _level(steps: Sequence[StepError], as_is: StepError, floor: Array) -> Any:
     """Where the errors of every integrator level off above `floor` [m], shape (n,); three steps up
     to the model's own are needed to tell."""
-    found = []
+    levels = []
     for name in {s.integrator for s in steps}:
-        these = [s for s in steps if s.integrator == name and s.parts >= own.parts]
+        these = [s for s in steps if s.integrator == name and s.parts >= as_is.parts]
         errors = [s.errors for s in sorted(these, key=lambda s: s.parts)]
         if len(errors) > 2:
             fine = np.minimum(errors[-1], errors[-2])
             level = fine > np.maximum(LEVEL * errors[-3], floor)
-            found.append(level | np.isinf(fine))
-    return np.all(found, axis=0) if found else np.zeros(len(own.errors), bool)
+            levels.append(level | np.isinf(fine))
+    return np.all(levels, axis=0) if levels else np.zeros(len(as_is.errors), bool)
 
 
 def observed_order(steps: Sequence[StepError], reference: Reference, index: int) -> Order | None:
@@ -248,7 +250,7 @@ def observed_order(steps: Sequence[StepError], reference: Reference, index: int)
 
 
 def cheapest(
-    steps: Sequence[StepError], own: StepError, reference: Reference, index: int, target: float
+    steps: Sequence[StepError], as_is: StepError, reference: Reference, index: int, target: float
 ) -> Cheapest | None:
     """The cheapest of all integrators whose error, with the reference's uncertainty, stays within
     `target` [m] at this step and every smaller one that was run; the model's own integrator, then
@@ -260,25 +262,25 @@ def cheapest(
     reaching: list[tuple[float, StepError]] = []
     for name in {s.integrator for s in steps}:
         fine_first = sorted((s for s in steps if s.integrator == name), key=lambda s: s.step)
-        for one in fine_first:
-            if one.cost is None or not one.at(index) + doubt <= target:
+        for candidate in fine_first:
+            if candidate.cost is None or not candidate.at(index) + doubt <= target:
                 break
-            reaching.append((one.cost.ns_per_step / one.step, one))
+            reaching.append((candidate.cost.ns_per_step / candidate.step, candidate))
     if not reaching:
         return None
     most = ALIKE * min(ns for ns, _ in reaching)
-    alike = [one for ns, one in reaching if ns <= most]
-    best = min(alike, key=lambda s: (s.integrator != own.integrator, s.integrator, -s.step))
-    cost = Ratio(1.0, 1.0, 1.0) if best is own else None
-    if best.cost and own.cost and cost is None:
-        cost = ratio(best.cost, own.cost, own.step / best.step)
+    alike = [candidate for ns, candidate in reaching if ns <= most]
+    best = min(alike, key=lambda s: (s.integrator != as_is.integrator, s.integrator, -s.step))
+    cost = Ratio(1.0, 1.0, 1.0) if best is as_is else None
+    if best.cost and as_is.cost and cost is None:
+        cost = ratio(best.cost, as_is.cost, as_is.step / best.step)
     return Cheapest(target, best.integrator, best.step, best.at(index), cost)
 
 
-def horizon(found: Compared, reference: Reference, script: Script, target: float) -> float:
+def horizon(result: Compared, reference: Reference, script: Script, target: float) -> float:
     """The first time [s] at which even the most accurate step that was run misses `target` [m], or
     the reference is not known to a fifth of it; infinite where neither happens."""
-    best = np.min([s.errors for s in found.steps], axis=0)
+    best = np.min([s.errors for s in result.steps], axis=0)
     missed = (best + reference.uncertainty > target) | (reference.uncertainty > TRUSTED * target)
     at = np.flatnonzero(missed)
     return float(script.times[at[0]]) if at.size else math.inf
@@ -289,20 +291,20 @@ def balances(model: OwnModel, steps: Array, reference: Array, index: int) -> tup
     measured from its start, as it has no zero."""
     ours = model.readings(steps[: index + 1])
     theirs = model.readings(reference[: index + 1])
-    found = []
+    rows = []
     for name in [n for n in (*ours, *theirs) if n in ours or n in theirs]:
         zero = np.zeros(index + 1)
-        one, other = ours.get(name, zero), theirs.get(name, zero)
-        start = one[0] if name == "energy" else 0.0
-        here, there = np.abs(one - start).max(), np.abs(other - start).max()
-        found.append(Balance(name, float(here), float(there), float(np.abs(one - other).max())))
-    return tuple(dict.fromkeys(found))
+        first, second = ours.get(name, zero), theirs.get(name, zero)
+        start = first[0] if name == "energy" else 0.0
+        here, there = np.abs(first - start).max(), np.abs(second - start).max()
+        rows.append(Balance(name, float(here), float(there), float(np.abs(first - second).max())))
+    return tuple(dict.fromkeys(rows))
 
 
 def held(
     model: OwnModel, script: Script, reference: Reference, integrator: str, parts: int
 ) -> StepError:
-    """What `parts` steps of an integrator in a control period make of the motion."""
+    """The errors of a run with `parts` steps of an integrator in a control period."""
     run = model.stepped(script, integrator, parts)
     apart = np.linalg.norm(model.positions(run.states) - reference.positions, axis=2)
     off = model.coordinates(run.states, reference.course.states)

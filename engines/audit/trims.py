@@ -1,4 +1,4 @@
-"""What a model may do without on one motion: each thing tried alone, then all that help."""
+"""Ablation of a model on one motion: each feature removed alone, then all that help."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.audit.costs import ALIKE, Ratio, costs_in_turns, ratio, timed_periods
 from plumbob.engines.own_motion import Change, OwnModel, Script, Stepped
 
-TENTH = 0.1  # of the step's own error: a change of the motion that is let pass
-# Of the cost: of what does not clearly save more nothing is left out. A single thing that saves too
-# little to tell is, with the others, so that what is left out does not depend on a cost's scatter.
+TENTH = 0.1  # of the step's own error: the largest accepted change of the motion
+# Of the cost: features are removed only where that clearly saves more. One that saves too little to
+# tell goes with the others, so that the choice does not depend on the scatter of costs.
 SAVES = 0.98
 
 
 @dataclass(frozen=True)
 class Trim:
-    """What leaving something out does to the motion and to the cost of the model's own steps."""
+    """Effects of an ablation on the motion and on the cost of the model's own steps."""
 
     changes: tuple[Change, ...]
     same_bits: bool
@@ -30,7 +30,7 @@ class Trim:
 
     @property
     def name(self) -> str:
-        """What is left out."""
+        """Names of the features removed."""
         return ", ".join(change.name for change in self.changes)
 
     def accepted(self, error: float) -> bool:
@@ -41,7 +41,8 @@ class Trim:
 
 @dataclass(frozen=True)
 class Trims:
-    """All that were tried, and those that are accepted together, if that saves something."""
+    """All ablations that were tried, and those that are accepted together, if that saves
+    something."""
 
     each: tuple[Trim, ...]
     together: Trim | None
@@ -69,10 +70,10 @@ def trims(
         if not chosen:
             continue
         together = strictest([change for trim in chosen for change in trim.changes])
-        (found,) = tried(model, script, parts, index, [(together, model.changed(together))])
-        cheaper = best is None or found.cost.value * ALIKE < best.cost.value
-        if found.accepted(error) and found.cost.high < SAVES and cheaper:
-            best = found
+        (trial,) = tried(model, script, parts, index, [(together, model.changed(together))])
+        cheaper = best is None or trial.cost.value * ALIKE < best.cost.value
+        if trial.accepted(error) and trial.cost.high < SAVES and cheaper:
+            best = trial
     return Trims(each, best)
 
 
@@ -96,33 +97,33 @@ def tried(
     ends: float = math.inf,
     clock: Callable[[], float] = time.perf_counter,
 ) -> tuple[Trim, ...]:
-    """The effects of changes of `model`, each given with the model that has them: of the first of
+    """The effects of changes of `model`, each given with the changed model: of the first of
     `offered` that the time allows."""
     models = [model, *(other for _, other in offered)]
     runs: list[Stepped] = []
-    for one in models:
+    for variant in models:
         if clock() > ends:
             break
-        runs.append(one.stepped(script, one.integrator, parts))
+        runs.append(variant.stepped(script, variant.integrator, parts))
     if len(runs) < 2:
         return ()
     states = runs[0].states[np.isfinite(runs[0].states).all(axis=1)]
     timed = {
-        (str(k), ""): timed_periods(one, script, states, one.integrator, parts, run.seconds)
-        for k, (one, run) in enumerate(zip(models, runs, strict=False))
+        (str(k), ""): timed_periods(variant, script, states, variant.integrator, parts, run.seconds)
+        for k, (variant, run) in enumerate(zip(models, runs, strict=False))
     }
-    whole, *costs = costs_in_turns(timed).values()
+    full, *costs = costs_in_turns(timed).values()
     return tuple(
         Trim(
             changes,
             np.array_equal(runs[0].states, run.states, equal_nan=True),
             _moved(model, runs[0].states[: index + 1], run.states[: index + 1]),
-            ratio(cost, whole),
+            ratio(cost, full),
         )
         for (changes, _), run, cost in zip(offered, runs[1:], costs, strict=False)
     )
 
 
-def _moved(model: OwnModel, one: Array, other: Array) -> float:
-    apart = np.linalg.norm(model.positions(one) - model.positions(other), axis=2)
+def _moved(model: OwnModel, before: Array, after: Array) -> float:
+    apart = np.linalg.norm(model.positions(before) - model.positions(after), axis=2)
     return float(np.where(np.isfinite(apart), apart, np.inf).max())

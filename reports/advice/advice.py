@@ -40,7 +40,7 @@ RunStudies = Callable[[Sequence[Scene], Sequence[Method]], Study]
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked: scenes by one name or pattern, and the error that is wanted."""
+    """A question: scenes by one name or pattern, and the error that is wanted."""
 
     name: str
     scenes: tuple[Scene, ...]
@@ -51,7 +51,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of one scene: convergence studies, and runs at other steps, by method."""
+    """Measurements of one scene: convergence studies, and runs at other steps, by method."""
 
     study: Study
     searched: Mapping[str, Sequence[Measurement]]
@@ -96,8 +96,8 @@ def advise(
     quantities = {s.name: counted(study, s.name, asked.observable) for s in [first]}
     for scene in asked.scenes[1:]:
         if scene.name in gathering.known:
-            found = gathering.known[scene.name].study
-            quantities[scene.name] = counted(found, scene.name, asked.observable)
+            of_scene = gathering.known[scene.name].study
+            quantities[scene.name] = counted(of_scene, scene.name, asked.observable)
         else:
             case = case_of(scene)
             about = replace(
@@ -142,7 +142,7 @@ def advise(
     beside = searched(evidence, others, asked.error, good, scale, cost) if full else []
     return Answer(
         _answer(asked, study, full, beside, evidence, methods, good, quantities, scale),
-        {name: found.study for name, found in gathering.known.items()},
+        {name: of_scene.study for name, of_scene in gathering.known.items()},
         tuple(gathering.made),
         evidence.taken,
         evidence.seconds <= 0.0,
@@ -151,7 +151,7 @@ def advise(
 
 @dataclass
 class _Gathering:
-    """What is known of each scene, and what is added to it."""
+    """Gathers the measurements of each scene, and runs those that are missing."""
 
     asked: Question
     known: dict[str, Known]
@@ -168,41 +168,41 @@ class _Gathering:
                 )
                 for s in scenes
             }
-            for some in dict.fromkeys(found for found in missing.values() if found):
+            for some in dict.fromkeys(names for names in missing.values() if names):
                 now = [s for s in scenes if missing[s.name] == some]
-                made = self.run_studies(now, [m for m in methods if m.name in some])
-                self.made.append(made)
+                study = self.run_studies(now, [m for m in methods if m.name in some])
+                self.made.append(study)
                 for scene in now:
-                    self._add(scene, made)
+                    self._add(scene, study)
         first = self.asked.scenes[0].name
         if first not in self.known:
             raise ParameterError("scene", first, "measured before: without runs there is no answer")
         return self.known[first].study
 
     def _has(self, scene: str, method: str) -> bool:
-        found = self.known.get(scene)
-        return found is not None and any(c.method == method for c in found.study.convergence)
+        known = self.known.get(scene)
+        return known is not None and any(c.method == method for c in known.study.convergence)
 
-    def _add(self, scene: Scene, made: Study) -> None:
-        one = replace(
-            made, scenes=(scene,),
-            convergence=tuple(c for c in made.convergence if c.scene == scene.name),
-            costs={key: cost for key, cost in made.costs.items() if key[0] == scene.name},
+    def _add(self, scene: Scene, study: Study) -> None:
+        part = replace(
+            study, scenes=(scene,),
+            convergence=tuple(c for c in study.convergence if c.scene == scene.name),
+            costs={key: cost for key, cost in study.costs.items() if key[0] == scene.name},
         )  # fmt: skip
         old = self.known.get(scene.name)
-        both = merged([old.study, one] if old else [one], scene)
+        both = merged([old.study, part] if old else [part], scene)
         assert both is not None
         self.known[scene.name] = Known(both, old.searched if old else {})
 
     def good(self, scene: str, method: str) -> bool:
         """Whether nothing is known against a method on a scene."""
         study = self.known[scene].study
-        one = replace(study, convergence=tuple(c for c in study.convergence if c.method == method))
-        judged: Judgements = judge_study(one)
+        part = replace(study, convergence=tuple(c for c in study.convergence if c.method == method))
+        judged: Judgements = judge_study(part)
         by_name = {m.name: m for m in study.methods}
         if (scene, method) not in judged or by_name[method].scheme.integrator == EXACT:
             return False
-        timed = replace(one, costs=dict.fromkeys(judged, _UNTIMED))
+        timed = replace(part, costs=dict.fromkeys(judged, _UNTIMED))
         return trusted(judged, scene, of_method(points(timed, scene), by_name[method]), method)
 
     def costs(self) -> dict[Key, float]:
@@ -210,20 +210,20 @@ class _Gathering:
         unit = self.known[self.asked.scenes[0].name].study.reference_step
         return {
             key: cost.ratio * unit if math.isfinite(unit) else cost.ns_per_step
-            for found in self.known.values()
-            for key, cost in found.study.costs.items()
+            for known in self.known.values()
+            for key, cost in known.study.costs.items()
             if cost.believed
         }
 
     def runs(self) -> dict[Key, dict[float, Measurement]]:
         """Every run by pair and step."""
         every: dict[Key, dict[float, Measurement]] = {}
-        for scene, found in self.known.items():
-            for c in found.study.convergence:
+        for scene, known in self.known.items():
+            for c in known.study.convergence:
                 every.setdefault((scene, c.method), {}).update(
                     {m.step: m for m in c.measurements if m.status in ("done", "diverged")}
                 )
-            for method, runs in found.searched.items():
+            for method, runs in known.searched.items():
                 every.setdefault((scene, method), {}).update({m.step: m for m in runs})
         return every
 
@@ -275,13 +275,13 @@ def _best(
     evidence: Evidence, methods: Sequence[Method], good: Callable[[Method], bool], scale: float
 ) -> Choice | None:
     """The run with the smallest error on the hardest scene, of full models that converge."""
-    found = [
+    choices = [
         _at(evidence, m, h, scale)
         for m in methods
         if not m.surrogate and evidence.common(m, math.inf) and good(m)
         for h in evidence.common(m, math.inf)
     ]
-    done = [c for c in found if math.isfinite(c.error)]
+    done = [c for c in choices if math.isfinite(c.error)]
     return min(done, key=lambda c: (c.error, c.ns_per_second), default=None)
 
 

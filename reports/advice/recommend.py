@@ -38,7 +38,7 @@ _DIGITS = 2  # of an interpolated step, rounded down
 # Between two step sizes a run ends up to half a step earlier or later than theirs do, and its
 # largest error, often the last one, is a per cent or two off their curve. Calibrated.
 _MARGIN = 1.05
-_STEEP = 50.0  # a slope that allows nothing: from an error that happened to be next to none
+_STEEP = 50.0  # a slope that allows nothing: assigned where the finer error is near zero
 
 
 @dataclass(frozen=True)
@@ -86,13 +86,13 @@ def cheapest(
     unit = next(o.unit for o in study.observables(scene) if o.name == first.observable)
     full = {m.name for m in study.methods if not m.surrogate}
     every = points(study, scene)
-    found = {c.method: c for c in study.convergence if c.scene == scene}
+    by_method = {c.method: c for c in study.convergence if c.scene == scene}
     curves = [
         _Curve(
             method,
             of_method(every, method),
             _envelope(of_method(every, method)),
-            _steepest(found.get(method.name), method, first.observable),
+            _steepest(by_method.get(method.name), method, first.observable),
             first.scale,
         )
         for method in study.methods
@@ -146,7 +146,7 @@ def trusted(judged: Judgements | None, scene: str, curve: Sequence[Point], metho
 
 @dataclass(frozen=True)
 class _Curve:
-    """What was measured of one method on one scene."""
+    """The measured errors and costs of one method on one scene."""
 
     method: Method
     runs: tuple[Point, ...]  # fine to coarse
@@ -179,21 +179,21 @@ def _steepest(convergence_study: ConvergenceStudy | None, method: Method, leadin
     return max(method.order or 0.0, convergence_study.order.low if convergence_study.order else 0.0)
 
 
-def _coarsest(found: _Curve, error: float) -> Choice | None:
+def _coarsest(measured: _Curve, error: float) -> Choice | None:
     """The cheapest place of one curve that is within `error`."""
-    method, curve = found.method, found.envelope
+    method, curve = measured.method, measured.envelope
     within = [i for i, p in enumerate(curve) if p.error <= error]
     if not within:
         return None
     if method.control == "tolerance":  # a looser tolerance need not be the cheaper one
         cheap = min((curve[i] for i in within), key=lambda p: p.ns_per_second)
-        return chosen(method, cheap, found.scale)
+        return chosen(method, cheap, measured.scale)
     i = within[-1]
-    if i + 1 < len(curve) and (lines := _above(curve, i, found.steepest)):
+    if i + 1 < len(curve) and (lines := _above(curve, i, measured.steepest)):
         reach = min(h * (error / (_MARGIN * e)) ** (1.0 / slope) for h, e, slope in lines)
         if reach > curve[i].step and (step := _rounded(reach)) > curve[i].step:
-            return _between(found, i, step)
-    return chosen(method, curve[i], found.scale)
+            return _between(measured, i, step)
+    return chosen(method, curve[i], measured.scale)
 
 
 def _above(curve: Sequence[Point], i: int, steepest: float) -> list[tuple[float, float, float]]:
@@ -228,36 +228,36 @@ def _secant(fine: Point, coarse: Point) -> float:
     return math.log(coarse.error / fine.error) / math.log(coarse.step / fine.step)
 
 
-def _between(found: _Curve, i: int, step: float) -> Choice:
+def _between(curve: _Curve, i: int, step: float) -> Choice:
     """The choice at a step between the steps `i` and `i + 1`: the error's upper bound, and the cost
     on the straight line between theirs on logarithmic axes."""
-    fine, coarse = found.envelope[i], found.envelope[i + 1]
-    lines = _above(found.envelope, i, found.steepest)
+    fine, coarse = curve.envelope[i], curve.envelope[i + 1]
+    lines = _above(curve.envelope, i, curve.steepest)
     bounds = [e * (step / h) ** slope for h, e, slope in lines]
     error = max(fine.error, _MARGIN * min(max(bounds, default=math.inf), coarse.error))
     fraction = math.log(step / fine.step) / math.log(coarse.step / fine.step)
     cost = fine.ns_per_second * (coarse.ns_per_second / fine.ns_per_second) ** fraction
-    between = Point(found.method.name, step, error, cost)
-    return replace(chosen(found.method, between, found.scale), measured=False)
+    between = Point(curve.method.name, step, error, cost)
+    return replace(chosen(curve.method, between, curve.scale), measured=False)
 
 
-def _at_default(found: _Curve) -> Choice | None:
+def _at_default(curve: _Curve) -> Choice | None:
     """The method at MuJoCo's default step, with the error of that run where there is one, where the
     step lies within what was measured."""
-    if found.method.control != "step":
+    if curve.method.control != "step":
         return None
-    for i, p in enumerate(found.runs):
+    for i, p in enumerate(curve.runs):
         if math.isclose(p.step, DEFAULT_STEP, rel_tol=1e-9):
-            return chosen(found.method, p, found.scale)
+            return chosen(curve.method, p, curve.scale)
         if p.step > DEFAULT_STEP:
             if not i or not math.isfinite(p.error):
                 return None
-            return _between(found, i - 1, DEFAULT_STEP)
+            return _between(curve, i - 1, DEFAULT_STEP)
     return None
 
 
 def chosen(method: Method, p: Point, scale: float) -> Choice:
-    """What was run, as a choice; `scale` is the observable's."""
+    """A measured run as a choice; `scale` is the observable's."""
     return Choice(
         method.name, method.control, p.step, p.error, p.error * scale, p.ns_per_second, True,
         method.surrogate,

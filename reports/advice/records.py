@@ -1,4 +1,4 @@
-"""What other programs read: runs as JSON records."""
+"""Runs as JSON records, for other programs."""
 
 from __future__ import annotations
 
@@ -18,59 +18,55 @@ from plumbob.reports.judge.verdict import Judgement
 
 def record(
     method: Method,
-    found: Measurement,
+    run: Measurement,
     judgement: Judgement,
     order: Order | None,
     cost: Cost | None,
 ) -> dict[str, Any]:
     """One run: its errors by observable (SI), their bounds, verdict and cost."""
-    per_step = (
-        cost.ns_per_step if cost else (1e9 * found.seconds / found.steps if found.steps else None)
-    )
-    wanted = None if method.name == USER_METHOD else expected(found.scene, method.name).verdict
-    wall = per_step * 1e-9 * found.steps if per_step else None
+    per_step = cost.ns_per_step if cost else (1e9 * run.seconds / run.steps if run.steps else None)
+    wanted = None if method.name == USER_METHOD else expected(run.scene, method.name).verdict
+    wall = per_step * 1e-9 * run.steps if per_step else None
     return {
-        "scene": found.scene,
-        "method": found.method,
-        "step": found.step,
-        "relative_error": judgement.errors.get(found.step),
-        "errors": {name: error.largest for name, error in found.errors.items()},
-        "errors_at_end": {name: error.end for name, error in found.errors.items()},
-        "predicted": {n: e.predicted.end for n, e in found.errors.items() if e.predicted},
+        "scene": run.scene,
+        "method": run.method,
+        "step": run.step,
+        "relative_error": judgement.errors.get(run.step),
+        "errors": {name: error.largest for name, error in run.errors.items()},
+        "errors_at_end": {name: error.end for name, error in run.errors.items()},
+        "predicted": {n: e.predicted.end for n, e in run.errors.items() if e.predicted},
         "tolerances": {name: bound.bound for name, bound in judgement.tolerances.items()},
         "budget": {
             name: {term.name: term.value for term in bound.terms}
             for name, bound in judgement.tolerances.items()
         },
-        "invariants": found.invariants,
+        "invariants": run.invariants,
         "verdict": judgement.verdict,
         "expected": wanted,
         "reason": judgement.reason,
         "order": order and {"slope": order.slope, "low": order.low, "high": order.high},
-        "steps": found.steps,
+        "steps": run.steps,
         "ns_per_step": per_step,
-        "real_time_factor": found.duration / wall if wall else None,
-        "compile_seconds": found.compile_seconds,
-        "warnings": found.warnings,
+        "real_time_factor": run.duration / wall if wall else None,
+        "compile_seconds": run.compile_seconds,
+        "warnings": run.warnings,
     }
 
 
 def records(
-    study: Study, judged: Judgements, own: Sequence[UserResult] = ()
+    study: Study, judged: Judgements, results: Sequence[UserResult] = ()
 ) -> list[dict[str, Any]]:
     """One record a run, that at the step that was drawn too; that of the user's own settings at
     their own step says what would be better."""
-    better = instead(own)
+    better = instead(results)
     by_method = {method.name: method for method in study.methods}
-    found = []
+    rows = []
     for c in study.convergence:
         both, cost = judged[c.scene, c.method], study.costs.get((c.scene, c.method))
         runs = list(zip(c.measurements, both.runs, strict=True))
         if c.drawn is not None and both.whole.drawn is not None:
             runs.append((c.drawn, both.whole.drawn))
         for m, judgement in runs:
-            said = record(by_method[c.method], m, judgement, c.order, cost)
-            found.append(
-                said | better.get((c.scene, c.method, m.step), {}) | {"drawn": m is c.drawn}
-            )
-    return found
+            row = record(by_method[c.method], m, judgement, c.order, cost)
+            rows.append(row | better.get((c.scene, c.method, m.step), {}) | {"drawn": m is c.drawn})
+    return rows

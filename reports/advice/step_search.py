@@ -52,7 +52,7 @@ _COMPILE = 0.1  # [s] that a run takes beside its steps, roughly
 
 @dataclass
 class Evidence:
-    """What is known of the methods on the scenes of a family, and how to know more."""
+    """Measurements of the methods on the scenes of a family, and the means to run more."""
 
     scenes: tuple[Scene, ...]
     quantities: Mapping[str, Quantities]  # by scene
@@ -82,8 +82,8 @@ class Evidence:
         for scene in self.scenes:
             count = scene.duration / step
             if method.control == "tolerance":
-                found = self.of(scene, method).get(step)
-                count = found.steps if found is not None and found.status == "done" else 0.0
+                run = self.of(scene, method).get(step)
+                count = run.steps if run is not None and run.status == "done" else 0.0
             total += count * self.costs.get((scene.name, method.name), price)
         return total / sum(scene.duration for scene in self.scenes)
 
@@ -119,10 +119,10 @@ class Evidence:
             if step not in self.of(scene, method):
                 if self.run is None:
                     return False
-                found = self.run(scene, method, step)
-                self.of(scene, method)[step] = found
-                self.taken.setdefault((scene.name, method.name), []).append(found)
-                count = found.steps if found.status == "done" else scene.duration / step
+                run = self.run(scene, method, step)
+                self.of(scene, method)[step] = run
+                self.taken.setdefault((scene.name, method.name), []).append(run)
+                count = run.steps if run.status == "done" else scene.duration / step
                 self.seconds -= _COMPILE + 1e-9 * self.price(method) * count
             if not self.error(scene, method, step) <= wanted:
                 return False
@@ -148,7 +148,7 @@ def searched(
     could be the cheapest by far are searched, of others what was run before counts.
     `trusted` is asked before a method is chosen; `scale` is the first quantity's; `best` [ns per
     simulated second] is what others cost."""
-    found: list[Choice] = []
+    choices: list[Choice] = []
     family = len(evidence.scenes) > 1
     bounds = {m.name: evidence.cost(m, evidence.failing(m, wanted)) for m in methods}
     for method in sorted(methods, key=lambda m: _hoped(evidence, m, wanted)):
@@ -159,9 +159,9 @@ def searched(
             continue
         step = _largest(evidence, method, wanted, best, refine and evidence.run is not None)
         if step is not None:
-            found.append(_choice(evidence, method, step, scale))
-            best = min(best, found[-1].ns_per_second)
-    return sorted(found, key=lambda one: one.ns_per_second)
+            choices.append(_choice(evidence, method, step, scale))
+            best = min(best, choices[-1].ns_per_second)
+    return sorted(choices, key=lambda choice: choice.ns_per_second)
 
 
 def _choice(evidence: Evidence, method: Method, step: float, scale: float) -> Choice:

@@ -22,7 +22,7 @@ HERE = "mujoco/"  # methods that are other settings of the user's own engine
 
 @dataclass(frozen=True)
 class Instead:
-    """What to use in place of a setting: in the user's engine, and in any."""
+    """A recommendation in place of a setting: in the user's engine, and in any."""
 
     here: Choice | None
     anywhere: Choice | None
@@ -46,91 +46,92 @@ class UserResult:
 
 
 def user_results(study: Study, judged: Judgements) -> tuple[UserResult, ...]:
-    """What a study, with its verdicts, says of the user's settings, a scene each; scenes that they
-    did not run are left out."""
+    """A study's results for the user's settings, a scene each; scenes that they did not run are
+    left out."""
     if all(method.name != USER_METHOD for method in study.methods):
         return ()
     others = {m.name: m for m in study.methods if m.name != USER_METHOD}
-    found = {scene.name: points(study, scene.name) for scene in study.scenes}
-    rest = replace(
+    by_scene = {scene.name: points(study, scene.name) for scene in study.scenes}
+    other = replace(
         study,
         methods=tuple(others.values()),
         convergence=tuple(
             c
             for c in study.convergence
             if c.method in others
-            and trusted(judged, c.scene, of_method(found[c.scene], others[c.method]), c.method)
+            and trusted(judged, c.scene, of_method(by_scene[c.scene], others[c.method]), c.method)
         ),
     )
     return tuple(
-        _of_scene(study, rest, c, judged[c.scene, USER_METHOD].whole)
+        _of_scene(study, other, c, judged[c.scene, USER_METHOD].whole)
         for c in study.convergence
         if c.method == USER_METHOD and c.measurements
         if c.measurements[0].status in ("done", "diverged")
     )
 
 
-def _of_scene(study: Study, rest: Study, found: ConvergenceStudy, judged: Judgement) -> UserResult:
-    own = found.measurements[0]
-    about = study.quantities(found.scene)
+def _of_scene(study: Study, other: Study, runs: ConvergenceStudy, judged: Judgement) -> UserResult:
+    run = runs.measurements[0]
+    about = study.quantities(runs.scene)
     first = replace(about[0], scale=1.0)  # in its own unit
-    unit = next(o.unit for o in study.observables(found.scene) if o.name == first.observable)
-    relative = error_of(own, about)
-    rest = replace(
-        rest, convergence=tuple(c for c in rest.convergence if not _same(c, own, first.observable))
+    unit = next(o.unit for o in study.observables(runs.scene) if o.name == first.observable)
+    relative = error_of(run, about)
+    other = replace(
+        other,
+        convergence=tuple(c for c in other.convergence if not _same(c, run, first.observable)),
     )
-    prices = [p.ns_per_second for p in points(study, found.scene) if p.method == USER_METHOD]
+    prices = [p.ns_per_second for p in points(study, runs.scene) if p.method == USER_METHOD]
     price = prices[0] if prices else math.inf
-    last = next((m for m in reversed(found.measurements) if m.status == "done"), None)
+    last = next((m for m in reversed(runs.measurements) if m.status == "done"), None)
     return UserResult(
-        found.scene,
+        runs.scene,
         first.observable,
         unit,
-        own.step,
-        error_of(own, (first,)),
+        run.step,
+        error_of(run, (first,)),
         relative,
         price,
         judged,
-        (last.step, error_of(last, (first,))) if last and last is not own else None,
-        _at_equal_accuracy(rest, found.scene, relative),
-        _better(rest, found.scene, relative, price),
+        (last.step, error_of(last, (first,))) if last and last is not run else None,
+        _at_equal_accuracy(other, runs.scene, relative),
+        _better(other, runs.scene, relative, price),
     )
 
 
-def _same(other: ConvergenceStudy, own: Measurement, leading: str) -> bool:
-    """Whether another method of the user's engine does to the last bits what the user's setting
-    does: it is that very setting, by another name."""
-    if own.status != "done" or other.scene != own.scene or not other.method.startswith(HERE):
+def _same(other: ConvergenceStudy, run: Measurement, leading: str) -> bool:
+    """Whether another method of the user's engine gives the same bits as the user's setting: it is
+    the same setting under another name."""
+    if run.status != "done" or other.scene != run.scene or not other.method.startswith(HERE):
         return False
-    error = own.errors[leading].end
+    error = run.errors[leading].end
     return any(
-        m.step == own.step and m.status == "done"
+        m.step == run.step and m.status == "done"
         and math.isclose(m.errors[leading].end, error, rel_tol=1e-12)
         for m in other.measurements
     )  # fmt: skip
 
 
-def _at_equal_accuracy(rest: Study, scene: str, error: float) -> Instead:
-    # Beside a run that diverged any error at all is as good.
+def _at_equal_accuracy(other: Study, scene: str, error: float) -> Instead:
+    # Any finite error is better than a run that diverged.
     within = min(max(error, sys.float_info.min), sys.float_info.max)
-    found = cheapest(rest, scene, within)
+    best = cheapest(other, scene, within)
     return Instead(
-        next((c for c in found.by_engine if c.method.startswith(HERE)), None), found.choice
+        next((c for c in best.by_engine if c.method.startswith(HERE)), None), best.choice
     )
 
 
-def _better(rest: Study, scene: str, error: float, price: float) -> Instead:
-    methods = {m.name: m for m in rest.methods if m.scheme.integrator != EXACT and not m.surrogate}
-    scale = rest.quantities(scene)[0].scale
-    found = [
+def _better(other: Study, scene: str, error: float, price: float) -> Instead:
+    methods = {m.name: m for m in other.methods if m.scheme.integrator != EXACT and not m.surrogate}
+    scale = other.quantities(scene)[0].scale
+    cheaper = [
         p
-        for p in points(rest, scene)
+        for p in points(other, scene)
         if p.method in methods and p.ns_per_second <= price and p.error < error
     ]
 
     def most_exact(start: str) -> Choice | None:
         best: Point | None = min(
-            (p for p in found if p.method.startswith(start)),
+            (p for p in cheaper if p.method.startswith(start)),
             key=lambda p: (p.error, p.ns_per_second),
             default=None,
         )
@@ -139,12 +140,12 @@ def _better(rest: Study, scene: str, error: float, price: float) -> Instead:
     return Instead(most_exact(HERE), most_exact(""))
 
 
-def instead(own: Sequence[UserResult]) -> dict[tuple[str, str, float], dict[str, Any]]:
+def instead(results: Sequence[UserResult]) -> dict[tuple[str, str, float], dict[str, Any]]:
     """The same as plain data, by scene, method and step."""
     return {
-        (found.scene, USER_METHOD, found.step): {
-            "at_equal_accuracy": asdict(found.at_equal_accuracy),
-            "at_no_greater_cost": asdict(found.better),
+        (result.scene, USER_METHOD, result.step): {
+            "at_equal_accuracy": asdict(result.at_equal_accuracy),
+            "at_no_greater_cost": asdict(result.better),
         }
-        for found in own
+        for result in results
     }

@@ -45,25 +45,25 @@ def points(study: Study, scene: str, quantities: Quantities | None = None) -> tu
     )
 
 
-def front(found: Iterable[T], cost_and_error: Callable[[T], tuple[float, float]]) -> tuple[T, ...]:
+def front(runs: Iterable[T], cost_and_error: Callable[[T], tuple[float, float]]) -> tuple[T, ...]:
     """The Pareto front: the runs with no other that is both cheaper and more accurate, from cheap
     to accurate."""
     best, kept = math.inf, []
-    for run in sorted(found, key=cost_and_error):
+    for run in sorted(runs, key=cost_and_error):
         if (error := cost_and_error(run)[1]) < best:
             best = error
             kept.append(run)
     return tuple(kept)
 
 
-def of_method(found: Sequence[Point], method: Method) -> tuple[Point, ...]:
+def of_method(points: Sequence[Point], method: Method) -> tuple[Point, ...]:
     """The points of one method, fine to coarse."""
-    return tuple(sorted((p for p in found if p.method == method.name), key=lambda p: p.step))
+    return tuple(sorted((p for p in points if p.method == method.name), key=lambda p: p.step))
 
 
-def error_of(found: Measurement, quantities: Quantities) -> float:
+def error_of(run: Measurement, quantities: Quantities) -> float:
     """The relative error of a run; infinite where it leaves a quantity out too."""
-    error = relative_error(found, quantities)
+    error = relative_error(run, quantities)
     return math.inf if math.isnan(error) else error
 
 
@@ -77,7 +77,7 @@ def converging(curve: Sequence[Point]) -> bool:
     return fall >= math.sqrt(done[-1].step / done[0].step)
 
 
-def _cost(found: Measurement, ns_per_step: float) -> float:
-    if found.status != "done" or not found.duration:
+def _cost(run: Measurement, ns_per_step: float) -> float:
+    if run.status != "done" or not run.duration:
         return float("inf")
-    return found.steps * ns_per_step / found.duration
+    return run.steps * ns_per_step / run.duration

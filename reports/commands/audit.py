@@ -87,27 +87,27 @@ def command(chosen: argparse.Namespace) -> int:
 
     jobs = 1 if chosen.jobs is None else values.count("jobs", chosen.jobs)
     with progress() as show:
-        found = audit(
+        answer = audit(
             Path(chosen.model), control, keyframe=chosen.keyframe,
             duration=numbers.get("duration"), period=numbers.get("ctrl_period"),
             budget=numbers.get("budget", BUDGET), jobs=jobs, progress=lambda what: show(what, 0, 0),
         )  # fmt: skip
     if target is not None:
-        found = trimmed_file(found, Path(chosen.model), target, chosen.keyframe)
+        answer = trimmed_file(answer, Path(chosen.model), target, chosen.keyframe)
     from plumbob.reports.view.audit.page import write_audit_page
 
     return _answered(
-        found,
+        answer,
         chosen,
         numbers.get("absolute"),
-        lines(found),
-        as_data(found),
-        partial(write_audit_page, found),
+        lines(answer),
+        as_data(answer),
+        partial(write_audit_page, answer),
     )
 
 
 def _answered(
-    found: Audit | ContactAudit,
+    audit: Audit | ContactAudit,
     chosen: argparse.Namespace,
     metres: float | None,
     text: list[str],
@@ -117,20 +117,20 @@ def _answered(
     """Print an audit as text or JSON, and write its page where one is wanted; returns the exit
     code."""
     if chosen.out is not None:
-        print(page(write, found, chosen), file=sys.stderr)
+        print(page(write, audit, chosen), file=sys.stderr)
     if chosen.json:
         json.dump(values.plain(data), sys.stdout, indent=1)
         print()
     else:
         print("\n".join(text))
-    return _within(found, metres)
+    return _within(audit, metres)
 
 
-def _within(found: Audit | ContactAudit, metres: float | None) -> int:
+def _within(audit: Audit | ContactAudit, metres: float | None) -> int:
     if metres is None:
         return 0
     try:
-        found.assert_within(metres)
+        audit.assert_within(metres)
     except AssertionError as why:
         print(f"plumbob: {why}", file=sys.stderr)
         return MISSED
@@ -150,19 +150,19 @@ def _contacts(chosen: argparse.Namespace, numbers: dict[str, float]) -> int:
     from plumbob.reports.view.audit.contact_page import write_contact_page
     from plumbob.reports.view.audit.contacts import contact_lines
 
-    found = audit_contacts(
+    audit = audit_contacts(
         Path(chosen.model), speed=numbers.get("speed", SPEED), body=chosen.body,
         friction=numbers.get("friction"), keyframe=chosen.keyframe,
     )  # fmt: skip
     return _answered(
-        found, chosen, numbers.get("absolute"), contact_lines(found), contact_data(found),
-        partial(write_contact_page, found),
+        audit, chosen, numbers.get("absolute"), contact_lines(audit), contact_data(audit),
+        partial(write_contact_page, audit),
     )  # fmt: skip
 
 
 def page(
     write: Callable[[Path, str, bytes | None], Path],
-    found: Audit | ContactAudit,
+    audit: Audit | ContactAudit,
     chosen: argparse.Namespace,
 ) -> Path:
     """Write the page by `write`, into a folder, with the command that reproduces it and a picture
@@ -179,12 +179,12 @@ def page(
         "friction",
     )
     folder = Path(chosen.out)
-    given = [(o, v) for o in options if (v := getattr(chosen, o)) not in (None, "rest")]
-    words = [w for o, v in given for w in (f"--{o.replace('_', '-')}", str(v))]
+    options_given = [(o, v) for o in options if (v := getattr(chosen, o)) not in (None, "rest")]
+    words = [w for o, v in options_given for w in (f"--{o.replace('_', '-')}", str(v))]
     words += ["--contacts"] * chosen.contacts
     command = shlex.join(["plumbob", "audit", chosen.model, *words, "--out", chosen.out])
     try:
-        return write(folder, command, found.model.picture() if found.model else None)
+        return write(folder, command, audit.model.picture() if audit.model else None)
     except OSError as error:
         raise ParameterError("out", str(folder), f"a folder to write into ({error})") from None
 
@@ -198,20 +198,20 @@ def new_file(target: Path) -> Path:
     return target
 
 
-def trimmed_file(found: Audit, source: Path, target: Path, keyframe: str | None) -> Audit:
-    """Write the model `source` without what `found` leaves out, and run it as it is read back;
+def trimmed_file(audit: Audit, source: Path, target: Path, keyframe: str | None) -> Audit:
+    """Write the model `source` without what `audit` leaves out, and run it as it is read back;
     raises ParameterError where nothing is, or it cannot be written."""
-    together = found.trims.together if found.trims else None
+    together = audit.trims.together if audit.trims else None
     engine = find_engine("mujoco")
     assert engine.write_trimmed is not None
     assert engine.own_model is not None
-    if together is None or found.found is None or found.model is None:
+    if together is None or audit.found is None or audit.model is None:
         raise ParameterError("write trimmed", str(target), "left away: nothing can be left out")
     left_out = engine.write_trimmed(source, together.changes, target)
     offered = [(left_out, engine.own_model(target, keyframe))]
-    steps = found.found
-    (read_back,) = tried(found.model, found.script, steps.own.parts, steps.index, offered)
-    return replace(found, written=(target.name, read_back))
+    steps = audit.found
+    (read_back,) = tried(audit.model, audit.script, steps.own.parts, steps.index, offered)
+    return replace(audit, written=(target.name, read_back))
 
 
 def controls_of(file: Path) -> Array:
@@ -234,33 +234,33 @@ def controls_of(file: Path) -> Array:
         raise ParameterError("ctrl", str(file), f"{what} ({reason})") from None
 
 
-def as_data(found: Audit) -> dict[str, Any]:
+def as_data(audit: Audit) -> dict[str, Any]:
     """An audit as plain data."""
-    steps = found.found
+    steps = audit.found
 
-    def trim(one: Trim) -> dict[str, Any]:
-        done = {"left_out": one.name, "same_bits": one.same_bits, "moved": one.moved}
-        return {**done, "accepted": one.accepted(found.error), **spread(one.cost)}
+    def trim(ablation: Trim) -> dict[str, Any]:
+        done = {"left_out": ablation.name, "same_bits": ablation.same_bits, "moved": ablation.moved}
+        return {**done, "accepted": ablation.accepted(audit.error), **spread(ablation.cost)}
 
     return {
-        "model": found.name,
-        "integrator": found.integrator,
-        "step": found.step,
-        "control": found.control,
-        "control_period": found.script.period,
-        "duration": found.script.duration,
-        "certified_until": found.until,
-        "uncertainty": found.uncertainty,
-        "error": found.error,
-        "resolved_until": float(found.script.times[found.resolved_index]),
-        "resolved": found.resolved if steps else False,
-        "why": found.reference.why,
-        "not_smooth": found.reference.not_smooth,
-        "layer_widths": found.reference.widths,
-        "events": found.reference.course.events,
-        "clamped": found.clamped,
-        "notes": (*found.notes, *(steps.own.remarks if steps else ())),
-        "to_do": to_do(found),
+        "model": audit.name,
+        "integrator": audit.integrator,
+        "step": audit.step,
+        "control": audit.control,
+        "control_period": audit.script.period,
+        "duration": audit.script.duration,
+        "certified_until": audit.until,
+        "uncertainty": audit.uncertainty,
+        "error": audit.error,
+        "resolved_until": float(audit.script.times[audit.resolved_index]),
+        "resolved": audit.resolved if steps else False,
+        "why": audit.reference.why,
+        "not_smooth": audit.reference.not_smooth,
+        "layer_widths": audit.reference.widths,
+        "events": audit.reference.course.events,
+        "clamped": audit.clamped,
+        "notes": (*audit.notes, *(steps.own.remarks if steps else ())),
+        "to_do": to_do(audit),
         "worst_body": steps.own.worst if steps else None,
         "order": None if not steps or not steps.order else steps.order.__dict__,
         "steps": []
@@ -273,14 +273,14 @@ def as_data(found: Audit) -> dict[str, Any]:
         "cheapest": [] if steps is None else [
             {**c.__dict__, **spread(c.cost)} for c in steps.cheapest
         ],
-        "likely": None if found.likely is None else found.likely.__dict__,
-        "balances": [b.__dict__ for b in found.balances],
+        "likely": None if audit.likely is None else audit.likely.__dict__,
+        "balances": [b.__dict__ for b in audit.balances],
         "trims": []
-        if found.trims is None
-        else [trim(t) for t in (*found.trims.each, *filter(None, [found.trims.together]))],
-        "trimmed_file": None if found.written is None else trim(found.written[1]),
-        "slides": found.slides or None,
-        "seconds": found.seconds,
+        if audit.trims is None
+        else [trim(t) for t in (*audit.trims.each, *filter(None, [audit.trims.together]))],
+        "trimmed_file": None if audit.written is None else trim(audit.written[1]),
+        "slides": audit.slides or None,
+        "seconds": audit.seconds,
     }  # fmt: skip
 
 
@@ -291,44 +291,44 @@ def spread(cost: Ratio | None) -> dict[str, Any]:
     return {"cost": cost.value, "spread": [cost.low, cost.high]}
 
 
-def contact_data(found: ContactAudit) -> dict[str, Any]:
+def contact_data(audit: ContactAudit) -> dict[str, Any]:
     """A contact audit as plain data."""
-    body = found.standing
+    body = audit.standing
 
-    def run(one: Measured, predicted: Any = None) -> dict[str, Any]:
+    def run(measured: Measured, predicted: Any = None) -> dict[str, Any]:
         return {
-            "step": one.step,
-            "distances": one.distances,
-            "errors": found.errors(one),
+            "step": measured.step,
+            "distances": measured.distances,
+            "errors": audit.errors(measured),
             "predicted_errors": predicted,
-            "direction_dependence": found.dependence(one),
-            "turned": one.turned,
-            "drift": one.drift,
-            "turn": one.turning.turn if one.turning and one.turning.rests else None,
+            "direction_dependence": audit.dependence(measured),
+            "turned": measured.turned,
+            "drift": measured.drift,
+            "turn": measured.turning.turn if measured.turning and measured.turning.rests else None,
         }
 
     return {
-        "model": found.name,
-        "integrator": found.integrator,
-        "step": found.step,
+        "model": audit.name,
+        "integrator": audit.integrator,
+        "step": audit.step,
         "body": {**body.__dict__, "points": body.points},
-        "speed": found.speed,
-        "spin": found.spin,
+        "speed": audit.speed,
+        "spin": audit.spin,
         "headings": HEADINGS,
-        "distance": found.exact,
-        "not_determined": found.why,
-        "compared_with": found.distances,
-        "known_to": found.known,
-        "turn": found.exact_turn,
-        "turn_not_determined": found.why_turn,
-        "turn_compared_with": found.turn,
-        "turn_known_to": found.turn_known,
-        "own": [run(one) for one in found.own],
-        "pasted": [run(one, found.predicted(one)) for one in found.pasted],
-        "not_run": found.failed,
-        "method": found.method,
-        "stiffness": found.stiffness,
-        "to_paste": found.snippet,
-        "notes": found.notes,
-        "seconds": found.seconds,
+        "distance": audit.exact,
+        "not_determined": audit.why,
+        "compared_with": audit.distances,
+        "known_to": audit.known,
+        "turn": audit.exact_turn,
+        "turn_not_determined": audit.why_turn,
+        "turn_compared_with": audit.turn,
+        "turn_known_to": audit.turn_known,
+        "own": [run(measured) for measured in audit.own],
+        "pasted": [run(measured, audit.predicted(measured)) for measured in audit.pasted],
+        "not_run": audit.failed,
+        "method": audit.method,
+        "stiffness": audit.stiffness,
+        "to_paste": audit.snippet,
+        "notes": audit.notes,
+        "seconds": audit.seconds,
     }

@@ -66,11 +66,11 @@ def command(chosen: argparse.Namespace) -> int:
         from plumbob.reports.view.site.comparison import Comparison, write_comparison
 
         ran = [{(c.scene, c.method) for c in study.convergence} for study in (old, new)]
-        found = Comparison(
+        comparison = Comparison(
             (chosen.old, chosen.new), (old.provenance, new.provenance), versions, *parts,
             sorted(ran[0] & ran[1]), chosen.above or "", len(grown),
         )  # fmt: skip
-        page = write_comparison(found, file, _words(chosen))
+        page = write_comparison(comparison, file, _words(chosen))
         if not chosen.json:
             print(f"page: {page}")
     if any(row["what"] == "verdict" for row in moved):
@@ -90,17 +90,17 @@ def _words(chosen: argparse.Namespace) -> str:
 def _fraction(text: str) -> float:
     """5% or 0.05 as a fraction, 0 or more; raises ParameterError."""
     try:
-        found = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+        fraction = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
     except ValueError:
-        found = math.nan
-    if not 0.0 <= found < math.inf:
+        fraction = math.nan
+    if not 0.0 <= fraction < math.inf:
         raise ParameterError("fail-above", text, "a percentage such as 5%, or a fraction: 0.05")
-    return found
+    return fraction
 
 
-def _made_with(found: Provenance) -> str:
-    versions = (f"{name} {v}" for name, v in found.versions.items() if v != "not installed")
-    return ", ".join([found.date or "no date", *versions])
+def _made_with(provenance: Provenance) -> str:
+    versions = (f"{name} {v}" for name, v in provenance.versions.items() if v != "not installed")
+    return ", ".join([provenance.date or "no date", *versions])
 
 
 def _versions(old: Provenance, new: Provenance) -> list[dict[str, Any]]:
@@ -111,28 +111,28 @@ def _versions(old: Provenance, new: Provenance) -> list[dict[str, Any]]:
 
 def _print(
     as_json: bool,
-    made: tuple[Provenance, Provenance],
+    provenances: tuple[Provenance, Provenance],
     versions: Sequence[Mapping[str, Any]],
     moved: Sequence[Mapping[str, Any]],
-    said: Callable[[Mapping[str, Any]], str],
+    words: Callable[[Mapping[str, Any]], str],
 ) -> None:
     """Print what the old one and the new one were made with, and what has moved."""
     if as_json:
         json.dump(values.plain([*versions, *moved]), sys.stdout, indent=1)
         print()
         return
-    for name, found in zip(("old", "new"), made, strict=True):
-        print(f"{name}: {_made_with(found)}")
+    for name, provenance in zip(("old", "new"), provenances, strict=True):
+        print(f"{name}: {_made_with(provenance)}")
     for row in versions:
         print(f"{row['what']}: {row['old']} -> {row['new']}")
     for row in moved:
-        print(said(row))
+        print(words(row))
     if not moved:
         print("nothing has moved")
 
 
 def _said(row: Mapping[str, Any]) -> str:
-    """What moved of which pair, and the growth of an error in per cent."""
+    """The change of a pair's value, and the growth of an error in per cent."""
     growth = row["growth"]
     known = growth is not None and math.isfinite(growth)
     by = f" ({100.0 * growth:+.2g} %)" if known else ""
@@ -164,7 +164,7 @@ def _benchmarks(
 
 
 def _slower(row: Mapping[str, Any]) -> str:
-    """What moved, and by how much it is slower or faster."""
+    """The change of a ratio, and by how much it is slower or faster."""
     growth, moved = row["growth"], f"{row['what']}: {row['old']} -> {row['new']}"
     if growth is None:
         return moved
@@ -196,10 +196,10 @@ def _numbered(name: str, text: str) -> tuple[Path, int | None]:
 def _study(name: str, text: str) -> Study:
     path, number = _numbered(name, text)
     file = path / store.FILE if path.is_dir() else path
-    found = store.load(file, number)
-    if found is None:
+    study = store.load(file, number)
+    if study is None:
         raise ParameterError(name, text, "where `plumbob validate` has stored a study")
-    return found
+    return study
 
 
 def _verdicts(old: Study, new: Study) -> list[dict[str, Any]]:
@@ -212,7 +212,7 @@ def _verdicts(old: Study, new: Study) -> list[dict[str, Any]]:
 
 
 def _judged(study: Study) -> dict[tuple[str, str], str]:
-    return {pair: found.whole.verdict for pair, found in judge_study(study).items()}
+    return {pair: judgement.whole.verdict for pair, judgement in judge_study(study).items()}
 
 
 def _presence(old: Study, new: Study) -> list[dict[str, Any]]:
@@ -272,8 +272,10 @@ def _costs(old: Study, new: Study) -> list[dict[str, Any]]:
     rows = []
     for timed in by_method.values():
         more = COSTS_MORE if len(timed) >= SEVERAL else ALONE_MORE
-        higher = [one for one in timed if one[2].low > one[1].high and _times(*one[1:]) > more]
-        lower = [one for one in timed if one[2].high < one[1].low and _times(*one[1:]) < 1 / more]
+        higher = [each for each in timed if each[2].low > each[1].high and _times(*each[1:]) > more]
+        lower = [
+            each for each in timed if each[2].high < each[1].low and _times(*each[1:]) < 1 / more
+        ]
         moved = max(higher, lower, key=len)
         if 3 * len(moved) >= 2 * len(timed):
             what = "cost of a step [reference step times]"

@@ -74,14 +74,14 @@ def _check(file: Path, as_json: bool) -> int:
     """Print what each installed engine's reader takes from `file`; raises ParameterError."""
     from plumbob.reports.judge.model_readers import read_by
 
-    found = read_by(file)
+    readers = read_by(file)
     if as_json:
-        json.dump([asdict(reader) for reader in found], sys.stdout, indent=1)
+        json.dump([asdict(reader) for reader in readers], sys.stdout, indent=1)
         print()
         return 0
-    for reader in found:
+    for reader in readers:
         print(f"{reader.engine:<10} {reader}")
-    if len(found) == 1:
+    if len(readers) == 1:
         print("No other engine that reads MJCF is installed: see `plumbob list methods`.")
     return 0
 
@@ -92,7 +92,7 @@ def _same(content: bytes, copy: Path) -> bool:
 
 
 def _content(path: Path, step: float | None) -> bytes:
-    """What is written for the file `path`: its contacts, if it has any, for `step` [s]."""
+    """The bytes to write for the file `path`: its contacts, if it has any, for `step` [s]."""
     content, rewrite = path.read_bytes(), find_engine("mujoco").model_text
     if step is None or rewrite is None or path.suffix != ".xml" or CONTACTS not in content:
         return content

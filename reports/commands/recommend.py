@@ -74,10 +74,10 @@ def command(chosen: argparse.Namespace) -> int:
 
     error = _wanted(chosen)
     changed = values.changes(chosen.changes)
-    own = _own(chosen.like) if chosen.like else None
+    user_method = _own(chosen.like) if chosen.like else None
     out = Path(chosen.out)
     scenes = _scenes(chosen.scene, changed, out, chosen.stored)
-    if own is not None and len(scenes) > 1:
+    if user_method is not None and len(scenes) > 1:
         raise ParameterError("like", chosen.like, "given with one scene, not with a pattern")
     known, left_out = _known(scenes, out, bool(changed), chosen.stored)
     methods = _methods(chosen.engine, known, chosen.stored)
@@ -93,8 +93,8 @@ def command(chosen: argparse.Namespace) -> int:
     study = answer.studies[scenes[0].name]
     beside = {}
     results: tuple[UserResult, ...] = ()
-    if own is not None:
-        study = _with_own(study, scenes[0], own)
+    if user_method is not None:
+        study = _with_own(study, scenes[0], user_method)
         results = _own_settings(study)
         beside = {"user_settings": _user_settings(results)}
     _show(chosen.json, asked, answer, study, beside, results)
@@ -150,8 +150,8 @@ def _scenes(name: str, changed: dict[str, Any], out: Path, stored: bool) -> tupl
 
     with values.representable(changed):
         if any(mark in name for mark in "*?[,"):
-            found = find_scenes(name)
-            return tuple(find_scene(s.name, changed) for s in found) if changed else found
+            scenes = find_scenes(name)
+            return tuple(find_scene(s.name, changed) for s in scenes) if changed else scenes
         return (find_scene(name, changed),)
 
 
@@ -167,12 +167,13 @@ def _plain(file: Path, scene: str) -> tuple[Study, ...]:
 def _known(
     scenes: Sequence[Scene], out: Path, changed: bool, stored: bool
 ) -> tuple[dict[str, Known], Counter[tuple[str, str]]]:
-    """What is stored of each scene and of the installed versions, and what else there is."""
+    """The stored measurements of each scene by the installed versions, and counts of those by other
+    versions."""
     from plumbob.engines.registry import methods as find_methods
     from plumbob.reports.advice.advice import Known
 
     here = find_methods()
-    found: dict[str, Known] = {}
+    known: dict[str, Known] = {}
     left_out = Counter[tuple[str, str]]()
     for scene in scenes:
         studies = list(store.studies_of(out / FILE, scene.name))
@@ -183,13 +184,13 @@ def _known(
         for study in (_of(study, None if stored else here) for study in studies):
             kept, left = current(study)
             usable.append(kept)
-            for one in left:
-                left_out[one.version, one.date] += one.runs
+            for entry in left:
+                left_out[entry.version, entry.date] += entry.runs
         steps_run = merged([s for s in usable if SEARCH not in s.profile], scene)
         if steps_run is not None and steps_run.convergence:
             more = searched_runs([s for s in usable if SEARCH in s.profile], scene)
-            found[scene.name] = Known(steps_run, more)
-    return found, left_out
+            known[scene.name] = Known(steps_run, more)
+    return known, left_out
 
 
 def _of(study: Study, here: Sequence[Method] | None) -> Study:
@@ -217,15 +218,15 @@ def _methods(engine: str | None, known: Mapping[str, Known], stored: bool) -> tu
     if engine is not None and engine not in engines():
         raise ParameterError("engine", engine, f"one of {', '.join(engines())}")
     if stored:
-        every = {m.name: m for found in known.values() for m in found.study.methods}
-        found = tuple(every.values())
+        every = {m.name: m for methods in known.values() for m in methods.study.methods}
+        methods = tuple(every.values())
     else:
-        found = tuple(m for m in find_methods() if installed(engine_of(m)))
-    return tuple(m for m in found if engine in (None, m.engine))
+        methods = tuple(m for m in find_methods() if installed(engine_of(m)))
+    return tuple(m for m in methods if engine in (None, m.engine))
 
 
 def _runner(show: Progress) -> RunStudies:
-    """What runs convergence studies, of few runs in this process, of many in others too."""
+    """A runner of convergence studies: a few runs in this process, many in others too."""
     from plumbob.engines.study.runner import run_study
 
     def run(scenes: Sequence[Scene], methods: Sequence[Method]) -> Study:
@@ -245,25 +246,25 @@ def _store(answer: Answer, scenes: Sequence[Scene], file: Path, changed: bool) -
     from plumbob.engines.study.provenance import provenance
 
     suffix = f" {CHANGED}" if changed else ""
-    made = [replace(s, profile=f"{s.profile}{suffix}") for s in answer.made]
+    studies = [replace(s, profile=f"{s.profile}{suffix}") for s in answer.made]
     for scene in scenes:
         study = answer.studies.get(scene.name)
-        runs = {m: found for (name, m), found in answer.runs.items() if name == scene.name}
+        runs = {m: each for (name, m), each in answer.runs.items() if name == scene.name}
         if study is not None and runs:
-            made.append(
+            studies.append(
                 replace(
                     study, profile=f"{SEARCH}{suffix}", scenes=(scene,), costs={}, extras={},
                     convergence=tuple(
-                        ConvergenceStudy(scene.name, m, tuple(found)) for m, found in runs.items()
+                        ConvergenceStudy(scene.name, m, tuple(each)) for m, each in runs.items()
                     ),
                     methods=tuple(m for m in study.methods if m.name in runs),
                     provenance=provenance("plumbob recommend"),
                 )
             )  # fmt: skip
-    if made:
+    if studies:
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
-            for study in made:
+            for study in studies:
                 store.save(study, file)
         except (OSError, ParameterError) as error:
             print(f"plumbob: the runs are not stored: {error}", file=sys.stderr)
@@ -275,11 +276,11 @@ def _own(path: str) -> Method:
     return own_method(path)
 
 
-def _with_own(study: Study, scene: Scene, own: Method) -> Study:
+def _with_own(study: Study, scene: Scene, method: Method) -> Study:
     """The study with the user's own settings, measured now."""
     from plumbob.engines.study.runner import joined, run_study
 
-    return joined(study, run_study([scene], [own]))
+    return joined(study, run_study([scene], [method]))
 
 
 def _own_settings(study: Study) -> tuple[UserResult, ...]:
@@ -292,9 +293,9 @@ def _own_settings(study: Study) -> tuple[UserResult, ...]:
 
 def _user_settings(results: Sequence[UserResult]) -> list[dict[str, Any]]:
     return [
-        {name: value for name, value in asdict(found).items() if name != "judgement"}
-        | {"verdict": found.judgement.verdict}
-        for found in results
+        {name: value for name, value in asdict(result).items() if name != "judgement"}
+        | {"verdict": result.judgement.verdict}
+        for result in results
     ]
 
 
@@ -304,11 +305,11 @@ def _show(
 ) -> None:  # fmt: skip
     if as_json:
         study_of = {"date": study.provenance.date, "versions": study.provenance.versions}
-        found = asdict(answer.recommendation) | {
+        data = asdict(answer.recommendation) | {
             "scenes": [scene.name for scene in asked.scenes], "study": study_of,
             "cut_short": answer.cut_short, **beside,
         }  # fmt: skip
-        json.dump(values.plain(found), sys.stdout, indent=1)
+        json.dump(values.plain(data), sys.stdout, indent=1)
         print()
         return
     _print(answer.recommendation, asked)
@@ -328,29 +329,29 @@ def _measured_when(study: Study) -> str:
     return ", ".join([study.provenance.date or "now", *versions])
 
 
-def _print(found: Recommendation, asked: Question) -> None:
+def _print(recommendation: Recommendation, asked: Question) -> None:
     relative = asked.observable is None
     many = f" (the worst of {len(asked.scenes)} scenes)" if len(asked.scenes) > 1 else ""
-    of = f"{found.observable} within {found.absolute:.3g} {found.unit}"
-    wanted = f"error within {found.error:g} ({of})" if relative else of
-    print(f"{found.scene}, {wanted}{many}:")
-    if found.choice is None:
+    of = f"{recommendation.observable} within {recommendation.absolute:.3g} {recommendation.unit}"
+    wanted = f"error within {recommendation.error:g} ({of})" if relative else of
+    print(f"{recommendation.scene}, {wanted}{many}:")
+    if recommendation.choice is None:
         print("  nothing that converges reaches it")
-        if found.best is not None:
-            print(f"  the best: {_text(found.best, found.unit, relative)}")
+        if recommendation.best is not None:
+            print(f"  the best: {_text(recommendation.best, recommendation.unit, relative)}")
     else:
-        print(f"  use        {_text(found.choice, found.unit, relative)}")
-        if found.runner_up is not None:
-            print(f"  runner-up  {_text(found.runner_up, found.unit, relative)}")
-        for choice in found.by_engine:
-            if choice not in (found.choice, found.runner_up):
+        print(f"  use        {_text(recommendation.choice, recommendation.unit, relative)}")
+        if recommendation.runner_up is not None:
+            print(f"  runner-up  {_text(recommendation.runner_up, recommendation.unit, relative)}")
+        for choice in recommendation.by_engine:
+            if choice not in (recommendation.choice, recommendation.runner_up):
                 engine = f"in {choice.method.partition('/')[0]}"
-                print(f"  {engine:<10} {_text(choice, found.unit, relative)}")
-        if found.surrogate is not None:
-            print(f"  surrogate  {_text(found.surrogate, found.unit, relative)}")
-            print(f"             ({found.surrogate.surrogate})")
-    for choice in found.defaults:
-        print(f"  at 0.002 s {_text(choice, found.unit, relative)}")
+                print(f"  {engine:<10} {_text(choice, recommendation.unit, relative)}")
+        if recommendation.surrogate is not None:
+            print(f"  surrogate  {_text(recommendation.surrogate, recommendation.unit, relative)}")
+            print(f"             ({recommendation.surrogate.surrogate})")
+    for choice in recommendation.defaults:
+        print(f"  at 0.002 s {_text(choice, recommendation.unit, relative)}")
 
 
 def _text(choice: Choice, unit: str, relative: bool) -> str:

@@ -54,7 +54,7 @@ def command(chosen: argparse.Namespace) -> int:
 def html_file(name: str, text: str) -> Path:
     """A file .html that can be written; raises ParameterError with the `name` of the option."""
     file = Path(text)
-    taken = os.path.lexists(file) and not file.is_file()
-    if file.suffix != ".html" or taken or not os.access(file.parent, os.W_OK):
+    occupied = os.path.lexists(file) and not file.is_file()
+    if file.suffix != ".html" or occupied or not os.access(file.parent, os.W_OK):
         raise ParameterError(name, text, "a file .html in a folder that can be written to")
     return file

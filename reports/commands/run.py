@@ -50,20 +50,20 @@ def command(chosen: argparse.Namespace) -> int:
         about = case.system.quantities(case)
     if chosen.step is None and not chosen.like:
         raise ParameterError("step", None, "given, or the step of the file that --like names")
-    own = methods[-1].step_sizes[:1] if chosen.step is None else ()
-    step = own[0] if own else values.positive_number("step", chosen.step)
+    finest = methods[-1].step_sizes[:1] if chosen.step is None else ()
+    step = finest[0] if finest else values.positive_number("step", chosen.step)
     codes, records = [], []
     for method in methods:
         with values.representable(changed, chosen):
-            found, _ = measure(case, method, step)
-        measured, unit = costs([(case, method, step)] if found.status == "done" else [], repeats=5)
+            run, _ = measure(case, method, step)
+        measured, unit = costs([(case, method, step)] if run.status == "done" else [], repeats=5)
         cost = measured.get((scene.name, method.name))
-        judgement = judge(found, case.system, method, about)
-        records.append(record(method, found, judgement, None, cost))
-        codes.append(_code(scene, method, found, judgement))
+        judgement = judge(run, case.system, method, about)
+        records.append(record(method, run, judgement, None, cost))
+        codes.append(_code(scene, method, run, judgement))
         if not chosen.json:
-            _print(case, method, found, judgement)
-            _print_cost(method, found, records[-1], cost, unit)
+            _print(case, method, run, judgement)
+            _print_cost(method, run, records[-1], cost, unit)
     if chosen.json:
         answer = records[0] if len(records) == 1 else records
         json.dump(values.plain(answer), sys.stdout, indent=1)
@@ -75,26 +75,26 @@ def _methods(name: str | None, like: str | None) -> list[Method]:
     """The method of that name, and the user's own."""
     if name is None and like is None:
         raise ParameterError("method", name, "given: engine/name, or --like FILE")
-    own = [own_method(like)] if like else []
-    return own if name in (None, *(m.name for m in own)) else [find_method(str(name)), *own]
+    user = [own_method(like)] if like else []
+    return user if name in (None, *(m.name for m in user)) else [find_method(str(name)), *user]
 
 
-def _code(scene: Scene, method: Method, found: Measurement, judged: Judgement) -> int:
-    if found.status == "missing":
+def _code(scene: Scene, method: Method, run: Measurement, judged: Judgement) -> int:
+    if run.status == "missing":
         return INCOMPLETE
     if method.name == USER_METHOD:  # of a user's own settings only a run is expected
-        return INCOMPLETE if found.status == "unsupported" else 0
+        return INCOMPLETE if run.status == "unsupported" else 0
     return 1 if run_surprise(scene, method, judged) else 0
 
 
-def _print(case: Case, method: Method, found: Measurement, judgement: Judgement) -> None:
+def _print(case: Case, method: Method, run: Measurement, judgement: Judgement) -> None:
     reason = f" ({judgement.reason})" if judgement.reason else ""
-    print(f"{found.scene} with {method.name} at {found.step:g}: {judgement.verdict}{reason}")
+    print(f"{run.scene} with {method.name} at {run.step:g}: {judgement.verdict}{reason}")
     units = {o.name: o.unit for o in case.system.observables}
-    if (worst := judgement.errors.get(found.step)) is not None:
+    if (worst := judgement.errors.get(run.step)) is not None:
         print(f"  relative error {relative(worst)}, of what the scene is about")
-    decided = _decided(found, judgement)
-    for name, error in found.errors.items():
+    decided = _decided(run, judgement)
+    for name, error in run.errors.items():
         bound = judgement.tolerances.get(name)
         mark = f"  <- {judgement.verdict}" if name == decided else ""
         if bound is None:
@@ -103,24 +103,24 @@ def _print(case: Case, method: Method, found: Measurement, judgement: Judgement)
         print(f"  {name}: error {error.largest:.4g} {bound.unit}, allowed {bound.bound:.4g}{mark}")
         for term in bound.terms:
             print(f"    {term.value:10.3g}  {term.name}: {term.reason}")
-    for name, drift in found.invariants.items():
+    for name, drift in run.invariants.items():
         print(f"  {name}: relative drift {drift:.4g}")
 
 
-def _decided(found: Measurement, judgement: Judgement) -> str | None:
+def _decided(run: Measurement, judgement: Judgement) -> str | None:
     """The observable that the verdict is due to: the first that its reason names; None where the
     reason names none, as where all are within their tolerances."""
     words = judgement.reason.replace(",", " ").split()
-    return next((word for word in words if word in found.errors), None)
+    return next((word for word in words if word in run.errors), None)
 
 
 def _print_cost(
-    method: Method, found: Measurement, one: dict[str, Any], cost: Cost | None, unit: float
+    method: Method, run: Measurement, entry: dict[str, Any], cost: Cost | None, unit: float
 ) -> None:
     if cost:
         print(
             f"  cost: {cost.ns_per_step:.0f} ns a step, {cost.ratio:.2f} of the reference step's "
-            f"{unit:.0f} ns; {one['real_time_factor']:.0f} times real time"
+            f"{unit:.0f} ns; {entry['real_time_factor']:.0f} times real time"
         )
-    for warning in found.warnings:
+    for warning in run.warnings:
         print(f"  {method.engine} says: {warning}")

@@ -48,15 +48,15 @@ def command(chosen: argparse.Namespace) -> int:
     if write is None or named.control != "step":
         raise ParameterError("method", named.name, "one of an engine with settings to paste")
     stiffness = None if chosen.stiffness is None else positive_number("stiffness", chosen.stiffness)
-    found = write(named, step, stiffness, positive_number("friction", chosen.friction))
-    print(json.dumps(asdict(found), indent=1) if chosen.json else _text(found))
+    settings = write(named, step, stiffness, positive_number("friction", chosen.friction))
+    print(json.dumps(asdict(settings), indent=1) if chosen.json else _text(settings))
     return 0
 
 
-def _text(found: Settings) -> str:
-    parts = [f"{found.method} at {found.step:g} s, to paste into a model of your own"]
-    said: set[str] = set()
-    for snippet in found.snippets:
+def _text(settings: Settings) -> str:
+    parts = [f"{settings.method} at {settings.step:g} s, to paste into a model of your own"]
+    shown: set[str] = set()
+    for snippet in settings.snippets:
         code = "\n\n".join(filter(None, (snippet.mjcf, snippet.python)))
         notes = [
             fill(f"{word:<7}{text}", 98, initial_indent="  ", subsequent_indent=" " * 9)
@@ -65,9 +65,9 @@ def _text(found: Settings) -> str:
                 ("cost", snippet.cost),
                 ("holds", snippet.holds),
             )
-            if text not in said
+            if text not in shown
         ]
-        said |= {snippet.cost, snippet.holds}
+        shown |= {snippet.cost, snippet.holds}
         parts.append("\n".join((f"{snippet.title}:\n", indent(code, "    "), "", *notes)))
     return "\n\n".join(parts)
 
@@ -80,17 +80,17 @@ def _check(chosen: argparse.Namespace) -> int:
     engine = engine_of(named)
     if engine.check_file is None or not installed(engine):
         raise ParameterError("method", named.name, "one of an installed engine that reads MJCF")
-    found = engine.check_file(Path(chosen.check), named)
+    checked = engine.check_file(Path(chosen.check), named)
     if chosen.json:
-        print(json.dumps(asdict(found), indent=1))
-        return 1 if found.warnings else 0
-    for warning in found.warnings:
+        print(json.dumps(asdict(checked), indent=1))
+        return 1 if checked.warnings else 0
+    for warning in checked.warnings:
         print(f"warning: {warning}")
-    if not found.differences:
-        print(f"{chosen.check}: the settings of {found.method} at its step of {found.step:g} s")
+    if not checked.differences:
+        print(f"{chosen.check}: the settings of {checked.method} at its step of {checked.step:g} s")
     else:
-        print(f"{chosen.check} differs from {found.method} at its step of {found.step:g} s:")
-    width = max((len(field) for field, _, _ in found.differences), default=0)
-    for field, value, wanted in found.differences:
+        print(f"{chosen.check} differs from {checked.method} at its step of {checked.step:g} s:")
+    width = max((len(field) for field, _, _ in checked.differences), default=0)
+    for field, value, wanted in checked.differences:
         print(f"  {field:<{width}}  {value}, there {wanted}")
-    return 1 if found.warnings else 0
+    return 1 if checked.warnings else 0

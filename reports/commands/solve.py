@@ -90,23 +90,23 @@ def command(chosen: argparse.Namespace) -> int:
     print(f"\n{'t [s]':>24}" + "".join(_head(n, units) for n in names))
     for i, t in enumerate(times):
         row = (
-            _held(float(found[i]), float(uncertainty[name][i]))
-            for name, found in observables.items()
+            _held(float(series[i]), float(uncertainty[name][i]))
+            for name, series in observables.items()
         )
         print(f"{_text(float(t)):>24}" + "".join(f"{text:>28}" for text in row))
     return 0
 
 
 def _uncertainty(reference: Reference, times: Array) -> dict[str, Array]:
-    """What double precision allows at each of `times` [s], whatever the others are: a motion is
-    as uncertain as its latest time makes it."""
+    """The uncertainty in double precision at each of `times` [s] alone: asked for together, all
+    would have that of the latest."""
     each = [reference.uncertainty(times[i : i + 1]) for i in range(times.size)]
-    return {name: np.concatenate([one[name] for one in each]) for name in each[0]}
+    return {name: np.concatenate([values[name] for values in each]) for name in each[0]}
 
 
 def _print(entries: Mapping[str, Any], indent: int = 2) -> None:
-    for key, given in entries.items():
-        value = given.tolist() if isinstance(given, np.ndarray) else given
+    for key, entry_value in entries.items():
+        value = entry_value.tolist() if isinstance(entry_value, np.ndarray) else entry_value
         if isinstance(value, Mapping):
             print(f"{' ' * indent}{key}:")
             _print(value, indent + 2)
@@ -139,7 +139,7 @@ def _head(name: str, units: Mapping[str, str]) -> str:
 
 def _named(answers: Mapping[Observable, Array]) -> dict[str, Array]:
     """The answers by their names, as JSON has them."""
-    return {observable.name: found for observable, found in answers.items()}
+    return {observable.name: values for observable, values in answers.items()}
 
 
 def _over_angles(case: Case, text: str | None) -> Mapping[Observable, Array]:
@@ -171,8 +171,8 @@ def _able(case: Case, path: str | None) -> None:
     `path` cannot be written."""
     if path is None:
         return
-    own = section(case.system.name)
-    if own is None or own.solved is None:
+    of_system = section(case.system.name)
+    if of_system is None or of_system.solved is None:
         raise ParameterError("figures", path, f"left out: {case.system.name} has none of its own")
     place = Path(path)
     if place.suffix != ".html" or place.is_dir() or not place.parent.is_dir():
@@ -181,9 +181,9 @@ def _able(case: Case, path: str | None) -> None:
 
 def _write(case: Case, path: str) -> None:
     """Write a page with the figures of the source for the parameters of `case`."""
-    own = section(case.system.name)
-    assert own is not None
-    assert own.solved is not None
+    of_system = section(case.system.name)
+    assert of_system is not None
+    assert of_system.solved is not None
     from plumbob.reports.view.page import filled, written
 
     rows = tuple(row(name, str(value)) for name, value in case.scene.parameters.items())
@@ -191,7 +191,7 @@ def _write(case: Case, path: str) -> None:
     text = filled(
         "figures.html.jinja",
         scene=case.scene,
-        figures=own.solved(case),
+        figures=of_system.solved(case),
         parameters=Table("Parameters (SI)", ("name", "value"), rows),
     )
     written(text, place.parent, place.name)

@@ -57,12 +57,12 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.reports.view.sweep.text import lines
 
     varied = [side("vary", text, counted=True) for text in chosen.vary]
-    counts = [values.count(one.name, count) for one, count in varied]
+    counts = [values.count(axis.name, count) for axis, count in varied]
     methods = [find_method(name) for name in dict.fromkeys(chosen.method)]
     steps = _steps(chosen.step, methods[0].step_sizes)
     changed = values.changes(chosen.changes)
     with values.representable(changed):
-        around = box(chosen.scene, changed, [one for one, _ in varied])
+        around = box(chosen.scene, changed, [axis for axis, _ in varied])
     asked = sweep_of(around, counts, methods, steps)
     line = shlex.join(["plumbob", *sys.argv[1:]])
     file = Path(chosen.out) / store.FILE
@@ -71,22 +71,22 @@ def command(chosen: argparse.Namespace) -> int:
         progress() as show,
         store.keeping(file, asked) as (there, keep),
     ):
-        found = sweep(
+        swept = sweep(
             asked, there, keep, jobs, executor, lambda n, of: show(asked.box.scene, n, of)
         )
-    page = write_sweep_page(found, Path(chosen.out), provenance(line), store.key_of_sweep(asked))
+    page = write_sweep_page(swept, Path(chosen.out), provenance(line), store.key_of_sweep(asked))
     if chosen.csv:
-        _write_csv(Path(chosen.csv), found)
-    for number, why in found.lost.items():
+        _write_csv(Path(chosen.csv), swept)
+    for number, why in swept.lost.items():
         print(f"plumbob: points from {number * asked.chunk} on are missing: {why}", file=sys.stderr)
     if chosen.json:
-        _print_json(found, page)
+        _print_json(swept, page)
     else:
         if there:
             stored = min(len(there) * asked.chunk, asked.points)
             print(f"{stored} of {asked.points} points were stored")
-        print(*lines(found), "", f"page: {page}", sep="\n")
-    return INCOMPLETE if found.lost else 0
+        print(*lines(swept), "", f"page: {page}", sep="\n")
+    return INCOMPLETE if swept.lost else 0
 
 
 def side(argument: str, text: str, counted: bool = False) -> tuple[Side, str]:
@@ -95,8 +95,8 @@ def side(argument: str, text: str, counted: bool = False) -> tuple[Side, str]:
     from plumbob.engines.sweep.box import Side
 
     form = "NAME=LO:HI:N" if counted else "NAME=LO:HI"
-    name, equals, rest = text.partition("=")
-    parts = rest.split(":")
+    name, equals, bounds = text.partition("=")
+    parts = bounds.split(":")
     wanted = 3 if counted else 2
     if not (equals and name and len(parts) >= wanted) or parts[wanted:] not in ([], ["log"]):
         raise ParameterError(argument, text, f"{form}, or {form}:log")
@@ -109,16 +109,16 @@ def side(argument: str, text: str, counted: bool = False) -> tuple[Side, str]:
     return Side(name, *ends, logarithmic), parts[wanted - 1]
 
 
-def _steps(given: Sequence[str] | None, own: Sequence[float]) -> list[float]:
-    if given:
-        return list(dict.fromkeys(values.positive_number("step", text) for text in given))
-    return [own[-1] if own else 1e-3]
+def _steps(texts: Sequence[str] | None, defaults: Sequence[float]) -> list[float]:
+    if texts:
+        return list(dict.fromkeys(values.positive_number("step", text) for text in texts))
+    return [defaults[-1] if defaults else 1e-3]
 
 
-def _write_csv(file: Path, found: Swept) -> None:
-    of = found.sweep
+def _write_csv(file: Path, swept: Swept) -> None:
+    of = swept.sweep
     heads = [f"{m.name} at {h:g}" for m in of.methods for h in of.steps]
-    flat = found.errors.reshape(len(heads), of.points)
+    flat = swept.errors.reshape(len(heads), of.points)
     with open(file, "w", newline="", encoding="utf-8") as target:
         writer = csv.writer(target)
         writer.writerow([*(s.name for s in of.box.sides), *heads])
@@ -127,14 +127,14 @@ def _write_csv(file: Path, found: Swept) -> None:
             writer.writerow([*at, *flat[:, point].tolist()])
 
 
-def _print_json(found: Swept, page: Path) -> None:
+def _print_json(swept: Swept, page: Path) -> None:
     from dataclasses import asdict
 
     from plumbob.reports.view.sweep.text import rows
 
     answer = {
-        "scene": found.sweep.box.scene, "points": found.sweep.points,
-        "rows": [asdict(row) for row in rows(found)], "without_error": found.reasons,
+        "scene": swept.sweep.box.scene, "points": swept.sweep.points,
+        "rows": [asdict(row) for row in rows(swept)], "without_error": swept.reasons,
         "page": str(page),
     }  # fmt: skip
     json.dump(values.plain(answer), sys.stdout, indent=1)

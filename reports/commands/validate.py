@@ -149,32 +149,32 @@ def _report(
     judged = judge_study(study)
     if within is not None:
         judged = {
-            pair: replace(found, whole=accurate(found.whole, within))
-            for pair, found in judged.items()
+            pair: replace(verdicts, whole=accurate(verdicts.whole, within))
+            for pair, verdicts in judged.items()
         }
-    own = user_results(study, judged)
+    results = user_results(study, judged)
     page = write_page(study, out, section, judged, store.history(out / store.FILE), workers)
     if junit:
         write_junit(junit, study, judged)
     if chosen.json:
-        json.dump(values.plain(records(study, judged, own)), sys.stdout, indent=1)
+        json.dump(values.plain(records(study, judged, results)), sys.stdout, indent=1)
         print()
     else:
         _print(study, judged, chosen.verbose)
-        if own:
+        if results:
             from plumbob.reports.view.user_settings import lines as own_lines
 
-            print(f"\nYour settings, {chosen.like}", *own_lines(own), sep="\n")
+            print(f"\nYour settings, {chosen.like}", *own_lines(results), sep="\n")
         print("", *summary_lines(study, judged, page), sep="\n")
     return exit_code(study, judged)
 
 
 def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
     """The methods that were asked for, the user's own among them."""
-    found = find_methods(pattern or (LIKE_METHODS if like else "*"))
+    methods = find_methods(pattern or (LIKE_METHODS if like else "*"))
     if pattern in (None, "*"):
-        found = tuple(m for m in found if installed(engine_of(m)) or not engine_of(m).optional)
-    return (own_method(like), *found) if like else found
+        methods = tuple(m for m in methods if installed(engine_of(m)) or not engine_of(m).optional)
+    return (own_method(like), *methods) if like else methods
 
 
 def exit_code(study: Study, judged: Judgements) -> int:
@@ -182,10 +182,10 @@ def exit_code(study: Study, judged: Judgements) -> int:
     settings ran nothing, else 0."""
     if surprises(study, judged):
         return 1
-    own = {found.whole.verdict for (_, method), found in judged.items() if method == USER_METHOD}
-    if own and own <= {"unsupported", "missing"}:
+    user = {both.whole.verdict for (_, method), both in judged.items() if method == USER_METHOD}
+    if user and user <= {"unsupported", "missing"}:
         return INCOMPLETE
-    return INCOMPLETE if any(found.whole.verdict == "missing" for found in judged.values()) else 0
+    return INCOMPLETE if any(both.whole.verdict == "missing" for both in judged.values()) else 0
 
 
 def surprises(study: Study, judged: Judgements) -> set[Pair]:

@@ -57,23 +57,23 @@ def command(chosen: argparse.Namespace) -> int:
     sides = [side("within", text)[0] for text in chosen.within]
     method, changed = find_method(chosen.method), values.changes(chosen.changes)
     budget = values.count("budget", chosen.budget)
-    own = method.step_sizes[-1:] or (1e-3,)
-    step = values.positive_number("step", chosen.step) if chosen.step else own[0]
+    finest = method.step_sizes[-1:] or (1e-3,)
+    step = values.positive_number("step", chosen.step) if chosen.step else finest[0]
     with values.representable(changed):
         around = box(chosen.scene, changed, sides)
     runnable(around, [method])
     score = run_error if chosen.by == "error" else of_tolerance
     with progress() as show:
-        found = search(
+        answer = search(
             around, method, step, budget, score,
-            progress=lambda made, of, worst: show(f"worst so far {worst:.3g}", made, of),
+            progress=lambda done, of, worst: show(f"worst so far {worst:.3g}", done, of),
         )  # fmt: skip
-    store.keep_worst(Path(chosen.out) / store.FILE, found)
+    store.keep_worst(Path(chosen.out) / store.FILE, answer)
     if chosen.json:
-        json.dump(values.plain(_as_json(found)), sys.stdout, indent=1)
+        json.dump(values.plain(_as_json(answer)), sys.stdout, indent=1)
         print()
     else:
-        print(*_lines(found, method, chosen.by), sep="\n")
+        print(*_lines(answer, method, chosen.by), sep="\n")
     return 0
 
 
@@ -84,58 +84,58 @@ def of_tolerance(case: Case, method: Method, step: float) -> float:
     from plumbob.reports.judge.tolerance import used
     from plumbob.reports.judge.verdict import judge
 
-    found, _ = measure(case, method, step)
-    if found.status != "done":
-        return math.inf if found.status in ("diverged", "cut-short") else 0.0
-    allowed = judge(found, case.system, method, case.system.quantities(case)).tolerances
-    return max((used(found.errors[n], bound) for n, bound in allowed.items()), default=0.0)
+    run, _ = measure(case, method, step)
+    if run.status != "done":
+        return math.inf if run.status in ("diverged", "cut-short") else 0.0
+    allowed = judge(run, case.system, method, case.system.quantities(case)).tolerances
+    return max((used(run.errors[n], bound) for n, bound in allowed.items()), default=0.0)
 
 
-def _lines(found: Found, method: Method, by: str) -> list[str]:
+def _lines(worst: Found, method: Method, by: str) -> list[str]:
     from plumbob.reports.view.notation import number, plural
     from plumbob.reports.view.notation import step as step_text
     from plumbob.reports.view.sweep.text import place, size
 
-    at = step_text(found.step, method.control)
+    at = step_text(worst.step, method.control)
     lines = [
-        f"{found.box.scene} with {found.method} at {at}: the worst of {plural(found.runs, 'run')}",
-        f"  {place(found.parameters)}",
-        f"  relative error {size(found.error)}",
+        f"{worst.box.scene} with {worst.method} at {at}: the worst of {plural(worst.runs, 'run')}",
+        f"  {place(worst.parameters)}",
+        f"  relative error {size(worst.error)}",
     ]
     if by == "tolerance":
-        lines.append(f"  uses {number(found.score)} of its tolerance")
-    if found.without:
-        lines.append(f"  {plural(found.without, 'run')} had no exact answer, or no model")
-    lines.append(f"  the exact answer there: {_certificate(found)}")
-    lines.append(f"  {_repeated(found)}")
+        lines.append(f"  uses {number(worst.score)} of its tolerance")
+    if worst.without:
+        lines.append(f"  {plural(worst.without, 'run')} had no exact answer, or no model")
+    lines.append(f"  the exact answer there: {_certificate(worst)}")
+    lines.append(f"  {_repeated(worst)}")
     return lines
 
 
-def _certificate(found: Found) -> str:
+def _certificate(worst: Found) -> str:
     """How sure the exact answer is, in words."""
     from plumbob.reports.view.notation import relative, short
 
-    held = found.certificate
+    held = worst.certificate
     if held is None:
         return "no other computation runs this scene"
-    sure = "confirmed" if found.certain else "not confirmed"
+    sure = "confirmed" if worst.certain else "not confirmed"
     return (
         f"{sure}: {held.method} at {short(held.step)} ends within {relative(held.distance)} of it"
     )
 
 
-def _repeated(found: Found) -> str:
+def _repeated(worst: Found) -> str:
     from plumbob.reports.view.sweep.text import command as repeated
 
-    parameters = {**dict(found.box.changes), **found.parameters}
-    return repeated(found.box.scene, found.method, found.step, parameters)
+    parameters = {**dict(worst.box.changes), **worst.parameters}
+    return repeated(worst.box.scene, worst.method, worst.step, parameters)
 
 
-def _as_json(found: Found) -> dict[str, Any]:
+def _as_json(worst: Found) -> dict[str, Any]:
     return {
-        "scene": found.box.scene, "method": found.method, "step": found.step,
-        "parameters": dict(found.parameters), "error": found.error, "score": found.score,
-        "runs": found.runs, "without_error": found.without, "certain": found.certain,
-        "certificate": None if found.certificate is None else asdict(found.certificate),
-        "command": _repeated(found),
+        "scene": worst.box.scene, "method": worst.method, "step": worst.step,
+        "parameters": dict(worst.parameters), "error": worst.error, "score": worst.score,
+        "runs": worst.runs, "without_error": worst.without, "certain": worst.certain,
+        "certificate": None if worst.certificate is None else asdict(worst.certificate),
+        "command": _repeated(worst),
     }  # fmt: skip

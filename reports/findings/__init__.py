@@ -1,6 +1,5 @@
-"""What the page says of a system beside what it says of every scene: a module a system, found by
-the system's name; a system without one has the rest. What holds for engines, whatever the system,
-is the module `engines`."""
+"""Sections of the page for one system each, in a module found by the system's name; a system
+without one has only what every scene has. The module `engines` holds findings for all systems."""
 
 from __future__ import annotations
 
@@ -22,8 +21,8 @@ def section(system: str) -> Section | None:
         if error.name != name:
             raise
         return None
-    found: Section = module.SECTION
-    return found
+    section_of: Section = module.SECTION
+    return section_of
 
 
 def requests(plan: StudyPlan) -> tuple[Request, ...]:
@@ -31,5 +30,5 @@ def requests(plan: StudyPlan) -> tuple[Request, ...]:
     systems' findings and of those on engines, then those of the replays and of the table of trimmed
     models."""
     named = dict.fromkeys((*(scene.system for scene in plan.scenes), OF_ENGINES))
-    own = [request for name in named if (of := section(name)) for request in of.requests(plan)]
-    return tuple(dict.fromkeys((*own, *replay_requests(plan), *trimming_requests(plan))))
+    extra = [request for name in named if (of := section(name)) for request in of.requests(plan)]
+    return tuple(dict.fromkeys((*extra, *replay_requests(plan), *trimming_requests(plan))))

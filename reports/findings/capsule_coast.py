@@ -61,12 +61,12 @@ def stopping(study: Study) -> Finding | None:
     for name in METHODS:
         cells: list[Cell] = []
         for step in STEPS:
-            found = study.recording(ExtraRun(SCENE, name, step))
-            if found is None:
+            run = study.recording(ExtraRun(SCENE, name, step))
+            if run is None:
                 continue
-            travelled = np.hypot(found.observables["x"][-1], found.observables["y"][-1])
+            travelled = np.hypot(run.observables["x"][-1], run.observables["y"][-1])
             half = 0.5 * speed * step
-            predicted = _predicted_end(name, step, found.times)
+            predicted = _predicted_end(name, step, run.times)
             cells += [value((travelled - distance) / half, 4), value(predicted / half, 4)]
             beyond[name] = float(travelled - distance - predicted) / half
         if len(cells) == 2 * len(STEPS):
@@ -105,7 +105,7 @@ def stopping(study: Study) -> Finding | None:
 
 
 def _in_finite_time(speed: float, distance: float, count: int) -> Statement:
-    """What the source says of residual motions."""
+    """The source's statement on residual motions."""
     fg = speed**2 / (2.0 * distance)
     spinning = problem(SPIN).motion.rest_time
     return Statement(
@@ -121,7 +121,7 @@ def _in_finite_time(speed: float, distance: float, count: int) -> Statement:
 
 
 def _predicted_end(method: str, step: float, times: np.ndarray) -> float:
-    """What theory predicts of the stopping distance's error [m]: positive where it is too far."""
+    """The predicted error of the stopping distance [m]: positive where it is too long."""
     predicted = case(SCENE).errors.at_step(scheme(method), step, times).errors
     x, y = predicted["x"][-1], predicted["y"][-1]
     return math.copysign(math.hypot(x, y), x)
@@ -134,8 +134,8 @@ def spin(study: Study) -> Finding | None:
         return None
     rows, traces, slopes, falls = [], list[Trace](), dict[str, float](), dict[str, float]()
     for name in SPINNING:
-        found = [measured(study, SPIN, name, step) for step in DECADE]
-        errors = [m.errors["heading"] for m in found if m is not None]
+        runs = [measured(study, SPIN, name, step) for step in DECADE]
+        errors = [m.errors["heading"] for m in runs if m is not None]
         if len(errors) < len(DECADE):
             continue
         ends = [e.end for e in errors]
@@ -189,10 +189,10 @@ def spin(study: Study) -> Finding | None:
 
 
 def _spin_summary(slopes: dict[str, float], default: Table | None) -> str:
-    said = ", ".join(f"{name} {number(slope, 4)}" for name, slope in slopes.items())
+    slopes_text = ", ".join(f"{name} {number(slope, 4)}" for name, slope in slopes.items())
     summary = (
         "A body that spins and slides at once has no closed formula; the error of its heading ψ at "
-        f"rest is a coefficient times the step, in rad/s: {said}."
+        f"rest is a coefficient times the step, in rad/s: {slopes_text}."
     )
     if default is not None:
         sizes, missing = ([abs(float(line[i].text)) for line in default.rows] for i in (1, 3))
@@ -207,15 +207,15 @@ def _spin_summary(slopes: dict[str, float], default: Table | None) -> str:
 def _default(study: Study) -> Table | None:
     """Errors of heading and rate on default contacts, and how often one is missing."""
     rows = []
-    rest = problem(SPIN).motion.rest_time
+    rest_time = problem(SPIN).motion.rest_time
     for step in DECADE:
-        found = measured(study, SPIN, DEFAULT, step)
+        run = measured(study, SPIN, DEFAULT, step)
         recording = study.recording(ExtraRun(SPIN, DEFAULT, step))
-        if found is None or recording is None:
+        if run is None or recording is None:
             return None
-        sliding = recording.times < rest
+        sliding = recording.times < rest_time
         missing = float(np.mean(recording.channels["contacts"][sliding] < 3))
-        heading, rate = found.errors["heading"], found.errors["heading_rate"]
+        heading, rate = run.errors["heading"], run.errors["heading_rate"]
         rows.append(row(Cell(short(step), "number"), value(heading.end), value(rate.largest),
                         value(missing, 2)))  # fmt: skip
     heads = ("step [s]", "error of the heading at rest [rad]", "largest error of its rate [rad/s]",

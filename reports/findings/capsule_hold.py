@@ -64,23 +64,23 @@ def _finding(
     convergent = [d for n, d in known.items() if n.endswith(("coulomb", "feet", "side"))]
     noslip = [d for n, d in known.items() if n.endswith("coulomb+noslip")]
     sliding = [n for n, d in known.items() if d > SLIDES]
-    said = f"In 10 s at {tilted[-1].name.partition('/')[2]} of the largest tilt that friction holds"
+    text = f"In 10 s at {tilted[-1].name.partition('/')[2]} of the largest tilt that friction holds"
     if not known:
         name = tilted[-1].name.partition("/")[2]
-        said = f"No method ran at {name} of the largest tilt with a step of {short(step)} s"
+        text = f"No method ran at {name} of the largest tilt with a step of {short(step)} s"
     if convergent:
-        said += f" a body on convergent contacts drifts by at most {number(max(convergent), 2)} m"
+        text += f" a body on convergent contacts drifts by at most {number(max(convergent), 2)} m"
     if noslip:
-        said += f", with noslip by {number(max(noslip), 2)} m"
+        text += f", with noslip by {number(max(noslip), 2)} m"
     if sliding:
-        said += f"; with {', '.join(sliding)} the body slides away"
+        text += f"; with {', '.join(sliding)} the body slides away"
     return Finding(
         "capsule-stiction-drift",
         "Stiction drifts, and the contact model decides how fast",
         "measured",
         "A robot that should stand still on a slope drifts, and the contact settings decide "
         "how fast. "
-        f"{said}.",
+        f"{text}.",
         (
             "Gravity is tilted by a fraction of the angle at which friction would give way; the "
             "slider is fixed. MuJoCo regularises friction at rest as a damper: drift speed over "
@@ -96,7 +96,7 @@ def _finding(
          f"plumbob run {HARDEST} mujoco/euler+coulomb --step 1e-3"),
         (Statement(CHERNOUSKO, "(21)", "Below |w| = fg/μ friction holds the body at rest",
                    "at rest", "at rest, exactly, up to the limit"
-                   + (f"; in engines, steps of {short(step)} s: {said[0].lower()}{said[1:]}"
+                   + (f"; in engines, steps of {short(step)} s: {text[0].lower()}{text[1:]}"
                       if known else ""),
                    "holds"),),
         claims=(
@@ -109,8 +109,8 @@ def _finding(
 
 
 def _drift(study: Study, scene: str, method: str, step: float) -> float | None:
-    found = measured(study, scene, method, step)
-    return None if found is None else abs(found.errors["displacement"].end)
+    run = measured(study, scene, method, step)
+    return None if run is None else abs(run.errors["displacement"].end)
 
 
 def _pair(drift: float | None, duration: float) -> tuple[Cell, Cell]:

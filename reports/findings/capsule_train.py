@@ -45,16 +45,16 @@ def total(study: Study) -> Finding | None:
     repeated = problem(scene).motion
     rows, errors, beyond = [], dict[str, float](), dict[str, float]()
     for name in names(study):
-        if (found := measured(study, scene, name, STEP)) is None:
+        if (run := measured(study, scene, name, STEP)) is None:
             continue
-        error = found.errors["displacement"]
+        error = run.errors["displacement"]
         relative = errors[name] = error.end / repeated.displacement
         predicted = error.predicted.end / repeated.displacement if error.predicted else None
         if predicted is not None and abs(relative) <= GOOD:
             beyond[name] = relative - predicted
         timed = study.costs.get((scene, name))
         cost = (
-            notation.seconds(timed.ns_per_step * 1e-9 * found.steps / repeated.count)
+            notation.seconds(timed.ns_per_step * 1e-9 * run.steps / repeated.count)
             if timed
             else "–"
         )
@@ -108,18 +108,18 @@ def speed(study: Study) -> Finding | None:
 def _summary(errors: dict[str, float]) -> str:
     within = [abs(e) for e in errors.values() if abs(e) <= GOOD]
     beyond = [abs(e) for e in errors.values() if abs(e) > GOOD]
-    said = ""
+    text = ""
     if within:
-        said += (
+        text += (
             f" {len(within)} of {len(errors)} methods have a relative error of the total "
             f"displacement of at most {number(max(within), 2)}"
         )
     if beyond:
-        said += (
+        text += (
             f"{';' if within else ''} the {'others' if within else 'methods'} have "
             f"{number(min(beyond), 2)} or more"
         )
-    return said
+    return text
 
 
 SECTION = Section((total, speed), requests=requests)

@@ -24,17 +24,17 @@ def contact_of(scene: str, method: str, step: float) -> SoftContact:
     """The record of a method's contacts at `step` [s]."""
     chosen = find_method(method)
     model = engine_of(chosen).contact_model
-    found = None if model is None else model(case(scene), chosen, step)
-    assert isinstance(found, SoftContact), method
-    return found
+    contact = None if model is None else model(case(scene), chosen, step)
+    assert isinstance(contact, SoftContact), method
+    return contact
 
 
 def deflection_term(scene: str, contact: SoftContact) -> float:
     """-f times the vertical displacement of the common centre of mass until t_star [m], by contact
     deflection: while it moves down, the plane carries less than the weight."""
     posed = problem(scene)
-    seen = posed.reference.observe(np.array([0.0, posed.motion.t_star]))
-    squares = np.sum([seen[load] ** 2 for load in LOADS], axis=0)
+    observed = posed.reference.observe(np.array([0.0, posed.motion.t_star]))
+    squares = np.sum([observed[load] ** 2 for load in LOADS], axis=0)
     body = posed.setup.capsule
     compliance = 0.0 if contact.normal is None else contact.normal.compliance
     return float(-body.friction * compliance * (squares[1] - squares[0]) / body.weight)

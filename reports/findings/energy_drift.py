@@ -76,18 +76,18 @@ class Drift:
         return self.fate != "bounded"
 
 
-def drift(motion: PendulumMotion, method: str, step: float, found: Trajectory) -> Drift:
+def drift(motion: PendulumMotion, method: str, step: float, run: Trajectory) -> Drift:
     """Energy error of a run with one method at a step [s], of a scene whose exact motion is
     `motion`."""
-    values = energy(motion.potential, motion.inertia, found)
-    errors, times = values - values[0], found.times
+    values = energy(motion.potential, motion.inertia, run)
+    errors, times = values - values[0], run.times
     rate, start = np.polyfit(times, errors, 1)
     scatter = float(np.abs(errors - (start + rate * times)).max())
     theory = predicted(motion, method, step)
-    noise = _round_off(motion, found, step)
+    noise = _round_off(motion, run, step)
     turn = np.linspace(-np.pi, np.pi, 721)
     available = float(values[0] - np.min(in_double(motion.potential).value(turn)))
-    return Drift(found, tuple(errors.tolist()), float(rate), scatter, theory, noise, available)
+    return Drift(run, tuple(errors.tolist()), float(rate), scatter, theory, noise, available)
 
 
 def drift_claims(
@@ -101,8 +101,8 @@ def drift_claims(
     ]
     if secular not in drifts or drifts[secular].predicted is None:
         return tuple(kept)
-    found, rate = drifts[secular], float(drifts[secular].predicted or 0.0)
-    return (*kept, as_predicted(f"the drift of {secular}", found.rate, rate, "J/s"))
+    secular_drift, rate = drifts[secular], float(drifts[secular].predicted or 0.0)
+    return (*kept, as_predicted(f"the drift of {secular}", secular_drift.rate, rate, "J/s"))
 
 
 def overtaken(drifts: Mapping[str, Drift], symplectic: Sequence[str], secular: str) -> str:
@@ -149,13 +149,13 @@ def predicted(motion: PendulumMotion, method: str, step: float) -> float | None:
     return motion.inertia * sum(d * step**p for p, d in terms.items()) if terms else None
 
 
-def _round_off(motion: PendulumMotion, found: Trajectory, step: float) -> float:
+def _round_off(motion: PendulumMotion, run: Trajectory, step: float) -> float:
     """Standard deviation of the drift [J/s] from rounding theta once a step: each rounding, uniform
     over a unit in theta's last place, changes the energy by its size times the torque."""
-    theta = found.observables["theta"]
+    theta = run.observables["theta"]
     torque = np.asarray(in_double(motion.potential).slope(theta))
     each = float(np.sqrt(np.mean((np.spacing(np.abs(theta)) * torque) ** 2 / 12)))
-    return each / math.sqrt(step * float(found.times[-1]))
+    return each / math.sqrt(step * float(run.times[-1]))
 
 
 def drift_table(
@@ -165,9 +165,9 @@ def drift_table(
     is `motion`; a method whose engine is missing is left out."""
     recorded = {request.method: study.recording(request) for request in asked.requests}
     drifts = {
-        method: drift(motion, method, asked.step, found)
-        for method, found in recorded.items()
-        if found is not None
+        method: drift(motion, method, asked.step, run)
+        for method, run in recorded.items()
+        if run is not None
     }
     style = styles([find_method(method) for method in asked.methods])
     rows = tuple(

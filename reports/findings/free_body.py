@@ -34,11 +34,11 @@ SHOWN: Final = ("free-body/flip", "free-body/symmetric")  # scenes that every pr
 def second_order(study: Study) -> Finding | None:
     """The order of the two RK4s, with the term of second order that theory predicts; None where
     MuJoCo's was not run."""
-    found = _runs(study, RK4)
-    if not any(method == RK4[0] for _, method, _, _ in found):
+    runs = _runs(study, RK4)
+    if not any(method == RK4[0] for _, method, _, _ in runs):
         return None
     rows = []
-    for scene, method, study_of, run in found:
+    for scene, method, study_of, run in runs:
         quantity, relative = worst(run, study.quantities(scene))
         predicted = run.errors[quantity.observable].predicted
         second = None if predicted is None else predicted.terms.get(2, 0.0) / quantity.scale
@@ -63,7 +63,7 @@ def second_order(study: Study) -> Finding | None:
         "free-body-rk4-second-order",
         "MuJoCo's RK4 is of second order for a body that turns freely in three dimensions",
         "explained",
-        f"{_largest(found, study)}, because the angular velocities of the four stages are added as "
+        f"{_largest(runs, study)}, because the angular velocities of the four stages are added as "
         "vectors, though each belongs to axes that have turned by then.",
         (
             "A free joint's angular velocity has components along the body's own axes. MuJoCo's "
@@ -81,17 +81,17 @@ def second_order(study: Study) -> Finding | None:
         (),
         tuple(
             f"plumbob validate --scenes {scene} --methods {','.join(RK4)}"
-            for scene in dict.fromkeys(scene for scene, *_ in found)
+            for scene in dict.fromkeys(scene for scene, *_ in runs)
         )[:2],
         claims=(
             *(
                 between(f"the order of {method} on {scene}", of.order.slope, 1.5, 2.5)
-                for scene, method, of, _ in found
+                for scene, method, of, _ in runs
                 if method == RK4[0] and of.order is not None
             ),
             *(
                 claim
-                for scene, method, _, run in found
+                for scene, method, _, run in runs
                 if method == RK4[0]
                 for claim in _beside_second(study, scene, run)
             ),
@@ -102,11 +102,11 @@ def second_order(study: Study) -> Finding | None:
 def energy(study: Study) -> Finding | None:
     """The energy that first-order steps gain or lose, beside what theory predicts; None where none
     of them was run."""
-    found = [one for one in _runs(study, EULER) if "energy" in one[3].invariants]
-    if not found:
+    runs = [entry for entry in _runs(study, EULER) if "energy" in entry[3].invariants]
+    if not runs:
         return None
     rows, off = [], 0.0
-    for scene, method, _, run in found:
+    for scene, method, _, run in runs:
         implicit = "implicit" in method or "discrete" in method
         rate = euler_drifts(case(scene).problem, case(scene).scene.duration)["energy"]
         predicted = (-1.0 if implicit else 1.0) * rate * run.step
@@ -143,7 +143,7 @@ def energy(study: Study) -> Finding | None:
         ),
         (table,),
         (),
-        (f"plumbob run {found[0][0]} {found[0][1]} --step 1e-3",),
+        (f"plumbob run {runs[0][0]} {runs[0][1]} --step 1e-3",),
         claims=(at_most("the drift's distance from the predicted one, relative,", off, ALIKE),),
     )
 
@@ -152,14 +152,14 @@ def _runs(
     study: Study, methods: Sequence[str]
 ) -> list[tuple[str, str, ConvergenceStudy, Measurement]]:
     """Scene, method, convergence study and the run nearest to a millisecond."""
-    found = []
+    runs = []
     for scene in SHOWN:
         for method in methods:
             if (of := convergence_of(study, scene, method)) is None:
                 continue
             if (run := reference_run(of.measurements, find_method(method))) is not None:
-                found.append((scene, method, of, run))
-    return found
+                runs.append((scene, method, of, run))
+    return runs
 
 
 def _beside_second(study: Study, scene: str, run: Measurement) -> Sequence[Claim]:
@@ -172,8 +172,8 @@ def _beside_second(study: Study, scene: str, run: Measurement) -> Sequence[Claim
     return (as_predicted(f"the relative error on {scene}", relative, term),)
 
 
-def _largest(found: Sequence[tuple[str, str, ConvergenceStudy, Measurement]], study: Study) -> str:
-    scene, _, _, run = next(one for one in found if one[1] == RK4[0])
+def _largest(runs: Sequence[tuple[str, str, ConvergenceStudy, Measurement]], study: Study) -> str:
+    scene, _, _, run = next(entry for entry in runs if entry[1] == RK4[0])
     size = worst(run, study.quantities(scene))[1]
     where = scene.partition("/")[2]
     at = f"{where} at {notation.short(run.step)} s"

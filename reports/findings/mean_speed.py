@@ -33,16 +33,16 @@ BRAKES = ((1.0, RED), (0.5, OLIVE), (0.1, PERIWINKLE))  # w2 over f g/mu
 def best() -> RepeatedLine:
     """The fastest manoeuvres of STROKE with w1 of PUSH f g/mu, started on the grid of steps."""
     body = capsule(CHECK)
-    one = fastest(body, PUSH * body.holding_acceleration, STROKE)
-    lasting = RepeatedLine(one, COUNT).period
-    return RepeatedLine(one, COUNT, 1.0, math.ceil(lasting / STEP) * STEP - lasting)
+    line = fastest(body, PUSH * body.holding_acceleration, STROKE)
+    lasting = RepeatedLine(line, COUNT).period
+    return RepeatedLine(line, COUNT, 1.0, math.ceil(lasting / STEP) * STEP - lasting)
 
 
 def changes() -> Changes:
     """The same as changes of SCENE."""
-    one = best().manoeuvre
-    given = {name: getattr(one, name) for name in ("w1", "w2", "t1", "start")}
-    return (*given.items(), ("count", COUNT), ("fraction", 1.0), ("pause", best().pause))
+    manoeuvre = best().manoeuvre
+    parameters = {name: getattr(manoeuvre, name) for name in ("w1", "w2", "t1", "start")}
+    return (*parameters.items(), ("count", COUNT), ("fraction", 1.0), ("pause", best().pause))
 
 
 def request(method: str) -> ExtraRun:
@@ -58,9 +58,9 @@ def finding(study: Study) -> Finding:
     limit, most = fastest_speed(body, STROKE), fastest_speed(body, high - low)
     rows = []
     for method in METHODS:
-        if request(method) in study.extras and (found := study.recording(request(method))):
-            seen = abs(float(found.observables["displacement"][-1] / found.times[-1]))
-            rows.append(row(method_cell(method), value(seen, 6), value(seen / many.mean_speed - 1)))
+        if request(method) in study.extras and (run := study.recording(request(method))):
+            mean = abs(float(run.observables["displacement"][-1] / run.times[-1]))
+            rows.append(row(method_cell(method), value(mean, 6), value(mean / many.mean_speed - 1)))
     tables = [
         Table("Mean speeds of the check body along C–A₁", ("manoeuvres", "stroke [m]", "V [m/s]"), (
             row("the check manoeuvre, return at 0.9 f g/μ", value(0.0817786),

@@ -1,4 +1,4 @@
-"""What findings look up: a scene's exact answer, and what a study measured and recorded of it."""
+"""Look-ups of findings: a scene's exact answer, and a study's measurements and recordings of it."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ def case(name: str) -> Case:
 
 def problem(name: str) -> CapsuleProblem:
     """The problem of a capsule's scene."""
-    found = case(name).problem
-    assert isinstance(found, CapsuleProblem)
-    return found
+    posed = case(name).problem
+    assert isinstance(posed, CapsuleProblem)
+    return posed
 
 
 def scheme(method: str) -> Scheme:
@@ -60,11 +60,11 @@ def runs(
     duration: float | None = None,
 ) -> tuple[ExtraRun, ...]:
     """Each scene with each method at each step [s], for `duration` [s] where that is given."""
-    return tuple(ExtraRun(*one, duration) for one in product(scenes, methods, steps))
+    return tuple(ExtraRun(*parts, duration) for parts in product(scenes, methods, steps))
 
 
 def plan_of(study: Study) -> StudyPlan:
-    """What a study had planned to run."""
+    """The plan of a study."""
     return StudyPlan(study.profile, study.scenes, study.methods)
 
 
@@ -74,7 +74,7 @@ def extremes(of: Callable[[Array], Array], times: Array) -> tuple[float, float]:
     samples, which alone would be too low."""
     from scipy.optimize import minimize_scalar
 
-    found, values = [], of(times)
+    largest, values = [], of(times)
     for sign in (1.0, -1.0):
         sizes = sign * values
         inner = np.flatnonzero((sizes[1:-1] >= sizes[:-2]) & (sizes[1:-1] >= sizes[2:])) + 1
@@ -87,8 +87,8 @@ def extremes(of: Callable[[Array], Array], times: Array) -> tuple[float, float]:
                 options={"xatol": 1e-7 * float(times[k + 1] - times[k - 1])},
             )
             best = max(best, -float(near.fun))
-        found.append(sign * best)
-    return found[1], found[0]
+        largest.append(sign * best)
+    return largest[1], largest[0]
 
 
 def largest(of: Callable[[Array], Array], times: Array) -> float:
@@ -103,24 +103,24 @@ def convergence_of(study: Study, scene: str, method: str) -> ConvergenceStudy | 
 
 
 def measured(study: Study, scene: str, method: str, step: float) -> Measurement | None:
-    """What a study measured of a scene with a method at a step [s], or None."""
-    found = convergence_of(study, scene, method)
-    for one in found.measurements if found else ():
-        if one.status == "done" and np.isclose(one.step, step, rtol=1e-9):
-            return one
+    """The measurement of a scene with a method at a step [s], or None."""
+    series = convergence_of(study, scene, method)
+    for run in series.measurements if series else ():
+        if run.status == "done" and np.isclose(run.step, step, rtol=1e-9):
+            return run
     return None
 
 
 def displacement(study: Study, scene: str, method: str, step: float) -> float | None:
     """Displacement at the end of a recorded run [m], or None where there is no such run."""
-    found = study.recording(ExtraRun(scene, method, step))
-    return None if found is None else float(found.observables["displacement"][-1])
+    run = study.recording(ExtraRun(scene, method, step))
+    return None if run is None else float(run.observables["displacement"][-1])
 
 
 def displacement_error(study: Study, scene: str, method: str, step: float) -> float | None:
     """Relative error of the displacement at the end of a recorded run, or None."""
-    found = displacement(study, scene, method, step)
-    return None if found is None else found / float(problem(scene).motion.displacement) - 1.0
+    reached = displacement(study, scene, method, step)
+    return None if reached is None else reached / float(problem(scene).motion.displacement) - 1.0
 
 
 def names(study: Study, engines: Iterable[str] = ("mujoco", "pymunk")) -> tuple[str, ...]:

@@ -11,13 +11,15 @@ from plumbob.reports.view.overview import SOURCES
 SUDAKOV, CHERNOUSKO, NOTEBOOK = SOURCES
 
 
-def as_printed(source: str, place: str, text: str, said: str, ours: float, unit: str) -> Statement:
+def as_printed(
+    source: str, place: str, text: str, printed: str, ours: float, unit: str
+) -> Statement:
     """A number that a source prints, such as "35.809", beside ours: it holds where ours rounds
     to it, to half a unit of its last digit."""
-    last = Decimal(1).scaleb(int(Decimal(said).as_tuple().exponent))
-    holds = abs(Decimal(float(ours)) - Decimal(said)) <= last / 2
-    digits = len(said.partition(".")[2]) + 3
-    return Statement(source, place, text, f"{said} {unit}", f"{ours:.{digits}f} {unit}",
+    last = Decimal(1).scaleb(int(Decimal(printed).as_tuple().exponent))
+    holds = abs(Decimal(float(ours)) - Decimal(printed)) <= last / 2
+    digits = len(printed.partition(".")[2]) + 3
+    return Statement(source, place, text, f"{printed} {unit}", f"{ours:.{digits}f} {unit}",
                      "holds" if holds else "corrected")  # fmt: skip
 
 
@@ -28,6 +30,6 @@ def judged(statement: Statement) -> str:
 
 def stated(statements: Sequence[Statement]) -> Table:
     """The statements of one finding, as a table of its own."""
-    rows = (row(one.place, one.text, one.said, one.ours, judged(one)) for one in statements)
+    rows = (row(s.place, s.text, s.said, s.ours, judged(s)) for s in statements)
     heads = ("place", "statement", "the source's value", "ours", "verdict")
     return Table("Statement by statement", heads, tuple(rows))

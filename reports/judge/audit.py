@@ -1,4 +1,4 @@
-"""The audit of a model of one's own from Python: a path, or a compiled model and its controls."""
+"""The audit of a user model from Python: a path, or a compiled model and its controls."""
 
 from __future__ import annotations
 
@@ -52,15 +52,15 @@ def audit(
     try:
         ready = find_engine("mujoco").own_model
         assert ready is not None
-        own = ready(model, keyframe)
-        moved = script(own, control, duration, period)
+        user_model = ready(model, keyframe)
+        moved = script(user_model, control, duration, period)
     except NotCertifiable as why:
         raise ParameterError("model", name, f"one that has a continuous motion; {why}") from None
     named = control if isinstance(control, str) else "given"
     with Workers(jobs) as workers:
         beside = workers if jobs > 1 else None
-        found = audited(own, moved, named, budget, executor=beside, progress=progress)
-    return replace(found, slides=_slides(model, keyframe))
+        answer = audited(user_model, moved, named, budget, executor=beside, progress=progress)
+    return replace(answer, slides=_slides(model, keyframe))
 
 
 def _slides(model: Any, keyframe: int | str | None) -> str:

@@ -46,22 +46,22 @@ class Ratio:
 
 @dataclass(frozen=True)
 class BenchmarkRun:
-    """What was measured in one run, and with what."""
+    """The ratios measured in one run, and its provenance."""
 
     made: Provenance
     ratios: tuple[Ratio, ...]
 
 
 def in_turn(
-    one: Callable[[], float], other: Callable[[], float], turns: int = 21
+    run: Callable[[], float], other: Callable[[], float], turns: int = 21
 ) -> tuple[float, ...]:
-    """How many times as long `one` takes as `other`, each of which times itself [s], turn by turn:
+    """How many times as long `run` takes as `other`, each of which times itself [s], turn by turn:
     a slow spell of the machine touches both alike."""
-    found = []
+    ratios = []
     for _ in range(turns):
         base = other()
-        found.append(one() / base)
-    return tuple(found)
+        ratios.append(run() / base)
+    return tuple(ratios)
 
 
 def ratio(name: str, values: Sequence[float], most: float = math.inf, least: float = 0.0) -> Ratio:
@@ -94,21 +94,21 @@ def stored(file: Path) -> tuple[BenchmarkRun, ...]:
     """The runs of a file, the oldest first; raises ParameterError for a line that is damaged."""
     if (size := os.stat(file).st_size) > LARGEST:
         raise ParameterError("benchmarks", f"{file} ({size} bytes)", f"at most {LARGEST} bytes")
-    found = []
+    runs = []
     for number, line in enumerate(file.read_text("utf-8", errors="replace").splitlines(), 1):
         try:
-            found.append(_run(json.loads(line)))
+            runs.append(_run(json.loads(line)))
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
             what = "a run of benchmarks, as `make benchmark` writes it"
             raise ParameterError("benchmarks", f"{file}, line {number}", what) from None
-    return tuple(found)
+    return tuple(runs)
 
 
-def _run(found: Any) -> BenchmarkRun:
-    ratios = tuple(Ratio(**one) for one in found["ratios"])
+def _run(entry: Any) -> BenchmarkRun:
+    ratios = tuple(Ratio(**ratio) for ratio in entry["ratios"])
     if not all(0.0 < value < math.inf for r in ratios for value in (r.low, r.median, r.high)):
         raise ValueError("a ratio of times is positive")
-    return BenchmarkRun(Provenance(**found["made"]), ratios)
+    return BenchmarkRun(Provenance(**entry["made"]), ratios)
 
 
 def moved(old: BenchmarkRun, new: BenchmarkRun, factor: float) -> tuple[tuple[Ratio, Ratio], ...]:

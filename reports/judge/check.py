@@ -1,4 +1,4 @@
-"""A run, or a convergence study, as an assertion, for a test of one's own."""
+"""A run, or a convergence study, as an assertion for a user's test."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ def check(
     if step is None:
         runs = convergence_study(chosen, how, most_steps(chosen, "quick"), seed=SEED)
         both = judged(runs, case.system, how, about)
-        judgement, found = both.whole, tuple(zip(runs.measurements, both.runs, strict=True))
+        judgement, rows = both.whole, tuple(zip(runs.measurements, both.runs, strict=True))
         why = surprise(chosen, how, judgement)
     else:
-        one, _ = measure(case, how, step)
-        judgement = judge(one, case.system, how, about)
-        found = ((one, judgement),)
+        run, _ = measure(case, how, step)
+        judgement = judge(run, case.system, how, about)
+        rows = ((run, judgement),)
         why = run_surprise(chosen, how, judgement)
     if within is not None:
         judgement = accurate(judgement, within)
@@ -73,15 +73,15 @@ def check(
     reason = judgement.reason or wanted.reason or "within tolerance"
     at = "" if step is None else f" at {step:g}"
     lines = [f"{chosen.name} with {how.name}{at}: {why} ({reason})"]
-    for measured, verdict in found:
+    for measured, verdict in rows:
         lines += _lines(measured, verdict)
     raise AssertionError("\n".join(lines))
 
 
-def _lines(found: Measurement, judgement: Judgement) -> Iterator[str]:
+def _lines(run: Measurement, judgement: Judgement) -> Iterator[str]:
     """Errors of a run, with the terms of their tolerances."""
-    yield f"  at {found.step:g}: {judgement.verdict}"
-    for name, error in found.errors.items():
+    yield f"  at {run.step:g}: {judgement.verdict}"
+    for name, error in run.errors.items():
         yield f"  {name}: error {error.largest:.3e}"
         if (bound := judgement.tolerances.get(name)) is not None:
             for term in bound.terms:

@@ -27,7 +27,7 @@ LEFT = 0.5  # of the smallest error: what a smooth one may extrapolate to
 
 @dataclass(frozen=True)
 class Finding:
-    """What the envelope shows: `converges`, `not-converging`, or neither, and why."""
+    """The verdict of the envelope: `converges`, `not-converging`, or neither, and why."""
 
     verdict: Literal["converges", "not-converging"] | None
     reason: str
@@ -44,9 +44,9 @@ class _Point:
     end: float
 
 
-def convergence(found: Sequence[Measurement], quantities: Sequence[Quantity]) -> Finding:
+def convergence(runs: Sequence[Measurement], quantities: Sequence[Quantity]) -> Finding:
     """Judge the runs of a method without theory, coarse to fine, by their relative errors."""
-    points = [_point(m, quantities) for m in found if m.status == "done"]
+    points = [_point(m, quantities) for m in runs if m.status == "done"]
     octaves = _octaves([p for p in points if p is not None])
     above = [p for p in octaves if p.error > ROUND_OFFS * p.floor]
     if len(octaves) < OCTAVES:
@@ -72,13 +72,13 @@ def convergence(found: Sequence[Measurement], quantities: Sequence[Quantity]) ->
     return Finding("converges", f"of order {slope[0]:.2f} ({low:.2f} to {high:.2f}); {least}")
 
 
-def _point(found: Measurement, quantities: Sequence[Quantity]) -> _Point | None:
-    quantity, relative = worst(found, quantities)
+def _point(run: Measurement, quantities: Sequence[Quantity]) -> _Point | None:
+    quantity, relative = worst(run, quantities)
     if math.isnan(relative):
         return None
-    error = found.errors[quantity.observable]
+    error = run.errors[quantity.observable]
     return _Point(
-        found.step, relative, rounding(error, found.steps) / quantity.scale,
+        run.step, relative, rounding(error, run.steps) / quantity.scale,
         error.end / quantity.scale,
     )  # fmt: skip
 
@@ -106,23 +106,23 @@ def _slope(octaves: Sequence[_Point]) -> tuple[float, float, float] | None:
     steps, errors = [p.step for p in octaves], [p.error for p in octaves]
     none = [0.0] * len(steps)
     for most in range(OCTAVES, len(octaves) + 1):
-        found = fit_order(steps, errors, none, most)
-        if found is None or (most == OCTAVES and not found.slope > SLOWEST):
+        fit = fit_order(steps, errors, none, most)
+        if fit is None or (most == OCTAVES and not fit.slope > SLOWEST):
             return None
-        if found.low > SLOWEST:
-            return found.slope, found.low, found.high
+        if fit.low > SLOWEST:
+            return fit.slope, fit.low, fit.high
     return None
 
 
 def _extrapolated(points: Sequence[_Point], order: int) -> float | None:
-    """What the error at the end leads to as the step goes to zero, its magnitude, by a series that
-    begins with this order; None where the error is not smooth in the step."""
+    """The magnitude of the error at the end, extrapolated to a step of zero by a series that begins
+    with this order; None where the error is not smooth in the step."""
     ends: Array = np.array([p.end for p in points])
     x = np.array([p.step for p in points]) / points[0].step
     terms = np.stack([np.ones_like(x), x**order, x ** (order + 1)], axis=1)
     weights = 1.0 / np.abs(x**order)
-    found = np.linalg.lstsq(terms * weights[:, None], ends * weights, rcond=None)[0]
-    left = np.abs(terms @ found - ends) * weights
+    coefficients = np.linalg.lstsq(terms * weights[:, None], ends * weights, rcond=None)[0]
+    left = np.abs(terms @ coefficients - ends) * weights
     if left.max() > SMOOTH * float(np.abs(ends * weights).min()):
         return None
-    return float(abs(found[0]))
+    return float(abs(coefficients[0]))

@@ -1,6 +1,5 @@
-"""What an engine's adapter promises, checked by running it: that it builds its scenes, repeats
-itself, samples at its steps, writes nothing, says when it is lost, counts its steps, and converges
-at its order."""
+"""Checks of an engine's adapter, by running it: that it builds its scenes, repeats itself, samples
+at its steps, writes nothing, reports a failed run, counts its steps, and converges at its order."""
 
 from __future__ import annotations
 
@@ -27,7 +26,7 @@ from plumbob.reports.judge.verdict import judge_convergence
 
 LATE = 0.25  # steps: of a method that converges the first sample is late by less and less of a step
 SAME = 1e-3  # of a step's motion: by what runs of different lengths may differ at the same time
-LOST = 1e6  # times the motion: who is so far off has diverged
+LOST = 1e6  # times the motion: a run so far off has diverged
 BELOW = 0.3  # by how much an observed order may be lower than the declared one
 ORDERS, TRIED = 3, 9  # scenes that the order is to be seen on, and how many are tried for it
 STEPS = 1201  # of a run whose samples are looked at: one sample every three steps
@@ -104,22 +103,22 @@ def _ordered(method: Method, scenes: Sequence[Scene]) -> tuple[Scene, ...]:
 
 
 def _outcome(name: str, look: Look, subjects: Sequence[Subject]) -> Checked:
-    """What a check says of all methods: the first that fails, or what was seen of the first."""
-    seen, without, failed = [], [], []
+    """A check's outcome over all methods: the first failure, or the first result."""
+    passed, without, failed = [], [], []
     for subject in subjects:
         method = subject.method.name
         try:
             with _elsewhere(), captured():  # what it writes is a check of its own
                 what = look(subject)
-            seen.append(f"{method}: {what}")
+            passed.append(f"{method}: {what}")
         except NotChecked as why:
             without.append(f"{method}: {why}")
         except AssertionError as why:
             failed.append(f"{method}: {why}")
         except Exception as error:
             failed.append(f"{method}: {type(error).__name__}: {error}")
-    status: Status = "fail" if failed else "pass" if seen else "not checked"
-    shown = failed or seen or without
+    status: Status = "fail" if failed else "pass" if passed else "not checked"
+    shown = failed or passed or without
     more = f" (and {len(shown) - 1} more)" if len(shown) > 1 else ""
     return Checked(name, status, " ".join((shown[0] + more).split()) if shown else "no method")
 
@@ -248,13 +247,13 @@ def _samples_of_a_solver(subject: Subject, case: Case, tolerance: float) -> str:
 def writes_nothing(subject: Subject) -> str:
     """Building and running leaves no file and writes nothing to stdout or stderr."""
     case, step = _short(subject)
-    with _elsewhere() as folder, captured() as said:
+    with _elsewhere() as folder, captured() as output:
         simulation = subject.prepared(case, step)
         simulation.run()
         simulation.stepped(0.5)
         left = sorted(os.listdir(folder))
     _hold(not left, f"it leaves {', '.join(left[:3])}")
-    _hold(not said[0].strip(), f"it prints: {said[0].strip()[:80]}")
+    _hold(not output[0].strip(), f"it prints: {output[0].strip()[:80]}")
     return "no output, no file"
 
 
@@ -303,10 +302,10 @@ def cost(subject: Subject) -> str:
     for."""
     case, step = _short(subject)
     simulation = subject.prepared(case, step)
-    run, whole, half = simulation.run(), simulation.stepped(1.0), simulation.stepped(0.5)
+    run, full, half = simulation.run(), simulation.stepped(1.0), simulation.stepped(0.5)
     _hold(simulation.compile_seconds >= 0.0, "compile_seconds is negative")
     for what, counted, seconds in (
-        ("a run", run.steps, run.seconds), ("stepped(1)", whole.steps, whole.seconds),
+        ("a run", run.steps, run.seconds), ("stepped(1)", full.steps, full.seconds),
         ("stepped(0.5)", half.steps, half.seconds),
     ):  # fmt: skip
         _hold(counted > 0, f"{what} counts no steps")
@@ -314,7 +313,7 @@ def cost(subject: Subject) -> str:
     if subject.method.control == "step":
         count = round(case.scene.duration / step)
         _hold(run.steps == count, f"a run counts {run.steps} steps, and takes {count}")
-        _hold(whole.steps == count, f"stepped(1) counts {whole.steps} steps of {count}")
+        _hold(full.steps == count, f"stepped(1) counts {full.steps} steps of {count}")
         near = abs(half.steps - count / 2) <= 1
         _hold(near, f"stepped(0.5) counts {half.steps} steps of {count}")
     return f"{run.steps} steps of {case.scene.name}"
@@ -326,26 +325,26 @@ def order(subject: Subject) -> str:
     method = subject.method
     if method.order is None:
         raise NotChecked("it chooses its steps: no order")
-    seen: dict[str, float] = {}
+    slopes: dict[str, float] = {}
     good = [s for s in subject.scenes if expected(s.name, method.name).verdict == "pass"]
     for scene in good[:TRIED]:
-        found = convergence_study(scene, method, most_steps(scene, "quick"))
+        study = convergence_study(scene, method, most_steps(scene, "quick"))
         case = case_of(scene)
-        judgement = judge_convergence(found, case.system, method, case.system.quantities(case))
+        judgement = judge_convergence(study, case.system, method, case.system.quantities(case))
         right = judgement.verdict in ("pass", "converges", "pre-asymptotic")
         _hold(right, f"{scene.name}: {judgement.verdict}, {judgement.reason}")
-        if found.order is None or judgement.verdict == "pre-asymptotic":
+        if study.order is None or judgement.verdict == "pre-asymptotic":
             continue
         wanted = method.order
-        least = min(wanted, found.predicted_order.slope) if found.predicted_order else wanted
-        low = f"{scene.name}: order {found.order.slope:.2f}, declared {wanted}"
-        _hold(found.order.slope >= least - BELOW, low)
-        seen[scene.name] = found.order.slope
-        if len(seen) == ORDERS:
+        least = min(wanted, study.predicted_order.slope) if study.predicted_order else wanted
+        low = f"{scene.name}: order {study.order.slope:.2f}, declared {wanted}"
+        _hold(study.order.slope >= least - BELOW, low)
+        slopes[scene.name] = study.order.slope
+        if len(slopes) == ORDERS:
             break
-    if not seen:
+    if not slopes:
         raise NotChecked("no scene shows an order")
-    return ", ".join(f"{slope:.2f} on {scene}" for scene, slope in seen.items())
+    return ", ".join(f"{slope:.2f} on {scene}" for scene, slope in slopes.items())
 
 
 def _short(subject: Subject) -> tuple[Case, float]:

@@ -51,19 +51,19 @@ class Expectation:
         """Whether it admits a known limit, the error of which has a size."""
         return not {self.verdict, self.other} <= {"pass", "converges", "unsupported", None}
 
-    def allows(self, found: Judgement) -> bool:
+    def allows(self, judgement: Judgement) -> bool:
         """Whether a verdict is an expected one. Of a convergence study cut short, a failure is also
         expected where the error is expected not to converge, and a pass is not where the steps are
         expected to be too large; and to leave out an observable, to start elsewhere or declare too
         much is no limit of a kind that is known here."""
-        if found.reason.startswith(NO_LIMITS):
+        if judgement.reason.startswith(NO_LIMITS):
             return False
         allowed = {self.verdict, self.other}
-        if found.cut and "not-converging" in allowed:
+        if judgement.cut and "not-converging" in allowed:
             allowed.add("fail")
-        if found.cut and self.verdict == "pre-asymptotic":
+        if judgement.cut and self.verdict == "pre-asymptotic":
             allowed.discard("pass")
-        return found.verdict in allowed
+        return judgement.verdict in allowed
 
 
 # MuJoCo with contacts that are not those of `coulomb`.
@@ -204,8 +204,8 @@ def expected(scene: str, method: str) -> Expectation:
 
 
 def _without_theory(scene: str, method: str) -> Verdict | None:
-    """`converges` for a system of another package, whose theory is its own affair, and for a method
-    of one whose scheme has a name of its own; for plumbob's own, EXPECTATIONS declare it."""
+    """`converges` for a system of another package, which brings its own theory, and for a method of
+    one whose scheme has a name of its own; for plumbob's own, EXPECTATIONS declare it."""
     try:
         how, where = find_method(method), find_system(scene.partition("/")[0])
     except ParameterError:  # of a stored study, whose engine is no longer there
@@ -214,41 +214,41 @@ def _without_theory(scene: str, method: str) -> Verdict | None:
     return "converges" if foreign or where.distribution else None
 
 
-def refused(scene: str, method: str, found: Judgement) -> bool:
+def refused(scene: str, method: str, judgement: Judgement) -> bool:
     """Whether an engine did not run a scene though nothing declares it unsupported; a scene of
     which the profile leaves out every step was not tried, and a user's own settings claim
     nothing."""
-    if found.verdict != "unsupported" or method == USER_METHOD:
+    if judgement.verdict != "unsupported" or method == USER_METHOD:
         return False
-    untried = found.cut and found.reason == NO_STEP_FITS
-    return not untried and not expected(scene, method).allows(found)
+    untried = judgement.cut and judgement.reason == NO_STEP_FITS
+    return not untried and not expected(scene, method).allows(judgement)
 
 
-def surprise(scene: Scene, method: Method, found: Judgement) -> str:
+def surprise(scene: Scene, method: Method, judgement: Judgement) -> str:
     """Why a verdict on a convergence study is not the expected one; empty where it is. An engine
     that is not installed is no surprise, nor is a verdict on a user's own settings, of which
     nothing is expected, unless the accuracy that was asked for is missed."""
-    if found.inaccurate:
+    if judgement.inaccurate:
         return INACCURATE
-    if method.name == USER_METHOD or found.verdict == "missing":
+    if method.name == USER_METHOD or judgement.verdict == "missing":
         return ""
-    if found.claims:
-        return found.claims
+    if judgement.claims:
+        return judgement.claims
     wanted = expected(scene.name, method.name)
-    if found.verdict == "unsupported":
-        return _verdicts(wanted, found) if refused(scene.name, method.name, found) else ""
-    if _undecided(scene, method, found) and not wanted.limit:
-        return _drawn(scene, method, found)
-    why = _verdicts(wanted, found) or _other_size(scene, method, found, wanted)
-    return why or _drawn(scene, method, found)
+    if judgement.verdict == "unsupported":
+        return _verdicts(wanted, judgement) if refused(scene.name, method.name, judgement) else ""
+    if _undecided(scene, method, judgement) and not wanted.limit:
+        return _drawn(scene, method, judgement)
+    why = _verdicts(wanted, judgement) or _other_size(scene, method, judgement, wanted)
+    return why or _drawn(scene, method, judgement)
 
 
-def _drawn(scene: Scene, method: Method, found: Judgement) -> str:
+def _drawn(scene: Scene, method: Method, judgement: Judgement) -> str:
     """Why the run at a step that nobody listed is not as expected; empty where it is."""
-    if (drawn := found.drawn) is None:
+    if (drawn := judgement.drawn) is None:
         return ""
     step, error = next(iter(drawn.errors.items()), (math.nan, math.nan))
-    held = held_to(scene, method, found, step)
+    held = held_to(scene, method, judgement, step)
     limit = held and method.control == "step" and drawn.errors
     why = "" if limit else run_surprise(scene, method, drawn)
     if held and error > BETWEEN[method.control] * max(held):
@@ -256,52 +256,53 @@ def _drawn(scene: Scene, method: Method, found: Judgement) -> str:
     return f"at a step that is drawn, {why}: {drawn.reason}".rstrip(": ") if why else ""
 
 
-def held_to(scene: Scene, method: Method, found: Judgement, step: float) -> list[float]:
+def held_to(scene: Scene, method: Method, judgement: Judgement, step: float) -> list[float]:
     """The errors at listed steps, or tolerances, that the error at a drawn `step` is held to: of a
     known limit all, of a solver with a tolerance the two next to it, and none where it has a
     prediction. It may be smaller than all of them, since it may change its sign in between."""
     if method.control == "tolerance":
         return [
-            found.errors[t] for t in sorted(found.errors, key=lambda t: abs(math.log(t / step)))[:2]
+            judgement.errors[t]
+            for t in sorted(judgement.errors, key=lambda t: abs(math.log(t / step)))[:2]
         ]
-    return list(found.errors.values()) if expected(scene.name, method.name).limit else []
+    return list(judgement.errors.values()) if expected(scene.name, method.name).limit else []
 
 
-def as_expected(scene: Scene, method: Method, found: Judgement) -> bool:
+def as_expected(scene: Scene, method: Method, judgement: Judgement) -> bool:
     """Whether a verdict on a convergence study is the expected one."""
-    return not surprise(scene, method, found)
+    return not surprise(scene, method, judgement)
 
 
-def run_surprise(scene: Scene, method: Method, found: Judgement) -> str:
+def run_surprise(scene: Scene, method: Method, judgement: Judgement) -> str:
     """Why the verdict on one run is not an expected one; empty where it is. A run is a convergence
     study cut short: of an error that does not converge it may fail, or pass where the step's own
     error is larger; and it may be too large for the theory, or smaller than all steps of a study
     that are. The error of a known limit lies within a factor of two of what its study spans."""
-    wanted, short = expected(scene.name, method.name), replace(found, cut=True)
-    if found.inaccurate:
+    wanted, short = expected(scene.name, method.name), replace(judgement, cut=True)
+    if judgement.inaccurate:
         return INACCURATE
-    if method.name == USER_METHOD or found.verdict in ("pre-asymptotic", "missing"):
+    if method.name == USER_METHOD or judgement.verdict in ("pre-asymptotic", "missing"):
         return ""
     passes = {wanted.verdict, wanted.other} & {"pre-asymptotic", "not-converging"}
-    if found.verdict == "pass" and passes:
+    if judgement.verdict == "pass" and passes:
         return ""
-    return _verdicts(wanted, short) or _other_size(scene, method, found, wanted, run=True)
+    return _verdicts(wanted, short) or _other_size(scene, method, judgement, wanted, run=True)
 
 
-def _verdicts(wanted: Expectation, found: Judgement) -> str:
+def _verdicts(wanted: Expectation, judgement: Judgement) -> str:
     either = f"{wanted.verdict} or {wanted.other}" if wanted.other else wanted.verdict
-    return "" if wanted.allows(found) else f"{found.verdict}, expected {either}"
+    return "" if wanted.allows(judgement) else f"{judgement.verdict}, expected {either}"
 
 
-def _undecided(scene: Scene, method: Method, found: Judgement) -> bool:
+def _undecided(scene: Scene, method: Method, judgement: Judgement) -> bool:
     """Scenes of the full profile alone declare no steps that are too large for the theory: on those
     that are hard, and at steps that a profile leaves, every step may be."""
-    allowed = scene.hard or found.cut or method.control == "tolerance"
-    return found.verdict == "pre-asymptotic" and scene.profile == "full" and bool(allowed)
+    allowed = scene.hard or judgement.cut or method.control == "tolerance"
+    return judgement.verdict == "pre-asymptotic" and scene.profile == "full" and bool(allowed)
 
 
 def _other_size(
-    scene: Scene, method: Method, found: Judgement, wanted: Expectation, run: bool = False
+    scene: Scene, method: Method, judgement: Judgement, wanted: Expectation, run: bool = False
 ) -> str:
     """Why a known limit, or the error of a solver with a tolerance, has not the size that is known,
     empty where it has; of a scene whose parameters were changed no size is known."""
@@ -309,19 +310,19 @@ def _other_size(
         return ""
     if method.control == "tolerance":
         held = errors_of_solvers().get((scene.name, method.name), {})
-        return not_those(held, found.errors, known_within(method, found.versions))
-    if not wanted.limit or found.verdict == "pass":
+        return not_those(held, judgement.errors, known_within(method, judgement.versions))
+    if not wanted.limit or judgement.verdict == "pass":
         return ""
     known = sizes().get((scene.name, method.name))
     if known is None and (limit := declared_limit(scene.name, method.name)) is not None:
-        why = "" if run else differs_from(limit.size, found.errors)
+        why = "" if run else differs_from(limit.size, judgement.errors)
     elif known is None:
         why = "no size of it is known"
     elif run:
-        why = next((known.differs_at(*entry) for entry in found.errors.items()), "")
+        why = next((known.differs_at(*entry) for entry in judgement.errors.items()), "")
     else:
-        why = known.differs(found.errors, known_within(method, found.versions))
-    return f"{found.verdict}, a known limit, but {why}" if why else ""
+        why = known.differs(judgement.errors, known_within(method, judgement.versions))
+    return f"{judgement.verdict}, a known limit, but {why}" if why else ""
 
 
 def _changed(scene: Scene) -> bool:
@@ -333,34 +334,34 @@ def _changed(scene: Scene) -> bool:
     return not same
 
 
-def accurate(found: Judgement, within: float) -> Judgement:
+def accurate(judgement: Judgement, within: float) -> Judgement:
     """The judgement, as `fail` where the relative error of the finest run exceeds `within`."""
-    if not found.errors or found.errors[finest := min(found.errors)] <= within:
-        return found
-    error = f"the relative error is {found.errors[finest]:.2g} at {finest:g}"
+    if not judgement.errors or judgement.errors[finest := min(judgement.errors)] <= within:
+        return judgement
+    error = f"the relative error is {judgement.errors[finest]:.2g} at {finest:g}"
     why = f"{error}, and {within:g} was asked for"
-    return replace(found, verdict="fail", reason=why, inaccurate=True)
+    return replace(judgement, verdict="fail", reason=why, inaccurate=True)
 
 
-def marked(scene: str, method: str, found: Judgement) -> str:
-    """What is said beside a verdict: `known`, `unexpected`, or nothing."""
+def marked(scene: str, method: str, judgement: Judgement) -> str:
+    """The mark beside a verdict: `known`, `unexpected`, or nothing."""
     try:
         where, how = find_scene(scene), find_method(method)
-    except ParameterError:  # a scene of another day, or a user's own settings
-        return "unexpected" if found.inaccurate else ""
-    means = standing(where, how, found)
+    except ParameterError:  # a scene no longer registered, or user settings
+        return "unexpected" if judgement.inaccurate else ""
+    means = standing(where, how, judgement)
     return {"unexpected": "unexpected", "known limit": "known"}.get(means, "")
 
 
-def standing(scene: Scene, method: Method, found: Judgement) -> Standing:
-    """What a verdict means to who reads it: `known limit` is a declared one, `pre-asymptotic` and
-    `not run` claim nothing."""
-    if not as_expected(scene, method, found):
+def standing(scene: Scene, method: Method, judgement: Judgement) -> Standing:
+    """A verdict's meaning to a reader: `known limit` is a declared one, `pre-asymptotic` and `not
+    run` claim nothing."""
+    if not as_expected(scene, method, judgement):
         return "unexpected"
-    if found.verdict in ("unsupported", "missing"):
+    if judgement.verdict in ("unsupported", "missing"):
         return "not run"
-    if method.name == USER_METHOD or found.verdict == "pass":
+    if method.name == USER_METHOD or judgement.verdict == "pass":
         return "as expected"
     if expected(scene.name, method.name).limit:
         return "known limit"
-    return "as expected" if found.verdict == "converges" else "pre-asymptotic"
+    return "as expected" if judgement.verdict == "converges" else "pre-asymptotic"

@@ -98,7 +98,7 @@ def not_those(
 
 @cache
 def stored() -> Mapping[str, Any]:
-    """What the file says: sizes, and the versions that they were measured with."""
+    """The content of the file: sizes, and the versions that they were measured with."""
     return tomllib.loads(FILE.read_text("utf-8"))
 
 
@@ -118,7 +118,8 @@ def fits(name: str, pattern: str) -> bool:
 
 
 def declared_limit(scene: str, method: str) -> KnownLimit | None:
-    """What the package of an added engine declares of a scene with a method of it, or None."""
+    """The limit that an added engine's package declares for a scene with a method of it, or
+    None."""
     try:
         limits = find_engine(method.partition("/")[0]).known_limits
     except ParameterError:  # of a stored study, whose engine is no longer there

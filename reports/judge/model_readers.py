@@ -22,7 +22,7 @@ OPTIONS = ("gravity", "timestep")  # that a reader may seem to read where its de
 
 @dataclass(frozen=True)
 class Reader:
-    """What an engine's reader takes from a file."""
+    """The fields that an engine's reader takes from a file."""
 
     engine: str
     refuses: str = ""  # why it reads nothing, one line
@@ -40,37 +40,37 @@ class Reader:
 
 
 def read_by(file: Path) -> tuple[Reader, ...]:
-    """What MuJoCo and every other installed engine with a reader take from `file`, each in a
-    process of its own, for some of them crash on what they do not know. Raises ParameterError."""
+    """The readings of `file` by MuJoCo and every other installed engine with a reader, each in a
+    process of its own, since some crash on what they do not know. Raises ParameterError."""
     rule, wanted = fields_of(RULE, file)
     if rule:
         raise ParameterError("FILE", str(file), f"a MuJoCo model file ({rule})")
-    found = [Reader(RULE, read=fields_stated(wanted))]
+    readers = [Reader(RULE, read=fields_stated(wanted))]
     for engine in engines().values():
         if engine.name == RULE or engine.model_fields is None or not installed(engine):
             continue
         try:
             with Workers(1) as workers:
-                refuses, given, never = workers.submit(_seen, engine.name, str(file)).result()
+                refuses, read, never = workers.submit(_seen, engine.name, str(file)).result()
         except BrokenExecutor:
-            refuses, given, never = "its process ends", {}, ()
-        found.append(
-            Reader(engine.name, refuses) if refuses else compared(engine.name, wanted, given, never)
+            refuses, read, never = "its process ends", {}, ()
+        readers.append(
+            Reader(engine.name, refuses) if refuses else compared(engine.name, wanted, read, never)
         )
-    return tuple(found)
+    return tuple(readers)
 
 
 def compared(
-    engine: str, wanted: ModelFields, given: ModelFields, ignored: Collection[str] = ()
+    engine: str, wanted: ModelFields, fields: ModelFields, ignored: Collection[str] = ()
 ) -> Reader:
     """Which of the numbers that a file states, as MuJoCo reads it, are among those that another
     reader gives, who has fields of its own in place of those `ignored`."""
     stated = {key: values for key, values in wanted.items() if any(values)}
-    known = {field for field, _ in given}
+    known = {field for field, _ in fields}
     read, dropped = [], {}
     for field in fields_stated(wanted):
         of = {name: values for (of_field, name), values in stated.items() if of_field == field}
-        wrong = {n: v for n, v in of.items() if not _has(given, field, n, v)}
+        wrong = {n: v for n, v in of.items() if not _has(fields, field, n, v)}
         if not wrong and field not in ignored:
             read.append(field)
         elif not wrong:
@@ -79,7 +79,7 @@ def compared(
             dropped[field] = ""
         else:
             name, values = next(iter(wrong.items()))
-            instead = given.get((field, name))
+            instead = fields.get((field, name))
             there = "nothing" if instead is None else _text(instead)
             dropped[field] = f"{name}: {there} for {_text(values)}".removeprefix(": ")
     return Reader(engine, "", tuple(read), dropped)
@@ -90,27 +90,27 @@ def fields_stated(wanted: ModelFields) -> tuple[str, ...]:
     return tuple(dict.fromkeys(field for (field, _), values in wanted.items() if any(values)))
 
 
-def ignored(wanted: ModelFields, given: ModelFields) -> tuple[str, ...]:
+def ignored(wanted: ModelFields, fields: ModelFields) -> tuple[str, ...]:
     """The options that a reader takes from no file, seen by a model with uncommon ones, as MuJoCo
     reads it and as that reader does."""
-    return tuple(f for f in OPTIONS if not _equal(wanted[f, ""], given.get((f, ""))))
+    return tuple(f for f in OPTIONS if not _equal(wanted[f, ""], fields.get((f, ""))))
 
 
 def _seen(engine: str, file: str) -> tuple[str, ModelFields, tuple[str, ...]]:
-    """What an engine's reader takes from a file, why it refuses it, and what it always ignores."""
-    refuses, given = fields_of(engine, Path(file))
+    """Why a reader refuses a file, the fields it takes from it, and those it always ignores."""
+    refuses, read = fields_of(engine, Path(file))
     if refuses:
-        return refuses, given, ()
+        return refuses, read, ()
     with model_file(EVERY_FIELD) as model:
-        return "", given, ignored(fields_of(RULE, model)[1], fields_of(engine, model)[1])
+        return "", read, ignored(fields_of(RULE, model)[1], fields_of(engine, model)[1])
 
 
-def _has(given: ModelFields, field: str, name: str, values: tuple[float, ...]) -> bool:
+def _has(fields: ModelFields, field: str, name: str, values: tuple[float, ...]) -> bool:
     """Whether a reader gives these numbers; friction of any name where it does not know this one,
     for some give it to bodies in place of geoms."""
-    if field == "friction" and (field, name) not in given:
-        return any(_equal(values, other) for (of, _), other in given.items() if of == field)
-    return _equal(values, given.get((field, name)))
+    if field == "friction" and (field, name) not in fields:
+        return any(_equal(values, other) for (of, _), other in fields.items() if of == field)
+    return _equal(values, fields.get((field, name)))
 
 
 def _equal(values: tuple[float, ...], other: tuple[float, ...] | None) -> bool:

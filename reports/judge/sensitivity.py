@@ -48,11 +48,11 @@ class Parameter:
 
     @property
     def unit(self) -> float:
-        """What changes are relative to: its value, or 1 in its SI unit where it is zero."""
+        """The unit of changes: its value, or 1 in its SI unit where it is zero."""
         return abs(self.value) or 1.0
 
     def changed(self, parameters: Parameters, by: float) -> Mapping[str, Any]:
-        """What to set for it to be larger `by` so many of its units."""
+        """The setting that makes it larger `by` so many of its units."""
         return {self.name: _with(parameters[self.name], self.place, self.value + by * self.unit)}
 
 
@@ -97,26 +97,26 @@ def parameters_of(scene: Scene) -> tuple[Parameter, ...]:
     loads = any(o.name.startswith("normal_force") for o in system_of(scene).observables)
     return tuple(
         Parameter(name, place, value)
-        for name, given in scene.parameters.items()
+        for name, value_of in scene.parameters.items()
         if name not in FREED and (loads or name != "supports")
-        for place, value in _numbers(given)
+        for place, value in _numbers(value_of)
     )
 
 
 def changed(scene: Scene, parameter: Parameter, by: float) -> Case:
     """The case of `scene` with a parameter changed by so many of its units; raises
     ParameterError."""
-    given = {name: value for name, value in scene.parameters.items() if name not in FREED}
+    parameters = {name: value for name, value in scene.parameters.items() if name not in FREED}
     system = system_of(scene)
     return system.case(
-        replace(scene, parameters=system.change(given, parameter.changed(given, by)))
+        replace(scene, parameters=system.change(parameters, parameter.changed(parameters, by)))
     )
 
 
 @dataclass(frozen=True)
 class Sensitivities:
-    """What changes of its parameters do to the exact motion of a `scene`, and what a method's runs
-    of it allow."""
+    """The effect of changed parameters on the exact motion of a `scene`, and the changes that a
+    method's runs of it allow."""
 
     scene: Scene
 
@@ -125,17 +125,17 @@ class Sensitivities:
         """How much each observable changes per unit of each parameter, without those that cannot be
         changed."""
         every = {parameter: self._slopes(parameter) for parameter in parameters_of(self.scene)}
-        return {parameter: found for parameter, found in every.items() if found is not None}
+        return {parameter: slope for parameter, slope in every.items() if slope is not None}
 
-    def noticed(self, found: ConvergenceStudy, judged: Judged) -> Mapping[Parameter, Noticed]:
-        """For each parameter the smallest change that fails a run of `found`: at some moment it
+    def noticed(self, series: ConvergenceStudy, judged: Judged) -> Mapping[Parameter, Noticed]:
+        """For each parameter the smallest change that fails a run of `series`: at some moment it
         moves an observable by more than is allowed there, beside what the run differs by already.
         Without parameters that move nothing that is judged; empty where the verdict is not
         `pass`."""
         least: dict[Parameter, Noticed] = {}
         if judged.whole.verdict != "pass":
             return least
-        for run, verdict in zip(found.measurements, judged.runs, strict=True):
+        for run, verdict in zip(series.measurements, judged.runs, strict=True):
             for name, held in verdict.tolerances.items():
                 allowed = self._allowed(run, name, held)
                 for parameter, slopes in self.slopes.items():
@@ -172,15 +172,15 @@ class Sensitivities:
 
     def _slopes(self, parameter: Parameter) -> Slopes | None:
         """By one difference, less what rounding may make of it."""
-        if (found := self._difference(parameter, NUDGE)) is None:
+        if (pair := self._difference(parameter, NUDGE)) is None:
             return None
-        (moved, rounding), nudge = found, NUDGE
+        (moved, rounding), nudge = pair, NUDGE
         most = max(_relative(moved[name], self._right[name]) for name in moved)
         if most > PROPORTIONAL:
             nudge *= 0.1 * PROPORTIONAL / most
-            if (found := self._difference(parameter, nudge)) is None:
+            if (pair := self._difference(parameter, nudge)) is None:
                 return None
-            moved, rounding = found
+            moved, rounding = pair
         return {name: np.maximum(moved[name] - rounding[name], 0.0) / nudge for name in moved}
 
     def _difference(
@@ -194,9 +194,9 @@ class Sensitivities:
         known = self._known.setdefault(_way(reference), _Known(reference, self._times))
         if reference is not known.reference and isinstance(reference, Neighbouring):
             reference = reference.beside(known.reference)
-        seen = reference.observe(self._times)
+        observed = reference.observe(self._times)
         names = [observable.name for observable in self._case.system.observables]
-        moved = {name: np.abs(seen[name] - self._right[name]) for name in names}
+        moved = {name: np.abs(observed[name] - self._right[name]) for name in names}
         return moved, {name: self._doubt[name] + known.doubt[name] for name in names}
 
     def _nudged(self, parameter: Parameter, nudge: float) -> Case | None:
@@ -233,20 +233,20 @@ def _relative(moved: Array, values: Array) -> float:
     return float(moved.max()) / size if size > 0.0 else 0.0
 
 
-def _numbers(given: Any) -> Iterator[tuple[tuple[int, ...], float]]:
+def _numbers(value_of: Any) -> Iterator[tuple[tuple[int, ...], float]]:
     """The numbers in a value, with their places in it."""
-    if isinstance(given, float):
-        yield (), given
-    elif isinstance(given, (tuple, list)):
-        for i, part in enumerate(given):
+    if isinstance(value_of, float):
+        yield (), value_of
+    elif isinstance(value_of, (tuple, list)):
+        for i, part in enumerate(value_of):
             for place, value in _numbers(part):
                 yield (i, *place), value
 
 
-def _with(given: Any, place: tuple[int, ...], value: float) -> Any:
+def _with(content: Any, place: tuple[int, ...], value: float) -> Any:
     if not place:
         return value
-    first, *rest = place
+    first, *deeper = place
     return tuple(
-        _with(part, tuple(rest), value) if i == first else part for i, part in enumerate(given)
+        _with(part, tuple(deeper), value) if i == first else part for i, part in enumerate(content)
     )

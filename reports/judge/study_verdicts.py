@@ -25,13 +25,13 @@ def judge_study(study: Study) -> Judgements:
     """The verdicts on everything that a study measured; each run is judged once."""
     methods = {m.name: m for m in study.methods}
     observed = {s.name: StoredObservables(study.observables(s.name)) for s in study.scenes}
-    found = {}
+    verdicts = {}
     for c in study.convergence:
-        one = judged(c, observed[c.scene], methods[c.method], study.quantities(c.scene))
+        result = judged(c, observed[c.scene], methods[c.method], study.quantities(c.scene))
         claims = _of_its_cost(study.costs.get((c.scene, c.method)))
-        whole = replace(one.whole, claims=claims, versions=study.provenance.versions)
-        found[c.scene, c.method] = replace(one, whole=whole)
-    return found
+        judgement = replace(result.whole, claims=claims, versions=study.provenance.versions)
+        verdicts[c.scene, c.method] = replace(result, whole=judgement)
+    return verdicts
 
 
 def _of_its_cost(cost: Cost | None) -> str:

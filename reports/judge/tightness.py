@@ -1,4 +1,4 @@
-"""How tight tolerances are: what a run is allowed, over what it uses and over the motion."""
+"""Tolerances relative to the error and to the motion."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROUND_OFFS = 10.0  # a difference of so many round-offs says nothing of what the
 
 @dataclass(frozen=True)
 class Slack:
-    """What one run allows one observable, in its unit."""
+    """The tolerance of one run for one observable, in its unit."""
 
     method: str
     scene: str

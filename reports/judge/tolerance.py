@@ -70,22 +70,22 @@ class Tolerance:
         return sum(term.value for term in self.terms)
 
 
-def tolerance(found: Measurement, method: Method, observable: str, unit: str) -> Tolerance | None:
+def tolerance(run: Measurement, method: Method, observable: str, unit: str) -> Tolerance | None:
     """The tolerance of one observable in one run; None where theory does not reach the step (the
     expansion's last two terms are more than a tenth of it, or the response is nonlinear), or an
     adaptive solver has no second run to be held to."""
-    error = found.errors[observable]
+    error = run.errors[observable]
     if method.control == "tolerance":
         step_terms: tuple[Term, ...] | None = _adaptive(error, method)
     else:
-        step_terms = _expansion(error, found.step)
+        step_terms = _expansion(error, run.step)
     if step_terms is None:
         return None
     model = tuple(
         Term(f"regularisation: {name}", value, "the model differs from the equations by this")
         for name, value in error.model.items()
     )
-    return Tolerance(unit, (*step_terms, *model, *_double_precision(error, found.steps)))
+    return Tolerance(unit, (*step_terms, *model, *_double_precision(error, run.steps)))
 
 
 def used(error: ObservedError, allowed: Tolerance) -> float:
@@ -113,23 +113,23 @@ def missed(error: ObservedError) -> str | None:
     return f"{predicted.difference:.3g} off its prediction, allowed {error.left_open:.3g}"
 
 
-def starts_off(found: Measurement) -> str:
+def starts_off(run: Measurement) -> str:
     """Why the first sample is not the start of the scene; empty where it is. An observable that is
     zero throughout has no size, and is judged by its tolerance alone."""
-    for name, error in found.errors.items():
+    for name, error in run.errors.items():
         allowed = START * error.scale + error.uncertainty + ROUNDED
         if error.scale > 0.0 and error.start > allowed:
             return f"{STARTS_OFF}: {name} is {error.start:.3g} off, allowed {allowed:.3g}"
     return ""
 
 
-def too_wide(found: Measurement, quantities: Sequence[Quantity]) -> str:
+def too_wide(run: Measurement, quantities: Sequence[Quantity]) -> str:
     """Why what an engine says itself of its model's error is more than a declared part of the
     motion, and would hide other errors; empty where it is not, or rounding hides as much."""
-    part = model_part(found.scene)
+    part = model_part(run.scene)
     for quantity in quantities:
-        error = found.errors.get(quantity.observable)
-        if error is None or error.model_error <= rounding(error, found.steps):
+        error = run.errors.get(quantity.observable)
+        if error is None or error.model_error <= rounding(error, run.steps):
             continue
         if (wide := error.model_error / quantity.scale) > part:
             of = f"{TOO_WIDE} of {quantity.observable}"
@@ -143,26 +143,26 @@ def model_part(scene: str) -> float:
 
 
 def exceeded(
-    found: Measurement, name: str, allowed: Tolerance, units: Mapping[str, str]
+    run: Measurement, name: str, allowed: Tolerance, units: Mapping[str, str]
 ) -> str | None:
     """Why the error of an observable is not within its tolerance, or None. One that is exactly zero
     throughout, as the heading on a line, may be what rounding makes of it."""
-    error = found.errors[name]
-    if error.scale == 0.0 and error.largest <= round_off(found, name, units):
+    error = run.errors[name]
+    if error.scale == 0.0 and error.largest <= round_off(run, name, units):
         return None
     if not error.largest <= allowed.bound:
         return f"{error.largest:.3g} {allowed.unit}, allowed {allowed.bound:.3g}"
     return None if (why := missed(error)) is None else f"{why} {allowed.unit}"
 
 
-def round_off(found: Measurement, name: str, units: Mapping[str, str]) -> float:
+def round_off(run: Measurement, name: str, units: Mapping[str, str]) -> float:
     """The round-off level of an error; an observable has that of the largest one of its unit, and
     where it stays zero that of the largest of all."""
-    error, every = found.errors[name], found.errors
+    error, every = run.errors[name], run.errors
     alike = max(e.scale for n, e in every.items() if units.get(n) == units.get(name))
     scale = alike if error.scale else max(e.scale for e in every.values())
     doubt = max(error.uncertainty, ULP * scale)
-    return floor(replace(error, model={}, uncertainty=doubt), found.steps)
+    return floor(replace(error, model={}, uncertainty=doubt), run.steps)
 
 
 def _expansion(error: ObservedError, step: float) -> tuple[Term, ...] | None:

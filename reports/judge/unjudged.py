@@ -1,5 +1,5 @@
-"""Observables that no tolerance is held to, with their reasons: strict, so that an observable that
-an engine drops, or theory falls silent on, turns a verdict red, and so does a reason that no longer
+"""Observables that no tolerance applies to, with their reasons: strict, so that a verdict is
+unexpected where an engine drops an observable, theory does not cover one, or a reason no longer
 holds."""
 
 from __future__ import annotations
@@ -76,11 +76,11 @@ DECLARED: tuple[Unjudged, ...] = (
 def declared(scene: str, method: str) -> Mapping[str, Unjudged]:
     """The observables of a scene and method that are declared unjudged, each with its first
     declaration."""
-    found = _not_read(scene, method)
+    reasons = _not_read(scene, method)
     for entry in DECLARED:
         if fits(scene, entry.scenes) and fits(method, entry.methods):
-            found = {name: entry for name in entry.observables} | found
-    return found
+            reasons = {name: entry for name in entry.observables} | reasons
+    return reasons
 
 
 def _not_read(scene: str, method: str) -> dict[str, Unjudged]:

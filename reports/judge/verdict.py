@@ -66,7 +66,7 @@ class Judged:
 
 
 class Observed(Protocol):
-    """What has observables, the leading one first: a system, or what a study keeps of it."""
+    """Something with observables, the leading one first: a system, or a study's record of it."""
 
     @property
     def observables(self) -> tuple[Observable, ...]:
@@ -75,40 +75,40 @@ class Observed(Protocol):
 
 
 def judged(
-    found: ConvergenceStudy, system: Observed, method: Method, about: Sequence[Quantity] = ()
+    series: ConvergenceStudy, system: Observed, method: Method, about: Sequence[Quantity] = ()
 ) -> Judged:
     """The verdict on a method on a scene, from those on its runs; `about` are the scene's
     quantities of interest, or else the leading observable with its largest magnitude as scale."""
-    every = [(m, judge(m, system, method, about)) for m in found.measurements]
-    listed = [pair for pair in every if pair[0].step not in found.beside] or every
+    every = [(m, judge(m, system, method, about)) for m in series.measurements]
+    listed = [pair for pair in every if pair[0].step not in series.beside] or every
     names = tuple(o.name for o in system.observables)
-    beside = [run for m, run in every if m.step in found.beside]
+    beside = [run for m, run in every if m.step in series.beside]
     runs = [run for _, run in listed]
     several = _Runs([m for m, _ in listed], runs, names, method, tuple(about), beside)
-    whole = next(verdict for rule in _RULES_OF_RUNS if (verdict := rule(several)) is not None)
+    result = next(verdict for rule in _RULES_OF_RUNS if (verdict := rule(several)) is not None)
     errors = {step: error for run in runs for step, error in run.errors.items()}
-    drawn = None if found.drawn is None else judge(found.drawn, system, method, about)
-    whole = replace(whole, cut=found.cut, unjudged=several.unjudged, errors=errors, drawn=drawn)
-    return Judged(whole, tuple(run for _, run in every))
+    drawn = None if series.drawn is None else judge(series.drawn, system, method, about)
+    result = replace(result, cut=series.cut, unjudged=several.unjudged, errors=errors, drawn=drawn)
+    return Judged(result, tuple(run for _, run in every))
 
 
 def judge_convergence(
-    found: ConvergenceStudy, system: Observed, method: Method, about: Sequence[Quantity] = ()
+    series: ConvergenceStudy, system: Observed, method: Method, about: Sequence[Quantity] = ()
 ) -> Judgement:
     """The verdict on a method on a scene: the worst of its runs, but for steps too large for the
     theory, if a finer one is within tolerance."""
-    return judged(found, system, method, about).whole
+    return judged(series, system, method, about).whole
 
 
 def judge(
-    found: Measurement, system: Observed, method: Method, about: Sequence[Quantity] = ()
+    measurement: Measurement, system: Observed, method: Method, about: Sequence[Quantity] = ()
 ) -> Judgement:
     """Compare one run with its tolerances; `pre-asymptotic` where no theory reaches it. `about` are
     the scene's quantities of interest, for the relative error."""
-    run = _Run(found, system, method)
+    run = _Run(measurement, system, method)
     verdict = next(verdict for rule in _RULES_OF_A_RUN if (verdict := rule(run)) is not None)
-    error = relative_error(found, about) if about else math.nan
-    errors = {found.step: error} if math.isfinite(error) else {}
+    error = relative_error(measurement, about) if about else math.nan
+    errors = {measurement.step: error} if math.isfinite(error) else {}
     return replace(verdict, unjudged=run.unjudged, errors=errors)
 
 
@@ -159,7 +159,7 @@ class _Run:
 
 
 def _not_done(run: _Run) -> Judgement | None:
-    """What did not run to its end is judged by that alone."""
+    """A run that did not reach its end is judged by that alone."""
     status = run.found.status
     return None if status == "done" else Judgement(status, {}, run.found.reason)
 
@@ -167,16 +167,16 @@ def _not_done(run: _Run) -> Judgement | None:
 def _leaves_out(run: _Run) -> Judgement | None:
     """An observable that the run does not give, and that is not declared so, fails; and one that
     does not begin as in the scene."""
-    found = _dropped(run.found, tuple(run.units))
-    return found and replace(found, tolerances=run.tolerances)
+    dropped = _dropped(run.found, tuple(run.units))
+    return dropped and replace(dropped, tolerances=run.tolerances)
 
 
-def _dropped(found: Measurement, observables: Sequence[str]) -> Judgement | None:
-    missing = [name for name in observables if name not in found.errors]
-    names = undeclared(found.scene, found.method, missing, left_out=True)
-    if found.status != "done":
+def _dropped(run: Measurement, observables: Sequence[str]) -> Judgement | None:
+    missing = [name for name in observables if name not in run.errors]
+    names = undeclared(run.scene, run.method, missing, left_out=True)
+    if run.status != "done":
         return None
-    why = f"{LEAVES_OUT} {', '.join(names)}" if names else starts_off(found)
+    why = f"{LEAVES_OUT} {', '.join(names)}" if names else starts_off(run)
     return Judgement("fail", {}, why) if why else None
 
 
@@ -208,16 +208,16 @@ def _says_nothing(run: _Run) -> Judgement | None:
     name = run.leading
     if name not in run.tolerances:
         return None
-    seen = run.found.errors[name]
-    predicted = seen.predicted
+    error = run.found.errors[name]
+    predicted = error.predicted
     exactly = predicted is not None and predicted.for_this_step
-    allowed = seen.model_error if exactly else run.tolerances[name].bound
+    allowed = error.model_error if exactly else run.tolerances[name].bound
     if predicted is not None and predicted.uncertainty is not None:
         allowed = run.tolerances[name].bound - predicted.largest
-    if not 0.0 < seen.scale <= allowed:
+    if not 0.0 < error.scale <= allowed:
         return None
     why = f"{name} may be {allowed:.3g} {run.units[name]} beside what is predicted of it"
-    return Judgement("pre-asymptotic", run.tolerances, f"{why}, and is {seen.scale:.3g} in all")
+    return Judgement("pre-asymptotic", run.tolerances, f"{why}, and is {error.scale:.3g} in all")
 
 
 def _no_theory(run: _Run) -> Judgement | None:
@@ -302,19 +302,19 @@ def _does_not_run(several: _Runs) -> Judgement | None:
 
 
 def _drops(several: _Runs) -> Judgement | None:
-    """What an engine leaves out is no known limit."""
+    """An observable that an engine leaves out is no known limit."""
     dropped = (_dropped(m, several.observables) for m in several.found)
-    return next((found for found in dropped if found is not None), None)
+    return next((judgement for judgement in dropped if judgement is not None), None)
 
 
 def _without_theory(several: _Runs) -> Judgement | None:
     """Of a method that no theory covers only the envelope of its errors is judged."""
     if not unpredicted(several.found, several.method):
         return None
-    seen = convergence(several.found, several.quantities)
-    if seen.verdict is None and (diverged := several.first("diverged")) is not None:
+    result = convergence(several.found, several.quantities)
+    if result.verdict is None and (diverged := several.first("diverged")) is not None:
         return diverged
-    return Judgement(seen.verdict or "pre-asymptotic", {}, seen.reason)
+    return Judgement(result.verdict or "pre-asymptotic", {}, result.reason)
 
 
 def _fails(several: _Runs) -> Judgement | None:
@@ -326,7 +326,7 @@ def _fails(several: _Runs) -> Judgement | None:
 
 
 def _stays(several: _Runs) -> Judgement | None:
-    """An error that stays is a finding, unless the theory there is does not reach the finest step:
+    """An error that does not fall is `not-converging`, unless no theory reaches the finest step:
     steps too large for it show nothing about finer ones."""
     if several.flat is None or several.runs[-1].verdict == "pre-asymptotic":
         return None
@@ -340,8 +340,8 @@ def _claims_too_much(several: _Runs) -> Judgement | None:
     if passed is None:
         return None
     scene, method = several.found[0].scene, several.found[0].method
-    given = [n for n in several.observables if any(n in m.errors for m in several.found)]
-    silent = undeclared(scene, method, (n for n in given if n in several.unjudged), left_out=False)
+    names = [n for n in several.observables if any(n in m.errors for m in several.found)]
+    silent = undeclared(scene, method, (n for n in names if n in several.unjudged), left_out=False)
     if silent:
         why = several.unjudged[silent[0]]
         return Judgement("fail", passed.tolerances, f"{', '.join(silent)}: not judged, {why}")

@@ -1,1 +1,1 @@
-"""Pictures and words: tables, plots and the page."""
+"""Tables, plots and pages."""

@@ -1,4 +1,4 @@
-"""What a page is made of: tables, figures, findings, and the section of one system."""
+"""The parts of a page: tables, figures, findings, and the section of one system."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Statement:
-    """What a source says, and what was found of it; a row of the page's table of the sources."""
+    """A source's statement and the result for it; a row of the page's table of the sources."""
 
     source: str  # its key in the citations: an author and a year
     place: str  # in the source: an equation, a figure, a section
@@ -64,8 +64,8 @@ class Statement:
 
 @dataclass(frozen=True)
 class Claim:
-    """What a finding's words rest on: a measured figure, said so that it explains why they would
-    not hold, and whether they do."""
+    """A check that a measured figure supports a finding's text: its words say why that would not
+    hold, and whether it does."""
 
     text: str
     holds: bool
@@ -101,7 +101,7 @@ def _nothing_hard(study: Study, scene: Scene) -> Sequence[Figure | Table]:
 
 @dataclass(frozen=True)
 class Section:
-    """What a page says of one system beside what it says of every scene."""
+    """The section of a page on one system, beside the parts that every scene has."""
 
     findings: tuple[Finder, ...]
     figures: Callable[[Study], Sequence[tuple[str, Sequence[Figure]]]] = _no_galleries
@@ -119,9 +119,9 @@ def row(*texts: str | Cell) -> tuple[Cell, ...]:
     return tuple(text if isinstance(text, Cell) else Cell(text) for text in texts)
 
 
-def value(found: float | None, digits: int = 3) -> Cell:
+def value(amount: float | None, digits: int = 3) -> Cell:
     """A cell with a number of so many significant digits; a dash where there is none."""
-    return Cell("–" if found is None else number(found, digits), "number")
+    return Cell("–" if amount is None else number(amount, digits), "number")
 
 
 def method_cell(name: str) -> Cell:

@@ -25,16 +25,16 @@ def write_junit(file: Path, study: Study, judged: Judgements) -> None:
     ran = {(c.scene, c.method): c for c in study.convergence}
     counts: Counter[str] = Counter()
     for scene, method in pairs(study.scenes, study.methods):
-        found, runs = judged[scene.name, method.name].whole, ran[scene.name, method.name]
+        judgement, runs = judged[scene.name, method.name].whole, ran[scene.name, method.name]
         case = ElementTree.SubElement(
             suite, "testcase", classname=scene.name, name=method.name,
             time=f"{sum(m.seconds for m in runs.measurements):.6f}",
         )  # fmt: skip
         held = ElementTree.SubElement(case, "properties")
-        said = _properties(runs, study.leading(scene.name), found)
-        for name, value in (said | _relative(runs, method, study, scene.name)).items():
+        properties = _properties(runs, study.leading(scene.name), judgement)
+        for name, value in (properties | _relative(runs, method, study, scene.name)).items():
             ElementTree.SubElement(held, "property", name=name, value=value)
-        if (outcome := _outcome(scene, method, found)) is not None:
+        if (outcome := _outcome(scene, method, judgement)) is not None:
             kind, message = outcome
             ElementTree.SubElement(case, kind, message=message)
             counts[kind] += 1
@@ -47,16 +47,16 @@ def write_junit(file: Path, study: Study, judged: Judgements) -> None:
     written(text, file.parent, file.name)
 
 
-def _outcome(scene: Scene, method: Method, found: Judgement) -> tuple[str, str] | None:
+def _outcome(scene: Scene, method: Method, judgement: Judgement) -> tuple[str, str] | None:
     """`failure` or `skipped` with its message; None for a case that passes."""
-    wanted, means = expected(scene.name, method.name), standing(scene, method, found)
+    wanted, means = expected(scene.name, method.name), standing(scene, method, judgement)
     if means == "unexpected":
-        return "failure", f"{surprise(scene, method, found)}: {found.reason}"
+        return "failure", f"{surprise(scene, method, judgement)}: {judgement.reason}"
     if means == "known limit":
-        return "skipped", f"known limit, {found.verdict}: {wanted.reason}"
+        return "skipped", f"known limit, {judgement.verdict}: {wanted.reason}"
     if means == "pre-asymptotic":
-        return "skipped", f"pre-asymptotic, nothing is claimed: {found.reason}"
-    return ("skipped", f"{found.verdict}: {found.reason}") if means == "not run" else None
+        return "skipped", f"pre-asymptotic, nothing is claimed: {judgement.reason}"
+    return ("skipped", f"{judgement.verdict}: {judgement.reason}") if means == "not run" else None
 
 
 def _relative(runs: ConvergenceStudy, method: Method, study: Study, scene: str) -> dict[str, str]:
@@ -72,12 +72,14 @@ def _relative(runs: ConvergenceStudy, method: Method, study: Study, scene: str) 
     }  # fmt: skip
 
 
-def _properties(runs: ConvergenceStudy, leading: Observable, found: Judgement) -> dict[str, str]:
+def _properties(
+    runs: ConvergenceStudy, leading: Observable, judgement: Judgement
+) -> dict[str, str]:
     """Verdict and order, and the errors of the leading observable, each the largest over a run, at
     the step [s] (or relative tolerance) with the smallest and the largest of them."""
-    said = {"verdict": found.verdict, "observable": leading.name, "unit": leading.unit}
-    if found.unjudged:
-        said["unjudged"] = "; ".join(f"{name}: {why}" for name, why in found.unjudged.items())
+    facts = {"verdict": judgement.verdict, "observable": leading.name, "unit": leading.unit}
+    if judgement.unjudged:
+        facts["unjudged"] = "; ".join(f"{name}: {why}" for name, why in judgement.unjudged.items())
     by_error = sorted(
         (m.errors[leading.name].largest, m.step)
         for m in runs.measurements
@@ -86,7 +88,7 @@ def _properties(runs: ConvergenceStudy, leading: Observable, found: Judgement) -
     for which, (error, step) in zip(
         ("smallest", "largest"), (by_error[0], by_error[-1]) if by_error else (), strict=False
     ):
-        said |= {f"{which}_error": f"{error:.6g}", f"step_of_{which}_error": f"{step:.6g}"}
+        facts |= {f"{which}_error": f"{error:.6g}", f"step_of_{which}_error": f"{step:.6g}"}
     if runs.order is not None:
-        said["order"] = f"{runs.order.slope:.3f}"
-    return said
+        facts["order"] = f"{runs.order.slope:.3f}"
+    return facts

@@ -52,14 +52,14 @@ def recommendations(study: Study, judged: Judgements) -> Table | None:
         return None
     rows = []
     for scene in study.scenes:
-        found = [cheapest(study, scene.name, error, judged) for error, _ in ERRORS]
-        unit = f"{found[0].observable} [{found[0].unit}]"
+        answers = [cheapest(study, scene.name, error, judged) for error, _ in ERRORS]
+        unit = f"{answers[0].observable} [{answers[0].unit}]"
         name = Cell(scene.name, "scene", scene.summary, anchor(scene.name))
-        default = next(iter(found[0].defaults), None)
+        default = next(iter(answers[0].defaults), None)
         usual = Cell("–", "number")
         if default is not None and default.method == DEFAULT_METHOD:
             usual = Cell(notation.number(default.error), "number", _said(default))
-        rows.append(row(name, unit, *(_cell(answer) for answer in found), usual))
+        rows.append(row(name, unit, *(_cell(answer) for answer in answers), usual))
     heads = ("scene", "quantity", *(f"within {name}" for _, name in ERRORS),
              "MuJoCo, default settings")  # fmt: skip
     note = (
@@ -85,14 +85,14 @@ def scene_recommendations(study: Study, scene: str, judged: Judgements) -> Table
         wanted = Cell(name, "number", f"{notation.number(answer.absolute)} {answer.unit}")
         if answer.choice is None:
             best = answer.best
-            said = "nothing measured reaches it" if best else "nothing was measured"
-            said += (
+            text = "nothing measured reaches it" if best else "nothing was measured"
+            text += (
                 f"; the best is {best.method} at {notation.step(best.step, best.control)}: "
                 f"{notation.number(best.error)}"
                 if best
                 else ""
             )
-            rows.append(row(wanted, Cell(said, "none", span=6)))
+            rows.append(row(wanted, Cell(text, "none", span=6)))
             continue
         second = answer.runner_up
         rows.append(
@@ -122,8 +122,8 @@ def scene_recommendations(study: Study, scene: str, judged: Judgements) -> Table
 def _cell(answer: Recommendation) -> Cell:
     if answer.choice is None:
         best = answer.best
-        said = f"best: {notation.number(best.error)} with {best.method}" if best else "not measured"
-        return Cell("not reached", "none", said)
+        hint = f"best: {notation.number(best.error)} with {best.method}" if best else "not measured"
+        return Cell("not reached", "none", hint)
     choice = answer.choice
     text = f"{choice.method}\n{notation.step(choice.step, choice.control)}, "
     text += notation.times_real(choice.ns_per_second)
@@ -147,24 +147,24 @@ def sources(findings: Sequence[Finding]) -> Table | None:
     """Every statement of the sources that these findings judge, in the order of their texts, each
     with a link to the finding that shows it; None where they judge none."""
     titles = {finding.name: finding.title for finding in findings}
-    every = [(one, finding) for finding in findings for one in finding.statements]
+    every = [(stated, finding) for finding in findings for stated in finding.statements]
     if not every:
         return None
     order = [(source, place) for source, places in PLACES.items() for place in places]
     rank = {both: number for number, both in enumerate(order)}
     rows = []
     # a place that is not listed comes last
-    for one, finding in sorted(
+    for stated, finding in sorted(
         every, key=lambda pair: rank.get((pair[0].source, pair[0].place), len(rank))
     ):
-        name = one.finding if one.finding in titles else finding.name
-        texts = (Cell(text, "text") for text in (one.text, one.said, one.ours))
-        verdict = Cell(one.verdict, "text", one.why)
+        name = stated.finding if stated.finding in titles else finding.name
+        texts = (Cell(text, "text") for text in (stated.text, stated.said, stated.ours))
+        verdict = Cell(stated.verdict, "text", stated.why)
         rows.append(
-            row(one.source, one.place, *texts, verdict, Cell(titles[name], "text", "", name))
+            row(stated.source, stated.place, *texts, verdict, Cell(titles[name], "text", "", name))
         )
-    counted = Counter(one.verdict for one, _ in every)
-    counts = ", ".join(f"{counted[word]} {said}" for word, said in STATEMENT_WORDS.items())
+    counted = Counter(stated.verdict for stated, _ in every)
+    counts = ", ".join(f"{counted[word]} {means}" for word, means in STATEMENT_WORDS.items())
     note = (
         "Ours: computed from the exact solutions and from the runs of this study. A printed number "
         "holds where ours rounds to it. Hover over a verdict for its reason."

@@ -31,17 +31,17 @@ def filled(template: str, *, shared: str | None = None, **content: Any) -> str:
     from markupsafe import Markup
 
     inside = {name: Markup(text) for name, text in _inside().items()} if shared is None else {}
-    given: dict[str, Any] = {"styles": {}, "frame": "frame.html.jinja", "href": _same_page}
+    defaults: dict[str, Any] = {"styles": {}, "frame": "frame.html.jinja", "href": _same_page}
     return (
         _environment()
         .get_template(template)
-        .render({**given, **content, "shared": shared, "inside": inside})
+        .render({**defaults, **content, "shared": shared, "inside": inside})
     )
 
 
 @cache
 def _environment() -> Environment:
-    """What reads the templates and keeps them."""
+    """The environment that reads the templates and caches them."""
     import jinja2
     from markupsafe import Markup
 
@@ -61,8 +61,8 @@ def _kept(text: str) -> Markup:
     """A text in which no line ends inside a number, or before its unit."""
     from markupsafe import Markup, escape
 
-    whole = str(escape(UNITS.sub("\u00a0", text)))
-    return Markup(EXPONENT.sub(r"<span class=nowrap>\g<0></span>", whole))
+    escaped = str(escape(UNITS.sub("\u00a0", text)))
+    return Markup(EXPONENT.sub(r"<span class=nowrap>\g<0></span>", escaped))
 
 
 def shared_files() -> dict[str, str]:
@@ -90,8 +90,8 @@ def written(text: str | bytes, folder: Path, name: str) -> Path:
     its path; raises OSError where the folder cannot be written."""
     folder.mkdir(parents=True, exist_ok=True)
     # A file in a folder has the permissions that the user's umask leaves, unlike a temporary file.
-    with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder) as made:
-        part = Path(made) / name
+    with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder) as scratch:
+        part = Path(scratch) / name
         part.write_bytes(text.encode("utf-8") if isinstance(text, str) else text)
         os.replace(part, folder / name)
     return folder / name
@@ -105,8 +105,8 @@ def figure_json(figure: Figure) -> str:
         {key: _once(value, arrays) if key in "xy" else value for key, value in trace.items()}
         for trace in figure.traces
     ]
-    rest = _json({"data": traces, "layout": figure.layout})
-    text = f'{{"arrays":[{",".join(arrays)}],{rest[1:]}'
+    encoded = _json({"data": traces, "layout": figure.layout})
+    text = f'{{"arrays":[{",".join(arrays)}],{encoded[1:]}'
     return text.replace("<", "\\u003c")
 
 

@@ -73,7 +73,7 @@ def styles(methods: Sequence[Method]) -> Mapping[str, Style]:
     """The style of each method by name; earlier ones get larger markers, so that curves that
     coincide are seen as rings."""
     colours, shapes = dict(INTEGRATORS), dict(ENGINES)
-    found: dict[str, Style] = {}
+    by_method: dict[str, Style] = {}
     dashes: dict[tuple[str, str], int] = {}
     for rank, method in enumerate(methods):
         integrator = method.name.partition("/")[2].partition("+")[0]
@@ -83,10 +83,10 @@ def styles(methods: Sequence[Method]) -> Mapping[str, Style]:
             shapes[method.engine] = SHAPES[(len(shapes) - len(ENGINES)) % len(SHAPES)]
         pair = (integrator, method.engine)
         dashes[pair] = dashes.get(pair, -1) + 1  # the same integrator with another contact profile
-        found[method.name] = Style(
+        by_method[method.name] = Style(
             colours[integrator],
             shapes[method.engine] + ("-open" if dashes[pair] % 2 else ""),
             max(5.0, 11.0 - 0.5 * rank),
             DASHES[dashes[pair] % len(DASHES)],
         )
-    return found
+    return by_method

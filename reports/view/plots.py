@@ -48,15 +48,15 @@ def scene_figures(
     convergence: Sequence[ConvergenceStudy],
     methods: Mapping[str, Method],
     styles: Mapping[str, Style],
-    found: Sequence[Point],
+    points: Sequence[Point],
     absolute: Mapping[tuple[str, float], str],
 ) -> tuple[Figure, ...]:
-    """All figures of one scene, with its relative errors `found` and the same in SI units as text;
+    """All figures of one scene, with its relative errors `points` and the same in SI units as text;
     what was not measured leaves its figure out."""
     system = system_of(scene)
     stepped = [c for c in convergence if methods[c.method].control == "step"]
     figures = [
-        error_against_cost(found, absolute, methods, styles),
+        error_against_cost(points, absolute, methods, styles),
         error_against_step(system, stepped, styles),
         errors_over_time(system, convergence, methods, styles),
         exact_motion(system, scene),
@@ -102,15 +102,15 @@ def exact_motion(system: System, scene: Scene) -> Figure:
     shown = min(scene.duration, PERIODS * period)
     times = np.linspace(0.0, shown, 240)
     observed = case.reference.observe(times)
-    leading, *rest = system.observables
+    leading, *more = system.observables
     title = f"{symbol(leading.name)} [{leading.unit}]"
     traces = [curve(times, observed[leading.name], colour="#0072b2", name=symbol(leading.name))]
-    if rest:
-        second = rest[0]
+    if more:
+        second = more[0]
         other = curve(times, observed[second.name], colour="#e69f00", dash="dash",
                       name=symbol(second.name))  # fmt: skip
         traces.append({**other, "yaxis": "y2"})
-    found = figure(
+    drawn = figure(
         "The exact motion",
         "What every method is compared with"
         + ("." if shown == scene.duration else f": the first {PERIODS} periods."),
@@ -119,11 +119,11 @@ def exact_motion(system: System, scene: Scene) -> Figure:
         linear(title),
         legend=True,
     )
-    if rest:
-        side = linear(f"{symbol(rest[0].name)} [{rest[0].unit}]", overlaying="y", side="right",
+    if more:
+        side = linear(f"{symbol(more[0].name)} [{more[0].unit}]", overlaying="y", side="right",
                       showgrid=False, tickmode="auto")  # fmt: skip
-        return Figure(found.title, found.caption, found.traces, {**found.layout, "yaxis2": side})
-    return found
+        return Figure(drawn.title, drawn.caption, drawn.traces, {**drawn.layout, "yaxis2": side})
+    return drawn
 
 
 def error_against_step(
@@ -194,14 +194,14 @@ def drifts(
 
 
 def error_against_cost(
-    found: Sequence[Point],
+    points: Sequence[Point],
     absolute: Mapping[tuple[str, float], str],
     methods: Mapping[str, Method],
     styles: Mapping[str, Style],
 ) -> Figure:
     """Relative error against speed, with the Pareto front; `absolute` are errors in SI units, as
     text, by method and step. A closed form stands in the caption: it has no place on the axes."""
-    usable = [p for p in found if np.isfinite(p.error) and p.ns_per_second]
+    usable = [p for p in points if np.isfinite(p.error) and p.ns_per_second]
     exact = [p for p in usable if methods[p.method].scheme.integrator == EXACT]
     simulated = [p for p in usable if p not in exact]
     best = front(simulated, lambda p: (p.ns_per_second, p.error))
@@ -215,7 +215,7 @@ def error_against_cost(
         hints = [
             f"{notation.step(p.step, methods[name].control)}, "
             f"{notation.number(p.ns_per_second)} ns per simulated second"
-            + (f", {said}" if (said := absolute.get((name, p.step))) else "")
+            + (f", {text}" if (text := absolute.get((name, p.step))) else "")
             + (", on the Pareto front" if p in best else "")
             for p in line
         ]
@@ -224,17 +224,17 @@ def error_against_cost(
             curve([_speed(p) for p in line], positive([p.error for p in line]), styles[name],
                   method=name, marks=True, width=1.2, hints=hints, hint=hint)
         )  # fmt: skip
-    said = ""
+    text = ""
     if exact:
         cost = min(p.ns_per_second for p in exact)
-        said = (
+        text = (
             " Dotted: the speed of the closed form, whose error is round-off alone (real-time "
             f"factor {notation.real_time_factor(cost)}); it simulates nothing."
         )
     return figure(
         "Work–precision: relative error against speed",
         "Right and low is better. The grey band is the Pareto front: no other run is both faster "
-        f"and more accurate. Costs are measured with nothing else running.{said}",
+        f"and more accurate. Costs are measured with nothing else running.{text}",
         traces,
         logarithmic("real-time factor: simulated time / computing time [1]"),
         logarithmic("relative error [1]"),
@@ -262,8 +262,8 @@ def budget_bars(
     methods: Mapping[str, Method],
     shown: Sequence[str],
 ) -> Figure | None:
-    """What the tolerances of one run of each of the `shown` methods are made of, as stacked bars:
-    what the error may differ from its prediction by, or where there is none, its bound. None where
+    """The terms of the tolerance of one run of each of the `shown` methods, as stacked bars: of the
+    allowed difference from the predicted error, or without a prediction, of the bound. None where
     none of them has a tolerance."""
     observable, parts, bars = system.observables[0], dict[str, dict[int, float]](), list[str]()
     for c in convergence:
@@ -285,8 +285,8 @@ def budget_bars(
                 if term.value >= SEEN * total
                 else "others"
             )
-            own = parts.setdefault(named, {})
-            own[len(bars) - 1] = own.get(len(bars) - 1, 0.0) + 100.0 * term.value / total
+            bar = parts.setdefault(named, {})
+            bar[len(bars) - 1] = bar.get(len(bars) - 1, 0.0) + 100.0 * term.value / total
     if not parts:
         return None
     traces = tuple(
@@ -297,7 +297,7 @@ def budget_bars(
         }
         for k, (name, of) in enumerate(parts.items())
     )  # fmt: skip
-    axis, legend = 50, 24 * len(parts)  # [px]; a legend that moves margins may be laid out for ever
+    axis, legend = 50, 24 * len(parts)  # [px]; a legend that moves margins may be laid out forever
     return Figure(
         f"What the tolerance of {symbol(observable.name)} is made of",
         "One run of each method: by what its largest error may differ from the predicted one, or "

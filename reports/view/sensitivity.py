@@ -26,8 +26,8 @@ NOTE = (
 def table(study: Study, scene: Scene, judged: Judgements) -> Table | None:
     """Methods against parameters; None where no verdict is `pass`, or nothing can be changed."""
     ran = [c for c in study.convergence if c.scene == scene.name]
-    found = {c.method: judged[c.scene, c.method] for c in ran}
-    if not any(pair.whole.verdict == "pass" for pair in found.values()):
+    pairs = {c.method: judged[c.scene, c.method] for c in ran}
+    if not any(pair.whole.verdict == "pass" for pair in pairs.values()):
         return None
     sensitivities = Sensitivities(scene)
     parameters = tuple(sensitivities.slopes)
@@ -36,7 +36,7 @@ def table(study: Study, scene: Scene, judged: Judgements) -> Table | None:
     methods = {method.name: method for method in study.methods}
     rows = []
     for c in ran:
-        pair, method = found[c.method], methods[c.method]
+        pair, method = pairs[c.method], methods[c.method]
         if pair.whole.verdict in ("unsupported", "missing"):
             continue
         name = Cell(c.method, "method")
@@ -62,9 +62,9 @@ def _cell(parameter: Parameter, least: Noticed | None, method: Method) -> Cell:
     return Cell(notation.number(least.change, 2), "number", f"by {least.observable} at {at}")
 
 
-def _why(scene: str, method: str, found: Judgement) -> tuple[str, str]:
+def _why(scene: str, method: str, judgement: Judgement) -> tuple[str, str]:
     """A verdict in short, and its reason."""
     limit = expected(scene, method)
-    known = limit.verdict != "pass" and limit.allows(found)
-    text = f"not judged by a prediction: {found.verdict.replace('-', ' ')}"
-    return (f"{text} (known)", limit.reason) if known else (text, found.reason)
+    known = limit.verdict != "pass" and limit.allows(judgement)
+    text = f"not judged by a prediction: {judgement.verdict.replace('-', ' ')}"
+    return (f"{text} (known)", limit.reason) if known else (text, judgement.reason)

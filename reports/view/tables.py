@@ -112,20 +112,20 @@ def cost(
     """Cost of a step, in ns and in reference step times; None where nothing was timed."""
     rows = []
     for c in convergence:
-        if (found := costs.get(c.method)) is None:
+        if (cost_of := costs.get(c.method)) is None:
             continue
         speed, m = "", timed_run(c, methods[c.method])
         if m is not None and m.steps:
-            factor = notation.real_time_factor(m.steps * found.ns_per_step / m.duration)
+            factor = notation.real_time_factor(m.steps * cost_of.ns_per_step / m.duration)
             speed = f"{factor} at {notation.step(m.step, methods[c.method].control)}"
-        scatter = f"{notation.number(found.low)} – {notation.number(found.high)}"
+        scatter = f"{notation.number(cost_of.low)} – {notation.number(cost_of.high)}"
         rows.append(
             row(
                 Cell(c.method, "method"),
-                Cell(notation.number(found.ns_per_step), "number"),
+                Cell(notation.number(cost_of.ns_per_step), "number"),
                 Cell(scatter, "number"),
-                Cell(notation.number(found.ratio), "number"),
-                Cell(notation.seconds(found.compile_seconds), "number"),
+                Cell(notation.number(cost_of.ratio), "number"),
+                Cell(notation.seconds(cost_of.compile_seconds), "number"),
                 Cell(speed, "number"),
             )
         )
@@ -209,20 +209,20 @@ def budgets(
     return Table("Tolerance budget, term by term", heads, tuple(rows), note, folded=True)
 
 
-def budgeted(found: ConvergenceStudy, judged: Judged) -> tuple[Measurement, Judgement] | None:
+def budgeted(series: ConvergenceStudy, judged: Judged) -> tuple[Measurement, Judgement] | None:
     """The run whose tolerance is shown: the first that fails, else the finest that is judged; None
     where no run has a tolerance."""
-    held = [(m, j) for m, j in zip(found.measurements, judged.runs, strict=True) if j.tolerances]
+    held = [(m, j) for m, j in zip(series.measurements, judged.runs, strict=True) if j.tolerances]
     if not held:
         return None
     return next((pair for pair in held if pair[1].verdict == "fail"), held[-1])
 
 
-def _within(system: System, found: Measurement, name: str, bound: Tolerance) -> str:
+def _within(system: System, run: Measurement, name: str, bound: Tolerance) -> str:
     units = {o.name: o.unit for o in system.observables}
-    if (why := exceeded(found, name, bound, units)) is None:
+    if (why := exceeded(run, name, bound, units)) is None:
         return "the sum: within"
-    larger = found.errors[name].largest > bound.bound
+    larger = run.errors[name].largest > bound.bound
     return "the sum: EXCEEDED" if larger else f"the sum: within, but EXCEEDED: {why}"
 
 
@@ -242,14 +242,14 @@ def _plain(value: object) -> str:
     return f"{value:.17g}" if isinstance(value, float) else str(value)
 
 
-def _run(found: Measurement, judged: Judgement, method: Method, leading: str) -> Cell:
-    at = notation.step(found.step, method.control)
-    if found.status != "done":
-        return Cell(found.status, judged.verdict, f"{at}: {found.reason}")
+def _run(run: Measurement, judged: Judgement, method: Method, leading: str) -> Cell:
+    at = notation.step(run.step, method.control)
+    if run.status != "done":
+        return Cell(run.status, judged.verdict, f"{at}: {run.reason}")
     hint = f"{at}: {judged.reason or judged.verdict}"
-    if leading not in found.errors:
+    if leading not in run.errors:
         return Cell("–", f"{judged.verdict} number", hint)
-    error = found.errors[leading]
+    error = run.errors[leading]
     if bound := judged.tolerances.get(leading):
         allowed, what = bound.bound, "allowed"
         if (predicted := error.predicted) is not None and error.left_open is not None:

@@ -1,4 +1,4 @@
-"""What `plumbob validate` prints: the unexpected first, a table a scene, and the summary last."""
+"""The output of `plumbob validate`: the unexpected first, a table a scene, and the summary last."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from plumbob.reports.view import notation
 
 
 def unexpected_lines(study: Study, judged: Judgements) -> Iterator[str]:
-    """What is not as expected: scene, method, verdict, what was expected, and why."""
+    """The unexpected verdicts: scene, method, verdict, what was expected, and why."""
     for scene, method in pairs(study.scenes, study.methods):
-        found = judged[scene.name, method.name].whole
-        if standing(scene, method, found) != "unexpected":
+        judgement = judged[scene.name, method.name].whole
+        if standing(scene, method, judgement) != "unexpected":
             continue
         wanted = expected(scene.name, method.name)
-        yield f"UNEXPECTED {scene.name} {method.name}: {surprise(scene, method, found)}"
-        yield f"  {found.reason or 'every error is within its tolerance'}"
+        yield f"UNEXPECTED {scene.name} {method.name}: {surprise(scene, method, judgement)}"
+        yield f"  {judgement.reason or 'every error is within its tolerance'}"
         if wanted.reason:
             yield f"  declared: {wanted.reason}"
 
@@ -51,9 +51,9 @@ def scene_lines(
     for method, cells in zip(chosen, rows, strict=True):
         yield _line(cells, widths)
         if verbose:
-            whole = judged[scene.name, method.name].whole
-            yield from (f"      {reason}" for reason in (whole.reason,) if reason)
-            yield from (f"      not judged: {n}, {why}" for n, why in whole.unjudged.items())
+            judgement = judged[scene.name, method.name].whole
+            yield from (f"      {reason}" for reason in (judgement.reason,) if reason)
+            yield from (f"      not judged: {n}, {why}" for n, why in judgement.unjudged.items())
 
 
 def summary_lines(study: Study, judged: Judgements, page: Path) -> Iterator[str]:
@@ -61,9 +61,9 @@ def summary_lines(study: Study, judged: Judgements, page: Path) -> Iterator[str]
     means: Counter[Standing] = Counter()
     verdicts: Counter[str] = Counter()
     for scene, method in pairs(study.scenes, study.methods):
-        found = judged[scene.name, method.name].whole
-        means[standing(scene, method, found)] += 1
-        verdicts[found.verdict] += 1
+        judgement = judged[scene.name, method.name].whole
+        means[standing(scene, method, judgement)] += 1
+        verdicts[judgement.verdict] += 1
     runs = sum(m.status in ("done", "diverged") for c in study.convergence for m in c.measurements)
     counted = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.most_common())
     if verdicts["pass"]:
@@ -80,10 +80,10 @@ def _row(
     about: Sequence[Quantity], verbose: bool,
 ) -> list[str]:  # fmt: skip
     """The cells of one method: its relative error at the reference step, and what that costs."""
-    found, cost = judged[scene.name, method.name].whole, study.costs.get((scene.name, method.name))
-    means = standing(scene, method, found)
+    result, cost = judged[scene.name, method.name].whole, study.costs.get((scene.name, method.name))
+    means = standing(scene, method, result)
     mark = {"known limit": " (known)", "unexpected": " (UNEXPECTED)"}.get(means, "")
-    cells = [method.name, f"{found.verdict}{mark}", "", "", "", ""]
+    cells = [method.name, f"{result.verdict}{mark}", "", "", "", ""]
     if (shown := reference_run(ran.measurements, method)) is not None:
         cells[2], cells[3] = _error(shown, about), notation.step(shown.step, method.control)
         if cost and shown.duration:
@@ -94,16 +94,16 @@ def _row(
             cells[4] += f" ({ran.order.low:.2f} to {ran.order.high:.2f})"
     if not verbose:
         return cells
-    best = min(found.errors, key=lambda step: found.errors[step], default=None)
+    best = min(result.errors, key=lambda step: result.errors[step], default=None)
     least = ["", ""]
     if best is not None:
-        least = [notation.number(found.errors[best], 2), notation.step(best, method.control)]
+        least = [notation.number(result.errors[best], 2), notation.step(best, method.control)]
     return [*cells, f"{cost.ns_per_step:.0f} ns" if cost else "", *least]
 
 
-def _error(found: Measurement, about: Sequence[Quantity]) -> str:
+def _error(run: Measurement, about: Sequence[Quantity]) -> str:
     """The relative error of a run, with its quantity where a scene is about several."""
-    quantity, error = worst(found, about)
+    quantity, error = worst(run, about)
     of = f" ({quantity.observable})" if len(about) > 1 else ""
     return f"{notation.number(error, 2)}{of}" if math.isfinite(error) else "–"
 

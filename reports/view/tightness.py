@@ -23,7 +23,7 @@ def tables(study: Study, judged: Judgements) -> tuple[Table, ...]:
     predicted = [slack for slack in every if not slack.bound_only]
     bounded = [slack for slack in every if slack.bound_only]
     apart = f"Values within {ROUND_OFFS:g} times the round-off level are counted apart."
-    found = (
+    parts = (
         _table(
             "How tight the tolerances are: predicted errors",
             "Over all runs that pass, and all observables that are judged: by how much measured "
@@ -38,7 +38,7 @@ def tables(study: Study, judged: Judgements) -> tuple[Table, ...]:
             bounded,
         ),
     )
-    return tuple(table for table in found if table is not None)
+    return tuple(table for table in parts if table is not None)
 
 
 def _table(caption: str, note: str, every: Sequence[Slack]) -> Table | None:
@@ -46,14 +46,14 @@ def _table(caption: str, note: str, every: Sequence[Slack]) -> Table | None:
         return None
     rows = []
     for method in dict.fromkeys(slack.method for slack in every):
-        own = [slack for slack in every if slack.method == method]
-        telling = [slack for slack in own if not slack.rounded]
-        over_scale = [ratio for slack in own if (ratio := slack.over_scale) is not None]
+        of_method = [slack for slack in every if slack.method == method]
+        telling = [slack for slack in of_method if not slack.rounded]
+        over_scale = [ratio for slack in of_method if (ratio := slack.over_scale) is not None]
         rows.append(
             row(
                 Cell(method, "method"),
-                Cell(str(len(own)), "number"),
-                Cell(str(len(own) - len(telling)), "number"),
+                Cell(str(len(of_method)), "number"),
+                Cell(str(len(of_method) - len(telling)), "number"),
                 *_cells(spread([slack.over_use for slack in telling])),
                 *_cells(spread(over_scale)),
             )
@@ -61,8 +61,8 @@ def _table(caption: str, note: str, every: Sequence[Slack]) -> Table | None:
     return Table(caption, HEADS, tuple(rows), note, folded=True)
 
 
-def _cells(found: Spread | None) -> tuple[Cell, ...]:
-    values = (None,) * 3 if found is None else (found.median, found.most, found.worst)
+def _cells(spread: Spread | None) -> tuple[Cell, ...]:
+    values = (None,) * 3 if spread is None else (spread.median, spread.most, spread.worst)
     return tuple(
         Cell("–" if value is None else notation.number(value, 2), "number") for value in values
     )

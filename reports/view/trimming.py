@@ -1,4 +1,4 @@
-"""What a scene's model leaves out, what that saves, and that the motion is the same."""
+"""Features that a scene's model leaves out, what that saves, and that the motion is the same."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ def trimming(study: Study, scene: Scene) -> Table | None:
     """Cost of a step with everything in, with stages disabled, and without unfelt geoms too, for
     one method of each scheme; None where MuJoCo does not run the scene."""
     asked = _of_scene(scene, [m for m in study.methods if meant(m, scene)])
-    found = [(request.method, study.trimming_of(request)) for request in asked]
-    done = [(method, timed) for method, timed in found if timed is not None]
+    timings = [(request.method, study.trimming_of(request)) for request in asked]
+    done = [(method, timed) for method, timed in timings if timed is not None]
     if not done:
         return None
     rows = tuple(

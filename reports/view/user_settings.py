@@ -14,29 +14,29 @@ from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.tables import verdict_cell
 
 
-def table(own: Sequence[UserResult]) -> Table | None:
+def table(results: Sequence[UserResult]) -> Table | None:
     """Your settings, a row a scene; None in a study without any."""
     rows = []
-    for found in own:
+    for result in results:
         cells = [
-            _instead(getattr(kind, place), found)
-            for kind in (found.at_equal_accuracy, found.better)
+            _instead(getattr(kind, place), result)
+            for kind in (result.at_equal_accuracy, result.better)
             for place in ("here", "anywhere")
         ]
         rows.append(
             row(
-                Cell(found.scene, "scene", "", anchor(found.scene)),
-                f"{found.observable} [{found.unit}]",
-                Cell(_error(found), "number"),
-                Cell(_finest(found), "number"),
-                verdict_cell(found.scene, USER_METHOD, found.judgement, anchor(found.scene)),
-                Cell(notation.times_real(found.ns_per_second), "number"),
+                Cell(result.scene, "scene", "", anchor(result.scene)),
+                f"{result.observable} [{result.unit}]",
+                Cell(_error(result), "number"),
+                Cell(_finest(result), "number"),
+                verdict_cell(result.scene, USER_METHOD, result.judgement, anchor(result.scene)),
+                Cell(notation.times_real(result.ns_per_second), "number"),
                 *cells,
             )
         )
     if not rows:
         return None
-    step = notation.short(own[0].step)
+    step = notation.short(results[0].step)
     heads = (
         "scene", "error of", f"at your {step} s", "at a smaller step", "verdict",
         "real-time factor", "at equal accuracy, cheapest in MuJoCo", "in any engine",
@@ -49,59 +49,59 @@ def table(own: Sequence[UserResult]) -> Table | None:
     return Table("Your settings", heads, tuple(rows), note)
 
 
-def lines(own: Sequence[UserResult]) -> list[str]:
+def lines(results: Sequence[UserResult]) -> list[str]:
     """The same as lines for a terminal."""
-    said = []
-    for found in own:
-        smaller = _finest(found)
-        said += [
+    text = []
+    for result in results:
+        smaller = _finest(result)
+        text += [
             "",
-            f"{found.scene}: {found.observable} with your settings at {found.step:g} s",
-            f"  {'error':<18} {_error(found)} {found.unit}"
+            f"{result.scene}: {result.observable} with your settings at {result.step:g} s",
+            f"  {'error':<18} {_error(result)} {result.unit}"
             + (f"; {smaller}" if smaller else "")
-            + f"; {found.judgement.verdict}",
+            + f"; {result.judgement.verdict}",
         ]
         for head, kind in (
-            ("at equal accuracy", found.at_equal_accuracy),
-            ("at no greater cost", found.better),
+            ("at equal accuracy", result.at_equal_accuracy),
+            ("at no greater cost", result.better),
         ):
             choices = dict.fromkeys(c for c in (kind.here, kind.anywhere) if c is not None)
-            said += [f"  {head:<18} {_said(c, found)}" for c in choices]
+            text += [f"  {head:<18} {_said(c, result)}" for c in choices]
             if not choices:
-                said.append(f"  {head:<18} nothing else that was measured")
-    return said
+                text.append(f"  {head:<18} nothing else that was measured")
+    return text
 
 
-def _instead(choice: Choice | None, found: UserResult) -> Cell:
+def _instead(choice: Choice | None, result: UserResult) -> Cell:
     if choice is None:
         return Cell("–", "none")
     text = (
-        f"{choice.method}\n{notation.step(choice.step, choice.control)}, {_factor(choice, found)}"
+        f"{choice.method}\n{notation.step(choice.step, choice.control)}, {_factor(choice, result)}"
     )
     return Cell(
-        text, "choice", f"an error of {notation.number(choice.absolute)} {found.unit} or less"
+        text, "choice", f"an error of {notation.number(choice.absolute)} {result.unit} or less"
     )
 
 
-def _said(choice: Choice, found: UserResult) -> str:
+def _said(choice: Choice, result: UserResult) -> str:
     at = notation.step(choice.step, choice.control)
-    error = f"error {notation.number(choice.absolute)} {found.unit}"
-    return f"{choice.method} at {at}: {error}, {_factor(choice, found)}"
+    error = f"error {notation.number(choice.absolute)} {result.unit}"
+    return f"{choice.method} at {at}: {error}, {_factor(choice, result)}"
 
 
-def _factor(choice: Choice, found: UserResult) -> str:
+def _factor(choice: Choice, result: UserResult) -> str:
     """The cost of a choice in those of the user's own run."""
-    if not math.isfinite(found.ns_per_second):
+    if not math.isfinite(result.ns_per_second):
         return notation.times_real(choice.ns_per_second) + " real time"
-    return f"{notation.number(choice.ns_per_second / found.ns_per_second, 2)} of your cost"
+    return f"{notation.number(choice.ns_per_second / result.ns_per_second, 2)} of your cost"
 
 
-def _error(found: UserResult) -> str:
-    return notation.number(found.error) if math.isfinite(found.error) else "diverges"
+def _error(result: UserResult) -> str:
+    return notation.number(result.error) if math.isfinite(result.error) else "diverges"
 
 
-def _finest(found: UserResult) -> str:
-    if found.finest is None:
+def _finest(result: UserResult) -> str:
+    if result.finest is None:
         return ""
-    step, error = found.finest
+    step, error = result.finest
     return f"{notation.number(error)} at {notation.short(step)} s"

@@ -1,4 +1,4 @@
-"""What `--like` takes: a user's model file, and what its settings are held against by default."""
+"""The argument of `--like`: a user's model file, and the methods to compare it with by default."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ def own_method(path: str) -> Method:
     return engine.user_method(Path(path))
 
 
-def beside(scene: Scene, own: Method) -> Scene:
+def beside(scene: Scene, user_method: Method) -> Scene:
     """The scene with the user's step among its step sizes, for other methods to be measured at it
     too; unchanged where that step is far outside them."""
-    step = own.step_sizes[0]
+    step = user_method.step_sizes[0]
     if step in scene.steps or not min(scene.steps) <= step <= LARGEST_RATIO * max(scene.steps):
         return scene
     return replace(scene, steps=tuple(sorted((*scene.steps, step), reverse=True)))

@@ -46,24 +46,24 @@ def count(name: str, text: str) -> int:
 
 def times(text: str) -> Array:
     """T,T,... as times [s], shape (n,), none negative; raises ParameterError."""
-    found = np.array([number("times", part) for part in text.split(",")])
-    if (found < 0.0).any():
+    instants = np.array([number("times", part) for part in text.split(",")])
+    if (instants < 0.0).any():
         raise ParameterError("times", text, "0 or later")
-    return found
+    return instants
 
 
-def changes(given: Sequence[str] | None) -> dict[str, Any]:
+def changes(texts: Sequence[str] | None) -> dict[str, Any]:
     """NAME=JSON, ... as a mapping; raises ParameterError."""
-    found: dict[str, Any] = {}
-    for entry in given or ():
+    changed: dict[str, Any] = {}
+    for entry in texts or ():
         name, equals, value = entry.partition("=")
         if not equals or not name:
             raise ParameterError("set", entry, "NAME=JSON")
         try:
-            found[name] = json.loads(value)
+            changed[name] = json.loads(value)
         except (ValueError, RecursionError):
             raise ParameterError(name, value, "a JSON value, such as 9.8 or [1, 2]") from None
-    return found
+    return changed
 
 
 def add_changes(parser: argparse.ArgumentParser) -> None:
@@ -120,7 +120,7 @@ def jobs(chosen: argparse.Namespace) -> int:
 
 @contextmanager
 def workers(chosen: argparse.Namespace) -> Iterator[tuple[Executor | None, int]]:
-    """What runs tasks: a cluster's executor or none, and how many at a time; raises
+    """An executor for tasks, a cluster's or none, and how many run at a time; raises
     ParameterError."""
     here = jobs(chosen)
     if chosen.scheduler is None:
@@ -130,8 +130,8 @@ def workers(chosen: argparse.Namespace) -> Iterator[tuple[Executor | None, int]]
         raise ParameterError("jobs", chosen.jobs, "left out where --scheduler is given")
     from plumbob.engines.sweep.cluster import cluster
 
-    with cluster(chosen.scheduler) as found:
-        yield found
+    with cluster(chosen.scheduler) as executor:
+        yield executor
 
 
 @contextmanager

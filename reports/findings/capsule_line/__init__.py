@@ -37,8 +37,8 @@ def requests(plan: StudyPlan) -> Sequence[Request]:
 
 
 def hard(study: Study, scene: Scene) -> tuple[Table, ...]:
-    """What makes a case hard, in numbers; each method's last error at its finest step, with what
-    theory predicted of it."""
+    """The numbers that make a case hard; each method's last error at its finest step, with its
+    prediction."""
     line = problem(scene.name).motion
     lowest, _ = lowest_normal_forces(line.capsule, (line.segment,))
     about = (

@@ -71,12 +71,12 @@ def chatter(study: Study) -> Finding | None:
     weight, rows = motion.capsule.weight, []
     heights, contacts, forces = list[Trace](), list[Trace](), list[Trace]()
     for name in (DEFAULT, CONVERGENT):
-        for step, found in [(h, study.recording(ExtraRun(LINE, name, h))) for h in STEPS]:
-            if found is None:
+        for step, run in [(h, study.recording(ExtraRun(LINE, name, h))) for h in STEPS]:
+            if run is None:
                 return None
-            height, count = found.channels["vertical_displacement"], found.channels["contacts"]
-            load = np.sum([found.observables[n] for n in LOADS], axis=0) / weight
-            missing = float(np.mean(count[found.times < motion.t_star] < 3))
+            height, count = run.channels["vertical_displacement"], run.channels["contacts"]
+            load = np.sum([run.observables[n] for n in LOADS], axis=0) / weight
+            missing = float(np.mean(count[run.times < motion.t_star] < 3))
             cells = (displacement_error(study, LINE, name, step), float(np.ptp(height)), missing,
                      float(count.min()), float(load.min()), float(load.max()))  # fmt: skip
             rows.append(row(plain_method_cell(name), Cell(short(step), "number"),
@@ -84,7 +84,7 @@ def chatter(study: Study) -> Finding | None:
             if step == STEPS[-1]:
                 for traces, drawn in ((heights, np.maximum(np.abs(height), FLOOR)),
                                       (contacts, count), (forces, load)):  # fmt: skip
-                    traces.append(curve(found.times, drawn, colour=OF_METHODS[name], name=name))
+                    traces.append(curve(run.times, drawn, colour=OF_METHODS[name], name=name))
     heads = ("method", "step [s]", "relative error of Δx", "vertical displacement, range [m]",
              "fraction of samples with a contact missing while it slides", "fewest contacts",
              "smallest ΣNᵢ over the weight", "largest")  # fmt: skip
@@ -159,9 +159,9 @@ def isotropy(study: Study) -> Finding | None:
     if not rows:
         return None
     default, convergent = spreads.get(DEFAULT), spreads.get(CONVERGENT)
-    seen = ""
+    text = ""
     if default is not None and convergent is not None:
-        seen = (
+        text = (
             f" Over the headings the displacement varies by {number(100 * default, 2)} % with "
             f"MuJoCo's default contacts and by {_little(convergent)} with convergent "
             "ones, which a robot that slides should take (plumbob settings prints them)."
@@ -172,7 +172,7 @@ def isotropy(study: Study) -> Finding | None:
         "Pyramidal friction depends on the heading; heading 0 hides it",
         "measured",
         f"{_of_default(study)}The scene is turned as a whole, and the exact displacement stays the "
-        f"same.{seen}",
+        f"same.{text}",
         (
             "A friction pyramid of four edges reaches the coefficient f only at its edges, which "
             "lie along the contact's own axes: between them it has 0.71 f. An elliptic cone is "
@@ -223,9 +223,9 @@ def normal_forces(study: Study) -> Finding | None:
         if (parts := _from_statics(study, name)) is None:
             continue
         times, distance, left = parts
-        rest = float(distance[times > motion.t2 + SETTLED * STATICS_STEP].max())
-        resting.append(rest)
-        rows.append(row(plain_method_cell(name), value(rest), value(float(distance.max())),
+        at_end = float(distance[times > motion.t2 + SETTLED * STATICS_STEP].max())
+        resting.append(at_end)
+        rows.append(row(plain_method_cell(name), value(at_end), value(float(distance.max())),
                         value(float(left[:-1].max()))))  # fmt: skip
         colour = OF_METHODS[name]
         traces += [
@@ -276,14 +276,13 @@ def normal_forces(study: Study) -> Finding | None:
 def _from_statics(study: Study, method: str) -> tuple[Array, Array, Array] | None:
     """Times [s], and largest relative distances of the normal forces from statics, and from statics
     with the predicted error of the step."""
-    if (found := study.recording(ExtraRun(STATICS, method, STATICS_STEP))) is None:
+    if (run := study.recording(ExtraRun(STATICS, method, STATICS_STEP))) is None:
         return None
-    exact = case(STATICS).reference.observe(found.times)
-    predicted = case(STATICS).errors.at_step(scheme(method), STATICS_STEP, found.times).errors
-    seen, truth, lead = (
-        np.stack([source[load] for load in LOADS])
-        for source in (found.observables, exact, predicted)
+    exact = case(STATICS).reference.observe(run.times)
+    predicted = case(STATICS).errors.at_step(scheme(method), STATICS_STEP, run.times).errors
+    dots, truth, lead = (
+        np.stack([source[load] for load in LOADS]) for source in (run.observables, exact, predicted)
     )
-    distance = np.abs(seen / truth - 1.0).max(axis=0)
-    left = np.abs((seen - lead) / truth - 1.0).max(axis=0)
-    return found.times, distance, left
+    distance = np.abs(dots / truth - 1.0).max(axis=0)
+    left = np.abs((dots - lead) / truth - 1.0).max(axis=0)
+    return run.times, distance, left

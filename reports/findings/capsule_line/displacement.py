@@ -180,10 +180,10 @@ def _converges(name: str) -> bool:
 
 
 def _relative(study: Study, scene: str, method: str, step: float) -> float | None:
-    found = measured(study, scene, method, step)
-    if found is None:
+    run = measured(study, scene, method, step)
+    if run is None:
         return None
-    return found.errors["displacement"].end / float(problem(scene).motion.displacement)
+    return run.errors["displacement"].end / float(problem(scene).motion.displacement)
 
 
 def _beyond_the_step(study: Study) -> tuple[Table, ...]:
@@ -191,9 +191,9 @@ def _beyond_the_step(study: Study) -> tuple[Table, ...]:
     rows = []
     for name in (FULL, REDUCED):
         for step in STEPS:
-            if (found := measured(study, LINE, name, step)) is None:
+            if (run := measured(study, LINE, name, step)) is None:
                 continue
-            beyond = found.errors["displacement"].end - step_term(LINE, step)
+            beyond = run.errors["displacement"].end - step_term(LINE, step)
             contact = contact_of(LINE, name, step)
             deflection, drift = deflection_term(LINE, contact), stiction_drift(LINE, contact)
             cells = (beyond, deflection, drift, beyond - deflection - drift)
@@ -228,16 +228,16 @@ def sawtooth(study: Study) -> Finding | None:
     ]
     rows, left = [], dict[str, float]()
     for name in METHODS:
-        found = _on_parabola(study, name)
-        if not found:
+        points = _on_parabola(study, name)
+        if not points:
             continue
-        places, measured_errors, deflections = (np.array(c) for c in zip(*found, strict=True))
+        places, measured_errors, deflections = (np.array(c) for c in zip(*points, strict=True))
         traces.append(marks(places, measured_errors, OF_METHODS[name], name))
         theory = 0.5 * places * (1 - places)
         used = theory > PART / 8
         left[name] = float(np.abs((measured_errors - deflections) / theory - 1)[used].max())
         rows.append(
-            row(plain_method_cell(name), value(float(len(found))),
+            row(plain_method_cell(name), value(float(len(points))),
                 value(float(np.abs(measured_errors / theory - 1)[used].max())),
                 value(left[name]))
         )  # fmt: skip
@@ -268,8 +268,8 @@ def sawtooth(study: Study) -> Finding | None:
                 wide=True),),
         tuple(f"plumbob run {LINE} {name} --step 0.00061" for name in (FULL, "pymunk/feet")),
         claims=(
-            *(at_most(f"the distance of {name} from the parabola, relative,", one, ALIKE)
-              for name, one in left.items()),
+            *(at_most(f"the distance of {name} from the parabola, relative,", distance, ALIKE)
+              for name, distance in left.items()),
         ),
     )  # fmt: skip
 
@@ -277,7 +277,7 @@ def sawtooth(study: Study) -> Finding | None:
 def _on_parabola(study: Study, method: str) -> list[tuple[float, float, float]]:
     """phi, the error over -(mu w2 + f g) dt^2 without that of the corner at t1, and its part from
     contact deflection."""
-    line, found = problem(LINE).motion, []
+    line, points = problem(LINE).motion, []
     jump = line.closed.backward + line.closed.braking
     for step in random_steps(study.profile):
         if (end := measurements.displacement(study, LINE, method, step)) is None:
@@ -288,5 +288,5 @@ def _on_parabola(study: Study, method: str) -> list[tuple[float, float, float]]:
         if method == FULL:
             deflection = deflection_term(LINE, contact_of(LINE, FULL, step))
         phi = line.t_star / step % 1.0
-        found.append((phi, (end - line.displacement - at_t1) / unit, deflection / unit))
-    return found
+        points.append((phi, (end - line.displacement - at_t1) / unit, deflection / unit))
+    return points

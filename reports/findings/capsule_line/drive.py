@@ -36,8 +36,8 @@ NOT_COULOMB = ("pymunk/pivots",)  # three bare joints, whose friction no step br
 
 
 def finding(study: Study) -> Finding | None:
-    """What line and turn ask of the actuator, and each method's error of that force; None where
-    the study does not have the scene."""
+    """The actuator's force on the line and the turn, and each method's error of it; None where the
+    study does not have the scene."""
     if not covers(study, LINE):
         return None
     line = problem(LINE).motion
@@ -45,21 +45,21 @@ def finding(study: Study) -> Finding | None:
     turns = {epsilon: _of_turn(epsilon) for epsilon in EPSILONS}
     demands = (
         ("line, C–A₁", wanted),
-        *((f"turn, ε = {number(epsilon)}", one) for epsilon, one in turns.items()),
+        *((f"turn, ε = {number(epsilon)}", effort) for epsilon, effort in turns.items()),
     )
     rows, errors = [], []
     for name in names(study):
-        found = measured(study, LINE, name, STEP)
-        if found is None or (error := found.errors.get("driving_force")) is None:
+        run = measured(study, LINE, name, STEP)
+        if run is None or (error := run.errors.get("driving_force")) is None:
             continue
         beyond = error.predicted.beyond if error.predicted else None
         bound = error.model_error if error.model else None
         if bound is not None and beyond is not None and name not in NOT_COULOMB:
             errors.append(beyond / wanted.peak)
         rows.append(row(method_cell(name), value(error.largest), value(beyond), value(bound)))
-    seen = ""
+    note = ""
     if errors:
-        seen = (
+        note = (
             f" In engines whose friction converges it is within {number(max(errors), 2)} of the "
             "peak of what theory predicts at each sample."
         )
@@ -70,7 +70,7 @@ def finding(study: Study) -> Finding | None:
         "An actuator needs newtons to push along a line and kilonewtons for a quick turn. "
         f"The check manoeuvre asks for {number(wanted.peak)} N at most and {number(wanted.rms)} N "
         f"r.m.s.; a turn with ε = 0.1 asks for {number(turns[0.1].peak)} N and "
-        f"{number(1e-3 * turns[0.1].power)} kW.{seen}",
+        f"{number(1e-3 * turns[0.1].power)} kW.{note}",
         (
             "The source has the force F of the actuator in eqs. 3 and 9 and eliminates it. With "
             "the body's acceleration eliminated instead, F = μF_f + (1–μ)m w, where F_f is the "
@@ -89,8 +89,8 @@ def finding(study: Study) -> Finding | None:
             Table(
                 "What sizes an actuator, until the slider stops",
                 ("motion", "peak of |F| [N]", "r.m.s. [N]", "peak power [W]"),
-                tuple(row(Cell(text, "text"), *map(value, (one.peak, one.rms, one.power)))
-                      for text, one in demands),
+                tuple(row(Cell(text, "text"), *map(value, (effort.peak, effort.rms, effort.power)))
+                      for text, effort in demands),
                 "Power: F times the slider's velocity in the body.",
             ),
             Table(
@@ -109,7 +109,7 @@ def finding(study: Study) -> Finding | None:
                 "The driving force F is eliminated",
                 "no value",
                 f"at most {number(wanted.peak)} N, {number(wanted.rms)} N r.m.s. on the check "
-                f"manoeuvre.{seen}",
+                f"manoeuvre.{note}",
                 "extended",
             ),),
         claims=(
@@ -121,8 +121,8 @@ def finding(study: Study) -> Finding | None:
 
 
 def _of_turn(epsilon: float) -> Demand:
-    made = turn_of(problem(LINE).setup.capsule, RADIUS, epsilon)
-    return plane_demand(three_point_motion(made.capsule, made.path))
+    manoeuvre = turn_of(problem(LINE).setup.capsule, RADIUS, epsilon)
+    return plane_demand(three_point_motion(manoeuvre.capsule, manoeuvre.path))
 
 
 def _figure(study: Study) -> Figure:
@@ -132,10 +132,10 @@ def _figure(study: Study) -> Figure:
     steps = np.repeat(edges, 2)[1:-1], np.repeat(forces, 2)
     traces: list[Trace] = [curve(*steps, colour=GREY, width=2.2, name="exact")]
     for place, (method, shown) in enumerate(ENGINES):
-        if (found := study.recording(ExtraRun(LINE, method, STEP))) is not None:
+        if (run := study.recording(ExtraRun(LINE, method, STEP))) is not None:
             kept = slice(place * EVERY // 2, None, EVERY)
-            seen = found.times[kept], found.observables["driving_force"][kept]
-            traces.append(marks(*seen, OF_METHODS[method], shown))
+            dots = run.times[kept], run.observables["driving_force"][kept]
+            traces.append(marks(*dots, OF_METHODS[method], shown))
     return over_time(
         "F(t) of the check manoeuvre",
         f"The force of the actuator on the slider, exact and at a step of {number(STEP)} s.",

@@ -41,9 +41,9 @@ FREE, FREE_STEP = "capsule-line/frictionless", 1e-3
 FREE_METHODS = ("mujoco/euler+coulomb", "mujoco/euler", "mujoco/euler+reduced", "pymunk/feet",
                 "pymunk/side")  # fmt: skip
 FULL, REDUCED = "mujoco/euler+coulomb", "mujoco/euler+reduced"
-KEPT = 1e-3  # of the body's way: how far the common centre of mass may go
+KEPT = 1e-3  # of the body's path: how far the common centre of mass may go
 CHEAPER = 0.9  # of a cost: more is the scatter of timings
-HARDLY = 1e-2  # of a displacement: a change that is hardly one
+HARDLY = 1e-2  # of a displacement: a negligible change
 PAIRS = ((FULL, REDUCED), ("mujoco/rk4+coulomb", "mujoco/rk4+reduced"))
 SAVING_STEP = 1e-4  # [s]
 TIMED_STEPS, REPEATS = 300, 7  # the push, so often
@@ -63,24 +63,24 @@ def requests(plan: StudyPlan) -> Sequence[Request]:
 
 def heights(study: Study) -> Finding | None:
     """Loads and displacement of a capsule whose C and Q are above the plane."""
-    found = {
-        (name, step): one
+    runs = {
+        (name, step): run
         for name in (LOW, TALL)
         for step in TILTED_STEPS
-        if (one := study.recording(ExtraRun(TILTED, name, step))) is not None
+        if (run := study.recording(ExtraRun(TILTED, name, step))) is not None
     }
-    if len(found) < 2 * len(TILTED_STEPS):
+    if len(runs) < 2 * len(TILTED_STEPS):
         return None
     posed, (coarse, fine) = problem(TILTED), TILTED_STEPS
     height = float(find_method(TALL).settings["height"])
     moment = posed.setup.capsule.friction * posed.setup.capsule.weight * height
-    low, tall = found[LOW, coarse], found[TALL, coarse]
+    low, tall = runs[LOW, coarse], runs[TALL, coarse]
     times = np.linspace(0.0, float(low.times[-1]), 200)
     statics = posed.reference.observe(times)[LOAD]
     traces: list[Trace] = [
         curve(times, statics, colour=GREY, width=2.2, name="statics, no height"),
-        *(curve(one.times, one.observables[LOAD], colour=OF_METHODS[name], name=name)
-          for name, one in ((LOW, low), (TALL, tall))),
+        *(curve(run.times, run.observables[LOAD], colour=OF_METHODS[name], name=name)
+          for name, run in ((LOW, low), (TALL, tall))),
     ]  # fmt: skip
     shift = float(np.abs(tall.observables[LOAD] - low.observables[LOAD]).max())
     rows, change = [], {}
@@ -88,8 +88,8 @@ def heights(study: Study) -> Finding | None:
         ends = {name: displacement_error(study, TILTED, name, step) or 0.0 for name in (LOW, TALL)}
         change[step] = abs(ends[TALL] - ends[LOW])
         for name, end in ends.items():
-            seen = found[name, step].observables
-            load, turn = seen[LOAD], np.abs(seen["heading"])
+            observables = runs[name, step].observables
+            load, turn = observables[LOAD], np.abs(observables["heading"])
             cells = (end, float(turn.max()), float(load.min()), float(load.max()))
             rows.append(row(plain_method_cell(name), Cell(short(step), "number"),
                             *map(value, cells)))  # fmt: skip
@@ -137,8 +137,8 @@ def heights(study: Study) -> Finding | None:
 
 def momentum(study: Study) -> Finding | None:
     """How far the common centre of mass goes in each engine without friction."""
-    found = {name: study.recording(ExtraRun(FREE, name, FREE_STEP)) for name in FREE_METHODS}
-    shifts = {name: _shift(one) for name, one in found.items() if one is not None}
+    runs = {name: study.recording(ExtraRun(FREE, name, FREE_STEP)) for name in FREE_METHODS}
+    shifts = {name: _shift(run) for name, run in runs.items() if run is not None}
     if not shifts:
         return None
     travelled = abs(problem(FREE).motion.displacement)
@@ -166,29 +166,29 @@ def momentum(study: Study) -> Finding | None:
     )  # fmt: skip
 
 
-def _shift(found: Trajectory) -> float:
+def _shift(run: Trajectory) -> float:
     """Largest displacement of the common centre of mass along the line [m]: the engine's own, where
     it gives that."""
-    if "centre_of_mass" in found.channels:
-        return float(np.ptp(found.channels["centre_of_mass"]))
+    if "centre_of_mass" in run.channels:
+        return float(np.ptp(run.channels["centre_of_mass"]))
     fraction = problem(FREE).setup.capsule.mass_ratio
-    seen = found.observables
-    return float(np.abs(seen["displacement"] + fraction * seen["stroke"]).max())
+    observables = run.observables
+    return float(np.abs(observables["displacement"] + fraction * observables["stroke"]).max())
 
 
 def saving(study: Study) -> Finding | None:
-    """What a step of the full and of the reduced model costs, and that the motion is the same."""
+    """Costs of a step of the full and of the reduced model, whose motion is the same."""
     costs = {pair: _costs(study, pair) for pair in _pairs(study.profile)}
-    found = {pair: cost for pair, cost in costs.items() if cost is not None}
-    if not found:
+    known_costs = {pair: cost for pair, cost in costs.items() if cost is not None}
+    if not known_costs:
         return None
     rows = [
         row(method_cell(name), value(ns), value(ns / cost[0] if name == pair[1] else 1.0),
             value(displacement_error(study, LINE, name, SAVING_STEP)))
-        for pair, cost in found.items()
+        for pair, cost in known_costs.items()
         for name, ns in zip(pair, cost, strict=True)
     ]  # fmt: skip
-    full, reduced = next(iter(found.values()))
+    full, reduced = next(iter(known_costs.values()))
     percentage = 100 * reduced / full
     heads = ("method", "ns per step", "relative to the full model", "relative error of Δx")
     return Finding(
@@ -231,8 +231,8 @@ def _costs(study: Study, pair: tuple[str, str]) -> tuple[float, float] | None:
     """Cost of a step of the full and of the reduced model [ns]; None where one was not timed."""
     if _timed_by(plan_of(study), pair):
         timed = [study.costs.get((LINE, name)) for name in pair]
-        found = [cost.ns_per_step for cost in timed if cost]
+        costs = [cost.ns_per_step for cost in timed if cost]
     else:
         trimmed = [study.trimming_of(_timing(name)) for name in pair]
-        found = [one.ns_trimmed for one in trimmed if one]
-    return (found[0], found[1]) if len(found) == len(pair) else None
+        costs = [trimming.ns_trimmed for trimming in trimmed if trimming]
+    return (costs[0], costs[1]) if len(costs) == len(pair) else None

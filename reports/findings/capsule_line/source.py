@@ -60,10 +60,10 @@ def _panel(study: Study, title: str, name: str, axis: str, caption: str) -> Figu
     exact = reference.observe(times)[name]
     traces: list[Trace] = [curve(times, exact, colour=GREY, width=2.2, name="exact")]
     for place, (method, shown) in enumerate(ENGINES):
-        if (found := study.recording(ExtraRun(LINE, method, STEP))) is not None:
+        if (run := study.recording(ExtraRun(LINE, method, STEP))) is not None:
             kept = slice(place * EVERY // 2, None, EVERY)
-            seen = found.times[kept], found.observables[name][kept]
-            traces.append(marks(*seen, OF_METHODS[method], shown))
+            dots = run.times[kept], run.observables[name][kept]
+            traces.append(marks(*dots, OF_METHODS[method], shown))
     return over_time(title, caption, traces, linear(axis), height=300)
 
 
@@ -79,15 +79,15 @@ def misprints(study: Study) -> Finding:
         curve(times[shown], printed_body_velocity(line, times[shown]), colour=RED, dash="dash",
               width=2.2, name="eq. 19 as printed, with t"),
     ]  # fmt: skip
-    seen = None
-    if (found := study.recording(ExtraRun(LINE, MISPRINTS, STEP))) is not None:
-        rates = found.observables["velocity"]
-        traces.append(marks(found.times[::5], rates[::5], OF_METHODS[MISPRINTS], MISPRINTS))
-        seen = float(np.interp(line.t_star, found.times, rates))
+    at_end = None
+    if (run := study.recording(ExtraRun(LINE, MISPRINTS, STEP))) is not None:
+        rates = run.observables["velocity"]
+        traces.append(marks(run.times[::5], rates[::5], OF_METHODS[MISPRINTS], MISPRINTS))
+        at_end = float(np.interp(line.t_star, run.times, rates))
     rows = (
         row("as printed", value(printed)),
         row("with t₁ in its first term", value(float(line.body_velocity(late)[0]))),
-        row(f"measured, {MISPRINTS} at {number(STEP)} s", value(seen, 2)),
+        row(f"measured, {MISPRINTS} at {number(STEP)} s", value(at_end, 2)),
     )
     return Finding(
         "capsule-misprints",
@@ -123,7 +123,7 @@ def misprints(study: Study) -> Finding:
                 "The body stops at t*",
                 f"with t in the first term: {number(printed)} m/s at t*",
                 f"with t₁: {number(float(line.body_velocity(late)[0]))} m/s"
-                + ("" if seen is None else f"; in MuJoCo {number(seen, 2)} m/s"),
+                + ("" if at_end is None else f"; in MuJoCo {number(at_end, 2)} m/s"),
                 "corrected",
             ),),
     )  # fmt: skip
@@ -140,8 +140,8 @@ def any_line(study: Study) -> Finding:
             value(motion.displacement, 5),
         ]
         for method in ON_LINES:
-            found = study.recording(ExtraRun(scene, method, STEP))
-            turn = None if found is None else float(np.abs(found.observables["heading"]).max())
+            run = study.recording(ExtraRun(scene, method, STEP))
+            turn = None if run is None else float(np.abs(run.observables["heading"]).max())
             turned.append(turn or 0.0)
             cells += [value(displacement_error(study, scene, method, STEP)), value(turn, 2)]
         rows.append(row(*cells))

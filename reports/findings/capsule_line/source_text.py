@@ -1,4 +1,4 @@
-"""What else the source says of straight motions, statement by statement, each computed."""
+"""Further statements of the source on straight motions, each computed."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def slope(line: LineManoeuvre) -> tuple[float, float]:
     """Exponents p of t1^p in the displacements of slider and body, between t1 and t1/SHORTER."""
     less = replace(line, t1=line.t1 / SHORTER)
     pairs = ((line.stroke, less.stroke), (line.displacement, less.displacement))
-    one, other = (math.log(a / b) / math.log(SHORTER) for a, b in pairs)
-    return one, other
+    first, second = (math.log(a / b) / math.log(SHORTER) for a, b in pairs)
+    return first, second
 
 
 def balance(line: LineManoeuvre) -> float:
@@ -40,8 +40,8 @@ def balance(line: LineManoeuvre) -> float:
              for f in (line.body_velocity, line.relative_velocity)]  # fmt: skip
     body = line.capsule
     forces = line.friction_force(times)
-    whole = (body.body_mass + body.slider_mass) * rates[0] + body.slider_mass * rates[1]
-    return float(np.abs(whole - forces).max() / body.weight)
+    momentum = (body.body_mass + body.slider_mass) * rates[0] + body.slider_mass * rates[1]
+    return float(np.abs(momentum - forces).max() / body.weight)
 
 
 def finding(study: Study) -> Finding:
@@ -96,13 +96,13 @@ def finding(study: Study) -> Finding:
 
 
 def _friction(study: Study) -> str:
-    """What eq. 1 is in MuJoCo, with default contacts and with convergent ones."""
-    said = []
-    whole = float(problem(LINE).motion.displacement)
+    """Eq. 1 in MuJoCo, with default contacts and with convergent ones."""
+    errors = []
+    displacement = float(problem(LINE).motion.displacement)
     for name, contacts in ((DEFAULT, "default contacts"), (CONVERGENT, "the profile +coulomb")):
-        if (found := measured(study, LINE, name, STEP)) is not None:
-            error = abs(found.errors["displacement"].end / whole)
-            said.append(f"{number(100 * error, 2)} % with {contacts}")
-    if not said:
+        if (run := measured(study, LINE, name, STEP)) is not None:
+            error = abs(run.errors["displacement"].end / displacement)
+            errors.append(f"{number(100 * error, 2)} % with {contacts}")
+    if not errors:
         return "exact friction is fN_i against the velocity while a support slides"
-    return f"in MuJoCo, steps of {short(STEP)} s, the error of Δx is {', '.join(said)}"
+    return f"in MuJoCo, steps of {short(STEP)} s, the error of Δx is {', '.join(errors)}"

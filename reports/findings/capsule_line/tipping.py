@@ -70,9 +70,9 @@ def finding(study: Study) -> Finding | None:
     )
     exact = float(changed.displacement)
     measured = [
-        row(method_cell(method), value(exact, 5), value(seen / exact - 1.0))
+        row(method_cell(method), value(exact, 5), value(dots / exact - 1.0))
         for method in ENGINES
-        if (seen := _displacement(study, method)) is not None
+        if (dots := _displacement(study, method)) is not None
     ]
     tables = [
         Table("Motions along a line", ("motion", "C inside", "Q inside", "smallest Nᵢ over (M+m)g"),
@@ -122,29 +122,29 @@ def finding(study: Study) -> Finding | None:
 
 def _row(text: str, motion: LineManoeuvre) -> tuple[Cell, ...]:
     lowest, _ = lowest_normal_forces(motion.capsule, (motion.segment,))
-    found = source_assumption(motion.capsule, (motion.segment,))
+    assumed = source_assumption(motion.capsule, (motion.segment,))
     return row(
-        text, YES_NO[found.com_inside], YES_NO[found.slider_inside],
+        text, YES_NO[assumed.com_inside], YES_NO[assumed.slider_inside],
         value(float(np.min(lowest)) / motion.capsule.weight),
     )  # fmt: skip
 
 
 def _displacement(study: Study, method: str) -> float | None:
-    found = study.recording(ExtraRun(LINE, method, ENGINE_STEP, changes=OUTSIDE))
-    return None if found is None else float(found.observables["displacement"][-1])
+    run = study.recording(ExtraRun(LINE, method, ENGINE_STEP, changes=OUTSIDE))
+    return None if run is None else float(run.observables["displacement"][-1])
 
 
 def _lifted(study: Study) -> str:
-    """What the run beyond shows, in a sentence."""
-    if (found := study.recording(TIPPED)) is None:
+    """The result of the run beyond that limit, in a sentence."""
+    if (run := study.recording(TIPPED)) is None:
         return ""
-    off = np.flatnonzero(found.channels["contacts"] < 3)
+    off = np.flatnonzero(run.channels["contacts"] < 3)
     if not off.size:
         return ""
-    time, risen = float(found.times[off[0]]), float(found.channels["vertical_displacement"][-1])
+    time, risen = float(run.times[off[0]]), float(run.channels["vertical_displacement"][-1])
     return (
         f" {number(1e3 * BEYOND)} mm further than near-edge MuJoCo lifts A₁ at {number(time, 2)} s;"
-        f" C is {number(1e3 * risen, 2)} mm higher at {number(float(found.times[-1]), 2)} s."
+        f" C is {number(1e3 * risen, 2)} mm higher at {number(float(run.times[-1]), 2)} s."
     )
 
 
@@ -155,11 +155,11 @@ def _figure(study: Study) -> Figure:
         curve(times, loads_beyond(times)[:, 0], colour=RED, dash="dash", name="beyond, by statics"),
     ]
     for request, shown, dash in ((INSIDE, "inside", "solid"), (TIPPED, "beyond", "dot")):
-        if (found := study.recording(request)) is not None:
-            kept = found.times <= times[-1]
-            seen = found.times[kept], found.observables["normal_force_1"][kept]
+        if (run := study.recording(request)) is not None:
+            kept = run.times <= times[-1]
+            dots = run.times[kept], run.observables["normal_force_1"][kept]
             traces.append(
-                curve(*seen, colour=OF_METHODS[METHOD], dash=dash, name=f"{shown}, {METHOD}")
+                curve(*dots, colour=OF_METHODS[METHOD], dash=dash, name=f"{shown}, {METHOD}")
             )
     return over_time(
         "Normal force at A₁",

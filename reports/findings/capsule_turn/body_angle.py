@@ -60,14 +60,17 @@ def angle(study: Study) -> Finding | None:
         return None
     ordered = study.profile == "full"
     rows = []
-    for (epsilon, name), (stop, rest) in errors.items():
+    for (epsilon, name), (stop, final) in errors.items():
         cells = [value(stop)]
         if ordered:
             cells.append(value(order_of(study, epsilon, name, "stop")))
-        cells += [value(rest), value(order_of(study, epsilon, name, "rest"))]
+        cells += [value(final), value(order_of(study, epsilon, name, "rest"))]
         rows.append(
             row(
-                value(epsilon), plain_method_cell(name), *cells, *_judged(epsilon, name, stop, rest)
+                value(epsilon),
+                plain_method_cell(name),
+                *cells,
+                *_judged(epsilon, name, stop, final),
             )
         )
     orders = ("order",) if ordered else ()
@@ -108,14 +111,14 @@ def _both(study: Study, epsilon: float, name: str) -> tuple[float | None, float 
             judged_error(study, epsilon, name, "rest"))  # fmt: skip
 
 
-def _worst(stop: float | None, rest: float | None) -> float:
-    return max(abs(e) for e in (stop, rest) if e is not None)
+def _worst(stop: float | None, final: float | None) -> float:
+    return max(abs(e) for e in (stop, final) if e is not None)
 
 
-def _judged(epsilon: float, name: str, stop: float | None, rest: float | None) -> Sequence[Cell]:
+def _judged(epsilon: float, name: str, stop: float | None, final: float | None) -> Sequence[Cell]:
     if epsilon < FROM:
         return (Cell("–", "", f"asked for at ε ≥ {FROM:g}"), Cell(""))
-    if _worst(stop, rest) <= ASKED:
+    if _worst(stop, final) <= ASKED:
         return (Cell("met", "pass"), Cell(""))
     return (Cell("not met", "fail"), Cell(WHY.get(name, ""), "reason"))
 
@@ -135,9 +138,9 @@ def _claims(errors: Errors) -> tuple[Claim, ...]:
     euler = held.get(EULER)
     pairs = [(name, held[name]) for name in (RK4, "pymunk/feet") if name in held]
     return tuple(
-        clear(f"the error of {EULER}, and of {name},", euler, one, "rad")
-        for name, one in pairs
-        if euler is not None and one is not None
+        clear(f"the error of {EULER}, and of {name},", euler, error, "rad")
+        for name, error in pairs
+        if euler is not None and error is not None
     )
 
 
@@ -158,10 +161,10 @@ def _summary(errors: Errors) -> str:
 
 def _figure(study: Study, when: When, errors: Errors) -> Figure:
     """Error against epsilon of the formulas, of the engines at tau/JUDGED, and of Euler's step."""
-    formulas, found = formula_errors(), when == "stop"
+    formulas, at_stop = formula_errors(), when == "stop"
     lines = (
         (formulas.stop, formulas.corrected_stop)
-        if found
+        if at_stop
         else (formulas.rest, formulas.corrected_rest)
     )
     traces: list[Trace] = [
@@ -180,7 +183,7 @@ def _figure(study: Study, when: When, errors: Errors) -> Figure:
                       dash=dash, name=f"Euler's step τ/{parts}, predicted")
             )  # fmt: skip
     for name in METHODS:
-        here = [(e, pair[0 if found else 1]) for (e, n), pair in errors.items() if n == name]
+        here = [(e, pair[0 if at_stop else 1]) for (e, n), pair in errors.items() if n == name]
         known = [(e, error) for e, error in here if error is not None]
         if known:
             traces.append(
@@ -189,7 +192,7 @@ def _figure(study: Study, when: When, errors: Errors) -> Figure:
                       hint=f"{name}, ε %{{x:.3g}}: %{{y:.3g}} rad")
             )  # fmt: skip
     return figure(
-        f"Error of the body angle {'at 2τ' if found else 'at rest'} against ε",
+        f"Error of the body angle {'at 2τ' if at_stop else 'at rest'} against ε",
         f"Formulas against the exact motion; engines at τ/{JUDGED}.",
         traces, logarithmic("ε = τ/T"), logarithmic("|error of ψ| [rad]"),
         legend=True, height=460,
@@ -201,13 +204,13 @@ def _step_errors(study: Study, when: When, parts: int) -> list[tuple[float, floa
     every epsilon; at rest where the study has it."""
     if when == "stop":
         return [(e, euler_lead(turn(e)) * turn(e).half_time / parts) for e in EPSILONS]
-    found = []
+    pairs = []
     for epsilon in epsilons(study):
         here = seen(study, epsilon, EULER, parts)
         predicted = here.errors["body_angle"].predicted if here else None
         if predicted is not None:
-            found.append((epsilon, predicted.end))
-    return found
+            pairs.append((epsilon, predicted.end))
+    return pairs
 
 
 def leak(study: Study) -> Finding | None:
@@ -219,13 +222,13 @@ def leak(study: Study) -> Finding | None:
                 continue
             step = turn(epsilon).half_time / JUDGED
             ratios.setdefault(name, []).append(error / (euler_lead(turn(epsilon)) * step))
-    ratios = {name: found for name, found in ratios.items() if len(found) == len(epsilons(study))}
+    ratios = {name: sizes for name, sizes in ratios.items() if len(sizes) == len(epsilons(study))}
     if EULER not in ratios:
         return None
-    one = turn(epsilons(study)[0])
-    lead = euler_lead(one) * one.half_time / JUDGED
+    manoeuvre = turn(epsilons(study)[0])
+    lead = euler_lead(manoeuvre) * manoeuvre.half_time / JUDGED
     rows = [
-        row(plain_method_cell(name), *(value(r) for r in found)) for name, found in ratios.items()
+        row(plain_method_cell(name), *(value(r) for r in sizes)) for name, sizes in ratios.items()
     ]
     heads = ("method", *(f"ε = {number(e)}" for e in epsilons(study)))
     return Finding(
@@ -265,16 +268,16 @@ def deflection(study: Study) -> Finding | None:
     rows, vertical, beyond = [], dict[str, list[float]](), dict[str, list[float]]()
     for epsilon in epsilons(study):
         for name in (EULER, DEFAULT):
-            found = seen(study, epsilon, name, JUDGED)
-            error = None if found is None else found.errors["body_angle"]
-            if found is None or error is None or error.predicted is None:
+            run = seen(study, epsilon, name, JUDGED)
+            error = None if run is None else run.errors["body_angle"]
+            if run is None or error is None or error.predicted is None:
                 continue
             left = error.end - error.predicted.end
-            vertical.setdefault(name, []).append(found.channels["vertical_displacement"])
+            vertical.setdefault(name, []).append(run.channels["vertical_displacement"])
             beyond.setdefault(name, []).append(abs(left))
             rows.append(
                 row(value(epsilon), plain_method_cell(name), value(driving_force(epsilon), 2),
-                    value(found.channels["vertical_displacement"], 2), value(left, 2),
+                    value(run.channels["vertical_displacement"], 2), value(left, 2),
                     value(error.model.get(DEFLECTION), 2))
             )  # fmt: skip
     if set(vertical) != {EULER, DEFAULT}:
@@ -316,6 +319,6 @@ def deflection(study: Study) -> Finding | None:
 
 def driving_force(epsilon: float) -> float:
     """Largest force that moves the slider in the body [N], to leading order: m times |w|."""
-    one = turn(epsilon)
-    _, _, acceleration = one.path.kinematics(np.array([one.half_time * (1.0 - 1e-9)]))
-    return float(one.capsule.slider_mass * np.hypot(*acceleration[0]))
+    manoeuvre = turn(epsilon)
+    _, _, acceleration = manoeuvre.path.kinematics(np.array([manoeuvre.half_time * (1.0 - 1e-9)]))
+    return float(manoeuvre.capsule.slider_mass * np.hypot(*acceleration[0]))

@@ -41,12 +41,12 @@ def course(epsilon: float, phases: Array) -> tuple[Array, Array]:
     return pose.heading, pose.position
 
 
-def leading_path(one: TurnManoeuvre, phases: Array) -> Array:
+def leading_path(manoeuvre: TurnManoeuvre, phases: Array) -> Array:
     """Place of C [m], shape (n, 2), to leading order: it goes round the combined centre, which
     stays where it is."""
-    times = phases * one.half_time
-    arm = one.capsule.mass_ratio * one.radius * np.exp(1j * one.start)
-    moved = arm - arm * np.exp(1j * (one.slider_angles(times) + one.body_angles(times)))
+    times = phases * manoeuvre.half_time
+    arm = manoeuvre.capsule.mass_ratio * manoeuvre.radius * np.exp(1j * manoeuvre.start)
+    moved = arm - arm * np.exp(1j * (manoeuvre.slider_angles(times) + manoeuvre.body_angles(times)))
     return np.column_stack([moved.real, moved.imag])
 
 
@@ -102,19 +102,19 @@ def finding(study: Study) -> Finding | None:
 
 
 def _angles(runs: dict[str, Trajectory]) -> Figure:
-    one, phases = turn(DRAWN), np.linspace(0.0, LASTING, POINTS)
-    times = phases * one.half_time
+    manoeuvre, phases = turn(DRAWN), np.linspace(0.0, LASTING, POINTS)
+    times = phases * manoeuvre.half_time
     psi, _ = course(DRAWN, phases)
     traces: list[Trace] = [
-        curve(phases, one.slider_angles(times), colour=BLUE, name="φ"),
-        curve(phases, one.body_angles(times), colour=GREY, dash="dash", name="–μ₁φ"),
+        curve(phases, manoeuvre.slider_angles(times), colour=BLUE, name="φ"),
+        curve(phases, manoeuvre.body_angles(times), colour=GREY, dash="dash", name="–μ₁φ"),
         curve(phases, psi, colour=RED, width=2.2, name="ψ, exact"),
     ]
     for place, (method, shown) in enumerate(ENGINES):
         if (run := runs.get(method)) is not None:
             kept = _dots(run, place)
-            seen = run.times[kept] / one.half_time, run.observables["body_angle"][kept]
-            traces.append(marks(*seen, OF_METHODS[method], shown))
+            dots = run.times[kept] / manoeuvre.half_time, run.observables["body_angle"][kept]
+            traces.append(marks(*dots, OF_METHODS[method], shown))
     return figure(
         "Angles of slider and body",
         f"ε = {number(DRAWN)}; the slider stops at 2τ. Marks: steps of τ/{JUDGED}.",

@@ -45,11 +45,11 @@ def formula_errors() -> FormulaErrors:
     """Errors of eq. 32 and of the corrected formula at 2 tau and at rest."""
     columns = []
     for epsilon in EPSILONS:
-        found = facts(epsilon)
-        stop, rest = found["body_angle"], found["body_angle_at_rest"]
+        known = facts(epsilon)
+        stop, at_rest = known["body_angle"], known["body_angle_at_rest"]
         columns.append((
-            stop - found["body_angle_formula"], rest - found["body_angle_formula"],
-            stop - found["body_angle_corrected"], rest - found["body_angle_corrected_at_rest"],
+            stop - known["body_angle_formula"], at_rest - known["body_angle_formula"],
+            stop - known["body_angle_corrected"], at_rest - known["body_angle_corrected_at_rest"],
         ))  # fmt: skip
     return FormulaErrors(*zip(*columns, strict=True))
 
@@ -62,16 +62,16 @@ def slope(errors: tuple[float, ...]) -> float:
 
 def logarithm(errors: tuple[float, ...]) -> float:
     """K of an error K epsilon^4 ln(1/epsilon) + B epsilon^4, from the two smallest epsilons."""
-    one, two = ((e / epsilon**4, math.log(1.0 / epsilon))
+    first, second = ((e / epsilon**4, math.log(1.0 / epsilon))
                 for e, epsilon in zip(errors[-2:], EPSILONS[-2:], strict=True))  # fmt: skip
-    return (two[0] - one[0]) / (two[1] - one[1])
+    return (second[0] - first[0]) / (second[1] - first[1])
 
 
 def coefficients() -> tuple[float, float]:
     """Coefficients of epsilon^2 [rad] in the body angle at 2 tau and at rest, from theory."""
-    one = turn(0.1)
-    scale = one.characteristic_time**2
-    return scale * one.correction.at_stop.heading, scale * one.correction.at_rest.heading
+    turned = turn(0.1)
+    scale = turned.characteristic_time**2
+    return scale * turned.correction.at_stop.heading, scale * turned.correction.at_rest.heading
 
 
 def second_order(study: Study) -> Finding:
@@ -155,34 +155,34 @@ def _against_epsilon(errors: FormulaErrors) -> Figure:
 def motion() -> ThreePointMotion:
     """A turn of a body with little inertia, in which a support stops and leaves at once."""
     scene = find_scene("capsule-turn", SLENDER)
-    found = case_of(scene).problem.motion.single
-    assert isinstance(found, ThreePointMotion)
-    return found
+    single = case_of(scene).problem.motion.single
+    assert isinstance(single, ThreePointMotion)
+    return single
 
 
-def touches(found: ThreePointMotion) -> list[tuple[float, int]]:
+def touches(single: ThreePointMotion) -> list[tuple[float, int]]:
     """Times [s] and supports (0, 1, 2) that stop and leave while the others slide."""
     return [
         (now.time, now.support)
-        for before, now in pairwise(found.events)
+        for before, now in pairwise(single.events)
         if before.mode == now.mode == "slide" and now.support >= 0
     ]
 
 
 def touching(study: Study) -> Finding:
     """The slip speed on either side of the stop, and what it means."""
-    found, tau = motion(), SLENDER["half_time"]
-    (time, support), *_ = touches(found)
+    single, tau = motion(), SLENDER["half_time"]
+    (time, support), *_ = touches(single)
     sides = np.array(SIDES)
     before, at, after = (
-        slip_speeds(found, np.atleast_1d(when))[support]
+        slip_speeds(single, np.atleast_1d(when))[support]
         for when in (time - sides, time, time + sides)
     )
     rows = [
         row(value(s, 1), value(b), value(a), value(b / s), value(a / s))
         for s, b, a in zip(SIDES, map(float, before), map(float, after), strict=True)
     ]
-    given = " ".join(f"--set {name}={amount:g}" for name, amount in SLENDER.items())
+    options = " ".join(f"--set {name}={amount:g}" for name, amount in SLENDER.items())
     return Finding(
         "capsule-turn-touch",
         "A support can stop and slide on at once",
@@ -205,8 +205,8 @@ def touching(study: Study) -> Finding:
                   ("time from it [s]", "before", "after", "before, over the time [m/s²]",
                    "after, over the time [m/s²]"), tuple(rows)),
         ),
-        figures(found, tau),
-        (f"plumbob solve capsule-turn {given} --json",),
+        figures(single, tau),
+        (f"plumbob solve capsule-turn {options} --json",),
         (Statement(CHERNOUSKO, "(1)", "A support slides, or is at rest where fN_i suffices",
                    "(1)", f"it can stop and slide on at once, as at {number(time / tau, 4)} τ of a "
                    "slender body's turn", "extended"),),

@@ -31,19 +31,19 @@ def finding(study: Study) -> Finding:
     omega, speed = about["angular_velocity_at_stop"], about["speed_at_stop"]
     rows = []
     for epsilon in EPSILONS:
-        one = facts(epsilon)
-        exact, formula = one["angular_velocity_at_stop"], one["angular_velocity_at_stop_formula"]
-        slow, guess = one["speed_at_stop"], one["speed_at_stop_formula"]
+        fact = facts(epsilon)
+        exact, formula = fact["angular_velocity_at_stop"], fact["angular_velocity_at_stop_formula"]
+        slow, guess = fact["speed_at_stop"], fact["speed_at_stop_formula"]
         rows.append(
             row(value(epsilon), value(exact, 5), value(formula, 5), value(exact / formula - 1.0),
-                value(slow, 5), value(guess, 5), value(one["rest_time"] - one["stop_time"]))
+                value(slow, 5), value(guess, 5), value(fact["rest_time"] - fact["stop_time"]))
         )  # fmt: skip
     engines = [
-        row(value(epsilon), method_cell(method), value(found, 5),
-            value(found - facts(epsilon)["angular_velocity_at_stop"]))
+        row(value(epsilon), method_cell(method), value(rate, 5),
+            value(rate - facts(epsilon)["angular_velocity_at_stop"]))
         for epsilon in epsilons(study)
         for method in METHODS
-        if (found := _measured(study, epsilon, method)) is not None
+        if (rate := _measured(study, epsilon, method)) is not None
     ]  # fmt: skip
     coefficient = turn(SHOWN).correction.left_at_stop.heading
     tables = [
@@ -91,8 +91,8 @@ def finding(study: Study) -> Finding:
 def _measured(study: Study, epsilon: float, method: str) -> float | None:
     """omega at 2 tau [rad/s] of a recorded run, or from the error that the study measured."""
     exact = facts(epsilon)["angular_velocity_at_stop"]
-    if (found := seen(study, epsilon, method, JUDGED, "stop")) is not None:
-        return exact + found.errors["heading_rate"].end
+    if (run := seen(study, epsilon, method, JUDGED, "stop")) is not None:
+        return exact + run.errors["heading_rate"].end
     tau = turn(epsilon).half_time
     recording = study.recording(ExtraRun(name_of(epsilon), method, tau / JUDGED))
     if recording is None:

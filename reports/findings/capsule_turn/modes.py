@@ -70,24 +70,24 @@ def strip(motion: ThreePointMotion, unit: float) -> Figure:
 
 def _words(motion: ThreePointMotion) -> list[str]:
     """The sequence of modes in words."""
-    found = []
+    phrases = []
     for before, event in pairwise((None, *motion.events)):
         assert event is not None
         name = f"A{event.support + 1}"
         again = before is not None and before.mode == event.mode == "slide"
         if again:
-            found.append(f"{name} stops and slides on at once")
+            phrases.append(f"{name} stops and slides on at once")
         else:
-            found.append(f"pivot about {name}" if event.mode == "pivot" else event.mode)
-    return found
+            phrases.append(f"pivot about {name}" if event.mode == "pivot" else event.mode)
+    return phrases
 
 
 def slip_speeds(motion: ThreePointMotion, times: Array) -> Array:
     """|v_i| [m/s] of each support, shape (3, n), at `times` [s], shape (n,)."""
     pose = motion.at(times)
-    own = (pose.velocity @ [1.0, 1j]) * np.exp(-1j * pose.heading)
+    velocity = (pose.velocity @ [1.0, 1j]) * np.exp(-1j * pose.heading)
     supports = np.asarray(motion.capsule.supports) @ [1.0, 1j]
-    return np.asarray(np.abs(own + 1j * pose.angular_velocity * supports[:, None]))
+    return np.asarray(np.abs(velocity + 1j * pose.angular_velocity * supports[:, None]))
 
 
 def slips(motion: ThreePointMotion, unit: float) -> Figure:
@@ -104,9 +104,9 @@ def slips(motion: ThreePointMotion, unit: float) -> Figure:
         for part in np.array_split(np.arange(times.size), -(-times.size // 290)):
             reach = np.append(part, part[-1] + 1)[: times.size - part[0]]
             drawn = np.maximum(line[reach] / top, NEAR)
-            one = curve(times[reach] / unit, drawn, colour=colour, name=f"A{place + 1}")
+            trace = curve(times[reach] / unit, drawn, colour=colour, name=f"A{place + 1}")
             first = bool(part[0] == 0)
-            traces.append({**one, "legendgroup": f"A{place + 1}", "showlegend": first})
+            traces.append({**trace, "legendgroup": f"A{place + 1}", "showlegend": first})
     return figure(
         "Slip speed of each support",
         f"Over the largest, {top:.3g} m/s. A support at rest lies at the bottom.",
@@ -118,15 +118,15 @@ def hard(study: Study, scene: Scene) -> tuple[Figure | Table, ...]:
     """The exact motion's modes and slips, what makes the case hard in numbers, and each method's
     error at the end."""
     turned = problem(scene.name).motion
-    one = turned.manoeuvre
-    lowest, _ = lowest_normal_forces(one.capsule, one.track)
+    move = turned.manoeuvre
+    lowest, _ = lowest_normal_forces(move.capsule, move.track)
     about = (
-        ("ε", one.epsilon),
-        ("Zτ² [rad]", one.slider_angle),
+        ("ε", move.epsilon),
+        ("Zτ² [rad]", move.slider_angle),
         ("turns", float(turned.count)),
-        ("smallest Nᵢ over (M+m) g", float(min(lowest)) / one.capsule.weight),
-        ("largest a Ω² [m/s²]", one.radius * (one.angular_acceleration * one.half_time) ** 2),
-        ("at rest from [τ]", turned.single.rest_time / one.half_time),
+        ("smallest Nᵢ over (M+m) g", float(min(lowest)) / move.capsule.weight),
+        ("largest a Ω² [m/s²]", move.radius * (move.angular_acceleration * move.half_time) ** 2),
+        ("at rest from [τ]", turned.single.rest_time / move.half_time),
         ("body angle at the end [rad]", float(turned.at(scene.duration).heading[0])),
     )
     numbers = Table(
@@ -134,7 +134,7 @@ def hard(study: Study, scene: Scene) -> tuple[Figure | Table, ...]:
         (row(*(value(size, 6) for _, size in about)),),
         "" if turned.count == 1 else "The modes are those of the first turn; all are the same.",
     )  # fmt: skip
-    return (*figures(turned.single, one.half_time), numbers, *_events(scene), *_ends(study, scene))
+    return (*figures(turned.single, move.half_time), numbers, *_events(scene), *_ends(study, scene))
 
 
 def _events(scene: Scene) -> tuple[Table, ...]:

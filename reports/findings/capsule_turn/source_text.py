@@ -1,4 +1,4 @@
-"""What else the source says of turns, statement by statement, each computed on the exact motion."""
+"""Further statements of the source on turns, each computed on the exact motion."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ THOUSAND = "capsule-turn/thousand"
 NODES = 32  # Gauss points of a smooth segment
 
 
-def friction_turning(one: TurnManoeuvre, motion: ThreePointMotion) -> tuple[float, float]:
+def friction_turning(manoeuvre: TurnManoeuvre, motion: ThreePointMotion) -> tuple[float, float]:
     """Largest |R| of eq. 24 over R_0 while the slider moves, and the integral of R over that time
     [rad/s]: by eq. 24 the body's rate at 2 tau, since that of the slider is zero again."""
     x, weights = np.polynomial.legendre.leggauss(NODES)
-    largest, total, stop = 0.0, 0.0, 2.0 * one.half_time * (1.0 - 1e-12)
+    largest, total, stop = 0.0, 0.0, 2.0 * manoeuvre.half_time * (1.0 - 1e-12)
     for begin, segment in zip(motion.begins, motion.segments, strict=True):
         if begin >= stop or not np.isfinite(segment.end):
             continue
@@ -38,31 +38,31 @@ def friction_turning(one: TurnManoeuvre, motion: ThreePointMotion) -> tuple[floa
         rate: Array = load.torque / load.at.inertia
         largest = max(largest, float(np.abs(rate).max()))
         total += float(np.sum(0.5 * weights * pace * rate))
-    return largest / one.friction_bound, total
+    return largest / manoeuvre.friction_bound, total
 
 
 def shortened() -> tuple[float, float]:
     """Body angle [rad] at 2 tau of the turn of SMALL, and with the same Z in a SHORTERth of the
     time."""
-    one = turn(SMALL)
-    less = replace(one, half_time=one.half_time / SHORTER)
-    seen = three_point_motion(less.capsule, less.path).at(np.array([2.0 * less.half_time]))
-    return facts(SMALL)["body_angle"], float(seen.heading[0])
+    manoeuvre = turn(SMALL)
+    less = replace(manoeuvre, half_time=manoeuvre.half_time / SHORTER)
+    end = three_point_motion(less.capsule, less.path).at(np.array([2.0 * less.half_time]))
+    return facts(SMALL)["body_angle"], float(end.heading[0])
 
 
 def finding(study: Study) -> Finding:
     """The statements as a table; all of them are rows of the table of the sources too."""
-    one, motion = turn(SHOWN), problem(name_of(SHOWN)).motion.single
+    manoeuvre, motion = turn(SHOWN), problem(name_of(SHOWN)).motion.single
     sums = balance(motion)
     worst = max(sums.energy, sums.momentum, sums.angular_momentum)
-    fraction, given = friction_turning(one, motion)
+    fraction, integral = friction_turning(manoeuvre, motion)
     about = facts(SHOWN)
     left = about["angular_velocity_at_stop"]
     ends = [facts(epsilon)["body_angle"] for epsilon in (EPSILONS[0], EPSILONS[-1])]
-    whole, part = shortened()
-    phases = np.array([2.0, about["rest_time"] / one.half_time])
+    usual, part = shortened()
+    phases = np.array([2.0, about["rest_time"] / manoeuvre.half_time])
     (moved, later) = course(SHOWN, phases)[1]
-    after, rest = float(np.hypot(*(later - moved))), about["rest_time"] - about["stop_time"]
+    after, decay = float(np.hypot(*(later - moved))), about["rest_time"] - about["stop_time"]
     many = problem(THOUSAND).motion
     single = many.single
     each = float(single.at(np.array([single.rest_time])).heading[0])
@@ -75,8 +75,8 @@ def finding(study: Study) -> Finding:
         ),
         Statement(
             CHERNOUSKO, "(24), (25)", "On a circle dω/dt = –μ₁z + R", "(24)",
-            f"∫R dt until 2τ is {number(given, 6)} rad/s, and the body's rate there "
-            f"{number(left, 6)} rad/s", "holds" if abs(given / left - 1.0) < 1e-6 else "refuted",
+            f"∫R dt until 2τ is {number(integral, 6)} rad/s, and the body's rate there "
+            f"{number(left, 6)} rad/s", "holds" if abs(integral / left - 1.0) < 1e-6 else "refuted",
         ),
         Statement(
             CHERNOUSKO, "(28)", "|R| is at most R₀", "R₀ = (l + μa)fg(M+m)/(J + μMa²)",
@@ -92,7 +92,7 @@ def finding(study: Study) -> Finding:
             CHERNOUSKO, "after (32)", "By the choice of τ a turn can be as small as wanted",
             "∝ τ²",
             f"the same Z for a tenth of the time turns the body by {number(part, 5)} rad "
-            f"in place of {number(whole, 5)}", "holds",
+            f"in place of {number(usual, 5)}", "holds",
         ),
         Statement(
             CHERNOUSKO, "after (32)", "Repeated turns reach any angle", "any",
@@ -103,7 +103,7 @@ def finding(study: Study) -> Finding:
             CHERNOUSKO, "after (32)",
             "C may move during a turn and after it; the rest is reached in finite time", "may",
             f"at ε = {number(SHOWN)} by {number(1e3 * float(np.hypot(*moved)))} mm until 2τ and "
-            f"{number(1e3 * after)} mm after it; at rest {number(1e3 * rest)} ms after 2τ",
+            f"{number(1e3 * after)} mm after it; at rest {number(1e3 * decay)} ms after 2τ",
             "extended",
         ),
     )  # fmt: skip

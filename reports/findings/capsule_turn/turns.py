@@ -32,9 +32,9 @@ def name_of(epsilon: float, when: When = "rest") -> str:
 @cache
 def turn(epsilon: float) -> TurnManoeuvre:
     """The check manoeuvre with tau = epsilon T."""
-    found = problem(name_of(epsilon)).motion.manoeuvre
-    assert isinstance(found, TurnManoeuvre)
-    return found
+    manoeuvre = problem(name_of(epsilon)).motion.manoeuvre
+    assert isinstance(manoeuvre, TurnManoeuvre)
+    return manoeuvre
 
 
 @cache
@@ -72,21 +72,21 @@ def _measured_by(plan: StudyPlan, epsilon: float, method: str) -> bool:
 def seen(
     study: Study, epsilon: float, method: str, parts: int, when: When = "rest"
 ) -> Measurement | None:
-    """What a study measured of a turn until it rests, or until 2 tau, with tau/`parts`."""
+    """The measured run of a turn until it rests, or until 2 tau, with steps of tau/`parts`."""
     return measured(study, name_of(epsilon, when), method, turn(epsilon).half_time / parts)
 
 
 def angle_error(study: Study, epsilon: float, method: str, parts: int, when: When) -> float | None:
     """Error of the body angle [rad] at 2 tau or at rest with a step of tau/`parts`, as the study
     measured it; None where it did not."""
-    found = seen(study, epsilon, method, parts, when)
-    return None if found is None else found.errors["body_angle"].end
+    run = seen(study, epsilon, method, parts, when)
+    return None if run is None else run.errors["body_angle"].end
 
 
 def judged_error(study: Study, epsilon: float, method: str, when: When) -> float | None:
     """The same at the step judged, from the recorded run where the study has no measurement."""
-    if (found := angle_error(study, epsilon, method, JUDGED, when)) is not None:
-        return found
+    if (error := angle_error(study, epsilon, method, JUDGED, when)) is not None:
+        return error
     if _measured_by(plan_of(study), epsilon, method):
         return None
     if (recording := study.recording(_run(epsilon, method))) is None:
@@ -105,5 +105,5 @@ def order_of(study: Study, epsilon: float, method: str, when: When) -> float | N
     if not known:
         return None
     steps, sizes = zip(*known, strict=True)
-    found = fit_order(steps, sizes, [0.0] * len(sizes))
-    return None if found is None else found.slope
+    fit = fit_order(steps, sizes, [0.0] * len(sizes))
+    return None if fit is None else fit.slope

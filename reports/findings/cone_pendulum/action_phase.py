@@ -84,18 +84,18 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
 
 def measured(study: Study) -> tuple[Measured, ...]:
     """Energy and periods of each start."""
-    found = []
+    rows = []
     for theta, speed in STARTS:
         problem, run = started(theta, speed), study.recording(_request(theta, speed))
         motion = problem.motion
         rotates = motion.regime == "rotation"
-        seen = turn_period(run) if rotates else swing_period(run, theta)
+        period = turn_period(run) if rotates else swing_period(run, theta)
         drift = None
         if run is not None:
             system = case_of(find_scene(ROTATING)).system
             drift = float(np.abs(system.invariants(problem, run.observables)["action"]).max())
-        found.append(Measured(float(double(motion.energy)), motion.period, seen, drift))
-    return tuple(found)
+        rows.append(Measured(float(double(motion.energy)), motion.period, period, drift))
+    return tuple(rows)
 
 
 @cache
@@ -180,9 +180,9 @@ def _figures(points: Sequence[Measured]) -> list[Figure]:
     for branch, colour in zip(curves(), COLOURS, strict=False):
         actions.append(curve(branch.energies, branch.actions, colour=colour, name=branch.name))
         rates.append(curve(branch.energies, branch.rates, colour=colour, name=branch.name))
-    seen = [p for p in points if p.seen]
-    dots = [2 * math.pi / p.seen for p in seen if p.seen]
-    rates.append(marks([p.energy for p in seen], dots, GREY, "MuJoCo"))
+    timed = [p for p in points if p.seen]
+    dots = [2 * math.pi / p.seen for p in timed if p.seen]
+    rates.append(marks([p.energy for p in timed], dots, GREY, "MuJoCo"))
     energy = linear("H [J]")
     note = "Jumps at the separatrices: the wells' orbits join, then a turn is half of an orbit."
     return [
@@ -205,8 +205,8 @@ def _swings(study: Study) -> Figure:
     periods = [swing_time(float(size)) / small for size in sizes]
     traces: list[Trace] = [curve(sizes, periods, colour=BLUE, name="closed form")]
     for method, colour in zip(SWING_METHODS, (RED, PINK), strict=True):
-        seen = {s: swing_period(study.recording(_swing(method, s)), 0.0) for s in AMPLITUDES}
-        kept = {size: period / small for size, period in seen.items() if period is not None}
+        dots = {s: swing_period(study.recording(_swing(method, s)), 0.0) for s in AMPLITUDES}
+        kept = {size: period / small for size, period in dots.items() if period is not None}
         if kept:
             traces.append(marks(list(kept), positive(list(kept.values())), colour, method))
     return figure(
@@ -223,9 +223,9 @@ def _swings_table(study: Study) -> Table:
     rows = []
     for method in SWING_METHODS:
         for size in AMPLITUDES:
-            exact, seen = swing_time(size), swing_period(study.recording(_swing(method, size)), 0.0)
-            gap = None if seen is None else seen / exact - 1.0
-            cells = (value(size, 2), value(exact, 8), value(seen, 8), value(gap, 2))
+            exact, dots = swing_time(size), swing_period(study.recording(_swing(method, size)), 0.0)
+            gap = None if dots is None else dots / exact - 1.0
+            cells = (value(size, 2), value(exact, 8), value(dots, 8), value(gap, 2))
             rows.append(row(method_cell(method), *cells))
     heads = ("method", "amplitude [rad]", "period, exact [s]", "period, measured [s]",
              "relative difference")  # fmt: skip

@@ -47,22 +47,22 @@ def along(times: Array) -> Energies:
 
 
 def own_energy(run: Trajectory) -> tuple[Array, Array] | None:
-    """MuJoCo's own T + U of the body [J], and what the platform has given away [J], shape (n,);
-    None where the run has no energies."""
+    """MuJoCo's own T + U of the body [J], and the energy that the platform has released [J], shape
+    (n,); None where the run has no energies."""
     if not {"kinetic", "potential", "platform_rate"} <= set(run.channels):
         return None
     rate = run.channels["platform_rate"]
     platform = (ARMATURE + OWN_INERTIA) * rate**2 / 2
     body = run.channels["kinetic"] + run.channels["potential"] - platform
     # the difference of squares, without the digits that they have in common
-    given = (ARMATURE + OWN_INERTIA) * (rate[0] - rate) * (rate[0] + rate) / 2
-    return body, given
+    supplied = (ARMATURE + OWN_INERTIA) * (rate[0] - rate) * (rate[0] + rate) / 2
+    return body, supplied
 
 
 def finding(study: Study) -> Finding:
     """T + U is not constant; T + U less the work of the drive is."""
     run = study.recording(RUN)
-    seen = None if run is None else own_energy(run)
+    in_mujoco = None if run is None else own_energy(run)
     times = np.linspace(0.0, END, 251) if run is None else run.times
     exact = along(times)
     problem = forms(ROTATING).problem
@@ -75,16 +75,16 @@ def finding(study: Study) -> Finding:
         row("T + U less the work of the drive, exact",
             value(float(np.ptp(exact.total - exact.work))), ""),
     ]  # fmt: skip
-    said, gap = "", 0.0
-    if seen is not None:
-        body, given = seen
+    text, gap = "", 0.0
+    if in_mujoco is not None:
+        body, supplied = in_mujoco
         gap = float(np.abs(body - exact.total).max())
         rows += [
             row("T + U, MuJoCo's own", value(float(np.ptp(body))), value(gap)),
-            row("what MuJoCo's platform gives away", value(float(np.ptp(given))),
-                value(float(np.abs(given - exact.work).max()))),
+            row("what MuJoCo's platform gives away", value(float(np.ptp(supplied))),
+                value(float(np.abs(supplied - exact.work).max()))),
         ]  # fmt: skip
-        said = f" MuJoCo's own energy agrees to {number(gap)} J."
+        text = f" MuJoCo's own energy agrees to {number(gap)} J."
     return Finding(
         "drive-work",
         "T + U changes by the work of the drive that keeps the platform's rate",
@@ -92,7 +92,7 @@ def finding(study: Study) -> Finding:
         "The drive of the platform does work, so constant energy T + U is no test of a "
         "simulation here. "
         f"Within {END} s T + U, which (9) takes for constant, changes by {number(swing)} J; all of "
-        f"it is the work of the drive.{said}",
+        f"it is the work of the drive.{text}",
         (
             "The drive keeps ω against the body's changing angular momentum L about the vertical, "
             "and does the work ω(L – L₀). What is constant is T + U – ωL: the Jacobi integral, "
@@ -106,7 +106,7 @@ def finding(study: Study) -> Finding:
                 tuple(rows),
             ),
         ),
-        (_figure(times, exact, seen),),
+        (_figure(times, exact, in_mujoco),),
         (f"plumbob solve {ROTATING} --times 0.1,0.2,0.3,0.4,0.5",),
         (
             Statement(
@@ -114,7 +114,7 @@ def finding(study: Study) -> Finding:
                 "(2)–(6), (9)",
                 "T + U is constant",
                 "575.246 J",
-                f"changes by {number(swing)} J within {END} s: the work of the drive.{said}",
+                f"changes by {number(swing)} J within {END} s: the work of the drive.{text}",
                 "refuted",
             ),
             Statement(
@@ -123,7 +123,7 @@ def finding(study: Study) -> Finding:
                 "T is the sum of three parts: of translation, of inertia forces and of rotation",
                 "(3), (4), (5)",
                 f"as printed: {_range('translation', times)}, {_range('coupling', times)} and "
-                f"{_range('rotation', times)} J on the motion of Fig. 3.{said}",
+                f"{_range('rotation', times)} J on the motion of Fig. 3.{text}",
                 "holds",
             ),
             Statement(
@@ -150,7 +150,7 @@ def finding(study: Study) -> Finding:
                     "the change of T + U, and the distance of MuJoCo's own energy", swing, gap, "J"
                 ),
             )
-            if seen is not None
+            if in_mujoco is not None
             else ()
         ),
     )
@@ -161,7 +161,7 @@ def _range(part: str, times: Array) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _figure(times: Array, exact: Energies, seen: tuple[Array, Array] | None) -> Figure:
+def _figure(times: Array, exact: Energies, energies: tuple[Array, Array] | None) -> Figure:
     traces: list[Trace] = [
         curve(times, values, colour=colour, name=name)
         for values, colour, name in (
@@ -173,7 +173,7 @@ def _figure(times: Array, exact: Energies, seen: tuple[Array, Array] | None) -> 
             (exact.work, BLUE, "work of the drive"),
         )
     ]
-    if seen is not None:
-        traces.append(marks(times[::12], seen[0][::12], RED, "T + U, MuJoCo", size=4))
+    if energies is not None:
+        traces.append(marks(times[::12], energies[0][::12], RED, "T + U, MuJoCo", size=4))
     caption = "The parts of (6), their sum with U, and the work of the drive since the start."
     return over_time("Energies (2)–(6)", caption, traces, linear("energy [J]"), wide=True)

@@ -37,11 +37,11 @@ def still(pivot: float, rate: float) -> ConePendulum:
 def centres() -> list[tuple[float, float, Equilibrium]]:
     """Pivot, rate and each stable equilibrium there."""
     return [
-        (pivot, rate, found)
+        (pivot, rate, equilibrium)
         for pivot in PIVOTS
         for rate in RATES
-        for found in still(pivot, rate).equilibria
-        if found.kind == "centre"
+        for equilibrium in still(pivot, rate).equilibria
+        if equilibrium.kind == "centre"
     ]
 
 
@@ -66,13 +66,13 @@ def finding(study: Study) -> Finding:
     rows, gaps = [], []
     for pivot, rate, centre in centres():
         period = swing_period(study.recording(_request(pivot, rate, centre)), centre.theta)
-        seen = None if period is None else 2 * np.pi / period
-        gap = None if seen is None else seen / centre.rate - 1.0
+        dots = None if period is None else 2 * np.pi / period
+        gap = None if dots is None else dots / centre.rate - 1.0
         gaps += [] if gap is None else [abs(gap)]
         rows.append(
             row(
                 value(pivot, 2), value(rate, 2), value(centre.theta, 6), value(centre.rate, 8),
-                value(seen, 8), value(gap, 2),
+                value(dots, 8), value(gap, 2),
             )
         )  # fmt: skip
     heads = ("Y [m]", "ω [rad/s]", "θ of the equilibrium [rad]", "rate, exact [rad/s]",
@@ -124,9 +124,9 @@ def _figure(pivot: float) -> Figure:
     """Equilibria over the platform's rate: stable and unstable."""
     places: dict[str, list[tuple[float, float]]] = {"centre": [], "saddle": []}
     for rate in np.linspace(0.0, 30.0, 121):
-        for found in still(pivot, float(rate)).equilibria:
-            if found.kind in places:
-                places[found.kind].append((float(rate), found.theta))
+        for equilibrium in still(pivot, float(rate)).equilibria:
+            if equilibrium.kind in places:
+                places[equilibrium.kind].append((float(rate), equilibrium.theta))
     traces = [
         marks([x for x, _ in places[kind]], [y for _, y in places[kind]], colour, name, size=3)
         for kind, colour, name in (("centre", BLUE, "stable"), ("saddle", RED, "unstable"))

@@ -87,7 +87,7 @@ def _drive(inertia: float) -> ExtraRun:
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """Damped rotations, over a thousand turns in the full profile; platforms with weak drives."""
     return (
-        *(one.request(m) for one in damped(plan.profile) for m in _methods(plan.profile)),
+        *(damping.request(m) for damping in damped(plan.profile) for m in _methods(plan.profile)),
         *(_drive(inertia) for inertia in INERTIAS),
     )
 
@@ -103,10 +103,10 @@ def course(run: Trajectory, xi: float) -> tuple[Array, Array, Array]:
     """Times [s], and the action [J s] and phase [rad] of a run at PLACES of its samples."""
     rule = averaged(xi)
     kept = np.linspace(0, len(run.times) - 1, PLACES + 1).astype(int)[1:]
-    seen = run.observables
+    data = run.observables
     pairs = [
         action_and_phase(
-            rule.potential, rule.inertia, float(seen["theta"][i]), float(seen["theta_dot"][i])
+            rule.potential, rule.inertia, float(data["theta"][i]), float(data["theta_dot"][i])
         )
         for i in kept
     ]
@@ -116,19 +116,19 @@ def course(run: Trajectory, xi: float) -> tuple[Array, Array, Array]:
 def finding(study: Study) -> Finding:
     """Averaging against a thousand turns, and first-order perturbation against a weak drive."""
     rows, worst, late, turns = [], 0.0, [], 0.0
-    for one in damped(study.profile):
-        rule = averaged(one.xi)
+    for damping in damped(study.profile):
+        rule = averaged(damping.xi)
         for method in _methods(study.profile):
-            run = study.recording(one.request(method))
+            run = study.recording(damping.request(method))
             if run is None:
                 continue
-            times, actions, phases = course(run, one.xi)
+            times, actions, phases = course(run, damping.xi)
             off = float(np.abs(actions / rule.action(times) - 1.0).max())
             gap = float(phases[-1] - rule.phase(float(times[-1])))
             worst, turns = max(worst, off), max(turns, float(phases[-1]) / (2 * np.pi))
             late.append(abs(gap))
             rows.append(
-                row(method_cell(method), value(one.xi), value(phases[-1] / (2 * np.pi), 5),
+                row(method_cell(method), value(damping.xi), value(phases[-1] / (2 * np.pi), 5),
                     value(off, 2), value(gap, 2))
             )  # fmt: skip
     drive_rows, drives = _drives(study)
@@ -190,7 +190,7 @@ def finding(study: Study) -> Finding:
 def _drives(
     study: Study,
 ) -> tuple[tuple[Line, ...], Mapping[float, tuple[Array, ...]]]:
-    problem, rows, found = forms(ROTATING).problem, [], {}
+    problem, rows, drives = forms(ROTATING).problem, [], {}
     for inertia in INERTIAS:
         run = study.recording(_drive(inertia))
         if run is None:
@@ -198,11 +198,11 @@ def _drives(
         # the servo's gain is DRIVE_RATE times the armature, and moves the platform's own too
         rate = DRIVE_RATE * inertia / (inertia + OWN)
         first = drive_error(problem, run.times, inertia + OWN, rate).theta
-        seen = run.observables["theta"] - problem.reference.state(run.times)[0]
-        gap = float(seen[-1] / first[-1] - 1.0)
-        rows.append(row(value(inertia, 2), value(seen[-1], 4), value(first[-1], 4), value(gap, 2)))
-        found[inertia] = (run.times, seen * inertia, first * inertia)
-    return tuple(rows), found
+        apart = run.observables["theta"] - problem.reference.state(run.times)[0]
+        gap = float(apart[-1] / first[-1] - 1.0)
+        rows.append(row(value(inertia, 2), value(apart[-1], 4), value(first[-1], 4), value(gap, 2)))
+        drives[inertia] = (run.times, apart * inertia, first * inertia)
+    return tuple(rows), drives
 
 
 def _decays(study: Study) -> list[Figure]:
@@ -223,8 +223,8 @@ def _drive_figure(drives: Mapping[float, tuple[Array, ...]]) -> list[Figure]:
         return []
     times, _, first = next(iter(drives.values()))
     traces: list[Trace] = [curve(times, first, colour=BLUE, name="first order")]
-    for (inertia, (at, seen, _)), colour in zip(drives.items(), (RED, ORANGE, GREEN), strict=True):
-        traces.append(marks(at[::8], seen[::8], colour, f"MuJoCo, A {number(inertia)}", size=4))
+    for (inertia, (at, apart, _)), colour in zip(drives.items(), (RED, ORANGE, GREEN), strict=True):
+        traces.append(marks(at[::8], apart[::8], colour, f"MuJoCo, A {number(inertia)}", size=4))
     return [
         figure(
             "A drive that is not ideal: deviation of θ, times A",

@@ -64,13 +64,14 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
 
 
 def finding(study: Study) -> Finding:
-    """Three curves, three independent methods, and what each Hamiltonian does along their runs."""
+    """Three curves, three independent methods, and the variation of each Hamiltonian along their
+    runs."""
     both = forms(ROTATING)
     recorded = {name: study.recording(request) for name, request in INDEPENDENT.items()}
-    runs = {name: found for name, found in recorded.items() if found is not None}
+    runs = {name: run for name, run in recorded.items() if run is not None}
     gap = abs(_end(both.printed) - _end(both.correct))
-    worst = max((_distance(both.correct, found) for found in runs.values()), default=0.0)
-    off = min((_distance(both.printed, found) for found in runs.values()), default=gap)
+    worst = max((_distance(both.correct, run) for run in runs.values()), default=0.0)
+    off = min((_distance(both.printed, run) for run in runs.values()), default=gap)
     paragraphs = (
         "With the platform's rate prescribed, the conserved quantity is the Legendre transform of "
         "the Lagrangian, p dθ/dt – L = p²/2I + V with V = –a sin²θ – b sin θ – c cos θ (the Jacobi "
@@ -124,13 +125,13 @@ def _end(motion: PendulumMotion) -> float:
     return float(motion.state(np.array([END]))[0][0])
 
 
-def _last(found: Trajectory) -> float:
-    return float(found.observables["theta"][-1])
+def _last(run: Trajectory) -> float:
+    return float(run.observables["theta"][-1])
 
 
-def _distance(motion: PendulumMotion, found: Trajectory) -> float:
+def _distance(motion: PendulumMotion, run: Trajectory) -> float:
     """Largest difference of theta [rad] between a run and a closed form."""
-    return float(np.abs(found.observables["theta"] - motion.state(found.times)[0]).max())
+    return float(np.abs(run.observables["theta"] - motion.state(run.times)[0]).max())
 
 
 def _agreement(both: Forms, runs: Runs) -> Table:
@@ -142,9 +143,9 @@ def _agreement(both: Forms, runs: Runs) -> Table:
         row("closed form, correct V", _digits(_end(both.correct)), value(0.0), value(gap)),
         row("closed form, printed V (9)", _digits(_end(both.printed)), value(gap), value(0.0)),
     ]
-    for name, found in runs.items():
-        from_either = [_distance(motion, found) for motion in (both.correct, both.printed)]
-        rows.append(row(name, _digits(_last(found)), *map(value, from_either)))
+    for name, run in runs.items():
+        from_either = [_distance(motion, run) for motion in (both.correct, both.printed)]
+        rows.append(row(name, _digits(_last(run)), *map(value, from_either)))
     heads = ("method", f"θ({END} s) [rad]", "largest distance from the correct form [rad]",
              "from the printed form [rad]")  # fmt: skip
     return Table("Which closed form each method follows", heads, tuple(rows))
@@ -155,8 +156,8 @@ def _mutual(both: Forms, runs: Runs) -> Table:
     finals = {"closed form": _end(both.correct)} | {n: _last(r) for n, r in runs.items()}
     names = list(finals)
     rows = tuple(
-        row(f"{one} – {other}", value(finals[one] - finals[other]))
-        for i, one in enumerate(names)
+        row(f"{name} – {other}", value(finals[name] - finals[other]))
+        for i, name in enumerate(names)
         for other in names[i + 1 :]
     )
     return Table(
@@ -167,11 +168,11 @@ def _mutual(both: Forms, runs: Runs) -> Table:
 
 
 def _conserved(both: Forms, runs: Runs) -> Table:
-    """What each Hamiltonian does along the runs."""
+    """The variation of each Hamiltonian along the runs."""
     rows = []
-    for name, found in runs.items():
+    for name, run in runs.items():
         spreads = [
-            float(np.ptp(energy(motion.potential, motion.inertia, found)))
+            float(np.ptp(energy(motion.potential, motion.inertia, run)))
             for motion in (both.correct, both.printed)
         ]
         rows.append(row(name, *map(value, spreads)))
@@ -191,8 +192,8 @@ def _courses(both: Forms, runs: Runs) -> list[Figure]:
             curve(times, right[index], colour=BLUE, name="closed form, correct"),
             curve(times, printed[index], colour=RED, dash="dash", name="closed form, printed (9)"),
         ]
-        for who, found in list(runs.items())[:1]:
-            dots = found.times[::12], found.observables[key][::12]
+        for who, run in list(runs.items())[:1]:
+            dots = run.times[::12], run.observables[key][::12]
             traces.append(marks(*dots, GREY, who))
         start = f"θ = {number(both.problem.theta)}, {number(both.problem.theta_dot)} rad/s"
         caption = f"From {start}, on a platform at {number(both.problem.platform_rate)} rad/s."
@@ -207,9 +208,9 @@ def _distances(both: Forms, runs: Runs) -> Figure:
     traces: list[Trace] = [
         curve(times, positive(off), colour=RED, dash="dash", name="closed form, printed (9)")
     ]
-    for (name, found), colour in zip(runs.items(), (GREY, PINK), strict=False):
-        error = found.observables["theta"] - both.correct.state(found.times)[0]
-        traces.append(curve(found.times[1:], positive(error[1:]), colour=colour, name=name))
+    for (name, run), colour in zip(runs.items(), (GREY, PINK), strict=False):
+        error = run.observables["theta"] - both.correct.state(run.times)[0]
+        traces.append(curve(run.times[1:], positive(error[1:]), colour=colour, name=name))
     return over_time(
         "Distance from the correct closed form",
         "The independent methods differ by their own discretisation error.",

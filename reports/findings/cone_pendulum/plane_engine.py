@@ -54,23 +54,23 @@ def finding(study: Study) -> Finding:
     """pymunk takes the torque; when it is worked out decides whether the energy is kept."""
     motion = forms(ROTATING).correct
     predicted = explicit_gain(motion, STEP)
-    rows, slopes, found = [], {}, {}
+    rows, slopes, energies = [], {}, {}
     for when in WHEN:
-        if (seen := gained(study, when)) is None:
+        if (gain := gained(study, when)) is None:
             continue
-        found[when] = seen
-        slopes[when] = float(np.polyfit(*seen, 1)[0])
+        energies[when] = gain
+        slopes[when] = float(np.polyfit(*gain, 1)[0])
         rows.append(
             row(
                 f"{when} the step",
-                value(float(np.abs(seen[1]).max())),
+                value(float(np.abs(gain[1]).max())),
                 value(slopes[when], 4),
                 value(predicted if when == "before" else 0.0, 4),
             )
         )
-    said = ""
+    text = ""
     if "before" in slopes:
-        said = (
+        text = (
             f" Set before the step it is that of the old angle, and the energy grows by "
             f"{number(slopes['before'])} J/s; {number(predicted)} is predicted."
         )
@@ -81,7 +81,7 @@ def finding(study: Study) -> Finding:
         "In pymunk set a torque that depends on an angle within the step; set before it, the "
         "energy grows. "
         "An engine of the plane has no rotating platform; the platform's moments about the axle "
-        f"are applied as a torque, and its errors are the predicted ones.{said}",
+        f"are applied as a torque, and its errors are the predicted ones.{text}",
         (
             "pymunk moves bodies first and integrates their velocities then. A torque set before "
             "the step is that of the old angle, which makes the step Euler's explicit rule: the "
@@ -97,7 +97,7 @@ def finding(study: Study) -> Finding:
                 tuple(rows),
             ),
         ),
-        _figures(found, predicted),
+        _figures(energies, predicted),
         (f"plumbob validate --scenes {ROTATING} --methods {METHOD}",),
         claims=(
             (as_predicted("the rate of the energy, with the torque set before the step,",
@@ -108,13 +108,13 @@ def finding(study: Study) -> Finding:
     )  # fmt: skip
 
 
-def _figures(found: dict[str, tuple[Array, Array]], predicted: float) -> tuple[Figure, ...]:
-    if not found:
+def _figures(energies: dict[str, tuple[Array, Array]], predicted: float) -> tuple[Figure, ...]:
+    if not energies:
         return ()
     traces: list[Trace] = [
-        curve(*found[when], colour=colour, name=f"torque {when} the step")
+        curve(*energies[when], colour=colour, name=f"torque {when} the step")
         for when, colour in zip(WHEN, (BLUE, RED), strict=True)
-        if when in found
+        if when in energies
     ]
     ends = np.array([0.0, DURATION])
     line = curve(ends, predicted * ends, colour=GREY, dash="dash", name="predicted growth")

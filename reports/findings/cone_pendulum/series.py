@@ -1,4 +1,5 @@
-"""The finding on special functions and Fourier series: what the source says of either, measured."""
+"""The finding on special functions and Fourier series: the source's statements on both,
+measured."""
 
 from __future__ import annotations
 
@@ -46,12 +47,12 @@ def finding(study: Study) -> Finding:
     rows = []
     for scene in (RESTING, ROTATING):
         motion = forms(scene).correct
-        found = needed(motion, ACCURACIES)
-        rows.append(row(scene, value(motion.period, 6), *(str(n) for n in found)))
+        harmonics = needed(motion, ACCURACIES)
+        rows.append(row(scene, value(motion.period, 6), *(str(n) for n in harmonics)))
     near = [(f"{e:g} of the well's depth above the barrier", e) for e in (1e-3, 1e-6, 1e-9)]
     rows += [row(text, "", *(str(n) for n in counts(part * barrier()))) for text, part in near]
     last = counts(1e-9 * barrier())[-1]
-    own = needed(forms(ROTATING).correct, ACCURACIES)[-1]
+    many = needed(forms(ROTATING).correct, ACCURACIES)[-1]
     return Finding(
         "special-functions",
         "The integrals (15), (16) have a closed form; Fourier series need ever more terms",
@@ -59,7 +60,7 @@ def finding(study: Study) -> Finding:
         "Compute the exact motion in closed form and not by Fourier series, which near the "
         "barrier need ever more terms. "
         f"With u = tan(θ/2) the time (16) is an elliptic integral of the first kind, and θ(t) "
-        f"follows from Jacobi functions. A Fourier series to 1e-12 takes {own} harmonics on the "
+        f"follows from Jacobi functions. A Fourier series to 1e-12 takes {many} harmonics on the "
         f"motion of Fig. 3 and {last} just above the barrier.{_faster(study)}",
         (
             "The source says that the integrals cannot be written in elementary functions and that "
@@ -95,7 +96,7 @@ def _faster(study: Study) -> str:
 
 
 def _speed(study: Study) -> Table:
-    """What the study measured of the closed form's cost, beside that of a step."""
+    """The measured cost of the closed form, beside that of a step."""
     rows = []
     for scene in (RESTING, ROTATING):
         for method, of in ((EXACT, "a sample"), (STEPPED, "a step"), (ADAPTIVE, "an evaluation")):
@@ -113,9 +114,9 @@ def _speed(study: Study) -> Table:
 def _figure() -> Figure:
     """Harmonics against the energy above the barrier."""
     parts = np.geomspace(NEAREST, 10.0, 41)
-    found = np.array([counts(float(part) * barrier()) for part in parts])
+    harmonics = np.array([counts(float(part) * barrier()) for part in parts])
     traces: list[Trace] = [
-        curve(parts, found[:, i], colour=colour, name=f"to {accuracy:g}")
+        curve(parts, harmonics[:, i], colour=colour, name=f"to {accuracy:g}")
         for i, (accuracy, colour) in enumerate(zip(ACCURACIES, COLOURS, strict=True))
     ]
     return figure(

@@ -70,12 +70,12 @@ def inertia(study: Study) -> Finding:
         row("closed form with I_y", _digits(with_y), ""),
         row("closed form with the cone's I_x", _digits(with_x), value(with_x - with_y)),
     ]
-    said, apart = "the Lagrangian gives the formula with I_y", 0.0
+    text, apart = "the Lagrangian gives the formula with I_y", 0.0
     if engine is not None:
         final = float(engine.observables["theta"][-1])
         rows.append(row("MuJoCo's full model", _digits(final), value(final - with_y)))
         apart = abs(final - with_y)
-        said = f"MuJoCo agrees with I_y to {notation.number(apart)} rad"
+        text = f"MuJoCo agrees with I_y to {notation.number(apart)} rad"
     table = Table(
         f"A body with I_y = I_x + {notation.number(spread)} kg m²",
         ("motion", f"θ({END} s) [rad]", "difference from the formula with I_y [rad]"),
@@ -87,7 +87,7 @@ def inertia(study: Study) -> Finding:
         "extended",
         "For a body that is not round use I_y where the paper has the I_x of its cone. "
         f"The source says that any symmetry may be absent; then the error with I_x is "
-        f"{notation.number(abs(with_x - with_y))} rad after {END} s, and {said}.",
+        f"{notation.number(abs(with_x - with_y))} rad after {END} s, and {text}.",
         (
             "The platform's rotation reaches the body through its moments about y and z, since the "
             "swing is about x: a = ½(I_y – I_z)ω². For the source's cone I_x = I_y, and its (5) to "
@@ -103,7 +103,7 @@ def inertia(study: Study) -> Finding:
                 "(7), (9)",
                 "The platform's rotation enters through I_x – I_z",
                 f"I_x: θ({END} s) = {with_x:.6f} rad with I_y = I_x + {notation.number(spread)}",
-                f"I_y: {with_y:.6f} rad; {said}",
+                f"I_y: {with_y:.6f} rad; {text}",
                 "extended",
                 "right for the cone, of which I_x = I_y",
             ),
@@ -224,8 +224,8 @@ def claims(study: Study) -> Finding:
             "the slowest point of Fig. 2, θ = π, is the upper one.",
         ),
     )  # fmt: skip
-    rows = tuple(_texts(one.text, by_printed, one.ours, judged(one))
-                 for one, by_printed in judged_claims)  # fmt: skip
+    rows = tuple(_texts(claim.text, by_printed, claim.ours, judged(claim))
+                 for claim, by_printed in judged_claims)  # fmt: skip
     heads = ("claim", "by the printed formulas", "correct", "judgement")
     return Finding(
         "claims",
@@ -245,14 +245,14 @@ def claims(study: Study) -> Finding:
             f"plumbob solve {ROTATING} --set platform_rate=0",
         ),
         # what another finding computes is a statement of that one
-        (*_numbers(), *(one for one, _ in judged_claims if one.finding not in ELSEWHERE)),
+        (*_numbers(), *(claim for claim, _ in judged_claims if claim.finding not in ELSEWHERE)),
     )
 
 
 def _claim(
     place: str,
     text: str,
-    said: str,
+    printed: str,
     by_printed: str,
     ours: str,
     verdict: StatementVerdict,
@@ -260,7 +260,7 @@ def _claim(
     finding: str = "",
 ) -> tuple[Statement, str]:
     """A statement of the source, and what its printed formulas give."""
-    return Statement(SUDAKOV, place, text, said, ours, verdict, why, finding), by_printed
+    return Statement(SUDAKOV, place, text, printed, ours, verdict, why, finding), by_printed
 
 
 def sampled_top() -> float:
@@ -289,7 +289,7 @@ def _numbers() -> tuple[Statement, ...]:
         ("Fig. 3", "H₀ at θ̇₀ = 37 rad/s on the platform at 26 rad/s", "575.246",
          _start_energy(turning.correct), "J"),
     )  # fmt: skip
-    return tuple(as_printed(SUDAKOV, *one) for one in ours)
+    return tuple(as_printed(SUDAKOV, *numbers) for numbers in ours)
 
 
 def _start_energy(motion: PendulumMotion) -> float:
@@ -305,10 +305,10 @@ def _percent(value: float) -> str:
     return f"{100 * value:.0f} %"
 
 
-def _fractions(found: Speeds) -> str:
+def _fractions(speeds: Speeds) -> str:
     each = (
         f"{_percent(part)} of the period within {_percent(near)}"
-        for part, near in zip(found.near, NEAR, strict=True)
+        for part, near in zip(speeds.near, NEAR, strict=True)
     )
     return ", ".join(each)
 
@@ -327,9 +327,9 @@ def euler_order(study: Study) -> Finding:
             size[1] = 0.0
         first[name] = size[1]
         start = float(rotor.acceleration(0.0, problem.theta, problem.theta_dot))
-        found = convergence_of(study, name, METHOD)
-        seen = order_text(found.order) if found and found.order else "not measured"
-        rows.append(row(name, *(value(v, 4) for v in (start, size[1], size[2])), seen))
+        series = convergence_of(study, name, METHOD)
+        order = order_text(series.order) if series and series.order else "not measured"
+        rows.append(row(name, *(value(v, 4) for v in (start, size[1], size[2])), order))
     heads = ("scene", "a(θ₀) [rad/s²]", "largest |C₁| [rad/s]", "largest |C₂| [rad/s²]",
              f"observed order of {METHOD}")  # fmt: skip
     return Finding(

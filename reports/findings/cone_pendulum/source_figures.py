@@ -61,9 +61,9 @@ def galleries(study: Study) -> Sequence[tuple[str, Sequence[Figure]]]:
 
 def panels(study: Study, scene: str) -> tuple[Figure, ...]:
     """The panels of a scene, with MuJoCo's run among the curves."""
-    found, engine = forms(scene), study.recording(_period(scene))
-    seen = None if engine is None else _seen(engine, found.correct.period)
-    return _panels(found.problem, found.printed, seen)
+    both, engine = forms(scene), study.recording(_period(scene))
+    data = None if engine is None else _seen(engine, both.correct.period)
+    return _panels(both.problem, both.printed, data)
 
 
 def solved(case: Case) -> tuple[Figure, ...]:
@@ -73,15 +73,15 @@ def solved(case: Case) -> tuple[Figure, ...]:
 
 
 def _panels(
-    problem: ConePendulum, printed: PendulumMotion, seen: tuple[Array, Array, Array] | None
+    problem: ConePendulum, printed: PendulumMotion, data: tuple[Array, Array, Array] | None
 ) -> tuple[Figure, ...]:
     """Panels a to e with the source's axes: angle over 2 pi, time over each motion's own period."""
     inertia, right = problem.body.inertia_x, problem.motion
     both = (_Course(problem.reference, right), _Course(printed, printed))
     momentum, speed = "momentum p [kg m² rad/s]", "dθ/dt [rad/s]"
-    dots = [None] * 4 if seen is None else [
-        (seen[1], seen[0]), (seen[1], inertia * seen[2]), (seen[0], inertia * seen[2]),
-        (seen[0], seen[2]),
+    dots = [None] * 4 if data is None else [
+        (data[1], data[0]), (data[1], inertia * data[2]), (data[0], inertia * data[2]),
+        (data[0], data[2]),
     ]  # fmt: skip
     periods = f"T = {number(right.period, 6)} s; printed: {number(printed.period, 6)} s."
     return (
@@ -159,7 +159,7 @@ class _Course:
 
     @property
     def span(self) -> float:
-        """What the time axis is divided by [s]: a period; on a separatrix, and at rest, 1."""
+        """The unit of the time axis [s]: a period; on a separatrix, and at rest, 1."""
         return self.whole.period if np.isfinite(self.whole.period) else 1.0
 
 
@@ -178,8 +178,8 @@ def _over_time(course: _Course, factor: float) -> Curve:
     return times / course.span, factor * course.seen.state(times)[1]
 
 
-def _seen(found: Trajectory, period: float) -> tuple[Array, Array, Array]:
+def _seen(run: Trajectory, period: float) -> tuple[Array, Array, Array]:
     """t / T, theta / 2 pi and theta_dot at a few samples of the engine's run."""
-    kept = np.unique(np.linspace(0, len(found.times) - 1, DOTS).astype(int))
-    theta, rate = found.observables["theta"], found.observables["theta_dot"]
-    return found.times[kept] / period, theta[kept] / TURN, rate[kept]
+    kept = np.unique(np.linspace(0, len(run.times) - 1, DOTS).astype(int))
+    theta, rate = run.observables["theta"], run.observables["theta_dot"]
+    return run.times[kept] / period, theta[kept] / TURN, rate[kept]

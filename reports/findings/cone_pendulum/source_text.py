@@ -1,4 +1,4 @@
-"""What else the source says of its motions: statement by statement, each beside what is so."""
+"""Further statements of the source on its motions, each computed."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def period_by_means(motion: PendulumMotion) -> float:
     v, inertia = motion.potential, motion.inertia
     a, b, c, energy = (float(double(x)) for x in (v.a, v.b, v.c, motion.energy))
     roots = np.roots([energy - c, 2 * b, 2 * energy + 4 * a, 2 * b, energy + c])
-    one, two = roots[roots.imag > 0.0]
-    p, q = abs(one - two.conjugate()), abs(one - two)
+    first, second = roots[roots.imag > 0.0]
+    p, q = abs(first - second.conjugate()), abs(first - second)
     mean, other = p, np.sqrt(p * p - q * q)
     while abs(mean - other) > 1e-15 * mean:
         mean, other = (mean + other) / 2, np.sqrt(mean * other)
@@ -77,7 +77,7 @@ def halves(motion: PendulumMotion) -> tuple[float, float]:
 def finding(study: Study) -> Finding:
     """The statements as a table; all of them are rows of the table of the sources too."""
     statements = (*_of_the_body(), *_of_the_integrals(), *_of_the_figures())
-    corrected = sum(one.verdict in ("corrected", "refuted") for one in statements)
+    corrected = sum(statement.verdict in ("corrected", "refuted") for statement in statements)
     return Finding(
         "source-text",
         "What else the source says of its motions, statement by statement",
@@ -126,9 +126,9 @@ def _of_the_body() -> tuple[Statement, ...]:
 
 
 def _of_the_integrals() -> tuple[Statement, ...]:
-    rest, turning = forms(RESTING).correct, forms(ROTATING).correct
-    both = [abs(period_by_means(m) / m.period - 1.0) for m in (rest, turning)]
-    needed = [points_needed(m) for m in (rest, turning)]
+    resting, turning = forms(RESTING).correct, forms(ROTATING).correct
+    both = [abs(period_by_means(m) / m.period - 1.0) for m in (resting, turning)]
+    needed = [points_needed(m) for m in (resting, turning)]
     moved = (
         replace(forms(ROTATING).problem, pivot_y=0.0),
         replace(forms(ROTATING).problem, platform_rate=10.0),

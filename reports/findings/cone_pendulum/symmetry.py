@@ -54,7 +54,7 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
 
 
 def finding(study: Study) -> Finding:
-    """The closed form in tilted axes against engines that know no tilt."""
+    """The closed form in tilted axes against engines that do not use such axes."""
     problem = case_of(find_scene(ROTATING, dict(TILTED))).problem
     upright = replace(problem, body=replace(problem.body, inertia_yz=0.0))
     at = np.array([END])
@@ -65,9 +65,9 @@ def finding(study: Study) -> Finding:
     ]
     ends = {}
     for line in _rows():
-        found = study.recording(line.request)
-        if found is not None:
-            ends[line.text] = float(found.observables["theta"][-1])
+        run = study.recording(line.request)
+        if run is not None:
+            ends[line.text] = float(run.observables["theta"][-1])
             rows.append(row(line.text, _digits(ends[line.text]), value(ends[line.text] - exact)))
     worst = max((abs(end - exact) for end in ends.values()), default=0.0)
     moved = abs(exact - without)

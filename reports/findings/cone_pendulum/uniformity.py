@@ -52,7 +52,7 @@ class Map:
 
     @property
     def by_time(self) -> Array:
-        """What the platform adds to the part of the time within 5 % of the initial speed."""
+        """The platform's addition to the part of the time within 5 % of the initial speed."""
         return self.turning.near - self.resting.near
 
     @property
@@ -106,15 +106,15 @@ def over_rates(pivot_y: float) -> Map:
 def finding(study: Study) -> Finding:
     """Three measures, three verdicts, and where on the map each holds."""
     maps = [over_rates(pivot) for pivot in PIVOTS]
-    rest, better, far_rest, far = (exact(point) for point in POINTS[:4])
-    lowest = min(float(np.nanmin(one.by_spread)) for one in maps)
+    still, better, far_rest, far = (exact(point) for point in POINTS[:4])
+    lowest = min(float(np.nanmin(drawn.by_spread)) for drawn in maps)
     verdicts = (
         ("largest less smallest speed", "refuted", "never smaller than at rest: V(0) and V(π) are "
          "the same at every ω and Y, and at rest they are the extremes"),
         ("standard deviation over mean", "holds in a regime", f"{_digits(better.deviation)} "
-         f"against {_digits(rest.deviation)} at rest (Y 0, ω 8, 13 rad/s)"),
+         f"against {_digits(still.deviation)} at rest (Y 0, ω 8, 13 rad/s)"),
         ("time within 5 % of the initial speed", "holds in a regime",
-         f"{_percent(better.near)} against {_percent(rest.near)} there, {_percent(far.near)} "
+         f"{_percent(better.near)} against {_percent(still.near)} there, {_percent(far.near)} "
          f"against {_percent(far_rest.near)} (Y 0.09, ω 10, 37 rad/s)"),
     )  # fmt: skip
     return Finding(
@@ -163,7 +163,8 @@ def finding(study: Study) -> Finding:
                 f"by the range of speeds never (at least "
                 f"{number(lowest, 8)} times that at rest); by the standard deviation and by the "
                 f"time near the initial speed it does: {_digits(better.deviation)} against "
-                f"{_digits(rest.deviation)}, {_percent(better.near)} against {_percent(rest.near)}",
+                f"{_digits(still.deviation)}, {_percent(better.near)} against "
+                f"{_percent(still.near)}",
                 "corrected" if lowest > 1.0 - 1e-9 else "holds",
             ),
         ),
@@ -173,12 +174,12 @@ def finding(study: Study) -> Finding:
 def _points(study: Study) -> Table:
     rows = []
     for point in POINTS:
-        found, right = study.recording(_request(point)), exact(point)
+        ran, right = study.recording(_request(point)), exact(point)
         pivot, rate, speed = point
         where = f"Y {number(pivot)} m, ω {number(rate)}, {number(speed)} rad/s"
         cells = [value(float(x), 4) for x in (right.spread, right.deviation, right.near)]
-        seen = None if found is None else of_samples(found.times, found.observables["theta_dot"])
-        run = (None,) * 3 if seen is None else (seen.spread, seen.deviation, seen.near)
+        speeds = None if ran is None else of_samples(ran.times, ran.observables["theta_dot"])
+        run = (None,) * 3 if speeds is None else (speeds.spread, speeds.deviation, speeds.near)
         cells += [value(None if x is None else float(x), 4) for x in run]
         rows.append(row(where, *cells))
     names = ("spread", "deviation", "within 5 %")
@@ -188,14 +189,14 @@ def _points(study: Study) -> Table:
 
 def _figures(maps: Sequence[Map]) -> list[Figure]:
     figures = []
-    for one in maps:
-        pivot = f"Y = {number(one.pivot_y)} m"
+    for drawn in maps:
+        pivot = f"Y = {number(drawn.pivot_y)} m"
         for title, values, middle, note in (
-            ("Standard deviation over that at rest", one.by_deviation, 1.0,
+            ("Standard deviation over that at rest", drawn.by_deviation, 1.0,
              "Blue: the platform makes the rotation more uniform."),
-            ("Time near the initial speed, less that at rest", -one.by_time, 0.0,
+            ("Time near the initial speed, less that at rest", -drawn.by_time, 0.0,
              "With the sign changed, so that blue is more uniform here too."),
-            ("Range of speeds over that at rest", one.by_spread, 1.0, "Nowhere below 1."),
+            ("Range of speeds over that at rest", drawn.by_spread, 1.0, "Nowhere below 1."),
         ):  # fmt: skip
             # beyond twice the value at rest the colour says enough
             shown = np.clip(values, middle - 0.5, middle + 0.5)
@@ -229,8 +230,8 @@ def _part(where: Any) -> float:
     return float(np.mean(where))
 
 
-def _digits(found: Array) -> str:
-    return number(float(found))
+def _digits(amount: Array) -> str:
+    return number(float(amount))
 
 
 def _percent(part: float | Array) -> str:

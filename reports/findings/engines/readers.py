@@ -25,7 +25,7 @@ READ, DROPPED = "read", "not read"
 
 @dataclass(frozen=True)
 class Known:
-    """What a version of an engine reads of a model that has every field."""
+    """The fields that a version of an engine reads of a model that has every field."""
 
     version: str
     fields: tuple[str, ...]
@@ -57,25 +57,25 @@ def requests(plan: StudyPlan) -> Sequence[Request]:
 
 def finding(study: Study) -> Finding | None:
     """Which fields each reader takes over; None where MuJoCo read nothing."""
-    found = {
+    readings = {
         request: study.reading(request)
         for request in requests(plan_of(study))
         if isinstance(request, ModelReading)
     }
-    rule = found.get(ModelReading(RULE, EVERY_FIELD))
+    rule = readings.get(ModelReading(RULE, EVERY_FIELD))
     if rule is None or rule.refuses:
         return None
     readers = {
         request.engine: (read, _reader(request.engine, rule, read))
-        for request, read in found.items()
+        for request, read in readings.items()
         if request.model == EVERY_FIELD and read is not None
     }
-    rest = {name: known for name, known in KNOWN.items() if name not in readers}
+    others = {name: known for name, known in KNOWN.items() if name not in readers}
     return Finding(
         "model-readers",
         "Engines that read MJCF files drop fields of them without a word",
         "measured" if len(readers) > 1 else "known",
-        _summary(rule, readers, rest),
+        _summary(rule, readers, others),
         (
             "Each reader was given the same file, with a number of its own in every field, and "
             "asked for what it then holds; a field counts as read where every number of it is "
@@ -83,9 +83,9 @@ def finding(study: Study) -> Finding | None:
             "a joint without its armature or damping is another joint: who simulates the same file "
             "in two engines and finds two motions has to look here first.",
             *_changed(readers),
-            *_left_out(rest),
+            *_left_out(others),
         ),
-        tuple(t for t in (_by_field(rule, readers, rest), _by_model(found)) if t),
+        tuple(t for t in (_by_field(rule, readers, others), _by_model(readings)) if t),
         (),
         ("plumbob models check", "plumbob models check my.xml"),
     )
@@ -98,7 +98,7 @@ def _reader(engine: str, rule: ModelRead, read: ModelRead) -> Reader:
 
 
 def _summary(
-    rule: ModelRead, readers: Mapping[str, tuple[ModelRead, Reader]], rest: Mapping[str, Known]
+    rule: ModelRead, readers: Mapping[str, tuple[ModelRead, Reader]], others: Mapping[str, Known]
 ) -> str:
     every = len(fields_stated(rule.fields))
     counts = [
@@ -106,7 +106,7 @@ def _summary(
         for name, (_, reader) in readers.items()
         if name != RULE
     ]
-    counts += [f"{NAMES[name]} {len(known.fields)}" for name, known in rest.items()]
+    counts += [f"{NAMES[name]} {len(known.fields)}" for name, known in others.items()]
     return (
         "Before the same file goes into another engine, ask what that takes over (plumbob models "
         f"check FILE): of {every} fields that MuJoCo reads, {', '.join(counts)}."
@@ -114,8 +114,8 @@ def _summary(
 
 
 def _changed(readers: Mapping[str, tuple[ModelRead, Reader]]) -> tuple[str, ...]:
-    """What a reader takes over that the known version did not, and the reverse."""
-    said = []
+    """Fields that a reader reads and the known version did not, and the reverse."""
+    lines = []
     for name, known in KNOWN.items():
         if name not in readers or readers[name][1].refuses:
             continue
@@ -125,35 +125,35 @@ def _changed(readers: Mapping[str, tuple[ModelRead, Reader]]) -> tuple[str, ...]
         if more or less:
             changes = [f"also reads {', '.join(more)}"] * bool(more)
             changes += [f"no longer reads {', '.join(less)}"] * bool(less)
-            said.append(
+            lines.append(
                 f"{NAMES[name]} {read.version} {' and '.join(changes)}, unlike {known.version}."
             )
-    return tuple(said)
+    return tuple(lines)
 
 
-def _left_out(rest: Mapping[str, Known]) -> tuple[str, ...]:
+def _left_out(others: Mapping[str, Known]) -> tuple[str, ...]:
     """Which engines the study did not read with."""
-    if not rest:
+    if not others:
         return ()
-    names = ", ".join(f"{NAMES[name]} {known.version}" for name, known in rest.items())
-    extras = ",".join(rest)
+    names = ", ".join(f"{NAMES[name]} {known.version}" for name, known in others.items())
+    extras = ",".join(others)
     return (
-        f"This study ran without {', '.join(NAMES[name] for name in rest)}: not installed, or none "
-        f"of their methods chosen. Their columns are what {names} are known to read. With "
+        f"This study ran without {', '.join(NAMES[name] for name in others)}: not installed, or "
+        f"none of their methods chosen. Their columns are what {names} are known to read. With "
         f"`pip install 'plumbob[{extras}]'` the same study reads with them.",
     )
 
 
 def _by_field(
-    rule: ModelRead, readers: Mapping[str, tuple[ModelRead, Reader]], rest: Mapping[str, Known]
+    rule: ModelRead, readers: Mapping[str, tuple[ModelRead, Reader]], others: Mapping[str, Known]
 ) -> Table:
     """Fields against readers."""
     heads = ["field", *(f"{NAMES.get(n, n)} {read.version}" for n, (read, _) in readers.items())]
-    heads += [f"{NAMES[name]} {known.version}, known" for name, known in rest.items()]
+    heads += [f"{NAMES[name]} {known.version}, known" for name, known in others.items()]
     rows = []
     for field in fields_stated(rule.fields):
         cells = [Cell(_said(reader, field)) for _, reader in readers.values()]
-        cells += [Cell(READ if field in known.fields else DROPPED) for known in rest.values()]
+        cells += [Cell(READ if field in known.fields else DROPPED) for known in others.values()]
         rows.append(row(field, *cells))
     return Table(
         "What becomes of a model that has a number of its own in every field",
@@ -173,18 +173,18 @@ def _said(reader: Reader, field: str) -> str:
     return f"{DROPPED}; {why}" if why else DROPPED
 
 
-def _by_model(found: Mapping[ModelReading, ModelRead | None]) -> Table | None:
+def _by_model(readings: Mapping[ModelReading, ModelRead | None]) -> Table | None:
     """plumbob's own models against readers: which of their fields each drops."""
-    engines = tuple(dict.fromkeys(r.engine for r, read in found.items() if read is not None))
-    models = dict.fromkeys(r.model for r in found if r.model != EVERY_FIELD)
-    every = {engine: found[ModelReading(engine, EVERY_FIELD)] for engine in engines}
+    engines = tuple(dict.fromkeys(r.engine for r, read in readings.items() if read is not None))
+    models = dict.fromkeys(r.model for r in readings if r.model != EVERY_FIELD)
+    every = {engine: readings[ModelReading(engine, EVERY_FIELD)] for engine in engines}
     never = {engine: _never(every[RULE], every[engine]) for engine in engines}
     rows = []
     for model in models:
-        rule = found[ModelReading(RULE, model)]
+        rule = readings[ModelReading(RULE, model)]
         if rule is not None and not rule.refuses:
             cells = (
-                Cell(_dropped(engine, rule, found[ModelReading(engine, model)], never[engine]))
+                Cell(_dropped(engine, rule, readings[ModelReading(engine, model)], never[engine]))
                 for engine in engines
             )
             rows.append(row(Cell(model, "scene"), *cells))
@@ -212,5 +212,5 @@ def _dropped(engine: str, rule: ModelRead, read: ModelRead | None, never: tuple[
     if read.refuses:
         return f"refused: {read.refuses}"
     dropped = compared(engine, rule.fields, read.fields, never).dropped or {}
-    whole = plural(len(fields_stated(rule.fields)), "field")
-    return ", ".join(dropped) if dropped else f"none of {whole}"
+    total = plural(len(fields_stated(rule.fields)), "field")
+    return ", ".join(dropped) if dropped else f"none of {total}"

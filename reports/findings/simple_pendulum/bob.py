@@ -32,8 +32,8 @@ KINDS = ((SIMPLE, "non-linear", BLUE, "solid"), (LINEAR, "linear", RED, "dash"))
 
 def place(scene: str, times: Array) -> Array:
     """x and y of the bob [m], shape (n, 2), of the exact motion at `times` [s], shape (n,)."""
-    found = case(scene)
-    return bob_place(found.problem.length, found.reference.observe(times)["theta"])
+    posed = case(scene)
+    return bob_place(posed.problem.length, posed.reference.observe(times)["theta"])
 
 
 def distances(times: Array, name: str) -> Array:
@@ -85,8 +85,8 @@ def _over_time(study: Study, axis: int) -> Figure:
     letter, times = "xy"[axis], np.linspace(0.0, SHOWN, 240)
     traces: list[Trace] = []
     for prefix, kind, colour, dash in KINDS:
-        seen = place(prefix + DRAWN, times)[:, axis]
-        traces.append(curve(times, seen, colour=colour, dash=dash, name=f"{kind}, exact"))
+        places = place(prefix + DRAWN, times)[:, axis]
+        traces.append(curve(times, places, colour=colour, dash=dash, name=f"{kind}, exact"))
         if (run := study.recording(own_run(prefix + DRAWN))) is not None:
             kept = np.flatnonzero(run.times <= SHOWN)[::2]
             length = case(prefix + DRAWN).problem.length

@@ -1,4 +1,4 @@
-"""What the notebook says of its cases, one by one, and what the exact motions say."""
+"""The notebook's statements on its cases, one by one, beside the exact motions."""
 
 from __future__ import annotations
 
@@ -59,14 +59,14 @@ def parting(study: Study, name: str) -> Parting:
     """The difference of the exact motions of a case, and of the notebook's own runs of it."""
     amplitude = abs(float(angle(SIMPLE + name)[0]))
     over = np.flatnonzero(np.abs(difference(TIMES, name)) > SEEN * amplitude)
-    one, other = (study.recording(own_run(kind + name)) for kind in (SIMPLE, LINEAR))
+    nonlinear, linear = (study.recording(own_run(kind + name)) for kind in (SIMPLE, LINEAR))
     in_runs = None
-    if one is not None and other is not None:
-        apart = (one.observables[n] - other.observables[n] for n in ("theta", "theta_dot"))
-        in_runs = float(np.abs(at_every_step(one.times, *apart)).max())
+    if nonlinear is not None and linear is not None:
+        apart = (nonlinear.observables[n] - linear.observables[n] for n in ("theta", "theta_dot"))
+        in_runs = float(np.abs(at_every_step(nonlinear.times, *apart)).max())
     most = largest(partial(difference, name=name), TIMES)
-    seen = float(TIMES[over[0]]) if over.size else math.inf
-    return Parting(most, most / amplitude, seen, in_runs)
+    parted_at = float(TIMES[over[0]]) if over.size else math.inf
+    return Parting(most, most / amplitude, parted_at, in_runs)
 
 
 def swing(scene: str, times: Array = TIMES) -> float:
@@ -83,8 +83,8 @@ def turns(name: str) -> float:
 def decay(name: str) -> float:
     """Largest relative difference of the extreme angles of a damped swing from |theta_0| times
     exp(-xi t/2)."""
-    seen, rate = case(SIMPLE + name).reference.observe(TIMES), case(SIMPLE + name).problem
-    speed, theta = seen["theta_dot"], seen["theta"]
+    observed, rate = case(SIMPLE + name).reference.observe(TIMES), case(SIMPLE + name).problem
+    speed, theta = observed["theta_dot"], observed["theta"]
     turns = np.flatnonzero(speed[:-1] * speed[1:] < 0.0)
     part = speed[turns] / (speed[turns] - speed[turns + 1])
     after = part * (TIMES[1] - TIMES[0])
@@ -96,8 +96,8 @@ def decay(name: str) -> float:
 
 def forced(name: str) -> tuple[float, float]:
     """Largest angles [rad] of the pendulum and of the linear one after SETTLED."""
-    one, other = (swing(kind + name, TIMES[TIMES >= SETTLED]) for kind in (SIMPLE, LINEAR))
-    return one, other
+    nonlinear, linear = (swing(kind + name, TIMES[TIMES >= SETTLED]) for kind in (SIMPLE, LINEAR))
+    return nonlinear, linear
 
 
 def lengthening(name: str) -> float:
@@ -109,15 +109,15 @@ def lengthening(name: str) -> float:
 
 def over_the_top(name: str) -> float:
     """Speed of a rotation at its start over the one that just reaches the top, less 1."""
-    given = case(SIMPLE + name).problem
-    least = math.sqrt(2.0 * given.gravity / given.length * (1.0 + math.cos(given.theta)))
-    return float(abs(given.theta_dot)) / least - 1.0
+    problem = case(SIMPLE + name).problem
+    least = math.sqrt(2.0 * problem.gravity / problem.length * (1.0 + math.cos(problem.theta)))
+    return float(abs(problem.theta_dot)) / least - 1.0
 
 
 def _in_mujoco(study: Study) -> str:
     """The error [rad] of MuJoCo's multibody model on case 2 against the equation's solution."""
-    found = convergence_of(study, SIMPLE + "free-large", MUJOCO)
-    done = [m for m in found.measurements if m.status == "done"] if found else []
+    series = convergence_of(study, SIMPLE + "free-large", MUJOCO)
+    done = [m for m in series.measurements if m.status == "done"] if series else []
     if not done:
         return "solved exactly"
     error = done[-1].errors["theta"].largest
@@ -141,7 +141,7 @@ def finding(study: Study) -> Finding:
     dying = parting(study, "damped-large")
     pushed, wide = forced("forced-large"), "forced-large"
     longer = [lengthening(name) for name in ("free-small", "free-large")]
-    said: tuple[tuple[str, str, str, str, StatementVerdict, str], ...] = (
+    texts: tuple[tuple[str, str, str, str, StatementVerdict, str], ...] = (
         ("equation of motion", "mLθ̈ + CLθ̇ + mg sin θ = F(t)", "Newton's law",
             _in_mujoco(study), "holds", ""),
         ("linear equation", "for θ ≪ 1, sin θ ≈ θ", "θ ≪ 1",
@@ -186,11 +186,11 @@ def finding(study: Study) -> Finding:
         ("parameters", "A is the amplitude of the excitation", "F(t)",
             "F(t)/(mL) = A sin Ωt: A is in rad/s²", "corrected", ""),
     )  # fmt: skip
-    statements = tuple(Statement(NOTEBOOK, *one) for one in said)
+    statements = tuple(Statement(NOTEBOOK, *entry) for entry in texts)
     rows = tuple(row(f"{s.place}: {s.text}", s.said, s.ours, judged(s)) for s in statements)
     runs = tuple(
-        row(label, value(one.largest), value(one.in_runs))
-        for label, one in (("1", small), ("2", large), ("5", damped))
+        row(label, value(entry.largest), value(entry.in_runs))
+        for label, entry in (("1", small), ("2", large), ("5", damped))
     )
     return Finding(
         "notebook-claims",
@@ -222,10 +222,10 @@ def _figure(study: Study) -> Figure:
     apart = angle(SIMPLE + name) - angle(LINEAR + name)
     kept = slice(None, None, 10)
     traces: list[Trace] = [curve(TIMES[kept], apart[kept], colour=BLUE, name="exact")]
-    one, other = (study.recording(own_run(kind + name)) for kind in (SIMPLE, LINEAR))
-    if one is not None and other is not None:
-        seen = one.observables["theta"] - other.observables["theta"]
-        traces.append(marks(one.times[::5], seen[::5], GREY, "notebook's RK4", size=3.5))
+    nonlinear, linear_run = (study.recording(own_run(kind + name)) for kind in (SIMPLE, LINEAR))
+    if nonlinear is not None and linear_run is not None:
+        gap = nonlinear.observables["theta"] - linear_run.observables["theta"]
+        traces.append(marks(nonlinear.times[::5], gap[::5], GREY, "notebook's RK4", size=3.5))
     return over_time(
         "Case 1: non-linear less linear angle",
         "The difference grows with time, as the phases part.",

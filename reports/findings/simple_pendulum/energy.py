@@ -98,16 +98,16 @@ def _motion() -> PendulumMotion:
 
 def loss(study: Study, method: str, step: float, iterations: int = 10) -> float | None:
     """Mean rate [J/s] at which a joint loses energy over LOSS_SPAN; None without pymunk."""
-    found = study.recording(_loss_run(method, step, iterations))
-    return None if found is None else loss_rate(found)
+    run = study.recording(_loss_run(method, step, iterations))
+    return None if run is None else loss_rate(run)
 
 
-def loss_rate(found: Trajectory) -> float:
+def loss_rate(run: Trajectory) -> float:
     """Mean rate [J/s] of the energy over the second and third period of a run."""
     motion = _motion()
-    values, whole = energy(motion.potential, motion.inertia, found), motion.period
-    ends = [float(np.interp(t, found.times, values)) for t in (whole, 3 * whole)]
-    return (ends[1] - ends[0]) / (2 * whole)
+    values, period = energy(motion.potential, motion.inertia, run), motion.period
+    ends = [float(np.interp(t, run.times, values)) for t in (period, 3 * period)]
+    return (ends[1] - ends[0]) / (2 * period)
 
 
 def predicted_loss(step: float) -> float:

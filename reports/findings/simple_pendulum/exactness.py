@@ -54,7 +54,7 @@ def references(study: Study) -> Finding:
     beyond = np.flatnonzero(gaps["theta"] > AGREED)
     separated = float(at[beyond[0]]) if beyond.size else np.inf
     horizons = {tolerance: motion.horizon(tolerance) for tolerance in HORIZONS}
-    said = ", ".join(f"{notation.short(x)} rad for {t:.0f} s" for x, t in horizons.items())
+    limits = ", ".join(f"{notation.short(x)} rad for {t:.0f} s" for x, t in horizons.items())
     return Finding(
         "references",
         "Damped and forced pendulums: no formula, two methods that agree, and a limit set by chaos",
@@ -63,7 +63,7 @@ def references(study: Study) -> Finding:
         "for as long as chaos allows. "
         f"Taylor series and Gauss collocation agree on θ to {AGREED:g} rad for 50 s in every "
         f"scene, and in the chaotic one for {separated:.0f} s. A start and parameters in double "
-        f"precision determine its θ to {said}; no method in double precision does better.",
+        f"precision determine its θ to {limits}; no method in double precision does better.",
         (
             "A non-linear pendulum with damping or forcing has no closed form. The reference is a "
             "Taylor series of high order; the second, independent method is Gauss collocation. The "
@@ -190,8 +190,8 @@ def _row(k: int) -> tuple[Cell, ...]:
                *(value(v, 2) for v in _rounded(k)))  # fmt: skip
 
 
-def _or_nan(found: float) -> Cell:
-    return value(found, 2) if math.isfinite(found) else Cell("not a number", "number")
+def _or_nan(error: float) -> Cell:
+    return value(error, 2) if math.isfinite(error) else Cell("not a number", "number")
 
 
 def _by_scipy(k: int, times: Array) -> tuple[Array, float]:

@@ -68,10 +68,10 @@ def _pair(study: Study, name: str) -> Sequence[Figure]:
                 prefix, times, case(prefix + name).reference.observe(times), paths is plane
             )
             paths.append(curve(x, y, colour=colour, dash=dash, name=f"{kind}, exact"))
-            if (found := study.recording(own_run(prefix + name))) is not None:
-                kept = np.flatnonzero(found.times <= end)[::DOTS]
-                seen = {n: values[kept] for n, values in found.observables.items()}
-                x, y = _path(prefix, found.times[kept], seen, paths is plane)
+            if (run := study.recording(own_run(prefix + name))) is not None:
+                kept = np.flatnonzero(run.times <= end)[::DOTS]
+                samples = {n: values[kept] for n, values in run.observables.items()}
+                x, y = _path(prefix, run.times[kept], samples, paths is plane)
                 paths.append(_dotted(x, y, prefix == LINEAR))
     span = f"The first {until:g} s" if until < DURATION else f"All {until:g} s"
     turns = "; after a full turn the curve continues at the left edge" if problem.theta_dot else ""
@@ -89,12 +89,12 @@ def _dotted(x: Array, y: Array, named: bool) -> Trace:
 
 
 def _path(
-    prefix: str, times: Array, seen: Mapping[str, Array], in_plane: bool
+    prefix: str, times: Array, samples: Mapping[str, Array], in_plane: bool
 ) -> tuple[Array, Array]:
     """The path of a motion: over time, or in the phase plane."""
     if not in_plane:
-        return times, seen["theta"]
-    return _wound(seen["theta"], seen["theta_dot"], prefix == SIMPLE)
+        return times, samples["theta"]
+    return _wound(samples["theta"], samples["theta_dot"], prefix == SIMPLE)
 
 
 def _wound(theta: Array, rate: Array, pendulum: bool) -> tuple[Array, Array]:
@@ -175,12 +175,12 @@ def finding(study: Study) -> Finding:
 
 def _error(study: Study, scene: str) -> tuple[float, float | None]:
     """Largest error [rad] of the notebook's run at any of its steps, and what theory predicts."""
-    found, posed = study.recording(own_run(scene)), case(scene)
-    if found is None:
+    run, posed = study.recording(own_run(scene)), case(scene)
+    if run is None:
         return float("nan"), None
-    truth = posed.reference.observe(found.times)
-    theta, rate = (found.observables[name] - truth[name] for name in ("theta", "theta_dot"))
-    error = float(np.abs(at_every_step(found.times, theta, rate)).max())
+    truth = posed.reference.observe(run.times)
+    theta, rate = (run.observables[name] - truth[name] for name in ("theta", "theta_dot"))
+    error = float(np.abs(at_every_step(run.times, theta, rate)).max())
     predicted = posed.errors.at_step(scheme(METHOD), STEP, EVERY_STEP).errors["theta"]
     return error, float(np.abs(predicted).max())
 
@@ -195,10 +195,10 @@ def at_every_step(times: Array, theta: Array, rate: Array) -> Array:
 
 def difference(times: Array, name: str) -> Array:
     """Non-linear less linear angle [rad] of a case's exact motions at `times` [s], shape (n,)."""
-    one, other = (
+    nonlinear, linear = (
         case(prefix + name).reference.observe(times)["theta"] for prefix in (SIMPLE, LINEAR)
     )
-    return np.asarray(one - other)
+    return np.asarray(nonlinear - linear)
 
 
 def _difference(name: str) -> float:

@@ -60,18 +60,18 @@ def _convergence(study: Study, method: str) -> ConvergenceStudy | None:
 def orders(study: Study) -> Finding | None:
     """Orders of five methods on the study's scenes; None where it fitted none."""
     names = [name for _, name, _ in CASES] + list(FORCED)
-    found = {
+    every = {
         n: {m: _fitted(c) for m in METHODS if (c := convergence_of(study, SIMPLE + n, m))}
         for n in names
     }
-    shown = {n: own for n, own in found.items() if any(own.values())}
+    shown = {n: fits for n, fits in every.items() if any(fits.values())}
     if not shown:
         return None
-    methods = [m for m in METHODS if any(m in own for own in shown.values())]
+    methods = [m for m in METHODS if any(m in fits for fits in shown.values())]
     table = Table(
         "Observed order of the error of θ [95 % interval], and below it the predicted one",
         ("scene", *methods),
-        tuple(row(name, *_cells(own, methods)) for name, own in shown.items()),
+        tuple(row(name, *_cells(fits, methods)) for name, fits in shown.items()),
         "Predicted: the same fit to C₁h + C₂h² + … at the same steps h. A dash: fewer than four "
         "steps above round-off and in the range of the series; the full profile takes finer ones.",
     )
@@ -112,12 +112,12 @@ def orders(study: Study) -> Finding | None:
     )
 
 
-def _fitted(found: ConvergenceStudy) -> Pair | None:
+def _fitted(series: ConvergenceStudy) -> Pair | None:
     """Observed and predicted order of the error of theta, over the steps in the range of the
     series; None with fewer than four of them above round-off."""
     reached = [
         (m.step, m.errors["theta"], floor(m.errors["theta"], m.steps))
-        for m in found.measurements
+        for m in series.measurements
         if m.status == "done" and (f := m.errors["theta"].predicted) and f.nonlinearity < REACH
     ]
     if not reached:
@@ -135,10 +135,10 @@ def _fitted(found: ConvergenceStudy) -> Pair | None:
     return (observed, predicted) if predicted else None
 
 
-def _cells(own: Mapping[str, Pair | None], methods: Sequence[str]) -> list[Cell]:
+def _cells(fits: Mapping[str, Pair | None], methods: Sequence[str]) -> list[Cell]:
     cells = []
     for method in methods:
-        if (pair := own.get(method)) is None:
+        if (pair := fits.get(method)) is None:
             cells.append(Cell("–", "number", "too few steps in the range of the series"))
             continue
         text = f"{order_text(pair[0])}\n{pair[1].slope:.3f}"
@@ -152,7 +152,7 @@ def _worst(shown: Mapping[str, Mapping[str, Pair | None]]) -> str:
 
 def _gap(shown: Mapping[str, Mapping[str, Pair | None]]) -> float:
     """The largest difference of an observed order from the predicted one."""
-    pairs = [pair for own in shown.values() for pair in own.values() if pair]
+    pairs = [pair for fits in shown.values() for pair in fits.values() if pair]
     return max(abs(observed.slope - predicted.slope) for observed, predicted in pairs)
 
 
@@ -160,22 +160,22 @@ def held_control(study: Study) -> Finding:
     """Orders of the forced case by how the control is read, with what theory says of each."""
     found_by = {m: c for m in READ if (c := _convergence(study, m)) is not None}
     rows = []
-    for method, found in found_by.items():
-        done = {m.step: m.errors["theta"].largest for m in found.measurements if m.status == "done"}
+    for method, runs in found_by.items():
+        done = {m.step: m.errors["theta"].largest for m in runs.measurements if m.status == "done"}
         at = min(done, key=lambda h: abs(h - 5e-3)) if done else None
-        predicted = found.predicted_order
+        predicted = runs.predicted_order
         rows.append(
             row(
                 method_cell(method),
                 READ[method],
-                Cell(order_text(found.order), "number"),
+                Cell(order_text(runs.order), "number"),
                 Cell(f"{predicted.slope:.3f}" if predicted else "–", "number"),
                 value(done[at] if at else None),
                 Cell(f"{notation.short(at)} s" if at else "–", "number"),
             )
         )
     slopes = {m: c.order.slope for m, c in found_by.items() if c.order}
-    said = ", ".join(
+    listed = ", ".join(
         f"{slopes[m]:.2f} {where}"
         for m, where in (
             ("mujoco/rk4", "with the control read at the step's start"),
@@ -191,7 +191,7 @@ def held_control(study: Study) -> Finding:
         "A controller that sets its torque once a step, for the step's start, makes RK4 a "
         "method of first order: set it for the middle. "
         "The pendulum here is pushed by A sin(Ωt)"
-        + (f": RK4's observed order is {said}." if said else "."),
+        + (f": RK4's observed order is {listed}." if listed else "."),
         (
             "MuJoCo reads ctrl once a step and holds it, through all four stages of RK4. Held from "
             "the start, the push is late by half a step: an error of first order, whatever the "
@@ -222,8 +222,8 @@ def held_control(study: Study) -> Finding:
 def _plot(found_by: Mapping[str, ConvergenceStudy]) -> Figure:
     style = styles([find_method(m) for m in READ])
     traces = []
-    for method, found in found_by.items():
-        done = [m for m in found.measurements if m.status == "done"]
+    for method, runs in found_by.items():
+        done = [m for m in runs.measurements if m.status == "done"]
         traces.append(
             curve([m.step for m in done], positive([m.errors["theta"].largest for m in done]),
                   style[method], method=method, marks=True)

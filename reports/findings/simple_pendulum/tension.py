@@ -46,16 +46,16 @@ def finding(study: Study) -> Finding:
     sensor = late = 0.0
     for scene in SCENES:
         for method, source in METHODS.items():
-            found = [
+            recordings = [
                 study.recording(request) for request in runs((scene,), (method,), STEPS, DURATION)
             ]
-            errors = [_errors(scene, one) for one in found if one is not None]
+            errors = [_errors(scene, run) for run in recordings if run is not None]
             if len(errors) < len(STEPS):
                 continue
-            _, own, left = errors[-1]
+            _, apart, left = errors[-1]
             of_mujoco = method.startswith("mujoco")
-            sensor, late = (max(sensor, own), late) if of_mujoco else (sensor, max(late, own))
-            numbers = (*(error for error, _, _ in errors), own, None if of_mujoco else left)
+            sensor, late = (max(sensor, apart), late) if of_mujoco else (sensor, max(late, apart))
+            numbers = (*(error for error, _, _ in errors), apart, None if of_mujoco else left)
             rows.append(
                 row(scene.partition("/")[2], method_cell(method), source, *map(value, numbers))
             )
@@ -112,19 +112,19 @@ def finding(study: Study) -> Finding:
     )  # fmt: skip
 
 
-def _errors(scene: str, found: Trajectory) -> tuple[float, float, float]:
+def _errors(scene: str, run: Trajectory) -> tuple[float, float, float]:
     """Largest error of the tension [N], its distance from T of the engine's own state, and what of
     that is not the delay of an impulse; the first sample, before any step, left out."""
     problem, exact = case(scene).problem, case(scene).reference
-    seen = {name: values[1:] for name, values in found.observables.items()}
-    truth = exact.observe(found.times[1:])["tension"]
-    theta, rate = seen["theta"], seen["theta_dot"]
-    beside = seen["tension"] - tension(problem.length, problem.gravity, theta, rate)
-    step = float(found.times[-1]) / found.steps
+    observed = {name: values[1:] for name, values in run.observables.items()}
+    truth = exact.observe(run.times[1:])["tension"]
+    theta, rate = observed["theta"], observed["theta_dot"]
+    beside = observed["tension"] - tension(problem.length, problem.gravity, theta, rate)
+    step = float(run.times[-1]) / run.steps
     delay = problem.gravity * step * rate * np.sin(theta)
-    sizes = (np.abs(v).max() for v in (seen["tension"] - truth, beside, beside - delay))
-    error, own, left = (float(v) for v in sizes)
-    return error, own, left
+    sizes = (np.abs(v).max() for v in (observed["tension"] - truth, beside, beside - delay))
+    error, apart, left = (float(v) for v in sizes)
+    return error, apart, left
 
 
 def _plot(study: Study) -> Figure:
@@ -133,9 +133,9 @@ def _plot(study: Study) -> Figure:
     exact = case(scene).reference.observe(times)["tension"]
     traces: list[Trace] = [curve(times, exact, colour=GREY, name="exact", width=3.0)]
     for method, colour, size in DRAWN:
-        if (found := study.recording(ExtraRun(scene, method, DRAWN_STEP, DURATION))) is not None:
-            seen = found.times[1::6], found.observables["tension"][1::6]
-            traces.append(marks(*seen, colour, method, size))
+        if (run := study.recording(ExtraRun(scene, method, DRAWN_STEP, DURATION))) is not None:
+            dots = run.times[1::6], run.observables["tension"][1::6]
+            traces.append(marks(*dots, colour, method, size))
     return over_time(
         "Tension of the rod in the large swing",
         f"Below zero the rod pushes. Marks: steps of {notation.short(DRAWN_STEP)} s.",

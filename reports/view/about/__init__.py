@@ -1,4 +1,4 @@
-"""What a reader must know of a system to follow its page: its parts, symbols, equation, source."""
+"""Descriptions of the systems for the reader of a page: parts, symbols, equation, source."""
 
 from __future__ import annotations
 
@@ -15,6 +15,6 @@ def described(system: str) -> Description | None:
     for name in MODULES:
         module = importlib.import_module(f"{__name__}.{name}")
         if system in module.DESCRIPTIONS:
-            found: Description = module.DESCRIPTIONS[system]
-            return found
+            description: Description = module.DESCRIPTIONS[system]
+            return description
     return None

@@ -27,7 +27,7 @@ class Symbol:
 
 @dataclass(frozen=True)
 class Description:
-    """What a system's page says before it shows any result."""
+    """The description of a system at the top of its page, before any result."""
 
     sentences: tuple[str, str]
     equations: tuple[str, ...]  # one a line, in Unicode

@@ -20,47 +20,47 @@ KINDS = ("your contacts", "pasted contacts")
 
 
 def write_contact_page(
-    found: ContactAudit, folder: Path, command: str, drawn: bytes | None = None
+    audit: ContactAudit, folder: Path, command: str, drawn: bytes | None = None
 ) -> Path:
     """Write the page of a contact audit into `folder`, whole or not at all, and return its path;
     `command` is what reproduces it, `drawn` a PNG of the model. Raises OSError where the folder
     cannot be written."""
-    name = page_name(found.name, folder, "-contacts.html")
-    return written(render_contacts(found, command, drawn), folder, name)
+    name = page_name(audit.name, folder, "-contacts.html")
+    return written(render_contacts(audit, command, drawn), folder, name)
 
 
-def render_contacts(found: ContactAudit, command: str, drawn: bytes | None = None) -> str:
+def render_contacts(audit: ContactAudit, command: str, drawn: bytes | None = None) -> str:
     """The page of a contact audit as HTML; `drawn` is a PNG of the model."""
     return laid_out(
-        model=found.name,
-        title=f"how wrong are the contacts of {found.name}",
-        heading=f"How wrong are the contacts of {found.name}?",
+        model=audit.name,
+        title=f"how wrong are the contacts of {audit.name}",
+        heading=f"How wrong are the contacts of {audit.name}?",
         lead="The body of the model on its own feet and plane, as one rigid piece: it slides, "
         "turns and is pushed under the contact settings of the file, and under those that plumbob "
         "settings prints. Coulomb's law determines where a body stops that slides without turning.",
-        answer=contact_rows(found),
-        figures=(distances_figure(found), errors_figure(found)),
-        tables=(distances_table(found),),
-        code=found.snippet,
+        answer=contact_rows(audit),
+        figures=(distances_figure(audit), errors_figure(audit)),
+        tables=(distances_table(audit),),
+        code=audit.snippet,
         drawn=drawn,
         command=command,
-        seconds=found.seconds,
+        seconds=audit.seconds,
     )
 
 
-def distances_figure(found: ContactAudit) -> Figure:
+def distances_figure(audit: ContactAudit) -> Figure:
     """Stopping distances at the own step over the heading."""
     degrees = [math.degrees(h) for h in HEADINGS]
     traces = [
         curve(degrees, runs[0].distances, colour=colour, name=name, marks=True)
-        for (name, runs), colour in zip(_runs(found), COLOURS, strict=False)
+        for (name, runs), colour in zip(_runs(audit), COLOURS, strict=False)
         if runs
     ]
-    name = "Coulomb" if found.exact is not None else "what the pasted contacts tend to"
-    traces.append(curve(degrees, found.distances, colour=GREY, dash="dot", name=name, width=3.0))
+    name = "Coulomb" if audit.exact is not None else "what the pasted contacts tend to"
+    traces.append(curve(degrees, audit.distances, colour=GREY, dash="dot", name=name, width=3.0))
     return figure(
         "Stopping distance over the heading",
-        f"The body starts at {found.speed:g} m/s without turning. Friction that follows Coulomb's "
+        f"The body starts at {audit.speed:g} m/s without turning. Friction that follows Coulomb's "
         "law is the same in all directions.",
         traces,
         linear("heading from the plane's x axis [°]", dtick=45),
@@ -69,16 +69,16 @@ def distances_figure(found: ContactAudit) -> Figure:
     )
 
 
-def errors_figure(found: ContactAudit) -> Figure:
+def errors_figure(audit: ContactAudit) -> Figure:
     """The largest error of a stopping distance against the step."""
     traces = []
-    for (name, runs), colour in zip(_runs(found), COLOURS, strict=False):
-        shown = [(one.step, found.error(one)) for one in runs]
+    for (name, runs), colour in zip(_runs(audit), COLOURS, strict=False):
+        shown = [(run.step, audit.error(run)) for run in runs]
         shown = [(h, e) for h, e in shown if math.isfinite(e) and e > 0.0]
         if shown:
             steps, errors = zip(*shown, strict=True)
             traces.append(curve(steps, errors, colour=colour, name=name, marks=True))
-    predicted = [(one.step, found.predicted(one)) for one in found.pasted]
+    predicted = [(run.step, audit.predicted(run)) for run in audit.pasted]
     largest = [(h, float(np.abs(e).max())) for h, e in predicted if e is not None]
     known = [(h, e) for h, e in largest if e > 0.0]
     if known:
@@ -95,26 +95,26 @@ def errors_figure(found: ContactAudit) -> Figure:
     )
 
 
-def distances_table(found: ContactAudit) -> Table:
+def distances_table(audit: ContactAudit) -> Table:
     """Stopping distances and their errors, by heading."""
     rows = []
     for k, heading in enumerate(HEADINGS):
         cells = [Cell(f"{math.degrees(heading):.0f}°", "number")]
-        compared = float(found.distances[k])
-        for _, runs in _runs(found):
+        compared = float(audit.distances[k])
+        for _, runs in _runs(audit):
             cells += _cells(runs[0], k, compared) if runs else [Cell("not run"), Cell("")]
         cells.append(Cell("not determined" if math.isnan(compared) else length(compared), "number"))
         rows.append(tuple(cells))
     heads = ("heading", *(h for name in KINDS for h in (name, "error")), "compared with")
-    return Table(f"Stopping distances at {duration(found.step)}", heads, tuple(rows), folded=True)
+    return Table(f"Stopping distances at {duration(audit.step)}", heads, tuple(rows), folded=True)
 
 
-def _cells(one: Measured, k: int, compared: float) -> list[Cell]:
-    slide = one.slides[k]
+def _cells(run: Measured, k: int, compared: float) -> list[Cell]:
+    slide = run.slides[k]
     error = "" if math.isnan(compared) else per_cent(slide.along - compared, compared)
     stops = length(abs(slide.along)) if slide.rests else "does not stop"
     return [Cell(stops, "number"), Cell(error if slide.rests else "", "number")]
 
 
-def _runs(found: ContactAudit) -> tuple[tuple[str, tuple[Measured, ...]], ...]:
-    return (KINDS[0], found.own), (KINDS[1], found.pasted)
+def _runs(audit: ContactAudit) -> tuple[tuple[str, tuple[Measured, ...]], ...]:
+    return (KINDS[0], audit.own), (KINDS[1], audit.pasted)

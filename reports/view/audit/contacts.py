@@ -17,40 +17,40 @@ HELPS, HARDLY = 0.71, 0.95  # ratio of errors a halving: below the first it help
 INSIDE = 2e-4  # relative: a smaller part of a distance is not worth a digit
 
 
-def contact_lines(found: ContactAudit) -> list[str]:
+def contact_lines(audit: ContactAudit) -> list[str]:
     """The answer as lines of text."""
-    return aligned(contact_rows(found))
+    return aligned(contact_rows(audit))
 
 
-def contact_rows(found: ContactAudit) -> list[tuple[str, str]]:
+def contact_rows(audit: ContactAudit) -> list[tuple[str, str]]:
     """The answer: names of the lines, and what they say."""
     return [
-        (Path(found.name).name, _body(found)),
-        ("slide", _compared_with(found)),
-        *_errors(found),
-        ("halving", "; ".join(_halvings(found)) or "not run"),
-        ("push", _push(found)),
-        ("turn", _turn(found)),
-        ("paste", paste_command(found)),
-        *(("not run", reason) for reason in found.failed),
-        *(("left out", "; ".join(found.notes)) for _ in found.notes[:1]),
+        (Path(audit.name).name, _body(audit)),
+        ("slide", _compared_with(audit)),
+        *_errors(audit),
+        ("halving", "; ".join(_halvings(audit)) or "not run"),
+        ("push", _push(audit)),
+        ("turn", _turn(audit)),
+        ("paste", paste_command(audit)),
+        *(("not run", reason) for reason in audit.failed),
+        *(("left out", "; ".join(audit.notes)) for _ in audit.notes[:1]),
         ("not claimed", "joints that move, other speeds, starts that tip; reality"),
     ]
 
 
-def paste_command(found: ContactAudit) -> str:
+def paste_command(audit: ContactAudit) -> str:
     """The command that prints the settings."""
-    friction = f"{found.standing.friction[0]:g}"
+    friction = f"{audit.standing.friction[0]:g}"
     return (
-        f"plumbob settings {found.method} --step {found.step:g} --friction {friction} "
-        f"--stiffness {found.stiffness:g}"
+        f"plumbob settings {audit.method} --step {audit.step:g} --friction {friction} "
+        f"--stiffness {audit.stiffness:g}"
     )
 
 
-def steadiest(found: ContactAudit) -> float:
+def steadiest(audit: ContactAudit) -> float:
     """The largest friction coefficient, in two digits, at which it slides along any heading with
     every load above 0."""
-    body = found.standing
+    body = audit.standing
     most = Stance(body.points, body.height).inside(np.zeros(2)) / body.height
     digits = 10.0 ** (math.floor(math.log10(most)) - 1)
     return math.floor(most / digits) * digits
@@ -64,8 +64,8 @@ def per_cent(error: float, distance: float) -> str:
     return f"{100 * relative:+.2g} %" if abs(relative) >= INSIDE else "0 %"
 
 
-def _body(found: ContactAudit) -> str:
-    body = found.standing
+def _body(audit: ContactAudit) -> str:
+    body = audit.standing
     feet = ", ".join(body.feet[:SHOWN])
     if len(body.feet) > SHOWN:
         feet += f" and {len(body.feet) - SHOWN} more"
@@ -74,61 +74,61 @@ def _body(found: ContactAudit) -> str:
     locked = f", {body.locked} joints locked as they start" if body.locked else ""
     return (
         f"{body.body}: {body.mass:.3g} kg on {len(body.points)} points ({feet}) of {body.plane}, "
-        f"friction {friction}{locked}; {found.integrator} {duration(found.step)}"
+        f"friction {friction}{locked}; {audit.integrator} {duration(audit.step)}"
     )
 
 
-def _compared_with(found: ContactAudit) -> str:
-    start = f"from {found.speed:g} m/s at {len(HEADINGS)} headings"
-    if found.exact is not None:
-        some = sum(found.determined)
+def _compared_with(audit: ContactAudit) -> str:
+    start = f"from {audit.speed:g} m/s at {len(HEADINGS)} headings"
+    if audit.exact is not None:
+        some = sum(audit.determined)
         loads = "every load stays above 0"
         if some < len(HEADINGS):
             loads += f" at {some} of them, and only these are judged"
-        return f"{start}; Coulomb: it stops after {length(found.exact)}, at any heading; {loads}"
-    distances = found.distances[~np.isnan(found.distances)]
-    if not any(found.determined):
-        most = steadiest(found)
-        return f"{start}; not determined: {found.why}; give --friction {most:g} or less"
+        return f"{start}; Coulomb: it stops after {length(audit.exact)}, at any heading; {loads}"
+    distances = audit.distances[~np.isnan(audit.distances)]
+    if not any(audit.determined):
+        most = steadiest(audit)
+        return f"{start}; not determined: {audit.why}; give --friction {most:g} or less"
     if not distances.size:
-        return f"{start}; no distance to compare with: {found.why}"
+        return f"{start}; no distance to compare with: {audit.why}"
     values = f"{length(float(distances.min()))} … {length(float(distances.max()))}"
-    known = length(found.known)
-    return f"{start}; not determined: {found.why}; the pasted contacts tend to {values} (± {known})"
+    known = length(audit.known)
+    return f"{start}; not determined: {audit.why}; the pasted contacts tend to {values} (± {known})"
 
 
-def _errors(found: ContactAudit) -> Iterator[tuple[str, str]]:
-    if found.own:
-        own, more = found.own[0], ""
-        if found.exact is not None:
-            more = f"; distances differ by {_fraction(found.dependence(own))} between headings"
-        turned = math.degrees(own.turned)
+def _errors(audit: ContactAudit) -> Iterator[tuple[str, str]]:
+    if audit.own:
+        default, more = audit.own[0], ""
+        if audit.exact is not None:
+            more = f"; distances differ by {_fraction(audit.dependence(default))} between headings"
+        turned = math.degrees(default.turned)
         more += f"; turns by up to {turned:.2g}°, where none is due" if turned > 0.1 else ""
-        yield "your contacts", _range(found, own) + more
-    if found.pasted:
-        pasted = found.pasted[0]
-        predicted, more = found.predicted(pasted), ""
-        if predicted is not None and found.exact is not None:
-            k = int(np.nanargmax(np.abs(found.errors(pasted))))
+        yield "your contacts", _range(audit, default) + more
+    if audit.pasted:
+        pasted = audit.pasted[0]
+        predicted, more = audit.predicted(pasted), ""
+        if predicted is not None and audit.exact is not None:
+            k = int(np.nanargmax(np.abs(audit.errors(pasted))))
             value = float(predicted[k])
-            more = f"; predicted {per_cent(value, found.exact)}"
+            more = f"; predicted {per_cent(value, audit.exact)}"
             if math.isnan(value):
                 more = "; not predicted: a load gets to 0 for a while"
-            more += f"; distances differ by {_fraction(found.dependence(pasted))}"
-        yield "pasted", _range(found, pasted) + more
+            more += f"; distances differ by {_fraction(audit.dependence(pasted))}"
+        yield "pasted", _range(audit, pasted) + more
 
 
-def _range(found: ContactAudit, one: Measured) -> str:
-    errors = found.errors(one)
+def _range(audit: ContactAudit, run: Measured) -> str:
+    errors = audit.errors(run)
     if np.isnan(errors).all():
         return "no distance to compare with"
     if np.isinf(errors).any():
         at = np.degrees(HEADINGS)[np.isinf(errors)]
         return f"it does not stop at {', '.join(f'{angle:.0f}°' for angle in at)}"
     k = int(np.nanargmax(np.abs(errors)))
-    worst, distance = float(errors[k]), float(found.distances[k])
-    least = float(np.nanmin(errors / found.distances))
-    most = float(np.nanmax(errors / found.distances))
+    worst, distance = float(errors[k]), float(audit.distances[k])
+    least = float(np.nanmin(errors / audit.distances))
+    most = float(np.nanmax(errors / audit.distances))
     between = f", {per_cent(least, 1.0)} to {per_cent(most, 1.0)}" if most - least > 0.01 else ""
     where = f" at {math.degrees(HEADINGS[k]):.0f}°" if between else ""
     return f"error {length(abs(worst))} ({per_cent(worst, distance)}){where}{between}"
@@ -138,10 +138,10 @@ def _fraction(value: float) -> str:
     return f"{100 * value:.2g} %" if math.isfinite(value) else "more than can be said"
 
 
-def _halvings(found: ContactAudit) -> Iterator[str]:
-    for name, runs in (("own", found.own), ("pasted", found.pasted)):
-        errors = [found.error(one) for one in runs]
-        if name == "pasted" and found.exact is None:
+def _halvings(audit: ContactAudit) -> Iterator[str]:
+    for name, runs in (("own", audit.own), ("pasted", audit.pasted)):
+        errors = [audit.error(run) for run in runs]
+        if name == "pasted" and audit.exact is None:
             errors = errors[:-1]  # what is compared with the finest
         if len(errors) < 2 or not np.isfinite(errors).all() or not errors[0]:
             continue
@@ -150,10 +150,10 @@ def _halvings(found: ContactAudit) -> Iterator[str]:
         yield f"{name}: {' -> '.join(map(length, errors))}: {helps}"
 
 
-def _push(found: ContactAudit) -> str:
+def _push(audit: ContactAudit) -> str:
     parts = [
         f"{name} {_speed(runs[0].drift)}"
-        for name, runs in (("your contacts drift at", found.own), ("pasted", found.pasted))
+        for name, runs in (("your contacts drift at", audit.own), ("pasted", audit.pasted))
         if runs and runs[0].drift is not None
     ]
     if not parts:
@@ -165,18 +165,18 @@ def _speed(value: float) -> str:
     return "no known speed" if not math.isfinite(value) else f"{length(value)}/s"
 
 
-def _turn(found: ContactAudit) -> str:
+def _turn(audit: ContactAudit) -> str:
     def angle(runs: Sequence[Measured]) -> str:
-        one = runs[0].turning if runs else None
-        if one is None:
+        turning = runs[0].turning if runs else None
+        if turning is None:
             return "not run"
-        return f"{math.degrees(one.turn):.3g}°" if one.rests else "it does not stop"
+        return f"{math.degrees(turning.turn):.3g}°" if turning.rests else "it does not stop"
 
-    start = f"sliding at {found.spin:.3g} rad/s too: your contacts {angle(found.own)}, "
-    start += f"pasted {angle(found.pasted)}"
-    if found.exact_turn is not None:
-        return f"{start}; Coulomb: {math.degrees(found.exact_turn):.3g}°"
-    known = math.isfinite(found.turn)
-    doubt = f" (± {math.degrees(found.turn_known):.2g}°)" if math.isfinite(found.turn_known) else ""
-    tends = f"pasted tend to {math.degrees(found.turn):.3g}°{doubt}; " if known else ""
-    return f"{start}; {tends}not determined: {found.why_turn}"
+    start = f"sliding at {audit.spin:.3g} rad/s too: your contacts {angle(audit.own)}, "
+    start += f"pasted {angle(audit.pasted)}"
+    if audit.exact_turn is not None:
+        return f"{start}; Coulomb: {math.degrees(audit.exact_turn):.3g}°"
+    known = math.isfinite(audit.turn)
+    doubt = f" (± {math.degrees(audit.turn_known):.2g}°)" if math.isfinite(audit.turn_known) else ""
+    tends = f"pasted tend to {math.degrees(audit.turn):.3g}°{doubt}; " if known else ""
+    return f"{start}; {tends}not determined: {audit.why_turn}"

@@ -1,4 +1,4 @@
-"""The page of an audit: its ten lines, errors over time and against cost, contacts, trims."""
+"""The page of an audit: its ten lines, errors over time and against cost, contacts, ablations."""
 
 from __future__ import annotations
 
@@ -36,22 +36,22 @@ MARK = re.compile(r'data-model="(\w+)"')
 MOST_PAIRS = 24  # in the contact timeline
 
 
-def write_audit_page(found: Audit, folder: Path, command: str, drawn: bytes | None = None) -> Path:
+def write_audit_page(audit: Audit, folder: Path, command: str, drawn: bytes | None = None) -> Path:
     """Write the page of an audit into `folder`, whole or not at all, and return its path; `command`
     is what reproduces it, `drawn` a PNG of the model. Raises OSError where the folder cannot be
     written."""
-    return written(render(found, command, drawn), folder, page_name(found.name, folder, ".html"))
+    return written(render(audit, command, drawn), folder, page_name(audit.name, folder, ".html"))
 
 
 def page_name(model: str, folder: Path, ending: str) -> str:
     """`audit-NAME` and `ending`, by the name of the file `model`, with as many of its folders as
     tell the page from those of other files there."""
-    parts, own = Path(model).resolve().with_suffix("").parts[1:], mark_of(model)
+    parts, mark = Path(model).resolve().with_suffix("").parts[1:], mark_of(model)
     names = ["-".join(("audit", *parts[-k:])) + ending for k in range(1, len(parts) + 1)]
     for name in names:
         page = folder / name
         marks = MARK.findall(page.read_text("utf-8", "replace")) if page.is_file() else []
-        if marks in ([], [own]):
+        if marks in ([], [mark]):
             return name
     return names[-1]
 
@@ -61,22 +61,22 @@ def mark_of(model: str) -> str:
     return f"{crc32(str(Path(model).resolve()).encode()):08x}"
 
 
-def render(found: Audit, command: str, drawn: bytes | None = None) -> str:
+def render(audit: Audit, command: str, drawn: bytes | None = None) -> str:
     """The page of an audit as HTML; `drawn` is a PNG of the model."""
     return laid_out(
-        model=found.name,
-        title=f"how wrong is {found.name}",
-        heading=f"How wrong is {found.name}?",
+        model=audit.name,
+        title=f"how wrong is {audit.name}",
+        heading=f"How wrong is {audit.name}?",
         lead="The model as it stands, on one motion. Its continuous motion, without time steps, is "
         "certified by two computations, and its own steps are compared with that. Nothing here "
         "says how near the model is to reality.",
-        answer=rows(found),
-        figures=figures(found),
-        tables=tuple(table for table in (steps_table(found), trims_table(found)) if table),
+        answer=rows(audit),
+        figures=figures(audit),
+        tables=tuple(table for table in (steps_table(audit), trims_table(audit)) if table),
         code="",
         drawn=drawn,
         command=command,
-        seconds=found.seconds,
+        seconds=audit.seconds,
     )
 
 
@@ -107,25 +107,25 @@ def as_text(drawn: bytes | None) -> str:
     return "" if drawn is None else base64.b64encode(drawn).decode("ascii")
 
 
-def figures(found: Audit) -> tuple[Figure, ...]:
-    """What can be drawn of an audit."""
-    if found.found is None:
+def figures(audit: Audit) -> tuple[Figure, ...]:
+    """The figures of an audit."""
+    if audit.found is None:
         return ()
-    drawn = [errors_over_time(found, found.found), error_against_cost(found.found)]
-    contacts = contact_timeline(found)
+    drawn = [errors_over_time(audit, audit.found), error_against_cost(audit.found)]
+    contacts = contact_timeline(audit)
     return (*drawn, contacts) if contacts else tuple(drawn)
 
 
-def errors_over_time(found: Audit, steps: Compared) -> Figure:
+def errors_over_time(audit: Audit, steps: Compared) -> Figure:
     """The error at the own step and halves of it, and how well the reference is known."""
-    times = found.script.times
-    own = [s for s in steps.steps if s.integrator == found.integrator and s.step <= found.step]
+    times = audit.script.times
+    finer = [s for s in steps.steps if s.integrator == audit.integrator and s.step <= audit.step]
     traces = [
         curve(times, _drawn(s.errors), colour=colour, name=f"{s.integrator} {duration(s.step)}")
-        for s, colour in zip(own[:SHOWN], COLOURS, strict=False)
+        for s, colour in zip(finer[:SHOWN], COLOURS, strict=False)
     ]
     known = curve(
-        times, _drawn(found.reference.uncertainty), colour=GREY, dash="dot",
+        times, _drawn(audit.reference.uncertainty), colour=GREY, dash="dot",
         name="the reference is known to",
     )  # fmt: skip
     return over_time(
@@ -168,9 +168,9 @@ def error_against_cost(steps: Compared) -> Figure:
     )
 
 
-def contact_timeline(found: Audit) -> Figure | None:
+def contact_timeline(audit: Audit) -> Figure | None:
     """Which pairs touch when at the own step; None where none does."""
-    touching = found.touching
+    touching = audit.touching
     if touching is None or not any(on.any() for on in touching.pairs.values()):
         return None
     pairs = list(touching.pairs)[:MOST_PAIRS]
@@ -182,12 +182,12 @@ def contact_timeline(found: Audit) -> Figure | None:
             curve(times, np.full(times.size, float(k)), colour=COLOURS[0], width=5.0, name=name)
         )
     names = {"tickvals": list(range(len(pairs))), "ticktext": pairs}
-    seconds = max(found.until, found.script.period)
-    events = sum(1 for t in found.reference.course.events if t <= seconds)
-    lasted = float(touching.times[-1]) + found.step
+    seconds = max(audit.until, audit.script.period)
+    events = sum(1 for t in audit.reference.course.events if t <= seconds)
+    lasted = float(touching.times[-1]) + audit.step
     return figure(
         "Contacts",
-        f"Pairs that touch at each of the model's own steps of {duration(found.step)}: "
+        f"Pairs that touch at each of the model's own steps of {duration(audit.step)}: "
         f"{touching.events / lasted:.3g} begin or cease to in a second. Along the reference "
         f"{events / seconds:.3g} contacts and limits begin or cease to act in a second.",
         traces,
@@ -197,30 +197,30 @@ def contact_timeline(found: Audit) -> Figure | None:
     )
 
 
-def steps_table(found: Audit) -> Table | None:
+def steps_table(audit: Audit) -> Table | None:
     """Every run; None where there is none."""
-    if found.found is None:
+    if audit.found is None:
         return None
-    index = found.found.index
+    index = audit.found.index
     cells = tuple(
         row(s.integrator, *(Cell(t, "number") for t in (
             duration(s.step), length(s.at(index)), _pace(s))), s.why)
-        for s in found.found.steps
+        for s in audit.found.steps
     )  # fmt: skip
     heads = ("integrator", "step", "error", "processor time per simulated time", "")
     note = "Medians of interleaved turns, warm, with quartiles."
-    return Table(f"Every run, up to {found.until:.3g} s", heads, cells, note)
+    return Table(f"Every run, up to {audit.until:.3g} s", heads, cells, note)
 
 
-def trims_table(found: Audit) -> Table | None:
-    """What was tried to be left out; None where nothing was."""
-    if found.trims is None or not found.trims.each:
+def trims_table(audit: Audit) -> Table | None:
+    """The features whose removal was tried; None where none was."""
+    if audit.trims is None or not audit.trims.each:
         return None
-    tried = (*found.trims.each, *filter(None, [found.trims.together]))
+    tried = (*audit.trims.each, *filter(None, [audit.trims.together]))
     cells = tuple(
-        row(t.name, trim_effect(t), "left out" if t is found.trims.together else
+        row(t.name, trim_effect(t), "left out" if t is audit.trims.together else
             "the motion is the same" if t.same_bits else
-            "less than a tenth of the error" if t.accepted(found.error) else "stays")
+            "less than a tenth of the error" if t.accepted(audit.error) else "stays")
         for t in tried
     )  # fmt: skip
     note = "On this motion only. Cost in multiples of the complete model's, with its spread."

@@ -1,4 +1,4 @@
-"""An audit in ten lines: what is wrong by how much, and what to choose."""
+"""An audit in ten lines: the errors, and the settings to choose."""
 
 from __future__ import annotations
 
@@ -29,72 +29,72 @@ RISK = (
 )
 
 
-def lines(found: Audit) -> list[str]:
+def lines(audit: Audit) -> list[str]:
     """The answer as lines of text."""
-    return aligned(rows(found))
+    return aligned(rows(audit))
 
 
-def aligned(said: Sequence[tuple[str, str]]) -> list[str]:
+def aligned(entries: Sequence[tuple[str, str]]) -> list[str]:
     """Names and what they say, below each other."""
-    width = max(len(name) for name, _ in said) + 2
-    return [f"{name:{width}}{text}" for name, text in said]
+    width = max(len(name) for name, _ in entries) + 2
+    return [f"{name:{width}}{text}" for name, text in entries]
 
 
-def rows(found: Audit) -> list[tuple[str, str]]:
+def rows(audit: Audit) -> list[tuple[str, str]]:
     """The answer: names of the lines, and what they say."""
-    script = found.script
-    head = f"{found.integrator} {duration(found.step)}, {script.duration:.3g} s"
-    said = [
-        (Path(found.name).name, f"{head}, control ({found.control}) held {duration(script.period)}")
+    script = audit.script
+    head = f"{audit.integrator} {duration(audit.step)}, {script.duration:.3g} s"
+    entries = [
+        (Path(audit.name).name, f"{head}, control ({audit.control}) held {duration(script.period)}")
     ]
-    said += [("reference", _reference(found))]
-    if found.found is not None:
-        said += list(_compared(found, found.found))
-    said += [("to do", to_do(found)), ("model", _model(found))]
-    if found.slides:
-        said += [("more", f"{found.slides} rests on a plane: --contacts tells how it slides")]
-    beyond = "" if found.found is None else f"; t > {found.until:.3g} s"
-    return [*said, ("not claimed", f"other motions; reality{beyond}")]
+    entries += [("reference", _reference(audit))]
+    if audit.found is not None:
+        entries += list(_compared(audit, audit.found))
+    entries += [("to do", to_do(audit)), ("model", _model(audit))]
+    if audit.slides:
+        entries += [("more", f"{audit.slides} rests on a plane: --contacts tells how it slides")]
+    beyond = "" if audit.found is None else f"; t > {audit.until:.3g} s"
+    return [*entries, ("not claimed", f"other motions; reality{beyond}")]
 
 
-def _compared(found: Audit, steps: Compared) -> Iterator[tuple[str, str]]:
-    own = steps.own
-    if found.still:
+def _compared(audit: Audit, steps: Compared) -> Iterator[tuple[str, str]]:
+    as_is = steps.own
+    if audit.still:
         yield "your error", "none: nothing moves under this control"
         return
-    if own.why and math.isinf(found.error):
-        yield "your error", own.why
-    elif found.resolved:
-        yield "your error", f"{length(found.error)} (worst body: {own.worst})"
+    if as_is.why and math.isinf(audit.error):
+        yield "your error", as_is.why
+    elif audit.resolved:
+        yield "your error", f"{length(audit.error)} (worst body: {as_is.worst})"
     else:
-        most = length(found.error + found.uncertainty)
+        most = length(audit.error + audit.uncertainty)
         before = ""
-        if (last := found.resolved_index) and own.at(last) > NOTICED:
-            before = f"; {length(own.at(last))} at {found.script.times[last]:.3g} s"
+        if (last := audit.resolved_index) and as_is.at(last) > NOTICED:
+            before = f"; {length(as_is.at(last))} at {audit.script.times[last]:.3g} s"
         yield "your error", f"at most {most}: no more than the reference is known to{before}"
-    yield "halving", _halving(found, steps)
+    yield "halving", _halving(audit, steps)
     yield "cheapest", _cheapest(steps)
-    yield "predictable", _predictable(found, steps)
-    if found.likely is not None:
-        yield "likely", _likely(found.likely)
-    yield "contacts", _contacts(found)
-    if found.balances:
-        yield "balance", "; ".join(balance(b) for b in found.balances)
-    if found.trims is not None:
-        yield "trims", _trims(found.trims)
-    if found.written is not None:
-        yield "trimmed file", _written(found, *found.written)
+    yield "predictable", _predictable(audit, steps)
+    if audit.likely is not None:
+        yield "likely", _likely(audit.likely)
+    yield "contacts", _contacts(audit)
+    if audit.balances:
+        yield "balance", "; ".join(balance(b) for b in audit.balances)
+    if audit.trims is not None:
+        yield "trims", _trims(audit.trims)
+    if audit.written is not None:
+        yield "trimmed file", _written(audit, *audit.written)
 
 
-def _reference(found: Audit) -> str:
-    reference = found.reference
-    if found.found is None:
+def _reference(audit: Audit) -> str:
+    reference = audit.reference
+    if audit.found is None:
         return f"none: {reference.why or 'two computations do not agree'}"
     how = "two methods"
     if reference.widths:
         how = f"layers of {len(reference.widths)} widths"
-    known = f"certified to ±{found.uncertainty:.1e} m over {found.until:.3g} s"
-    nearest = f"its own steps come within {length(steps_nearest(found.found))} of it"
+    known = f"certified to ±{audit.uncertainty:.1e} m over {audit.until:.3g} s"
+    nearest = f"its own steps come within {length(steps_nearest(audit.found))} of it"
     ended = f"; then: {reference.why}" if reference.why else ""
     return f"{known} ({how}; {nearest}){ended}"
 
@@ -109,12 +109,12 @@ def _likely(means: Likely) -> str:
     return f"{known} change the {name} of the bodies by {values}"
 
 
-def _contacts(found: Audit) -> str:
-    events = len(found.reference.course.events)
-    rate = events / max(found.reference.course.until, found.script.period)
+def _contacts(audit: Audit) -> str:
+    events = len(audit.reference.course.events)
+    rate = events / max(audit.reference.course.until, audit.script.period)
     counted = f"{events} begin or end along the reference, {rate:.2g} a second"
     counted = counted if events else "none changes"
-    return "; ".join(part for part in (counted, found.reference.not_smooth) if part)
+    return "; ".join(part for part in (counted, audit.reference.not_smooth) if part)
 
 
 def balance(read: Balance) -> str:
@@ -133,17 +133,17 @@ def _trims(trims: Trims) -> str:
     return f"without {trims.together.name}: {trim_effect(trims.together)}; on this motion only"
 
 
-def _written(found: Audit, file: str, read_back: Trim) -> str:
-    moves = f"to the last bit as the whole model does over {found.script.duration:.3g} s"
+def _written(audit: Audit, file: str, read_back: Trim) -> str:
+    moves = f"to the last bit as the whole model does over {audit.script.duration:.3g} s"
     if not read_back.same_bits:
         apart = length(read_back.moved)
-        moves = f"up to {apart} apart from the whole model over {found.until:.3g} s"
+        moves = f"up to {apart} apart from the whole model over {audit.until:.3g} s"
     cost = times(read_back.cost)
     return f"{file}, read back, moves {moves} of this motion{cost}; without {read_back.name}"
 
 
 def trim_effect(trim: Trim) -> str:
-    """What leaving something out does, in words."""
+    """The effect of an ablation, in words."""
     moves = "same bits" if trim.same_bits else f"moves {length(trim.moved)}"
     return f"{moves}{times(trim.cost)}"
 
@@ -162,21 +162,21 @@ def steps_nearest(steps: Compared) -> float:
     return steps.nearest
 
 
-def _halving(found: Audit, steps: Compared) -> str:
-    own = [s for s in steps.steps if s.integrator == found.integrator and s.step <= found.step]
-    errors = [s.at(steps.index) for s in own]
+def _halving(audit: Audit, steps: Compared) -> str:
+    finer = [s for s in steps.steps if s.integrator == audit.integrator and s.step <= audit.step]
+    errors = [s.at(steps.index) for s in finer]
     if math.isinf(errors[0]):
-        finite = [s for s in own if math.isfinite(s.at(steps.index))]
+        finite = [s for s in finer if math.isfinite(s.at(steps.index))]
         if not finite:
-            return f"no step of it holds, down to {duration(own[-1].step)}"
+            return f"no step of it holds, down to {duration(finer[-1].step)}"
         return f"needed: from {duration(finite[0].step)} on it holds"
-    known = RESOLVED * found.uncertainty
-    if not found.resolved:
+    known = RESOLVED * audit.uncertainty
+    if not audit.resolved:
         return f"not resolved: the reference tells errors from {length(known)} on"
     shown = [e for e in errors if e > known][:5]
     chain = " -> ".join(map(length, shown))
     if len(shown) < 2:
-        below = [f"at most {length(e + found.uncertainty)}" for e in errors[1:2]]
+        below = [f"at most {length(e + audit.uncertainty)}" for e in errors[1:2]]
         return " -> ".join((chain, *below)) + ": the reference tells no more"
     ratio = (shown[-1] / shown[0]) ** (1 / (len(shown) - 1))
     helps = "helps" if ratio < 0.71 else "hardly helps" if ratio < 0.95 else "does not help"
@@ -199,57 +199,57 @@ def _cheapest(steps: Compared) -> str:
     return "   ".join(parts)
 
 
-def _predictable(found: Audit, steps: Compared) -> str:
+def _predictable(audit: Audit, steps: Compared) -> str:
     parts = []
     for target in TARGETS[1:3]:
-        first = horizon(steps, found.reference, found.script, target)
-        until = f"all of {found.until:.3g} s" if math.isinf(first) else f"to {first:.3g} s"
+        first = horizon(steps, audit.reference, audit.script, target)
+        until = f"all of {audit.until:.3g} s" if math.isinf(first) else f"to {first:.3g} s"
         parts.append(f"{length(target)}: {until}")
     return "   ".join(parts)
 
 
-def _model(found: Audit) -> str:
-    clamped = sum(found.clamped.values())
-    step = duration(found.step)
+def _model(audit: Audit) -> str:
+    clamped = sum(audit.clamped.values())
+    step = duration(audit.step)
     clamping = f"refsafe clamps nothing at {step}"
     if clamped:
-        fields = ", ".join(found.clamped)
+        fields = ", ".join(audit.clamped)
         many = "1 time constant" if clamped == 1 else f"{clamped} time constants"
         clamping = f"refsafe raises {many} at {step} ({fields})"
-    remarks = found.found.own.remarks if found.found else ()
-    return "; ".join([clamping, *found.notes, *remarks])
+    remarks = audit.found.own.remarks if audit.found else ()
+    return "; ".join([clamping, *audit.notes, *remarks])
 
 
-def to_do(found: Audit) -> str:
-    """What the answer means for the model's file, or for the next audit."""
-    steps = found.found
-    if steps is None or found.model is None:
+def to_do(audit: Audit) -> str:
+    """The advice that follows for the model's file, or for the next audit."""
+    steps = audit.found
+    if steps is None or audit.model is None:
         return "try a shorter --duration, a larger --budget, another --keyframe or --ctrl"
-    if not found.error:
-        driven = found.control not in ("rest", "zero")
+    if not audit.error:
+        driven = audit.control not in ("rest", "zero")
         return (
             f"move it: {'another --keyframe' if driven else '--ctrl sines'}, or a file of controls"
         )
     parts = []
-    better = next((c for c in steps.cheapest if c.target < found.error), None)
-    enough = [c for c in steps.cheapest if c.target >= found.error + found.uncertainty]
+    better = next((c for c in steps.cheapest if c.target < audit.error), None)
+    enough = [c for c in steps.cheapest if c.target >= audit.error + audit.uncertainty]
     saves = enough and enough[-1].cost is not None and enough[-1].cost.saves
     if better is not None:
-        parts.append(_choice(found.model, better, "for"))
-    whole = found.until >= found.script.duration * (1 - 1e-9)
-    if whole and saves:
-        parts.append(_choice(found.model, enough[-1], "enough for"))
+        parts.append(_choice(audit.model, better, "for"))
+    complete = audit.until >= audit.script.duration * (1 - 1e-9)
+    if complete and saves:
+        parts.append(_choice(audit.model, enough[-1], "enough for"))
     if not parts:
-        nearer = min(TARGETS) < found.error
+        nearer = min(TARGETS) < audit.error
         parts = ["no step that was run is reliably nearer" if nearer else "keep the step"]
-    if not whole:
-        parts[-1] += f" up to {found.until:.3g} s"
-    if OUT_OF_TIME in found.reference.why:
+    if not complete:
+        parts[-1] += f" up to {audit.until:.3g} s"
+    if OUT_OF_TIME in audit.reference.why:
         parts.append("a larger --budget tells more")
     if steps.own.remarks:
         parts.append("give the solver more iterations, or choose Newton's")
-    if found.clamped:
-        least, fields = duration(2.0 * found.step), ", ".join(found.clamped)
+    if audit.clamped:
+        least, fields = duration(2.0 * audit.step), ", ".join(audit.clamped)
         parts.append(f"before another step, raise {fields} to {least} in the file")
     return "; ".join(parts)
 

@@ -109,12 +109,12 @@ def replay(study: Study, scene: Scene) -> Replay:
             words += SMALLER
         layers.append(Layer(slot, name, words, *errors_said(picture, samples.channels)))
         coded_layers.append(_deviating(slot, samples))
-    found = None
+    compared = None
     if (beside := companion(scene)) is not None:
         other = _picture(beside, seconds)
-        found = sampled(other.motion, seconds, other.angles, other.smooth)
+        compared = sampled(other.motion, seconds, other.angles, other.smooth)
         layers.append(Layer("companion", "linear pendulum", "exact, the same start"))
-        coded_layers.append(_exact("companion", found, other))
+        coded_layers.append(_exact("companion", compared, other))
     data = {
         "kind": picture.kind, "seconds": seconds, "box": picture.box, "size": picture.size,
         "geometry": dict(picture.geometry), "charts": [asdict(chart) for chart in picture.charts],
@@ -124,7 +124,7 @@ def replay(study: Study, scene: Scene) -> Replay:
         scene.name, scene.name.replace("/", "-"), picture.text, seconds, scene.duration,
         tuple(layers), tuple(lacking),
         _speeds(seconds), _factors(picture, [samples for _, samples in runs]),
-        strip(picture, seconds, exact, runs, found), _json(data),
+        strip(picture, seconds, exact, runs, compared), _json(data),
     )  # fmt: skip
 
 
@@ -135,8 +135,8 @@ def errors_said(picture: Picture, deviations: Channels) -> tuple[str, str]:
 
 
 def _picture(case: Case, seconds: float) -> Picture:
-    made = PICTURES.get(case.system.family, observables.chart)
-    return made(case, seconds)
+    draw = PICTURES.get(case.system.family, observables.chart)
+    return draw(case, seconds)
 
 
 def _exact(role: str, samples: Samples, picture: Picture) -> dict[str, Any]:

@@ -25,13 +25,13 @@ STILL = 1e-9  # of a channel's size: a range below it is rounding
 def body(case: Case, seconds: float) -> Picture:
     """The replay of a free body over `seconds` [s]."""
     moments = np.array(case.problem.inertia)
-    half, seen = _half(moments), case.reference.observe(np.linspace(0.0, seconds, 801))
-    speeds = np.sqrt(np.sum([seen[name] ** 2 for name in RATES], axis=0))
-    momentum = moments * [seen[name][0] for name in RATES]
+    half, exact = _half(moments), case.reference.observe(np.linspace(0.0, seconds, 801))
+    speeds = np.sqrt(np.sum([exact[name] ** 2 for name in RATES], axis=0))
+    momentum = moments * [exact[name][0] for name in RATES]
     size = float(np.linalg.norm(momentum)) or 1.0
     moving = frozenset(
         name for name in (*ATTITUDE, *RATES)
-        if np.ptp(seen[name]) > STILL * float(speeds.max() if name in RATES else 1.0)
+        if np.ptp(exact[name]) > STILL * float(speeds.max() if name in RATES else 1.0)
     )  # fmt: skip
     least = 0.05 * float(speeds.max())
 
@@ -53,18 +53,18 @@ def body(case: Case, seconds: float) -> Picture:
          "arrow": REACH / (float(speeds.max()) or 1.0)},
         tuple(
             Chart(f"ω{axis} [rad/s]", "t", (name,),
-                  (0.0, seconds, *around(seen[name], least=least)))
+                  (0.0, seconds, *around(exact[name], least=least)))
             for axis, name in zip(("ₓ", "ᵧ", "_z"), RATES, strict=True)
         ),
         moving & frozenset(ATTITUDE), moving, 1.0,
         lambda times: _only(case.reference.observe(times)),
         lambda run: differences(case, run), apart,
-        lambda found: radians(float(apart(found).max())), outline, mark,
+        lambda apart_by: radians(float(apart(apart_by).max())), outline, mark,
     )  # fmt: skip
 
 
 def differences(case: Case, run: Trajectory) -> Channels:
-    """What a run differs by from the exact motion, at its own times."""
+    """The differences of a run from the exact motion, at its own times."""
     exact = case.reference.observe(run.times)
     return {name: run.observables[name] - exact[name] for name in (*ATTITUDE, *RATES)}
 
@@ -84,8 +84,8 @@ def _half(moments: Array) -> Array:
     return np.asarray(CORNER * sides / np.linalg.norm(sides))
 
 
-def _only(seen: Channels) -> Channels:
-    return {name: seen[name] for name in (*ATTITUDE, *RATES)}
+def _only(channels: Channels) -> Channels:
+    return {name: channels[name] for name in (*ATTITUDE, *RATES)}
 
 
 def _world(state: State, places: Array) -> Array:
@@ -102,7 +102,7 @@ def _seen(state: State, places: Array) -> Array:
 
 def _facing(state: State, half: Array) -> list[Array]:
     """The corners of each side of the box that faces the camera, shape (4, 3), in order."""
-    found = []
+    turns = []
     for axis, sign in product(range(3), (-1.0, 1.0)):
         normal = np.zeros(3)
         normal[axis] = sign
@@ -114,5 +114,5 @@ def _facing(state: State, half: Array) -> list[Array]:
             angle = math.pi * (0.25 + 0.5 * k)
             corners[k, axis - 2] = math.copysign(1.0, math.cos(angle))
             corners[k, axis - 1] = math.copysign(1.0, math.sin(angle))
-        found.append(corners * half)
-    return found
+        turns.append(corners * half)
+    return turns

@@ -60,17 +60,17 @@ TEXTS: Mapping[str, str] = MappingProxyType({
 def capsule(case: Case, seconds: float) -> Picture:
     """The replay of a capsule over `seconds` [s], from above, in the axes of the world."""
     setup, times = case.problem.setup, np.linspace(0.0, seconds, FINE)
-    body, seen = setup.capsule, motion(case, times)
+    body, exact = setup.capsule, motion(case, times)
     feet = np.asarray(body.supports) @ [1.0, 1j]
-    place, turned = seen["x"] + 1j * seen["y"], np.exp(1j * seen["heading"])
+    place, turned = exact["x"] + 1j * exact["y"], np.exp(1j * exact["heading"])
     size = float(np.abs(feet).max())
-    slider = seen["qx"] + 1j * seen["qy"]
+    slider = exact["qx"] + 1j * exact["qy"]
     corners = np.concatenate([place + turned * foot for foot in feet] + [place + turned * slider])
     geometry = {
         "feet": [[foot.real, foot.imag] for foot in feet], "size": size, "weight": body.weight,
         "arrow": ARROW * size, "along": setup.heading + setup.direction, "friction": body.friction,
         "pull": setup.pull, "phases": _phases(case, seconds), "trail": seconds,
-        "strongest": float(np.hypot(seen["wx"], seen["wy"]).max()),
+        "strongest": float(np.hypot(exact["wx"], exact["wy"]).max()),
     }  # fmt: skip
     driven = MOVES if np.ptp(np.abs(slider - slider[0])) else FIXED
     text = SEEN + TEXTS.get(case.problem.motion.kind, driven)
@@ -84,9 +84,9 @@ def capsule(case: Case, seconds: float) -> Picture:
         return tuple(Line(_columns(places), closed=True) for places in body)
 
     return Picture(
-        "capsule", text + BESIDE, _box(corners, size), geometry, _charts(case, seen, seconds),
+        "capsule", text + BESIDE, _box(corners, size), geometry, _charts(case, exact, seconds),
         ANGLES, frozenset(), size, lambda at: motion(case, at), lambda run: deviations(case, run),
-        lambda found: _apart(found, size), _largest, outline,
+        lambda errors: _apart(errors, size), _largest, outline,
         lambda state, time: (state["x"], state["y"]),
     )  # fmt: skip
 
@@ -95,72 +95,72 @@ def motion(case: Case, times: Array) -> Channels:
     """Exact channels at `times` [s], shape (n,): x, y of C and its velocity in the world [m, m/s],
     heading [rad] and its rate [rad/s], place and acceleration of the slider in the body [m, m/s^2],
     normal forces [N]."""
-    seen, setup = case.reference.observe(times), case.problem.setup
-    place, heading = _pose(setup, seen)
-    speed, rate = _velocity(setup, seen)
+    observed, setup = case.reference.observe(times), case.problem.setup
+    place, heading = _pose(setup, observed)
+    speed, rate = _velocity(setup, observed)
     where, _, driven = case.problem.motion.path.kinematics(times)
     return {
         "x": place.real, "y": place.imag, "heading": heading, "qx": where[:, 0], "qy": where[:, 1],
         "vx": speed.real, "vy": speed.imag, "rate": rate, "wx": driven[:, 0], "wy": driven[:, 1],
-        **{name: seen[f"normal_force_{i + 1}"] for i, name in enumerate(LOADS)},
+        **{name: observed[f"normal_force_{i + 1}"] for i, name in enumerate(LOADS)},
     }  # fmt: skip
 
 
 def deviations(case: Case, run: Trajectory) -> Channels:
-    """What a run differs by from the exact pose, and in the slider's place where it observes that,
-    at its own times."""
+    """The differences of a run from the exact pose, and from the slider's place where it observes
+    that, at its own times."""
     setup, exact = case.problem.setup, case.reference.observe(run.times)
-    seen = {**exact, **run.observables}
-    (place, heading), (wanted, facing) = _pose(setup, seen), _pose(setup, exact)
-    found = {
+    observed = {**exact, **run.observables}
+    (place, heading), (wanted, facing) = _pose(setup, observed), _pose(setup, exact)
+    differences = {
         "x": (place - wanted).real,
         "y": (place - wanted).imag,
         "heading": heading - facing,
     }
     if "stroke" in exact:
-        ahead = (seen["stroke"] - exact["stroke"]) * np.exp(1j * setup.direction)
-        found |= {"qx": ahead.real, "qy": ahead.imag}
-    return found
+        ahead = (observed["stroke"] - exact["stroke"]) * np.exp(1j * setup.direction)
+        differences |= {"qx": ahead.real, "qy": ahead.imag}
+    return differences
 
 
-def _pose(setup: CapsuleSetup, seen: Mapping[str, Array]) -> tuple[Complex, Array]:
+def _pose(setup: CapsuleSetup, observed: Mapping[str, Array]) -> tuple[Complex, Array]:
     """Place of C in the world as x + iy [m], and heading [rad], from observables."""
-    if "displacement" in seen:
+    if "displacement" in observed:
         line = np.exp(1j * (setup.heading + setup.direction))
-        place = (seen["displacement"] + 1j * seen["sideways"]) * line
+        place = (observed["displacement"] + 1j * observed["sideways"]) * line
     else:
-        place = (seen["x"] + 1j * seen["y"]) * np.exp(1j * setup.heading)
-    return np.asarray(place), seen["heading"]
+        place = (observed["x"] + 1j * observed["y"]) * np.exp(1j * setup.heading)
+    return np.asarray(place), observed["heading"]
 
 
-def _velocity(setup: CapsuleSetup, seen: Mapping[str, Array]) -> tuple[Complex, Array]:
+def _velocity(setup: CapsuleSetup, observed: Mapping[str, Array]) -> tuple[Complex, Array]:
     """Velocity of C in the world [m/s] and turning rate [rad/s], from observables."""
-    if "velocity" in seen:
+    if "velocity" in observed:
         line = np.exp(1j * (setup.heading + setup.direction))
-        return np.asarray(seen["velocity"] * line), np.zeros_like(seen["velocity"])
-    speed = (seen["velocity_x"] + 1j * seen["velocity_y"]) * np.exp(1j * setup.heading)
-    return np.asarray(speed), seen["heading_rate"]
+        return np.asarray(observed["velocity"] * line), np.zeros_like(observed["velocity"])
+    speed = (observed["velocity_x"] + 1j * observed["velocity_y"]) * np.exp(1j * setup.heading)
+    return np.asarray(speed), observed["heading_rate"]
 
 
-def _charts(case: Case, seen: Channels, seconds: float) -> tuple[Chart, ...]:
+def _charts(case: Case, shown: Channels, seconds: float) -> tuple[Chart, ...]:
     """The path of C, what the scene is about over time, and the normal forces."""
     scales = {q.observable: q.scale for q in case.system.quantities(case)}
     turning = {"heading", "body_angle"} & scales.keys()
     least = min((scales[name] for name in scales if name not in turning), default=AT_REST)
-    half = 0.5 * (1.0 + 2.0 * MARGIN) * (max(np.ptp(seen["x"]), np.ptp(seen["y"])) or 2.0 * least)
-    x, y = (0.5 * float(seen[name].min() + seen[name].max()) for name in "xy")
+    half = 0.5 * (1.0 + 2.0 * MARGIN) * (max(np.ptp(shown["x"]), np.ptp(shown["y"])) or 2.0 * least)
+    x, y = (0.5 * float(shown[name].min() + shown[name].max()) for name in "xy")
     box = (x - half, x + half, y - half, y + half)
     charts = [Chart("path of C: y [m] over x [m]", "x", ("y",), box, equal=True)]
     over = (0.0, seconds)
     if turning:
-        charts.append(Chart("heading [rad]", "t", ("heading",), (*over, *around(seen["heading"]))))
+        charts.append(Chart("heading [rad]", "t", ("heading",), (*over, *around(shown["heading"]))))
     else:
         along = case.problem.setup.heading + case.problem.setup.direction
-        gone = seen["x"] * math.cos(along) + seen["y"] * math.sin(along)
+        gone = shown["x"] * math.cos(along) + shown["y"] * math.sin(along)
         span = around(gone) if np.ptp(gone) else (-least, least)
         charts.append(Chart("displacement of C [m]", "t", ("displacement",), (*over, *span)))
-    if any(np.ptp(seen[name]) for name in LOADS):
-        span = around(*(seen[name] for name in LOADS))
+    if any(np.ptp(shown[name]) for name in LOADS):
+        span = around(*(shown[name] for name in LOADS))
         label = "normal forces N₁, N₂, N₃ [N]"
         charts.append(Chart(label, "t", LOADS, (*over, *span), exact_alone=True))
     return tuple(charts)
@@ -168,19 +168,19 @@ def _charts(case: Case, seen: Channels, seconds: float) -> tuple[Chart, ...]:
 
 def _phases(case: Case, seconds: float) -> list[tuple[float, float, str]]:
     """When the slider is pushed and braked along a line before `seconds` [s]: from, to, symbol."""
-    moving, found = case.problem.motion, []
+    moving, phases = case.problem.motion, []
     if moving.kind not in ("line", "repeated-line"):
         return []
-    begin, one = 0.0, moving.manoeuvre if moving.kind == "repeated-line" else moving
+    begin, manoeuvre = 0.0, moving.manoeuvre if moving.kind == "repeated-line" else moving
     while begin < seconds:
-        found.append((begin, begin + one.t1, "w₁"))
-        found.append((begin + one.t1, begin + one.t2, "w₂"))
+        phases.append((begin, begin + manoeuvre.t1, "w₁"))
+        phases.append((begin + manoeuvre.t1, begin + manoeuvre.t2, "w₂"))
         begin += moving.period
-    return found
+    return phases
 
 
 def _box(corners: Complex, size: float) -> Box:
-    """What the picture shows: the body wherever it goes, with a margin for arrows and labels."""
+    """The box of the picture: the body wherever it goes, with a margin for arrows and labels."""
     pad = 0.42 * size
     return (
         float(corners.real.min()) - pad, float(corners.real.max()) + pad,
@@ -198,13 +198,13 @@ def _columns(places: Complex) -> Array:
     return np.column_stack([places.real, places.imag])
 
 
-def _apart(found: Channels, size: float) -> Array:
+def _apart(errors: Channels, size: float) -> Array:
     """How far a point of the body is from where it should be at most [m], shape (n,)."""
-    return np.asarray(np.hypot(found["x"], found["y"]) + size * np.abs(found["heading"]))
+    return np.asarray(np.hypot(errors["x"], errors["y"]) + size * np.abs(errors["heading"]))
 
 
-def _largest(found: Channels) -> str:
-    turned = float(np.abs(found["heading"]).max())
-    return metres(float(np.hypot(found["x"], found["y"]).max())) + (
+def _largest(errors: Channels) -> str:
+    turned = float(np.abs(errors["heading"]).max())
+    return metres(float(np.hypot(errors["x"], errors["y"]).max())) + (
         f", {radians(turned)}" if turned > STILL else ""
     )

@@ -54,7 +54,7 @@ class Shape:
 def cone(case: Case, seconds: float) -> Picture:
     """The replay of a cone on its turning platform over `seconds` [s]."""
     problem, rate, shape = case.problem, case.problem.platform_rate, _shape(case)
-    seen = case.reference.observe(np.linspace(0.0, seconds, 2001))
+    exact = case.reference.observe(np.linspace(0.0, seconds, 2001))
     turns = f"turns at ω = {number(abs(rate))} rad/s" if rate else "is at rest"
     text = (
         "The cone swings about its axle by θ, measured from hanging down, while the platform "
@@ -83,8 +83,8 @@ def cone(case: Case, seconds: float) -> Picture:
         {**asdict(shape), "rate": rate, "camera": camera().tolist(), "trail": seconds / 12.0,
          "com": problem.body.com_distance},
         (
-            phase(seen),
-            Chart("θ̇ [rad/s]", "t", ("theta_dot",), (0.0, seconds, *around(seen["theta_dot"]))),
+            phase(exact),
+            Chart("θ̇ [rad/s]", "t", ("theta_dot",), (0.0, seconds, *around(exact["theta_dot"]))),
         ),
         ANGLES, SMOOTH, 1.0, lambda times: swing(case, times), lambda run: differences(case, run),
         apart, largest, outline, mark,
@@ -100,9 +100,9 @@ def camera() -> Array:
 
 
 def _shape(case: Case) -> Shape:
-    problem, given = case.problem, case.scene.parameters
+    problem, parameters = case.problem, case.scene.parameters
     com = problem.body.com_distance
-    half = 0.5 * given["apex_angle"] if "apex_angle" in given else HALF_ANGLE
+    half = 0.5 * parameters["apex_angle"] if "apex_angle" in parameters else HALF_ANGLE
     pivot = (problem.pivot_x, problem.pivot_y, problem.pivot_z)
     bare = Shape(pivot, com / 0.75, half, com, 0.0, 0.0)
     radius = max(1.2 * bare.arm, 0.75 * bare.slant)
@@ -110,7 +110,7 @@ def _shape(case: Case) -> Shape:
 
 
 def _box(shape: Shape) -> Box:
-    """What the picture has to show, whichever way platform and cone are turned."""
+    """The box that holds the picture, whichever way platform and cone are turned."""
     reach = max(shape.arm + shape.slant, shape.radius)
     rise, tilt = math.cos(ELEVATION), math.sin(ELEVATION)
     top = (shape.pivot[2] + shape.slant) * rise + shape.arm * tilt

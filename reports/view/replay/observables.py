@@ -16,10 +16,10 @@ MOST = 3  # observables that are drawn
 
 def chart(case: Case, seconds: float) -> Picture:
     """The replay of any system over `seconds` [s]: its first observables as charts."""
-    shown = {seen.name: seen.unit for seen in case.system.observables[:MOST]}
+    shown = {observed.name: observed.unit for observed in case.system.observables[:MOST]}
     first = next(iter(shown))
-    seen = _only(case.reference.observe(np.linspace(0.0, seconds, 801)), shown)
-    span = around(seen[first])
+    observed = _only(case.reference.observe(np.linspace(0.0, seconds, 801)), shown)
+    span = around(observed[first])
 
     def place(state: State, time: float) -> tuple[float, float]:
         return 1.6 * time / seconds, (state[first] - span[0]) / (span[1] - span[0])
@@ -29,8 +29,8 @@ def chart(case: Case, seconds: float) -> Picture:
         there = {name: run.observables.get(name, exact[name]) for name in shown}
         return {name: values - exact[name] for name, values in there.items()}
 
-    def apart(found: Channels) -> Array:
-        return np.asarray(np.abs(found[first]))
+    def apart(differences: Channels) -> Array:
+        return np.asarray(np.abs(differences[first]))
 
     def outline(state: State, time: float) -> tuple[Line, ...]:
         x, y = place(state, time)
@@ -39,14 +39,14 @@ def chart(case: Case, seconds: float) -> Picture:
     return Picture(
         "chart", f"{', '.join(shown)} over time.", (-0.1, 1.7, -0.1, 1.1), {"trail": 0.0},
         tuple(
-            Chart(f"{name} [{unit}]", "t", (name,), (0.0, seconds, *around(seen[name])))
+            Chart(f"{name} [{unit}]", "t", (name,), (0.0, seconds, *around(observed[name])))
             for name, unit in shown.items()
         ),
-        frozenset({first}), frozenset({first}), float(np.ptp(seen[first])) or 1.0,
+        frozenset({first}), frozenset({first}), float(np.ptp(observed[first])) or 1.0,
         lambda times: _only(case.reference.observe(times), shown), deviations, apart,
-        lambda found: f"{number(float(apart(found).max()))} {shown[first]}", outline, place,
+        lambda errors: f"{number(float(apart(errors).max()))} {shown[first]}", outline, place,
     )  # fmt: skip
 
 
-def _only(seen: Channels, names: dict[str, str]) -> Channels:
-    return {name: seen[name] for name in names}
+def _only(channels: Channels, names: dict[str, str]) -> Channels:
+    return {name: channels[name] for name in names}

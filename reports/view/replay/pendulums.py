@@ -28,9 +28,9 @@ def pendulum(case: Case, seconds: float) -> Picture:
     """The replay of a simple or linear pendulum over `seconds` [s]."""
     length, linear = case.problem.length, case.problem.linear
     reach, fine = 1.2 * length, np.linspace(0.0, seconds, 2001)
-    seen = case.reference.observe(fine)
+    exact = case.reference.observe(fine)
     other = companion(case.scene)
-    beside = (seen,) if other is None else (seen, other.reference.observe(fine))
+    beside = (exact,) if other is None else (exact, other.reference.observe(fine))
     natural = math.sqrt(case.problem.gravity / length)
     shown = SWINGS * 2.0 * math.pi / natural if natural else seconds
     window = shown if shown < seconds else 0.0
@@ -66,14 +66,14 @@ def companion(scene: Scene) -> Case | None:
     if other is None:
         return None
     name = f"{other}/{scene.name.partition('/')[2]}"
-    if name not in {found.name for found in systems()[other].scenes}:
+    if name not in {candidate.name for candidate in systems()[other].scenes}:
         return None
     return case_of(find_scene(name))
 
 
-def phase(*seen: Channels) -> Chart:
+def phase(*motions: Channels) -> Chart:
     """The phase plane of motions with samples `seen`."""
-    thetas, rates = ([one[name] for one in seen] for name in ("theta", "theta_dot"))
+    thetas, rates = ([motion[name] for motion in motions] for name in ("theta", "theta_dot"))
     turns = max(float(np.ptp(theta)) for theta in thetas) > 2.0 * math.pi
     across = (-math.pi, math.pi) if turns else around(*thetas)
     box = (*across, *around(*rates))
@@ -82,12 +82,12 @@ def phase(*seen: Channels) -> Chart:
 
 def swing(case: Case, times: Array) -> Channels:
     """The exact angle [rad] and its rate [rad/s] at `times` [s], shape (n,)."""
-    seen = case.reference.observe(times)
-    return {"theta": seen["theta"], "theta_dot": seen["theta_dot"]}
+    observed = case.reference.observe(times)
+    return {"theta": observed["theta"], "theta_dot": observed["theta_dot"]}
 
 
 def differences(case: Case, run: Trajectory) -> Channels:
-    """What a run differs by from the exact motion, at its own times."""
+    """The differences of a run from the exact motion, at its own times."""
     exact = case.reference.observe(run.times)
     return {name: run.observables[name] - exact[name] for name in ("theta", "theta_dot")}
 

@@ -1,4 +1,4 @@
-"""What a replay draws of a system: channels, geometry, charts, and the outline of a moment."""
+"""The picture of a system in a replay: channels, geometry, charts, and the outline of a moment."""
 
 from __future__ import annotations
 

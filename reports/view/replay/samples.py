@@ -35,18 +35,18 @@ def sampled(
     """Samples of `motion` at equal intervals over `seconds` [s]: as few as interpolate the channels
     in `smooth` by a cubic, and `angles` among the others linearly, to a pixel's fraction."""
     times = np.linspace(0.0, seconds, COUNTS[0])
-    found = motion(times)
+    samples = motion(times)
     for count in COUNTS[1:]:
         finer = np.linspace(0.0, seconds, count)
         exact = motion(finer)
         if all(
-            _departure(found[name], exact[name], name in smooth)
+            _departure(samples[name], exact[name], name in smooth)
             <= _allowed(exact[name], name in angles)
             for name in angles | smooth
         ):
             break
-        times, found = finer, exact
-    return Samples(times, found)
+        times, samples = finer, exact
+    return Samples(times, samples)
 
 
 def _allowed(values: Array, angle: bool) -> float:
@@ -85,11 +85,11 @@ def floats(values: Array) -> Any:
     return {"f4": base64.b64encode(values.astype("<f4").tobytes()).decode()}
 
 
-def decoded(given: Any, count: int) -> Array:
+def decoded(coded: Any, count: int) -> Array:
     """The array of `count` values that `coded` or `floats` made this of."""
-    if isinstance(given, float | int):
-        return np.full(count, float(given))
-    if "f4" in given:
-        return np.frombuffer(base64.b64decode(given["f4"]), "<f4").astype(np.float64)
-    whole = np.frombuffer(base64.b64decode(given["u2"]), "<u2").astype(np.float64)
-    return np.asarray(given["low"] + whole * ((given["high"] - given["low"]) / STEPS))
+    if isinstance(coded, float | int):
+        return np.full(count, float(coded))
+    if "f4" in coded:
+        return np.frombuffer(base64.b64decode(coded["f4"]), "<f4").astype(np.float64)
+    numbers = np.frombuffer(base64.b64decode(coded["u2"]), "<u2").astype(np.float64)
+    return np.asarray(coded["low"] + numbers * ((coded["high"] - coded["low"]) / STEPS))

@@ -1,4 +1,4 @@
-"""What a finding's words rest on: figures of the stored study, each held to what is said of it."""
+"""Checks that figures of the stored study support a finding's text."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ MOST_NAMED = 3  # pairs of scene and method
 NOT_SHOWN = "not shown"
 
 
-def at_most(what: str, found: float, bound: float, unit: str = "") -> Claim:
+def at_most(what: str, measured: float, bound: float, unit: str = "") -> Claim:
     """That a figure, magnitude and all, is no larger than `bound`."""
-    text = f"{what} is {_with(found, unit)} and not at most {_with(bound, unit)}"
-    return Claim(text, abs(found) <= bound)
+    text = f"{what} is {_with(measured, unit)} and not at most {_with(bound, unit)}"
+    return Claim(text, abs(measured) <= bound)
 
 
 def clear(what: str, large: float, small: float, unit: str = "") -> Claim:
@@ -37,27 +37,27 @@ def clear(what: str, large: float, small: float, unit: str = "") -> Claim:
     return Claim(text, abs(large) >= CLEAR * abs(small) and large != 0.0)
 
 
-def as_predicted(what: str, found: float, predicted: float, unit: str = "") -> Claim:
+def as_predicted(what: str, measured: float, predicted: float, unit: str = "") -> Claim:
     """That a figure is the predicted one, sign and all, within ALIKE of it."""
-    text = f"{what} is {_with(found, unit)}, where {_with(predicted, unit)} is predicted"
-    return Claim(text, abs(found - predicted) <= ALIKE * abs(predicted))
+    text = f"{what} is {_with(measured, unit)}, where {_with(predicted, unit)} is predicted"
+    return Claim(text, abs(measured - predicted) <= ALIKE * abs(predicted))
 
 
-def between(what: str, found: float, low: float, high: float, unit: str = "") -> Claim:
+def between(what: str, measured: float, low: float, high: float, unit: str = "") -> Claim:
     """That a figure lies in a range."""
-    text = f"{what} is {_with(found, unit)} and not {number(low)} to {_with(high, unit)}"
-    return Claim(text, low <= found <= high)
+    text = f"{what} is {_with(measured, unit)} and not {number(low)} to {_with(high, unit)}"
+    return Claim(text, low <= measured <= high)
 
 
-def formed(study: Study, found: Judgements, own: Section, of: str) -> tuple[Finding, ...]:
-    """The findings of the section `own`, of a system or `of` engines, as a study shows them. In
+def formed(study: Study, judged: Judgements, section: Section, of: str) -> tuple[Finding, ...]:
+    """The findings of the section `section`, of a system or `of` engines, as a study shows them. In
     place of those that cannot be formed of runs whose verdicts are unexpected, one says so."""
     shown: list[Finding | None] = []
-    for finding in own.findings:
-        with suppressed(study, found):
+    for finding in section.findings:
+        with suppressed(study, judged):
             shown.append(finding(study))
-    lacking = len(own.findings) - len(shown)
-    lost = (_left_out(lacking, unexpected(study, found), of),) if lacking else ()
+    lacking = len(section.findings) - len(shown)
+    lost = (_left_out(lacking, unexpected(study, judged), of),) if lacking else ()
     return (*as_measured(filter(None, shown)), *lost)
 
 
@@ -68,23 +68,23 @@ def as_measured(findings: Iterable[Finding]) -> tuple[Finding, ...]:
 
 
 @contextmanager
-def suppressed(study: Study, found: Judgements) -> Iterator[None]:
+def suppressed(study: Study, judged: Judgements) -> Iterator[None]:
     """Suppress errors in forming what a page shows of runs, where any of their verdicts is
     unexpected; where none is, they are defects."""
     try:
         yield
     except Exception:
-        if not unexpected(study, found):
+        if not unexpected(study, judged):
             raise
 
 
-def unexpected(study: Study, found: Judgements) -> list[str]:
+def unexpected(study: Study, judgements: Judgements) -> list[str]:
     """Scenes and methods whose verdicts are unexpected, and users' own methods whose errors are not
     as predicted."""
     return [
         f"{scene.name} {method.name}"
         for scene, method in product(study.scenes, study.methods)
-        if (judged := found.get((scene.name, method.name))) is not None
+        if (judged := judgements.get((scene.name, method.name))) is not None
         and (
             standing(scene, method, judged.whole) == "unexpected"
             or (method.name == USER_METHOD and judged.whole.verdict not in ("pass", "converges"))
@@ -119,5 +119,5 @@ def _as_measured(finding: Finding) -> Finding:
 
 
 def _with(value: float, unit: str) -> str:
-    found = number(value) if math.isfinite(value) else "no number"
-    return f"{found} {unit}".strip()
+    amount = number(value) if math.isfinite(value) else "no number"
+    return f"{amount} {unit}".strip()

@@ -36,57 +36,57 @@ class Comparison:
     grown: int = 0  # errors that did
 
 
-def write_comparison(found: Comparison, file: Path, command: str) -> Path:
+def write_comparison(comparison: Comparison, file: Path, command: str) -> Path:
     """Write the page, whole or not at all, and return its path; `command` is what reproduces it.
     Raises OSError where its folder cannot be written."""
-    return written(render(found, command), file.parent, file.name)
+    return written(render(comparison, command), file.parent, file.name)
 
 
-def render(found: Comparison, command: str) -> str:
+def render(comparison: Comparison, command: str) -> str:
     """The page as HTML, in one file."""
-    tables = (_by_engine(found), _changes("Verdicts that changed", found.verdicts),
-              _changes("What vanished, and what is new", found.presence), _errors(found),
-              _changes("Costs that moved, in reference step times", found.costs))  # fmt: skip
+    tables = (_by_engine(comparison), _changes("Verdicts that changed", comparison.verdicts),
+              _changes("What vanished, and what is new", comparison.presence), _errors(comparison),
+              _changes("Costs that moved, in reference step times", comparison.costs))  # fmt: skip
     return filled(
         "compare.html.jinja",
-        lead=_lead(found),
-        versions=_versions(found),
+        lead=_lead(comparison),
+        versions=_versions(comparison),
         tables=[table for table in tables if table is not None],
-        figures=[one for one in (_figure(found),) if one is not None],
-        names=found.names,
-        made=found.made,
+        figures=[drawn for drawn in (_figure(comparison),) if drawn is not None],
+        names=comparison.names,
+        made=comparison.made,
         command=command,
     )
 
 
-def _lead(found: Comparison) -> str:
-    """What changed, in a sentence or two."""
-    moved = {(one["scene"], one["method"]) for one in found.errors}
-    said = (
-        f"Of {plural(len(found.both), 'pair')} of a scene and a method that both studies ran, "
+def _lead(comparison: Comparison) -> str:
+    """A summary of the changes in a sentence or two."""
+    moved = {(move["scene"], move["method"]) for move in comparison.errors}
+    text = (
+        f"Of {plural(len(comparison.both), 'pair')} of a scene and a method that both studies ran, "
         f"{len(moved)} have an error that moved by more than rounding explains, and "
-        f"{plural(len(found.verdicts), 'verdict')} changed."
+        f"{plural(len(comparison.verdicts), 'verdict')} changed."
     )
     gone, come = (
-        sum(one["what"] == "measured" and one[when] == "yes" for one in found.presence)
+        sum(move["what"] == "measured" and move[when] == "yes" for move in comparison.presence)
         for when in ("old", "new")
     )
     if gone or come:
-        said += f" {plural(gone, 'pair')} vanished, and {come} are new."
-    if found.above:
-        said += f" {plural(found.grown, 'error')} grew by more than {found.above}."
-    return said
+        text += f" {plural(gone, 'pair')} vanished, and {come} are new."
+    if comparison.above:
+        text += f" {plural(comparison.grown, 'error')} grew by more than {comparison.above}."
+    return text
 
 
-def _versions(found: Comparison) -> Table:
-    """What was installed when either study was made."""
-    old, new = (one.versions for one in found.made)
+def _versions(comparison: Comparison) -> Table:
+    """The versions installed when either study was made."""
+    old, new = (source.versions for source in comparison.made)
     rows = []
     for name in dict.fromkeys((*old, *new)):
         then, now = old.get(name, "unknown"), new.get(name, "unknown")
-        said = Cell("changed", "pass surprise") if then != now else Cell("the same")
-        rows.append((then == now, row(Cell(name, "text"), then, now, said)))
-    rows.sort(key=lambda one: one[0])
+        note = Cell("changed", "pass surprise") if then != now else Cell("the same")
+        rows.append((then == now, row(Cell(name, "text"), then, now, note)))
+    rows.sort(key=lambda source: source[0])
     return Table("Versions", ("package", "old", "new", ""), tuple(cells for _, cells in rows))
 
 
@@ -94,22 +94,22 @@ def _engine(change: Change) -> str:
     return str(change["method"]).partition("/")[0]
 
 
-def _by_engine(found: Comparison) -> Table:
+def _by_engine(comparison: Comparison) -> Table:
     """How many pairs of each engine moved, and by how much the most."""
     rows = []
-    for engine in dict.fromkeys(method.partition("/")[0] for _, method in found.both):
-        own = [one for one in found.errors if _engine(one) == engine]
-        pairs = {(one["scene"], one["method"]) for one in own}
-        shifts = [abs(one["growth"]) for one in own if _known(one["growth"])]
+    for engine in dict.fromkeys(method.partition("/")[0] for _, method in comparison.both):
+        of_engine = [move for move in comparison.errors if _engine(move) == engine]
+        pairs = {(move["scene"], move["method"]) for move in of_engine}
+        shifts = [abs(move["growth"]) for move in of_engine if _known(move["growth"])]
         rows.append(
             row(
                 Cell(engine, "text"),
-                Cell(str(sum(m.partition("/")[0] == engine for _, m in found.both)), "number"),
+                Cell(str(sum(m.partition("/")[0] == engine for _, m in comparison.both)), "number"),
                 Cell(str(len(pairs)), "number"),
                 Cell(_percent(max(shifts)).lstrip("+") if shifts else "–", "number"),
-                Cell(str(sum(_engine(one) == engine for one in found.verdicts)), "number"),
-                Cell(str(sum(_engine(one) == engine for one in found.presence)), "number"),
-                Cell(str(sum(_engine(one) == engine for one in found.costs)), "number"),
+                Cell(str(sum(_engine(move) == engine for move in comparison.verdicts)), "number"),
+                Cell(str(sum(_engine(move) == engine for move in comparison.presence)), "number"),
+                Cell(str(sum(_engine(move) == engine for move in comparison.costs)), "number"),
             )
         )
     heads = ("engine", "pairs in both studies", "with an error that moved", "the most it moved by",
@@ -127,49 +127,49 @@ def _changes(caption: str, changes: Sequence[Change]) -> Table | None:
     if not changes:
         return None
     rows = tuple(
-        row(Cell(one["scene"], "text"), Cell(one["method"], "name"), one["what"],
-            Cell(str(one["old"]), "number"), Cell(str(one["new"]), "number"))
-        for one in changes
+        row(Cell(move["scene"], "text"), Cell(move["method"], "name"), move["what"],
+            Cell(str(move["old"]), "number"), Cell(str(move["new"]), "number"))
+        for move in changes
     )  # fmt: skip
     return Table(f"{caption}: {len(rows)}", (*PAIR, "what", "old", "new"), rows,
                  folded=len(rows) > FEW)  # fmt: skip
 
 
-def _errors(found: Comparison) -> Table | None:
+def _errors(comparison: Comparison) -> Table | None:
     """Of each pair whose errors moved, the one that moved most; None where none did."""
     worst: dict[tuple[str, str], Change] = {}
     counted: dict[tuple[str, str], int] = {}
-    for one in found.errors:
-        pair = one["scene"], one["method"]
+    for move in comparison.errors:
+        pair = move["scene"], move["method"]
         counted[pair] = counted.get(pair, 0) + 1
-        if pair not in worst or _size(one) > _size(worst[pair]):
-            worst[pair] = one
+        if pair not in worst or _size(move) > _size(worst[pair]):
+            worst[pair] = move
     if not worst:
         return None
     rows = tuple(
-        row(Cell(one["scene"], "text"), Cell(one["method"], "name"), one["what"],
-            Cell(str(one["old"]), "number"), Cell(str(one["new"]), "number"),
-            Cell(_percent(one["growth"]), "number"), Cell(str(counted[pair]), "number"))
-        for pair, one in sorted(worst.items(), key=lambda item: -_size(item[1]))
+        row(Cell(move["scene"], "text"), Cell(move["method"], "name"), move["what"],
+            Cell(str(move["old"]), "number"), Cell(str(move["new"]), "number"),
+            Cell(_percent(move["growth"]), "number"), Cell(str(counted[pair]), "number"))
+        for pair, move in sorted(worst.items(), key=lambda item: -_size(item[1]))
     )  # fmt: skip
     heads = (*PAIR, "what moved most", "old", "new", "change", "errors that moved")
     return Table(f"Errors that moved, the largest change of each pair: {len(rows)}", heads, rows,
                  folded=len(rows) > FEW)  # fmt: skip
 
 
-def _figure(found: Comparison) -> Figure | None:
+def _figure(comparison: Comparison) -> Figure | None:
     """New errors against old ones, an engine a colour; None where none moved."""
     traces: list[Trace] = []
-    known = [one for one in found.errors if _known(one["growth"])]
-    values = [(_engine(one), float(one["old"]), float(one["new"])) for one in known]
-    values = [one for one in values if min(one[1:]) > 0.0]
+    known = [move for move in comparison.errors if _known(move["growth"])]
+    values = [(_engine(move), float(move["old"]), float(move["new"])) for move in known]
+    values = [move for move in values if min(move[1:]) > 0.0]
     if not values:
         return None
-    ends = [f(min(one[1:]) if f is min else max(one[1:]) for one in values) for f in (min, max)]
+    ends = [f(min(move[1:]) if f is min else max(move[1:]) for move in values) for f in (min, max)]
     traces.append(curve(ends, ends, colour=GREY, dash="dot", name="no change"))
-    for place, engine in enumerate(dict.fromkeys(one[0] for one in values)):
-        own = [(old, new) for of, old, new in values if of == engine]
-        old, new = zip(*own, strict=True)
+    for place, engine in enumerate(dict.fromkeys(move[0] for move in values)):
+        points = [(old, new) for of, old, new in values if of == engine]
+        old, new = zip(*points, strict=True)
         traces.append(marks(old, new, OTHERS[place % len(OTHERS)], engine))
     return figure(
         "Errors that moved",

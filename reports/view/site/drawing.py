@@ -34,7 +34,7 @@ Part = tuple[Said | None, SceneView]  # of a system what there is to say, with i
 def system_views(
     study: Study,
     systems: Sequence[System],
-    found: Judgements,
+    judged: Judgements,
     section: Sections,
     jobs: int | Workers = 1,
 ) -> list[SystemView]:
@@ -44,31 +44,31 @@ def system_views(
     parts: Mapping[str, Part] = {}
     with workers_of(jobs) as workers:
         if workers.count > 1 and len(study.scenes) >= MANY:
-            parts = _side_by_side(study, systems, found, section, workers)
+            parts = _side_by_side(study, systems, judged, section, workers)
     views = []
     for system in systems:
         scenes = in_order(study, system)
-        own = {scene.name: parts[scene.name] for scene in scenes if scene.name in parts}
-        said = own[scenes[0].name][0] if scenes[0].name in own else None
-        drawn = {name: view for name, (_, view) in own.items()}
-        views.append(system_view(study, system, found, section, said, drawn))
+        drawn_parts = {scene.name: parts[scene.name] for scene in scenes if scene.name in parts}
+        about = drawn_parts[scenes[0].name][0] if scenes[0].name in drawn_parts else None
+        drawn = {name: view for name, (_, view) in drawn_parts.items()}
+        views.append(system_view(study, system, judged, section, about, drawn))
     return views
 
 
 def _side_by_side(
-    study: Study, systems: Sequence[System], found: Judgements, section: Sections, workers: Workers
+    study: Study, systems: Sequence[System], judged: Judgements, section: Sections, workers: Workers
 ) -> dict[str, Part]:
     """The view of each scene by its name, the first of a system with what there is to say of that;
     without those whose process died, which another process is to draw."""
     first = [in_order(study, system)[0] for system in systems]
-    rest = [scene for scene in study.scenes if scene not in first]
+    others = [scene for scene in study.scenes if scene not in first]
     views: dict[str, Part] = {}
     with tempfile.TemporaryDirectory(prefix="plumbob-") as folder:
         file = Path(folder) / "study.pickle"
-        file.write_bytes(pickle.dumps((study, found, section), pickle.HIGHEST_PROTOCOL))
+        file.write_bytes(pickle.dumps((study, judged, section), pickle.HIGHEST_PROTOCOL))
         tasks = [
             Task(scene.name, _part, (str(file), scene.name, scene in first), LIMIT, scene.system)
-            for scene in (*_longest_first(first), *_longest_first(rest))
+            for scene in (*_longest_first(first), *_longest_first(others))
         ]
         for task, part in workers.results(tasks):
             if not isinstance(part, Lost):
@@ -83,15 +83,15 @@ def _longest_first(scenes: Sequence[Scene]) -> list[Scene]:
 
 def _part(file: str, name: str, first: bool) -> Part:
     """The view of a scene of the study in `file`, with what there is to say of its system."""
-    study, found, section = _read(file)
+    study, judged, section = _read(file)
     scene = next(scene for scene in study.scenes if scene.name == name)
     system = find_system(scene.system)
-    own = section(system.name)
-    said = said_of(study, system, found, own) if first else None
-    return said, scene_view(study, system, scene, found, own)
+    of_system = section(system.name)
+    about = said_of(study, system, judged, of_system) if first else None
+    return about, scene_view(study, system, scene, judged, of_system)
 
 
 @lru_cache(maxsize=1)
 def _read(file: str) -> tuple[Study, Judgements, Sections]:
-    study, found, section = pickle.loads(Path(file).read_bytes())
-    return study, found, section
+    study, judged, section = pickle.loads(Path(file).read_bytes())
+    return study, judged, section

@@ -49,7 +49,8 @@ class Count:
 
 @dataclass(frozen=True)
 class Answer:
-    """What to use for a kind of robot: in a sentence or two, as a table, and the settings."""
+    """The recommendation for a kind of robot: in a sentence or two, as a table, and the
+    settings."""
 
     name: str  # the id of its place
     title: str
@@ -70,11 +71,11 @@ class Card:
 
 def counts(study: Study, judged: Judgements) -> tuple[Count, ...]:
     """How many pairs of a scene and a method are as predicted, converge, and so on."""
-    found = Counter(meaning(*pair, one.whole) for pair, one in judged.items())
+    numbers = Counter(meaning(*pair, pair_verdict.whole) for pair, pair_verdict in judged.items())
     return tuple(
-        Count(name, *said, found[name])
-        for name, said in SIGNS.items()
-        if found[name] or name != "unclaimed"
+        Count(name, *texts, numbers[name])
+        for name, texts in SIGNS.items()
+        if numbers[name] or name != "unclaimed"
     )
 
 
@@ -87,7 +88,7 @@ def made(study: Study) -> tuple[int, int, int]:
 
 
 def answers(study: Study) -> tuple[Answer, ...]:
-    """What to use with contacts and without, of what was measured."""
+    """The recommendations with contacts and without, of what was measured."""
     return tuple(answer for answer in (_contacts(study), _joints(study)) if answer is not None)
 
 
@@ -97,14 +98,14 @@ def cards(findings: Sequence[Finding]) -> tuple[Card, ...]:
     known = {finding.name: finding for finding in findings if finding.judgement != NOT_SHOWN}
     wanted = [(known[n], place) for n, place in KEY_FINDINGS if n in known]
     first = {finding.name for finding, _ in wanted}
-    rest = [(finding, 0) for name, finding in known.items() if name not in first]
-    found = []
-    for finding, place in (*wanted, *rest):
+    others = [(finding, 0) for name, finding in known.items() if name not in first]
+    chosen = []
+    for finding, place in (*wanted, *others):
         if place >= len(finding.figures) or not (drawn := picture(finding.figures[place])):
             continue
         figure = finding.figures[place]
-        found.append(Card(finding, figure, drawn, names(figure)))
-    return tuple(found[:MOST_FINDINGS])
+        chosen.append(Card(finding, figure, drawn, names(figure)))
+    return tuple(chosen[:MOST_FINDINGS])
 
 
 def _contacts(study: Study) -> Answer | None:
@@ -112,8 +113,8 @@ def _contacts(study: Study) -> Answer | None:
     default, euler, rk4 = WITH_CONTACTS
     scenes = [s for s in study.scenes if s.system.startswith("capsule-")]
     ran = _errors(study, scenes, WITH_CONTACTS)
-    usual = [one for one in ran if not one.apart]
-    line = [one for one in usual if one.scene.system == usual[0].scene.system]
+    usual = [entry for entry in ran if not entry.apart]
+    line = [entry for entry in usual if entry.scene.system == usual[0].scene.system]
     if not line or default not in line[0].errors or euler not in line[0].errors:
         return None
     ratios = _cost_ratios(_costs(study, ran))
@@ -122,7 +123,7 @@ def _contacts(study: Study) -> Answer | None:
         cost = f", and a step costs {ratios[euler]} times one with default contacts"
     count = notation.plural(len(line), "scene")
     before = f"{_range(line, default)} in {count}, depending on the direction"
-    if (finest := _finest(study, [one.scene.name for one in line], (default,))) is not None:
+    if (finest := _finest(study, [entry.scene.name for entry in line], (default,))) is not None:
         ends = min(finest[1][default]), max(finest[1][default])
         still = " to ".join(dict.fromkeys(map(notation.relative, ends)))
         before += f", and at {notation.short(finest[0])} s still {still}"
@@ -152,10 +153,10 @@ def _contacts(study: Study) -> Answer | None:
 
 
 def _joints(study: Study) -> Answer | None:
-    """What to use for a mechanism without contacts."""
+    """The recommendation for a mechanism without contacts."""
     default, rk4 = WITHOUT
     ran = _errors(study, [s for s in study.scenes if s.system.endswith("pendulum")], WITHOUT)
-    usual = [one for one in ran if not one.apart]
+    usual = [entry for entry in ran if not entry.apart]
     if not usual or not set(WITHOUT) <= set(usual[0].errors):
         return None
     ratios = _cost_ratios(_costs(study, ran))
@@ -208,27 +209,27 @@ def _errors(study: Study, scenes: Sequence[Scene], methods: Sequence[str]) -> li
 
 
 def _largest(ran: Sequence[Ran], method: str) -> Shown:
-    return max((one.errors[method] for one in ran), key=lambda shown: shown.error)
+    return max((entry.errors[method] for entry in ran), key=lambda shown: shown.error)
 
 
 def _range(ran: Sequence[Ran], method: str) -> str:
     """The smallest and the largest error of a method as text, or one where they are the same."""
-    least = min((one.errors[method] for one in ran), key=lambda shown: shown.error)
+    least = min((entry.errors[method] for entry in ran), key=lambda shown: shown.error)
     return " to ".join(dict.fromkeys((least.text, _largest(ran, method).text)))
 
 
 def _most(ran: Sequence[Ran], method: str) -> str:
     """The largest error of a method, and the scene that it has it on."""
-    worst_of_all = max(ran, key=lambda one: one.errors[method].error)
+    worst_of_all = max(ran, key=lambda entry: entry.errors[method].error)
     return f"{worst_of_all.errors[method].text} (on {worst_of_all.scene.name})"
 
 
 def _rows_of_their_own(ran: Sequence[Ran], methods: Sequence[str]) -> list[str]:
     """The largest errors on the scenes that the sentences before leave out."""
-    apart = [one for one in ran if one.apart]
+    apart = [entry for entry in ran if entry.apart]
     if not apart:
         return []
-    kind = "hard" if all(one.scene.hard for one in apart) else "hard or without friction"
+    kind = "hard" if all(entry.scene.hard for entry in apart) else "hard or without friction"
     most = " and ".join(f"{_most(apart, name)} with {name}" for name in methods)
     count = f"{notation.plural(len(apart), 'scene')}, {kind}"
     return [f"That leaves out {count}, with a row each: their errors are up to {most}."]
@@ -239,15 +240,15 @@ def _finest(
 ) -> tuple[float, Mapping[str, Sequence[float]]] | None:
     """The smallest step [s] at which all of these methods ran all of these scenes, with the errors
     of each there; None where that is no smaller than the reference step."""
-    found = [c for c in study.convergence if c.scene in scenes and c.method in methods]
-    runs = [(c.method, {m.step: m for m in c.measurements if m.status == "done"}) for c in found]
-    steps = set.intersection(*(set(own) for _, own in runs)) if runs else set[float]()
+    series = [c for c in study.convergence if c.scene in scenes and c.method in methods]
+    runs = [(c.method, {m.step: m for m in c.measurements if m.status == "done"}) for c in series]
+    steps = set.intersection(*(set(by_step) for _, by_step in runs)) if runs else set[float]()
     step = min(steps, default=REFERENCE_STEP)
     if step >= REFERENCE_STEP:
         return None
     errors: dict[str, list[float]] = {method: [] for method in methods}
-    for method, own in runs:
-        errors[method].append(worst(own[step], study.quantities(own[step].scene))[1])
+    for method, by_step in runs:
+        errors[method].append(worst(by_step[step], study.quantities(by_step[step].scene))[1])
     return step, errors
 
 
@@ -255,24 +256,24 @@ def _nearer_by_chance(study: Study, ran: Sequence[Ran]) -> str:
     """Where default contacts have the smaller error at the reference step though they do not
     converge: what smaller steps make of both."""
     default, euler, _ = WITH_CONTACTS
-    said = []
-    for system in dict.fromkeys(one.scene.system for one in ran):
-        own = [one for one in ran if one.scene.system == system]
-        if _largest(own, default).error >= _largest(own, euler).error:
+    sentences = []
+    for system in dict.fromkeys(entry.scene.system for entry in ran):
+        of_system = [entry for entry in ran if entry.scene.system == system]
+        if _largest(of_system, default).error >= _largest(of_system, euler).error:
             continue
-        for name in (one.scene.name for one in own):
+        for name in (entry.scene.name for entry in of_system):
             finest = _finest(study, [name], (default, euler))
             if finest is None or not all(finest[1].values()):
                 continue
             step, errors = finest
             if errors[euler][0] < errors[default][0]:
-                said.append(
+                sentences.append(
                     f"Smaller steps help one of them: at {notation.number(step, 2)} s the error of "
                     f"{name} is {notation.relative(errors[default][0])} with default contacts, "
                     f"{notation.relative(errors[euler][0])} with those written for the step."
                 )
                 break
-    return " ".join(said)
+    return " ".join(sentences)
 
 
 def _held_control(study: Study) -> tuple[str, str] | None:
@@ -293,7 +294,7 @@ def _costs(study: Study, ran: Sequence[Ran]) -> Mapping[str, float]:
         for c in study.convergence
         if (run := timed_run(c, methods[c.method])) is not None and run.step == REFERENCE_STEP
     }
-    scenes = [one.scene.name for one in ran]
+    scenes = [entry.scene.name for entry in ran]
     timed = [s for s in scenes if all((s, name) in at & set(study.costs) for name in names)]
     if not timed:
         return {}
@@ -313,10 +314,10 @@ def _table(study: Study, ran: Sequence[Ran], methods: Sequence[str]) -> Table:
     """Systems against methods, scenes apart each in a row, and what a step costs."""
     names, titles = [m.name for m in study.methods if m.name in methods], systems()
     groups: dict[tuple[str, str], list[Ran]] = {}
-    for one in sorted(ran, key=lambda one: one.apart):
-        system, scene = one.scene.system, one.scene.name
-        key = (scene, anchor(scene)) if one.apart else (titles[system].title, system)
-        groups.setdefault(key, []).append(one)
+    for entry in sorted(ran, key=lambda entry: entry.apart):
+        system, scene = entry.scene.system, entry.scene.name
+        key = (scene, anchor(scene)) if entry.apart else (titles[system].title, system)
+        groups.setdefault(key, []).append(entry)
     rows = [
         row(Cell(title, "scene", link=link),
             *(Cell(_largest(of, name).text, "number") for name in names))
@@ -332,7 +333,7 @@ def _cost_rows(costs: Mapping[str, float], names: Sequence[str]) -> list[tuple[C
     """The cost of a step of these methods, and the speed at the reference step."""
     if not (ratios := _cost_ratios(costs)):
         return []
-    said = {
+    measured = {
         "cost of a step, relative": ratios,
         "ns per step": {name: notation.number(ns) for name, ns in costs.items()},
         "real-time factor at 1 ms": {
@@ -341,5 +342,5 @@ def _cost_rows(costs: Mapping[str, float], names: Sequence[str]) -> list[tuple[C
     }
     return [
         row(Cell(title, "scene"), *(Cell(texts[name], "number") for name in names))
-        for title, texts in said.items()
+        for title, texts in measured.items()
     ]

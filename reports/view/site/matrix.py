@@ -90,41 +90,41 @@ def ordered(scenes: Sequence[Scene]) -> tuple[Scene, ...]:
     return tuple(sorted(scenes, key=lambda scene: places.get(scene.system, len(places))))
 
 
-def meaning(scene: str, method: str, found: Judgement) -> Meaning:
-    """What a verdict means to a reader."""
-    mark = marked(scene, method, found)
+def meaning(scene: str, method: str, judgement: Judgement) -> Meaning:
+    """A verdict's meaning to a reader."""
+    mark = marked(scene, method, judgement)
     if mark == "unexpected":
         return "unexpected"
-    if found.verdict in ("unsupported", "missing"):
+    if judgement.verdict in ("unsupported", "missing"):
         return "not-run"
-    if mark == "known" or found.verdict in UNTRUSTED:
+    if mark == "known" or judgement.verdict in UNTRUSTED:
         return "limit"
-    if found.verdict == "pre-asymptotic":
+    if judgement.verdict == "pre-asymptotic":
         return "unclaimed"
-    return "converges" if found.verdict == "converges" else "predicted"
+    return "converges" if judgement.verdict == "converges" else "predicted"
 
 
-def shown(study: Study, found: ConvergenceStudy, method: Method, judged: Judgements) -> Shown:
+def shown(study: Study, series: ConvergenceStudy, method: Method, judged: Judgements) -> Shown:
     """The error of a method on a scene at the reference step, and what it means."""
-    both = judged[found.scene, found.method]
-    means = meaning(found.scene, found.method, both.whole)
-    error = at_reference(found, method, study.quantities(found.scene))
+    both = judged[series.scene, series.method]
+    means = meaning(series.scene, series.method, both.whole)
+    error = at_reference(series, method, study.quantities(series.scene))
     if error is None:
         means = means if both.whole.verdict == "cut-short" else "not-run"
         return Shown(math.nan, REFERENCE_STEP, "step", means, both.whole.reason)
-    verdicts = {m.step: j.verdict for m, j in zip(found.measurements, both.runs, strict=True)}
+    verdicts = {m.step: j.verdict for m, j in zip(series.measurements, both.runs, strict=True)}
     if means == "predicted" and verdicts[error.step] in ("pre-asymptotic", "diverged"):
         means = "unclaimed"
     return replace(error, meaning=means, reason=both.whole.reason)
 
 
 def at_reference(
-    found: ConvergenceStudy, method: Method, quantities: Sequence[Quantity]
+    series: ConvergenceStudy, method: Method, quantities: Sequence[Quantity]
 ) -> Shown | None:
     """The error at the reference step; where that was not run, at the step nearest to it, or at the
     tightest tolerance; and where the error crosses zero there, the larger one of those at the steps
     beside it. None where nothing was run."""
-    runs = [m for m in found.measurements if m.status in ("done", "diverged")]
+    runs = [m for m in series.measurements if m.status in ("done", "diverged")]
     if method.control == "tolerance":
         run = reference_run(runs, method)
     else:
@@ -169,12 +169,12 @@ def by_engine(study: Study, judged: Judgements, scenes: Sequence[Scene]) -> Tabl
         usual = every.get((scene.name, DEFAULT_METHOD))
         cells = [usual.cell() if usual else Cell("–", "none")] if default else []
         for engine in engines:
-            own = {
+            of_engine = {
                 m.name: of
                 for m in study.methods
                 if m.engine == engine and (of := every.get((scene.name, m.name))) is not None
             }
-            cells.append(_best(own, study.methods))
+            cells.append(_best(of_engine, study.methods))
         rows.append(row(_named(scene), *cells))
     heads = ("scene", *(("MuJoCo, default settings",) if default else ()),
              *(f"{_engine(engine)}, smallest error" for engine in engines))  # fmt: skip
@@ -185,7 +185,7 @@ def by_engine(study: Study, judged: Judgements, scenes: Sequence[Scene]) -> Tabl
         "larger, the step beside it with the larger error. In full and with every method on the "
         "page of each scene."
     )
-    if any("×" in cell.text for one in rows for cell in one):
+    if any("×" in cell.text for cells_of in rows for cell in cells_of):
         note += " 2× is twice the size of the motion itself."
     return Table("Relative error at 1 ms: scenes against engines", heads, tuple(rows), note)
 
@@ -224,11 +224,11 @@ def _every(study: Study, judged: Judgements) -> Mapping[tuple[str, str], Shown]:
     }
 
 
-def _best(own: Mapping[str, Shown], methods: Sequence[Method]) -> Cell:
+def _best(of_engine: Mapping[str, Shown], methods: Sequence[Method]) -> Cell:
     """The smallest error of an engine's methods: of those that are as predicted or converge, full
     models first, where there are any; of these those at the reference step."""
     surrogates = {m.name for m in methods if m.surrogate or m.scheme.integrator == EXACT}
-    ran = {name: of for name, of in own.items() if of.meaning != "not-run"}
+    ran = {name: of for name, of in of_engine.items() if of.meaning != "not-run"}
     good = {
         name: of
         for name, of in ran.items()
@@ -242,8 +242,8 @@ def _best(own: Mapping[str, Shown], methods: Sequence[Method]) -> Cell:
     return chosen[name].cell(name.partition("/")[2])
 
 
-def _short(found: Shown | None) -> Cell:
-    return Cell("", "none") if found is None else found.cell()
+def _short(entry: Shown | None) -> Cell:
+    return Cell("", "none") if entry is None else entry.cell()
 
 
 def _named(scene: Scene) -> Cell:

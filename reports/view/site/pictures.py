@@ -92,8 +92,8 @@ def _points(trace: Mapping[str, Any], layout: Mapping[str, Any]) -> list[tuple[f
     return points[::every]
 
 
-def _axis(given: Mapping[str, Any], values: Sequence[float], start: float, end: float) -> Axis:
-    logarithmic = given.get("type") == "log"
+def _axis(layout: Mapping[str, Any], values: Sequence[float], start: float, end: float) -> Axis:
+    logarithmic = layout.get("type") == "log"
     shown = [math.log10(v) for v in values] if logarithmic else list(values)
     low, high = min(shown), max(shown)
     margin = 0.04 * (high - low) or 0.5 * abs(high) or 0.5
@@ -125,20 +125,20 @@ def _curve(
     places = [f"{across.at(x):.1f} {up.at(y):.1f}" for x, y in points]
     colour, line = _colour(trace), trace.get("line", {})
     dashes = f' stroke-dasharray="{dash}"' if (dash := _dashes(trace)) else ""
-    mode, found = trace.get("mode", "lines"), ""
+    mode, paths = trace.get("mode", "lines"), ""
     if "lines" in mode:
         width = min(float(line.get("width", 1.6)), 6.0)
         faint = f' opacity="{trace["opacity"]}"' if "opacity" in trace else ""
-        found += (
+        paths += (
             f'<path fill="none" stroke="{colour}" stroke-width="{width:g}"{dashes}{faint} '
             f'd="M{"L".join(places)}"/>'
         )
     if "markers" in mode:  # round ends of lines without length: one element for all marks
-        found += (
+        paths += (
             f'<path stroke="{colour}" stroke-width="5" stroke-linecap="round" '
             f'd="{"".join(f"M{place}h0" for place in places)}"/>'
         )
-    return found
+    return paths
 
 
 def _colour(trace: Mapping[str, Any]) -> str:

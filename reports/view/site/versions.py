@@ -23,19 +23,19 @@ class Versions:
 
 
 def versions(history: Mapping[int, Provenance], folder: str) -> Versions | None:
-    """What was installed in each study of the store in `folder`, the newest first; None where all
-    had the same engines. `history` has the studies by number."""
-    had = {number: _engines(one) for number, one in history.items()}
-    names = [n for n in ENGINES if len({found.get(n, UNKNOWN) for found in had.values()}) > 1]
+    """The versions installed for each study of the store in `folder`, the newest first; None where
+    all had the same engines. `history` has the studies by number."""
+    had = {number: _engines(source) for number, source in history.items()}
+    names = [n for n in ENGINES if len({each.get(n, UNKNOWN) for each in had.values()}) > 1]
     if not names:
         return None
     rows = [
         row(Cell(str(number), "number"), history[number].date or "no date",
-            *(found.get(name, UNKNOWN) for name in names))
-        for number, found in sorted(had.items(), reverse=True)
+            *(each.get(name, UNKNOWN) for name in names))
+        for number, each in sorted(had.items(), reverse=True)
     ]  # fmt: skip
     newest = max(had)
-    older = max(n for n, found in had.items() if _differ(found, had[newest], names))
+    older = max(n for n, each in had.items() if _differ(each, had[newest], names))
     command = shlex.join(
         ["plumbob", "compare", f"{folder}#{older}", f"{folder}#{newest}", "--page", "compared.html"]
     )
@@ -44,9 +44,9 @@ def versions(history: Mapping[int, Provenance], folder: str) -> Versions | None:
     return Versions(table, command)
 
 
-def _engines(found: Provenance) -> Mapping[str, str]:
-    return {name: found.versions[name] for name in ENGINES if name in found.versions}
+def _engines(provenance: Provenance) -> Mapping[str, str]:
+    return {name: provenance.versions[name] for name in ENGINES if name in provenance.versions}
 
 
-def _differ(one: Mapping[str, str], other: Mapping[str, str], names: Sequence[str]) -> bool:
-    return any(one.get(name, UNKNOWN) != other.get(name, UNKNOWN) for name in names)
+def _differ(newer: Mapping[str, str], older: Mapping[str, str], names: Sequence[str]) -> bool:
+    return any(newer.get(name, UNKNOWN) != older.get(name, UNKNOWN) for name in names)

@@ -1,4 +1,4 @@
-"""What the pages of a site show: a view a scene, and a view a system."""
+"""Views of a site's pages: one a scene, and one a system."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ NOTHING_DRAWN: Mapping[str, SceneView] = MappingProxyType({})
 
 @dataclass(frozen=True)
 class Said:
-    """What there is to say of one system beside its scenes."""
+    """A system's galleries and findings."""
 
     galleries: tuple[tuple[str, Sequence[Figure]], ...] = ()
     findings: tuple[Finding, ...] = ()
@@ -94,66 +94,68 @@ def in_order(study: Study, system: System) -> list[Scene]:
     return sorted(scenes, key=lambda scene: (scene.name != default, bool(scene.hard)))
 
 
-def said_of(study: Study, system: System, found: Judgements, own: Section | None) -> Said:
-    """What a section says of its system."""
-    if own is None:
+def said_of(study: Study, system: System, judged: Judgements, section: Section | None) -> Said:
+    """The galleries and findings of a system's section."""
+    if section is None:
         return Said()
     galleries: tuple[tuple[str, Sequence[Figure]], ...] = ()
-    with suppressed(study, found):
-        galleries = tuple(own.figures(study))
-    return Said(galleries, formed(study, found, own, system.name))
+    with suppressed(study, judged):
+        galleries = tuple(section.figures(study))
+    return Said(galleries, formed(study, judged, section, system.name))
 
 
 def system_view(
     study: Study,
     system: System,
-    found: Judgements,
+    judged: Judgements,
     section: Sections,
-    said: Said | None = None,
+    about: Said | None = None,
     drawn: Mapping[str, SceneView] = NOTHING_DRAWN,
 ) -> SystemView:
     """One system with the scenes of `study`; `section` finds what there is to say of it alone,
-    unless it is `said` already, as `drawn` are views of scenes by name."""
+    unless it is `about` already, as `drawn` are views of scenes by name."""
     scenes = in_order(study, system)
-    own = section(system.name)
-    said = said_of(study, system, found, own) if said is None else said
+    of_system = section(system.name)
+    about = said_of(study, system, judged, of_system) if about is None else about
     picture = system.mjcf.parent / f"{system.mjcf.parent.name}.png"
     return SystemView(
         system,
         described(system.name),
         picture if picture.is_file() else None,
-        said.galleries,
-        said.findings,
+        about.galleries,
+        about.findings,
         tuple(
-            drawn.get(scene.name) or scene_view(study, system, scene, found, own)
+            drawn.get(scene.name) or scene_view(study, system, scene, judged, of_system)
             for scene in scenes
         ),
-        matrix.by_engine(study, found, scenes),
-        _hard(study, scenes, found),
+        matrix.by_engine(study, judged, scenes),
+        _hard(study, scenes, judged),
     )
 
 
 def scene_view(
-    study: Study, system: System, scene: Scene, found: Judgements, own: Section | None
+    study: Study, system: System, scene: Scene, judgements: Judgements, section: Section | None
 ) -> SceneView:
     """One scene of `study`, with what the section of its system shows of a hard one."""
     methods = {method.name: method for method in study.methods}
     every = [c for c in study.convergence if c.scene == scene.name]
-    missing = [c.method for c in every if found[scene.name, c.method].whole.verdict == "missing"]
+    missing = [
+        c.method for c in every if judgements[scene.name, c.method].whole.verdict == "missing"
+    ]
     convergence = [c for c in every if c.method not in missing]
-    judged = {c.method: found[scene.name, c.method] for c in convergence}
+    judged = {c.method: judgements[scene.name, c.method] for c in convergence}
     costs = {name: cost for (of, name), cost in study.costs.items() if of == scene.name}
     ran = [c.method for c in convergence if any(m.status == "done" for m in c.measurements)]
-    at_first = _at_first(study, scene, found, [methods[name] for name in ran])
+    at_first = _at_first(study, scene, judgements, [methods[name] for name in ran])
     first = (
         tables.summary(system, convergence, judged, methods),
-        overview.scene_recommendations(study, scene.name, found),
+        overview.scene_recommendations(study, scene.name, judgements),
     )
-    rest = (
+    tables_below = (
         tables.cost(convergence, costs, methods),
         tables.budgets(system, convergence, judged, methods),
         tables.every_run(system, convergence, judged, methods),
-        sensitivity.table(study, scene, found),
+        sensitivity.table(study, scene, judgements),
         tables.parameters(system, scene),
     )
     bars = budget_bars(system, convergence, judged, methods, at_first)
@@ -174,9 +176,9 @@ def scene_view(
         (*figures, *((bars,) if bars else ())),
         replay(study, scene),
         tables.orders(convergence, methods),
-        _hard_case(study, scene, found, own),
+        _hard_case(study, scene, judgements, section),
         trimming(study, scene),
-        tuple(t for t in rest if t),
+        tuple(t for t in tables_below if t),
         (
             f"plumbob solve {scene.name}",
             *(_repeated(typical) if typical else ()),
@@ -187,11 +189,11 @@ def scene_view(
 
 
 def _hard_case(
-    study: Study, scene: Scene, found: Judgements, own: Section | None
+    study: Study, scene: Scene, judged: Judgements, section: Section | None
 ) -> tuple[Figure | Table, ...]:
-    """What the section of a system shows of a hard scene."""
-    with suppressed(study, found):
-        return tuple(own.hard(study, scene)) if own and scene.hard else ()
+    """The figures and tables of a system's section for a hard scene."""
+    with suppressed(study, judged):
+        return tuple(section.hard(study, scene)) if section and scene.hard else ()
     return ()
 
 
@@ -207,7 +209,7 @@ def _repeated(run: Measurement) -> tuple[str]:
 
 
 def _at_first(
-    study: Study, scene: Scene, found: Judgements, ran: Sequence[Method]
+    study: Study, scene: Scene, judged: Judgements, ran: Sequence[Method]
 ) -> tuple[str, ...]:
     """Of each engine its default settings, and the cheapest method for a small error, or else the
     one with the smallest error; no closed form, which is no curve."""
@@ -216,14 +218,16 @@ def _at_first(
     chosen = [DEFAULT_METHOD] if DEFAULT_METHOD in names else []
     cheap = {}
     if study.costs:
-        by_engine = cheapest(study, scene.name, AT_FIRST, found).by_engine
+        by_engine = cheapest(study, scene.name, AT_FIRST, judged).by_engine
         cheap = {choice.method.partition("/")[0]: choice.method for choice in by_engine}
     for engine in engines:
         chosen += [f"{engine}/default"] * (f"{engine}/default" in names)
-        own = [m.name for m in ran if m.engine == engine and not m.surrogate]
-        own = own or [m.name for m in ran if m.engine == engine]
-        errors = {n: min(found[scene.name, n].whole.errors.values(), default=1e9) for n in own}
-        chosen.append(cheap.get(engine, min(own, key=lambda n: errors[n])))
+        of_engine = [m.name for m in ran if m.engine == engine and not m.surrogate]
+        of_engine = of_engine or [m.name for m in ran if m.engine == engine]
+        errors = {
+            n: min(judged[scene.name, n].whole.errors.values(), default=1e9) for n in of_engine
+        }
+        chosen.append(cheap.get(engine, min(of_engine, key=lambda n: errors[n])))
     return tuple(dict.fromkeys(name for name in chosen if name in names))
 
 
@@ -231,28 +235,28 @@ def _absolute(
     study: Study, convergence: Sequence[ConvergenceStudy]
 ) -> Mapping[tuple[str, float], str]:
     """The error of the worst quantity of interest of each run in SI units, as text."""
-    said = {}
+    sizes = {}
     for c in convergence:
         units = {o.name: o.unit for o in study.observables(c.scene)}
         for m in c.measurements:
             if m.status == "done":
                 quantity, error = worst(m, study.quantities(c.scene))
                 size = f"{notation.number(error * quantity.scale)} {units[quantity.observable]}"
-                said[c.method, m.step] = f"{size} of {quantity.observable}"
-    return said
+                sizes[c.method, m.step] = f"{size} of {quantity.observable}"
+    return sizes
 
 
-def _hard(study: Study, scenes: Sequence[Scene], found: Judgements) -> Table | None:
+def _hard(study: Study, scenes: Sequence[Scene], judged: Judgements) -> Table | None:
     """The hard scenes of a system: what is hard, and the smallest error of a full model there."""
     rows = []
     for scene in scenes:
         if not scene.hard:
             continue
         errors = [
-            (min(one.whole.errors.values()), method.name)
+            (min(pair.whole.errors.values()), method.name)
             for method in study.methods
             if not method.surrogate and method.scheme.integrator != EXACT
-            and (one := found.get((scene.name, method.name))) is not None and one.whole.errors
+            and (pair := judged.get((scene.name, method.name))) is not None and pair.whole.errors
         ]  # fmt: skip
         error, name = min(errors, default=(float("nan"), "none"))
         rows.append(
@@ -267,5 +271,5 @@ def _hard(study: Study, scenes: Sequence[Scene], found: Judgements) -> Table | N
 
 def _counts(judged: Iterable[Judged]) -> tuple[tuple[str, int], ...]:
     """Verdicts, and how many methods have each, in the page's order."""
-    counted = Counter(found.whole.verdict for found in judged)
+    counted = Counter(result.whole.verdict for result in judged)
     return tuple((verdict, counted[verdict]) for verdict in ORDER if counted[verdict])

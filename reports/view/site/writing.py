@@ -41,7 +41,7 @@ Page = tuple[str, str, dict[str, Any]]  # its name, its template and what fills 
 
 @dataclass(frozen=True)
 class Content:
-    """What the pages of a study show."""
+    """The content of a study's pages."""
 
     views: Sequence[SystemView]
     common: Mapping[str, Any]  # what every page may show
@@ -95,8 +95,8 @@ def one_file(content: Content) -> str:
     """The same of a content that is there already."""
     links = Links(_places(content), "", "", single=True)
     inside = [
-        (name, filled(template, shared="", frame=BARE, href=links, **content.common, **own))
-        for name, template, own in content.pages
+        (name, filled(template, shared="", frame=BARE, href=links, **content.common, **values))
+        for name, template, values in content.pages
     ]
     return filled("index.html.jinja", href=links, inside_pages=inside, **content.common)
 
@@ -108,9 +108,9 @@ def _files(content: Content) -> tuple[Mapping[str, bytes], Callable[[str], str]]
     for view in content.views:
         if view.picture is not None:
             files[view.picture.name] = view.picture.read_bytes()
-    for name, template, own in content.pages:
+    for name, template, values in content.pages:
         links = Links(places, page_file(name), "", single=False)
-        text = filled(template, shared="", href=links, **common, **own)
+        text = filled(template, shared="", href=links, **common, **values)
         files[page_file(name)] = text.encode("utf-8")
 
     def index(folder: str) -> str:
@@ -127,9 +127,9 @@ def content(
     others: Versions | None = None,
     jobs: int | Workers = 1,
 ) -> Content:
-    """What the pages of `study` show; the arguments are those of `write_page`, `others` the studies
-    with other engines."""
-    found = judge_study(study) if judged is None else judged
+    """The content of the pages of `study`; the arguments are those of `write_page`, `others` the
+    studies with other engines."""
+    verdicts = judge_study(study) if judged is None else judged
     known = systems()
     done = {c.scene for c in study.convergence if any(m.status == "done" for m in c.measurements)}
     ran = {
@@ -139,12 +139,12 @@ def content(
         if scene.name in done or (scene.system in known and not known[scene.system].distribution)
     }
     names = [name for name in matrix.in_order(list(known)) if name in ran]
-    views = system_views(study, [known[name] for name in names], found, section, jobs)
+    views = system_views(study, [known[name] for name in names], verdicts, section, jobs)
     general = section(OF_ENGINES)
-    on_engines = formed(study, found, general, OF_ENGINES) if general is not None else ()
+    on_engines = formed(study, verdicts, general, OF_ENGINES) if general is not None else ()
     findings = [*(finding for view in views for finding in view.findings), *on_engines]
     answers = first_screen.answers(study)
-    said = {answer.pasted.settings.method for answer in answers}
+    shown = {answer.pasted.settings.method for answer in answers}
     scenes = matrix.ordered(study.scenes)
     common: dict[str, Any] = {
         "study": study,
@@ -152,17 +152,17 @@ def content(
         "findings": findings,
         "on_engines": on_engines,
         "cards": first_screen.cards(findings),
-        "counts": first_screen.counts(study, found),
+        "counts": first_screen.counts(study, verdicts),
         "made": first_screen.made(study),
         "answers": answers,
         "versions": others,
-        "settings": [one for one in pasted(study) if one.settings.method not in said],
-        "user_settings": own_table(user_results(study, found)),
-        "matrix": matrix.by_engine(study, found, scenes),
-        "of_engines": matrix.of_engines(study, found, scenes),
-        "recommendations": overview.recommendations(study, found),
+        "settings": [choice for choice in pasted(study) if choice.settings.method not in shown],
+        "user_settings": own_table(user_results(study, verdicts)),
+        "matrix": matrix.by_engine(study, verdicts, scenes),
+        "of_engines": matrix.of_engines(study, verdicts, scenes),
+        "recommendations": overview.recommendations(study, verdicts),
         "sources": overview.sources(findings),
-        "tightness": tightness.tables(study, found),
+        "tightness": tightness.tables(study, verdicts),
         "styles": styles(study.methods),
         "provenance": study.provenance,
         "number": notation.number,
@@ -170,7 +170,7 @@ def content(
         "plural": notation.plural,
         "picture_of": _as_data,
     }
-    rest: list[Page] = [
+    pages: list[Page] = [
         *((view.system.name, "system.html.jinja", {"view": view}) for view in views),
         *(
             (scene.anchor, "scene.html.jinja", {"view": scene, "of": view})
@@ -179,12 +179,12 @@ def content(
         ),
     ]
     if on_engines:
-        rest.append((OF_ENGINES, "engines.html.jinja", {}))
+        pages.append((OF_ENGINES, "engines.html.jinja", {}))
     if common["sources"]:
-        rest.append((SOURCES, "sources.html.jinja", {}))
+        pages.append((SOURCES, "sources.html.jinja", {}))
     if common["tightness"]:
-        rest.append((TOLERANCES, "tolerances.html.jinja", {}))
-    return Content(views, common, rest)
+        pages.append((TOLERANCES, "tolerances.html.jinja", {}))
+    return Content(views, common, pages)
 
 
 def _places(content: Content) -> dict[str, str]:
@@ -223,20 +223,20 @@ def _folder_of(index: Path) -> str | None:
         text = index.read_text("utf-8")
     except (OSError, UnicodeDecodeError):
         return None
-    found = re.search(rf'href="({FOLDER.pattern})/{re.escape(STYLE)}"', text)
-    return found[1] if found else None
+    match = re.search(rf'href="({FOLDER.pattern})/{re.escape(STYLE)}"', text)
+    return match[1] if match else None
 
 
 def _placed(files: Mapping[str, bytes], folder: Path, name: str) -> None:
     """Put files into the folder `name`, which appears with all of them or, where there is one of
     this name, has each of them replaced whole."""
-    with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder) as made:
-        whole = Path(made) / name  # whose permissions are those that the user's umask leaves
-        whole.mkdir()
+    with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder) as scratch:
+        complete = Path(scratch) / name  # whose permissions are those that the user's umask leaves
+        complete.mkdir()
         for file, content in files.items():
-            (whole / file).write_bytes(content)
+            (complete / file).write_bytes(content)
         if (folder / name).is_dir():
             for file in files:
-                os.replace(whole / file, folder / name / file)
+                os.replace(complete / file, folder / name / file)
         else:
-            os.replace(whole, folder / name)
+            os.replace(complete, folder / name)

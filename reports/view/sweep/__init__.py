@@ -1,1 +1,1 @@
-"""Sweeps in words and pictures."""
+"""A sweep as text and as a page."""

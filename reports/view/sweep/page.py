@@ -25,7 +25,7 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 SCALE = "Viridis"  # read alike by those who do not tell red from green
 
 
-def write_sweep_page(found: Swept, folder: Path, made: Provenance, key: str) -> Path:
+def write_sweep_page(swept: Swept, folder: Path, provenance: Provenance, key: str) -> Path:
     """Write `sweep-SCENE-KEY.html` into `folder`, and beside it the files that such pages share,
     and return its path. Raises OSError where the folder cannot be written."""
     files = shared_files()
@@ -33,14 +33,14 @@ def write_sweep_page(found: Swept, folder: Path, made: Provenance, key: str) -> 
     for name, text in files.items():
         if not (folder / shared / name).exists():
             written(text, folder / shared, name)
-    name = f"sweep-{found.sweep.box.scene.replace('/', '-')}-{key[:8]}.html"
-    return written(render(found, made, f"{shared}/"), folder, name)
+    name = f"sweep-{swept.sweep.box.scene.replace('/', '-')}-{key[:8]}.html"
+    return written(render(swept, provenance, f"{shared}/"), folder, name)
 
 
-def render(found: Swept, made: Provenance, shared: str | None = None) -> str:
+def render(swept: Swept, provenance: Provenance, shared: str | None = None) -> str:
     """The page of a sweep as HTML, which loads its style and scripts from the folder `shared`, or
     holds them."""
-    of, runs = found.sweep, math.prod(found.errors.shape)
+    of, runs = swept.sweep, math.prod(swept.errors.shape)
     return filled(
         "sweep.html.jinja",
         shared=shared,
@@ -50,17 +50,17 @@ def render(found: Swept, made: Provenance, shared: str | None = None) -> str:
         + "".join(f", {name} {value}" for name, value in of.box.changes)
         + ". Every run is held against the exact answer for its own parameters; errors are "
         "relative to the characteristic scale of what the scene is about.",
-        summary=_summary(found),
-        figures=figures(found),
-        worst=_worst(found),
-        reasons=[f"{plural(count, 'run')}: {why}" for why, count in found.reasons.items()],
-        command=made.command,
-        date=made.date,
-        versions=", ".join(f"{name} {value}" for name, value in made.versions.items()),
+        summary=_summary(swept),
+        figures=figures(swept),
+        worst=_worst(swept),
+        reasons=[f"{plural(count, 'run')}: {why}" for why, count in swept.reasons.items()],
+        command=provenance.command,
+        date=provenance.date,
+        versions=", ".join(f"{name} {value}" for name, value in provenance.versions.items()),
     )
 
 
-def _summary(found: Swept) -> Table:
+def _summary(swept: Swept) -> Table:
     heads = ("method", "step", "median error", "nine of ten below", "worst", "diverged", "at")
     return Table(
         "Relative errors over all points",
@@ -73,12 +73,12 @@ def _summary(found: Swept) -> Table:
                 Cell(str(r.diverged), "number"),
                 Cell(place(r.worst[0].parameters) if r.worst else "", "text"),
             )
-            for r in rows(found)
+            for r in rows(swept)
         ),
     )
 
 
-def _worst(found: Swept) -> tuple[Table, ...]:
+def _worst(swept: Swept) -> tuple[Table, ...]:
     return tuple(
         Table(
             f"The worst points of {r.method} at {step_text(r.step, r.control)}",
@@ -93,30 +93,30 @@ def _worst(found: Swept) -> tuple[Table, ...]:
             ),
             folded=True,
         )
-        for r in rows(found)
+        for r in rows(swept)
         if r.worst
     )
 
 
-def figures(found: Swept) -> tuple[Figure, ...]:
+def figures(swept: Swept) -> tuple[Figure, ...]:
     """A map each of the first two sides where there are two or more, and curves over every other
     side; where there is one side alone, curves over that."""
-    axes = found.sweep.box.sides
+    axes = swept.sweep.box.sides
     if len(axes) == 1:
-        return (_curves(found, 0),)
-    finite = found.errors[np.isfinite(found.errors)]
+        return (_curves(swept, 0),)
+    finite = swept.errors[np.isfinite(swept.errors)]
     low, high = (math.log10(max(float(f(finite)), ZERO)) for f in (np.min, np.max))
     maps = tuple(
-        _map(found, i, j, low, high)
-        for i in range(len(found.sweep.methods))
-        for j in range(len(found.sweep.steps))
+        _map(swept, i, j, low, high)
+        for i in range(len(swept.sweep.methods))
+        for j in range(len(swept.sweep.steps))
     )
-    return (*maps, *(_curves(found, k) for k in range(2, len(axes))))
+    return (*maps, *(_curves(swept, k) for k in range(2, len(axes))))
 
 
-def _map(found: Swept, i: int, j: int, low: float, high: float) -> Figure:
-    of, (x, y) = found.sweep, found.sweep.box.sides[:2]
-    errors = found.errors[i, j]
+def _map(swept: Swept, i: int, j: int, low: float, high: float) -> Figure:
+    of, (x, y) = swept.sweep, swept.sweep.box.sides[:2]
+    errors = swept.errors[i, j]
     flat = _largest(errors.reshape(*errors.shape[:2], -1), (2,))
     xs, ys = x.values(of.counts[0]), y.values(of.counts[1])
     across, along = -(-len(xs) // MOST), -(-len(ys) // MOST)
@@ -131,17 +131,17 @@ def _map(found: Swept, i: int, j: int, low: float, high: float) -> Figure:
         "name": of.methods[i].name,
     }  # fmt: skip
     name = f"{of.methods[i].name} at {step_text(of.steps[j], of.methods[i].control)}"
-    rest = "; the worst over what else is varied" if len(of.counts) > 2 else ""
-    caption = f"Relative error over {x.name} and {y.name}{rest}; all maps have one scale."
+    more = "; the worst over what else is varied" if len(of.counts) > 2 else ""
+    caption = f"Relative error over {x.name} and {y.name}{more}; all maps have one scale."
     return figure(name, caption, [trace], _axis(x), _axis(y), height=420)
 
 
-def _curves(found: Swept, side: int) -> Figure:
-    of, axis = found.sweep, found.sweep.box.sides[side]
+def _curves(swept: Swept, side: int) -> Figure:
+    of, axis = swept.sweep, swept.sweep.box.sides[side]
     xs, traces = axis.values(of.counts[side]), []
     for i, method in enumerate(of.methods):
         for j, step in enumerate(of.steps):
-            errors = found.errors[i, j]
+            errors = swept.errors[i, j]
             others = tuple(k for k in range(errors.ndim) if k != side)
             largest = _largest(errors, others)
             name = f"{method.name}, {step_text(step, method.control)}"
@@ -155,9 +155,9 @@ def _curves(found: Swept, side: int) -> Figure:
                     marks=len(xs) <= 60,
                 )
             )
-    rest = ", the worst over what else is varied" if len(of.counts) > 1 else ""
+    more = ", the worst over what else is varied" if len(of.counts) > 1 else ""
     return figure(
-        f"Error over {axis.name}", f"Relative error{rest}. A gap: a run diverged, or has no exact "
+        f"Error over {axis.name}", f"Relative error{more}. A gap: a run diverged, or has no exact "
         "answer.", traces, _axis(axis), logarithmic("relative error"), legend=True, wide=True,
     )  # fmt: skip
 

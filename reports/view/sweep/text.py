@@ -1,4 +1,4 @@
-"""A sweep in words: what was run, errors of each method and step, and the worst points."""
+"""A sweep as text: the runs, errors of each method and step, and the worst points."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Worst:
 
 @dataclass(frozen=True)
 class Row:
-    """What a method and a step gave over all points."""
+    """The errors of a method at a step over all points."""
 
     method: str
     step: float  # [s], or relative tolerance
@@ -42,25 +42,25 @@ class Row:
     worst: tuple[Worst, ...]
 
 
-def rows(found: Swept) -> tuple[Row, ...]:
+def rows(swept: Swept) -> tuple[Row, ...]:
     """Every method with every step, in the order in which they were asked for."""
     return tuple(
-        _row(found, i, j)
-        for i in range(len(found.sweep.methods))
-        for j in range(len(found.sweep.steps))
+        _row(swept, i, j)
+        for i in range(len(swept.sweep.methods))
+        for j in range(len(swept.sweep.steps))
     )
 
 
-def _row(found: Swept, i: int, j: int) -> Row:
-    method, step = found.sweep.methods[i], found.sweep.steps[j]
-    errors = found.errors[i, j].ravel()
+def _row(swept: Swept, i: int, j: int) -> Row:
+    method, step = swept.sweep.methods[i], swept.sweep.steps[j]
+    errors = swept.errors[i, j].ravel()
     there = errors[~np.isnan(errors)]
     median, ninety, largest = (
         float(np.quantile(there, q, method="lower")) if len(there) else np.nan
         for q in (0.5, 0.9, 1.0)
     )
     worst = tuple(
-        _worst(found, point, error, method.name, step) for point, error in found.worst(i, j, MOST)
+        _worst(swept, point, error, method.name, step) for point, error in swept.worst(i, j, MOST)
     )
     return Row(
         method.name, step, method.control, median, ninety, largest,
@@ -68,13 +68,13 @@ def _row(found: Swept, i: int, j: int) -> Row:
     )  # fmt: skip
 
 
-def _worst(found: Swept, point: int, error: float, method: str, step: float) -> Worst:
-    place = found.sweep.place(point)
-    varied = {s.name: s.at(x) for s, x in zip(found.sweep.box.sides, place, strict=True)}
+def _worst(swept: Swept, point: int, error: float, method: str, step: float) -> Worst:
+    place = swept.sweep.place(point)
+    varied = {s.name: s.at(x) for s, x in zip(swept.sweep.box.sides, place, strict=True)}
     return Worst(
         varied,
         error,
-        command(found.sweep.box.scene, method, step, found.sweep.box.parameters(place)),
+        command(swept.sweep.box.scene, method, step, swept.sweep.box.parameters(place)),
     )
 
 
@@ -97,17 +97,17 @@ def place(parameters: Mapping[str, float]) -> str:
 
 
 def sides(of: Sequence[Side]) -> str:
-    """What is varied between which values."""
+    """The varied parameters and their bounds."""
     return " and ".join(f"{s.name} from {number(s.low, 4)} to {number(s.high, 4)}" for s in of)
 
 
-def lines(found: Swept) -> list[str]:
+def lines(swept: Swept) -> list[str]:
     """The sweep as the terminal shows it."""
     shown = [
-        f"{found.sweep.box.scene}: {sides(found.sweep.box.sides)}, "
-        f"{plural(found.sweep.points, 'point')}; relative errors"
+        f"{swept.sweep.box.scene}: {sides(swept.sweep.box.sides)}, "
+        f"{plural(swept.sweep.points, 'point')}; relative errors"
     ]
-    for row in rows(found):
+    for row in rows(swept):
         of = f"{row.method} at {step_text(row.step, row.control)}"
         shown.append(
             f"  {of}: median {size(row.median)}, nine of ten below {size(row.ninety)}, worst "
@@ -120,6 +120,6 @@ def lines(found: Swept) -> list[str]:
                 f"    the worst at {place(row.worst[0].parameters)}:",
                 f"    {row.worst[0].command}",
             ]
-    for reason, count in found.reasons.items():
+    for reason, count in swept.reasons.items():
         shown.append(f"  no error of {plural(count, 'run')}: {reason}")
     return shown
