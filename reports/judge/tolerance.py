@@ -42,7 +42,7 @@ MODEL_PARTS: tuple[ModelPart, ...] = (
     ModelPart("capsule-turn/held*", 0.2, "friction holds the body for most of the turn"),
     ModelPart("capsule-turn/pivot*", 5e-3, "a support sticks while the body pivots about it"),
     ModelPart("capsule-turn/thousand", 0.3, "bounds of a thousand turns add up, over one radian"),
-    ModelPart("capsule-plan/near-free", 0.01, _STEPS),
+    ModelPart("capsule-plan/near-free", 0.015, _STEPS),
     ModelPart("capsule-plan/heavy-slider", 0.5, "the body weighs a thousandth of its slider"),
     ModelPart("capsule-plan/*", 0.2, _STEPS),
 )

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.reference import Array
-from plumbob.engines import method as methods_module
 from plumbob.engines.adapters import heyoka
 from plumbob.engines.adapters.ode import ENGINE, prepare
 from plumbob.engines.adapters.ode.equation import Equation
@@ -25,7 +24,6 @@ from plumbob.engines.adapters.ode.simulation import (
 )
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.study.measurement import measure
-from plumbob.models.registry import built_in
 from plumbob.models.scene import ONE_SMOOTH, Case, Observable, Scene, System
 
 FIXED = [method for method in ENGINE.methods if method.control == "step"]
@@ -139,9 +137,8 @@ def case(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Cas
         family="falling_body",
         kind=ONE_SMOOTH,
     )
-    known = {system.name: system, **built_in()}
-    monkeypatch.setattr(methods_module, "system_called", known.get)
-    return system.case(Scene("falling-body/test", "", {}, 2.0, (), "elementary"))
+    scene = Scene("falling-body/test", "", {}, 2.0, (), "elementary", kind=ONE_SMOOTH)
+    return system.case(scene)
 
 
 @pytest.mark.parametrize("method", FIXED, ids=lambda method: method.name)
