@@ -49,14 +49,9 @@ def _converter() -> cattrs.Converter:
     made.register_structure_hook_func(lambda kind: kind is Any, lambda value, _: _hashable(value))
     made.register_unstructure_hook_func(_is_array, _packed)
     made.register_structure_hook_func(_is_array, lambda value, _: _unpacked(value))
-    made.register_unstructure_hook(
-        Study,
-        make_dict_unstructure_fn(Study, made, convergence=APART, costs=APART, extras=APART),
-    )
-    made.register_structure_hook(
-        Study,
-        make_dict_structure_fn(Study, made, convergence=APART, costs=APART, extras=APART),
-    )
+    apart: dict[str, Any] = dict.fromkeys(("convergence", "costs", "extras", "analyses"), APART)
+    made.register_unstructure_hook(Study, make_dict_unstructure_fn(Study, made, **apart))
+    made.register_structure_hook(Study, make_dict_structure_fn(Study, made, **apart))
     plain = make_dict_unstructure_fn(TaskResult, made, extras=APART)
     back = make_dict_structure_fn(TaskResult, made, extras=APART)
 

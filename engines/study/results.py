@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from plumbob.engines.method import Method, Trimming
 from plumbob.engines.study.convergence import SEED, ConvergenceStudy
@@ -28,14 +29,27 @@ Quantities = tuple[Quantity, ...]
 
 
 @dataclass(frozen=True)
+class Analysed:
+    """The numbers of one analysis of a study, as its template takes them."""
+
+    template: str
+    place: str  # "finding", "gallery", or "hard"
+    system: str  # or "engines"
+    scene: str  # of a hard one, or ""
+    numbers: Any  # None: left out, since runs of the study are not as expected
+    claims: tuple[tuple[str, bool], ...] = ()  # checks: why each would not hold, whether it does
+
+
+@dataclass(frozen=True)
 class TaskResult:
-    """The result of one task of a study: a convergence study with recordings of it, extra runs, or
-    a cost with the reference step's [ns] beside it; or why it was given up."""
+    """The result of one task of a study: a convergence study with recordings of it, extra runs, a
+    cost with the reference step's [ns] beside it, or an analysis; or why it was given up."""
 
     convergence: ConvergenceStudy | None = None
     extras: Mapping[Request, Result] = field(default_factory=dict)
     cost: Cost | None = None
     reference_step: float = math.nan
+    analysis: Analysed | None = None
     pair: Key = ("", "")  # scene and method of a convergence study or a cost
     label: str = ""
     lost: str = ""
@@ -67,6 +81,7 @@ class Study:
     interest: Mapping[str, Quantities] = field(default_factory=dict)
     """The quantities of interest of each scene, likewise."""
     extras: Mapping[Request, Result] = field(default_factory=dict)  # what findings declared
+    analyses: tuple[Analysed, ...] = ()
     provenance: Provenance = field(default_factory=Provenance)
     seed: int = SEED  # that drew one more step for each pair
 
@@ -137,4 +152,5 @@ def assembled(head: Study, results: Iterable[TaskResult]) -> Study:
         convergence=tuple(part.convergence for part in parts if part.convergence is not None),
         costs=costs,
         extras={request: result for part in parts for request, result in part.extras.items()},
+        analyses=tuple(part.analysis for part in parts if part.analysis is not None),
     )

@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 
 from plumbob.engines.study.codec import from_json, to_json
 from plumbob.engines.study.provenance import Provenance
-from plumbob.engines.study.results import Study, TaskResult, assembled
+from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled
 from plumbob.engines.study.store_file import (
     FILE,
     SCHEMA,
@@ -30,6 +30,7 @@ from plumbob.engines.study.store_file import (
 
 __all__ = ["FILE", "SCHEMA", "history", "load", "save", "scene_names", "studies_of"]
 T = TypeVar("T")
+ANALYSIS = "analysis "  # of keys
 Listed = list[tuple[str, str]]  # keys of a study's results, with the scene of each
 
 
@@ -47,6 +48,7 @@ def save(study: Study, file: Path) -> int:
     }
     for request, result in study.extras.items():
         results[str(request)] = TaskResult(extras={request: result})
+    results |= _by_key(study.analyses)
     with writing(file) as store, transaction(store):
         number, _ = begun(store, None)
         keep(store, number, results)
@@ -106,6 +108,21 @@ def complete(
         _write(store, number, plan, to_json(study.described()), listed)
         query = "delete from result where study = ? and key not in (select value from json_each(?))"
         store.execute(query, (number, json.dumps(list(results))))
+
+
+def add_analyses(file: Path, number: int, analyses: Iterable[Analysed]) -> None:
+    """Add analyses to the study of that number, in place of those that it has; raises as `load`."""
+    added = _by_key(analyses)
+    with writing(file) as store, transaction(store):
+        (row,) = store.execute("select * from study where id = ?", (number,)).fetchall()
+        keep(store, number, added)
+        others = [entry for entry in json.loads(row[3]) if not entry[0].startswith(ANALYSIS)]
+        _write(store, *row[:3], json.dumps([*others, *((key, "") for key in added)]))
+
+
+def _by_key(analyses: Iterable[Analysed]) -> dict[str, TaskResult]:
+    """Analyses as results, by their keys."""
+    return {f"{ANALYSIS}{i}": TaskResult(analysis=a) for i, a in enumerate(analyses)}
 
 
 def results(

@@ -22,14 +22,14 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.models.tripod_capsule.parameters import BODY, CHECK
 from plumbob.models.tripod_capsule.plan import LIMITS, planned
-from plumbob.reports.commands.arguments import values
-from plumbob.reports.findings.plan_errors import (
+from plumbob.reports.analyses.plan_errors import (
     PoseError,
     PoseErrors,
     by_kind,
     pose_errors,
     run_duration,
 )
+from plumbob.reports.commands.arguments import values
 
 PLACES = ("start", "slider", "slider_at_end", "legs", "arc")
 ABOUT = """\

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
-from plumbob.engines.study.extra_runs import UndeclaredRun
 from plumbob.reports.commands.arguments import values
 
 
@@ -33,21 +32,16 @@ def command(chosen: argparse.Namespace) -> int:
         raise ParameterError("OUT", chosen.out, "where `plumbob validate` has stored a study")
     if study is None:
         raise ParameterError("study", number, f"the number of a study in {chosen.out}")
-    from plumbob.reports.findings import section
     from plumbob.reports.view.page import written
     from plumbob.reports.view.site.versions import versions
     from plumbob.reports.view.site.writing import render, write_page
 
     history = store.history(Path(chosen.out) / store.FILE)
-    try:
-        if single is None:
-            print(write_page(study, Path(chosen.out), section, history=history, jobs=jobs))
-        else:
-            text = render(study, section, others=versions(history, chosen.out), jobs=jobs)
-            print(written(text, single.parent, single.name))
-    except UndeclaredRun as missing:
-        need = "that of a study with every run that these pages show, by this version"
-        raise ParameterError("store", store.FILE, need) from missing
+    if single is None:
+        print(write_page(study, Path(chosen.out), history=history, jobs=jobs))
+    else:
+        text = render(study, others=versions(history, chosen.out), jobs=jobs)
+        print(written(text, single.parent, single.name))
     return 0
 
 

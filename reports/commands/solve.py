@@ -6,7 +6,7 @@ import argparse
 import json
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,9 @@ from plumbob.analytic.reference import Array, Reference
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Observable
+from plumbob.reports.analyses import section
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.findings import section
-from plumbob.reports.view.content import Table, row
+from plumbob.reports.view.content import Figure, Table, row
 
 TABLE = (
     "scene",
@@ -191,7 +191,18 @@ def _write(case: Case, path: str) -> None:
     text = filled(
         "figures.html.jinja",
         scene=case.scene,
-        figures=of_system.solved(case),
+        figures=_figures(of_system.solved, case),
         parameters=Table("Parameters (SI)", ("name", "value"), rows),
     )
     written(text, place.parent, place.name)
+
+
+def _figures(solved: Any, case: Case) -> Sequence[Figure]:
+    """The source's figures for a case, from a template and its numbers."""
+    from plumbob.reports.analyses.analysis import plain
+    from plumbob.reports.view.finding_text import written
+
+    if not isinstance(solved, tuple):
+        return solved(case)  # type: ignore[no-any-return]
+    template, numbers = solved
+    return [figure for f in written(template, plain(numbers(case))) for figure in f.figures]

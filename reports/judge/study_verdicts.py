@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import product
 
+from plumbob.engines.method import USER_METHOD
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Observable
+from plumbob.reports.judge.expectations import standing
 from plumbob.reports.judge.verdict import Judged, judged
 
 
@@ -32,6 +35,20 @@ def judge_study(study: Study) -> Judgements:
         judgement = replace(result.whole, claims=claims, versions=study.provenance.versions)
         verdicts[c.scene, c.method] = replace(result, whole=judgement)
     return verdicts
+
+
+def unexpected(study: Study, judgements: Judgements) -> list[str]:
+    """Scenes and methods whose verdicts are unexpected, and users' own methods whose errors are not
+    as predicted."""
+    return [
+        f"{scene.name} {method.name}"
+        for scene, method in product(study.scenes, study.methods)
+        if (judged := judgements.get((scene.name, method.name))) is not None
+        and (
+            standing(scene, method, judged.whole) == "unexpected"
+            or (method.name == USER_METHOD and judged.whole.verdict not in ("pass", "converges"))
+        )
+    ]
 
 
 def _of_its_cost(cost: Cost | None) -> str:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from plumbob.engines.study.extra_runs import Requests, nothing_more
-from plumbob.engines.study.results import Study
-from plumbob.models.scene import Case, Scene
 from plumbob.reports.view.notation import number
 
 StatementVerdict = Literal["holds", "corrected", "refuted", "extended"]
@@ -85,33 +82,6 @@ class Finding:
     commands: tuple[str, ...] = ()
     statements: tuple[Statement, ...] = ()  # of the sources, that it judges
     claims: tuple[Claim, ...] = ()  # what its words rest on, of the stored study
-
-
-Finder = Callable[[Study], Finding | None]
-"""Forms a finding of a study, or none where that lacks what it is about."""
-
-
-def _no_galleries(study: Study) -> Sequence[tuple[str, Sequence[Figure]]]:
-    return ()
-
-
-def _nothing_hard(study: Study, scene: Scene) -> Sequence[Figure | Table]:
-    return ()
-
-
-@dataclass(frozen=True)
-class Section:
-    """The section of a page on one system, beside the parts that every scene has."""
-
-    findings: tuple[Finder, ...]
-    figures: Callable[[Study], Sequence[tuple[str, Sequence[Figure]]]] = _no_galleries
-    """Galleries: a heading each, and its figures."""
-    hard: Callable[[Study, Scene], Sequence[Figure | Table]] = _nothing_hard
-    """What a hard case shows beside the rest."""
-    requests: Requests = nothing_more
-    """The runs that all of that looks up in the study, beside the study's own."""
-    solved: Callable[[Case], Sequence[Figure]] | None = None
-    """The source's figures for a case with parameters of the user's own; runs no engine."""
 
 
 def row(*texts: str | Cell) -> tuple[Cell, ...]:

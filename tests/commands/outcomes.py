@@ -65,7 +65,7 @@ def validated(
 
 def without_pages(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let studies make no runs but their own, and draw no page."""
-    monkeypatch.setattr("plumbob.reports.findings.requests", lambda plan: ())
+    monkeypatch.setattr("plumbob.reports.analyses.requests", lambda plan: ())
     monkeypatch.setattr(
         "plumbob.reports.view.site.writing.write_page",
         lambda study, out, *more: out / "none",
@@ -74,7 +74,7 @@ def without_pages(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def without_findings(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let pages say of each system what they say of every one, and studies make no other runs."""
-    monkeypatch.setattr("plumbob.reports.findings.section", lambda system: None)
+    monkeypatch.setattr("plumbob.reports.analyses.section", lambda system: None)
 
 
 def with_prepare(

@@ -91,7 +91,7 @@ BROKEN: tuple[tuple[Contract, Mapping[str, str]], ...] = (
     ),
     (
         import_contracts.engines_on_the_page,
-        {"reports/findings/cone.py": "from x import measure\nmeasure()\n"},
+        {"reports/analyses/cone.py": "from x import measure\nmeasure()\n"},
     ),
     (import_contracts.heavy_imports, {"engines/method.py": "import mujoco\n"}),
     (import_contracts.heavy_imports, {"engines/adapters/mujoco.py": "from pymunk import Body\n"}),

@@ -22,7 +22,7 @@ READMES = (  # all indented commands of these run, in this order
     "engines/audit/README.md",
     "engines/sweep/README.md",
     "reports/judge/README.md",
-    "reports/findings/README.md",
+    "reports/analyses/README.md",
 )
 TEXTS = (*READMES, "models/tripod_capsule/README.md", "analytic/errors/THEORY.md")
 MOST_LINES = 160  # of README.md

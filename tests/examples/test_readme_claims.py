@@ -1,4 +1,4 @@
-"""Findings that reports/findings/README.md states, compared with fresh runs."""
+"""Findings that reports/analyses/README.md states, compared with fresh runs."""
 
 from __future__ import annotations
 

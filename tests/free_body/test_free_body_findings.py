@@ -10,8 +10,8 @@ from plumbob.engines.registry import method
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene
+from plumbob.reports.analyses.free_body import SECTION, energy, second_order
 from plumbob.reports.cli import main
-from plumbob.reports.findings.free_body import SECTION, energy, second_order
 from plumbob.tests.support.declared import findings_of, nothing
 
 FLIP, STEPS = scene("free-body/flip"), (3.2e-2, 1.6e-2, 8e-3, 4e-3, 2e-3, 1e-3)

@@ -17,8 +17,8 @@ from plumbob.engines.study.model_reading import EVERY_FIELD, ModelReading
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes as find_scenes
+from plumbob.reports.analyses.engines.readers import KNOWN, NAMES, finding, requests
 from plumbob.reports.cli import main
-from plumbob.reports.findings.engines.readers import KNOWN, NAMES, finding, requests
 from plumbob.reports.judge.model_readers import compared
 
 ALL = (

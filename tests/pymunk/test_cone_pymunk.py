@@ -11,8 +11,8 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.findings.cone_pendulum import plane_engine
-from plumbob.reports.findings.cone_pendulum.hamiltonian import ROTATING, forms
+from plumbob.reports.analyses.cone_pendulum import plane_engine
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.reports.judge.verdict import judge
 from plumbob.tests.support.cases import held_against
 from plumbob.tests.support.declared import declared, nothing

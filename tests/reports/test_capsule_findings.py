@@ -15,8 +15,8 @@ from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.findings import capsule_train, mean_speed, section
-from plumbob.reports.findings.capsule_line import (
+from plumbob.reports.analyses import capsule_train, mean_speed, section
+from plumbob.reports.analyses.capsule_line import (
     contacts,
     displacement,
     drive,
@@ -26,7 +26,7 @@ from plumbob.reports.findings.capsule_line import (
     source_text,
     tipping,
 )
-from plumbob.reports.findings.measurements import LINE, problem
+from plumbob.reports.analyses.measurements import LINE, problem
 from plumbob.reports.view.content import Finding, Table
 from plumbob.tests.support.declared import declared, measured, nothing
 from plumbob.tests.support.declared import findings_of as formed_of

@@ -13,7 +13,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.study.cost import Cost
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
-from plumbob.reports.findings.cone_pendulum import (
+from plumbob.reports.analyses.cone_pendulum import (
     action_phase,
     drive_work,
     energy,
@@ -27,9 +27,9 @@ from plumbob.reports.findings.cone_pendulum import (
     symmetry,
     uniformity,
 )
-from plumbob.reports.findings.cone_pendulum.hamiltonian import ROTATING, forms
-from plumbob.reports.findings.energy_drift import drift_table, overtaken
-from plumbob.reports.findings.measurements import extremes, largest
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
+from plumbob.reports.analyses.energy_drift import drift_table, overtaken
+from plumbob.reports.analyses.measurements import extremes, largest
 from plumbob.tests.support.declared import declared, nothing
 from plumbob.tests.support.studies import quick
 

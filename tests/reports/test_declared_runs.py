@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from plumbob.engines.study.extra_runs import UndeclaredRun
-from plumbob.reports.findings import requests, section
+from plumbob.reports.analyses import requests, section
 from plumbob.reports.view.site.writing import one_file
 from plumbob.tests.site.whole_profile import no_engine, shown, small
 from plumbob.tests.support.declared import findings_of, nothing, plan_of

@@ -19,9 +19,9 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.findings import measurements
-from plumbob.reports.findings.energy_drift import Drift
-from plumbob.reports.findings.simple_pendulum import (
+from plumbob.reports.analyses import measurements
+from plumbob.reports.analyses.energy_drift import Drift
+from plumbob.reports.analyses.simple_pendulum import (
     SECTION,
     bob,
     claims,
@@ -137,7 +137,8 @@ def test_turns_are_counted_from_the_start(name: str, rate: float, turns: float) 
 
 @pytest.mark.long
 def test_every_case_has_its_plots() -> None:
-    galleries = SECTION.figures(study())
+    (of_cases,) = SECTION.galleries
+    galleries = of_cases(study())
     assert [head.split(":")[0] for head, _ in galleries] == [
         f"Case {n} of the notebook" for n in range(1, 8)
     ]

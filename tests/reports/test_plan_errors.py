@@ -9,9 +9,9 @@ import pytest
 from plumbob.engines.registry import method
 from plumbob.models.registry import scene
 from plumbob.models.tripod_capsule.plan import planned
+from plumbob.reports.analyses.plan_errors import by_kind
 from plumbob.reports.cli import main
 from plumbob.reports.commands.plan import run_plan
-from plumbob.reports.findings.plan_errors import by_kind
 
 TO = (0.02, 0.0, 0.05)  # a turn and a line or two
 FEET = method("pymunk/feet")

@@ -19,13 +19,13 @@ from plumbob.engines.study.order import Order
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.findings.cone_pendulum import hamiltonian, source_claims
-from plumbob.reports.findings.sources import CHERNOUSKO, NOTEBOOK, SUDAKOV, as_printed
+from plumbob.reports.analyses.cone_pendulum import hamiltonian, source_claims
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.tolerance import exceeded, round_off, tolerance
 from plumbob.reports.judge.verdict import Judged, judge, judged
 from plumbob.reports.view import notation, overview, tables
 from plumbob.reports.view.content import Finding, Statement, StatementVerdict, Table
+from plumbob.reports.view.sources import CHERNOUSKO, NOTEBOOK, SUDAKOV, as_printed
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.declared import declared, nothing
 from plumbob.tests.support.studies import SCENE, quick

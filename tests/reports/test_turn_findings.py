@@ -8,10 +8,10 @@ import pytest
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
-from plumbob.reports.findings import capsule_plan, plan_legs, section
-from plumbob.reports.findings.capsule_line import source
-from plumbob.reports.findings.capsule_plan import SHOWN
-from plumbob.reports.findings.capsule_turn import (
+from plumbob.reports.analyses import capsule_plan, plan_legs, section
+from plumbob.reports.analyses.capsule_line import source
+from plumbob.reports.analyses.capsule_plan import SHOWN
+from plumbob.reports.analyses.capsule_turn import (
     body_angle,
     course,
     exact_motion,
@@ -19,10 +19,10 @@ from plumbob.reports.findings.capsule_turn import (
     modes,
     source_text,
 )
-from plumbob.reports.findings.capsule_turn.turns import requests, turn
-from plumbob.reports.findings.measurements import problem
-from plumbob.reports.findings.plan_errors import plan_of
-from plumbob.reports.findings.plan_path import gallery
+from plumbob.reports.analyses.capsule_turn.turns import requests, turn
+from plumbob.reports.analyses.measurements import problem
+from plumbob.reports.analyses.plan_errors import plan_of
+from plumbob.reports.analyses.plan_path import gallery
 from plumbob.reports.view.content import Figure, Finding, Table
 from plumbob.tests.support.declared import declared, findings_of, measured, nothing
 

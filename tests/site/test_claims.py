@@ -14,20 +14,12 @@ from plumbob.engines.study.model_reading import ModelRead
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import systems
-from plumbob.reports.findings import section
-from plumbob.reports.findings.cone_pendulum import equilibria
-from plumbob.reports.findings.measurements import plan_of
+from plumbob.reports.analyses import section
+from plumbob.reports.analyses.claims import ALIKE, CLEAR, as_predicted, at_most, between, clear
+from plumbob.reports.analyses.cone_pendulum import equilibria
+from plumbob.reports.analyses.measurements import plan_of
 from plumbob.reports.view.content import Claim, Finding
-from plumbob.reports.view.site.claims import (
-    ALIKE,
-    CLEAR,
-    NOT_SHOWN,
-    as_measured,
-    as_predicted,
-    at_most,
-    between,
-    clear,
-)
+from plumbob.reports.view.site.claims import NOT_SHOWN, as_measured
 from plumbob.reports.view.site.first_screen import KEY_FINDINGS, cards
 from plumbob.reports.view.site.views import OF_ENGINES
 from plumbob.tests.site import whole_profile

@@ -18,7 +18,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.models.scene import Quantity
-from plumbob.reports.findings.capsule_line.displacement import errors
+from plumbob.reports.analyses.capsule_line.displacement import errors
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.verdict import Judged, Judgement
 from plumbob.reports.view import notation
@@ -329,7 +329,7 @@ def test_a_scene_s_plots_show_the_default_and_the_best_of_each_engine_at_first(
     for c in own:
         if c.method in best:
             alone = _with_error(alone, scene.name, c.method, 1e-9)
-    shown = scene_view(alone, system_of(scene), scene, judge_study(alone), None)
+    shown = scene_view(alone, system_of(scene), scene, judge_study(alone))
     defaults = {"mujoco/euler", "dart/default", "drake/default", "pybullet/default"}
     assert defaults | best <= set(shown.at_first)
     others = {m for m in shown.at_first if m.partition("/")[0] in ("mujoco", "dart", "drake")}

@@ -12,16 +12,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from jinja2 import TemplateNotFound
 
 from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.engines.method import Method
 from plumbob.engines.study.provenance import Provenance
-from plumbob.engines.study.results import Study
+from plumbob.engines.study.results import Analysed, Study
 from plumbob.reports.advice.work_precision import Point, front
+from plumbob.reports.analyses import section
 from plumbob.reports.cli import main
-from plumbob.reports.findings import section
 from plumbob.reports.view import page as filled_pages
-from plumbob.reports.view.content import Cell, Finding, Section, Table
+from plumbob.reports.view.content import Cell, Table
 from plumbob.reports.view.page import figure_json
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.site import writing
@@ -161,9 +162,9 @@ def test_markup_from_outside_is_escaped(tmp_path: Path) -> None:
         costs={},
         provenance=Provenance(command=HOSTILE),
     )
-    index = write_page(hostile, tmp_path, section=lambda name: None)
+    index = write_page(hostile, tmp_path)
     for text in (*(file.read_text("utf-8") for file in site_files(index)),
-                 render(hostile, section=lambda name: None)):  # fmt: skip
+                 render(hostile)):  # fmt: skip
         assert "img" not in Document(text.partition("<template")[0]).tags
         assert HOSTILE not in text
     assert any("onerror" in file.read_text("utf-8") for file in site_files(index))
@@ -176,14 +177,11 @@ def test_figure_json_is_no_markup() -> None:
 
 
 def test_nothing_is_half_written(tmp_path: Path) -> None:
-    def breaks(study: Study) -> Finding:
-        raise RuntimeError("broken finding")
-
+    broken = Analysed("no/such/template", "finding", "cone-pendulum", "", {})
     old = tmp_path / "index.html"
     old.write_text("old", "utf-8")
-    broken = Section((breaks,), lambda study: (), lambda study, scene: ())
-    with pytest.raises(RuntimeError, match="broken finding"):
-        write_page(quick(), tmp_path, section=lambda name: broken)
+    with pytest.raises(TemplateNotFound, match="no/such/template"):
+        write_page(replace(quick(), analyses=(broken,)), tmp_path)
     assert [path.read_text("utf-8") for path in tmp_path.iterdir()] == ["old"]
 
 
@@ -198,7 +196,7 @@ def test_an_engine_that_is_not_installed_is_a_line(tmp_path: Path) -> None:
         if c.method.startswith("absent") else c
         for c in study.convergence
     )  # fmt: skip
-    index = write_page(replace(study, convergence=lacking), tmp_path, section=lambda name: None)
+    index = write_page(replace(study, convergence=lacking), tmp_path)
     page = next(f for f in site_files(index) if f.stem == "cone-pendulum-rotating-base")
     text = page.read_text("utf-8")
     assert text.count("absent") == 1
@@ -219,14 +217,14 @@ def test_versions_of_a_folder_and_the_command_that_compares_them(tmp_path: Path)
         ["3", "day 2", "3.17.0"], ["2", "day 1", "3.17.0"], ["1", "day 0", "3.16.0"],
     ]  # fmt: skip
     assert versions({n: one for n, one in history.items() if n > 1}, "out") is None
-    index = write_page(_small(), tmp_path, lambda name: None, history=history)
+    index = write_page(_small(), tmp_path, history=history)
     text = index.read_text("utf-8")
     assert 'id="versions"' in text
     shown = html.unescape(re.findall(r"<code>(plumbob compare .*?)</code>", text)[0])
     assert shown == f"plumbob compare '{tmp_path}#1' '{tmp_path}#3' --page compared.html"
-    assert 'id="versions"' not in write_page(
-        _small(), tmp_path, lambda name: None, history={1: made[0]}
-    ).read_text("utf-8")
+    assert 'id="versions"' not in write_page(_small(), tmp_path, history={1: made[0]}).read_text(
+        "utf-8"
+    )
 
 
 def _small(study_step: float = 1e-3) -> Study:
@@ -240,16 +238,16 @@ def _folders(out: Path) -> set[str]:
 def test_the_old_site_is_whole_until_the_new_index_stands(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    index = write_page(_small(), tmp_path, section=lambda name: None)
+    index = write_page(_small(), tmp_path)
     old, (folder,) = index.read_text("utf-8"), _folders(tmp_path)
     files = {path.name: path.read_bytes() for path in (tmp_path / folder).iterdir()}
     with monkeypatch.context() as patched:
         patched.setattr(writing, "written", _full)
         with pytest.raises(OSError, match="no space"):
-            write_page(_small(2e-3), tmp_path, section=lambda name: None)
+            write_page(_small(2e-3), tmp_path)
     assert index.read_text("utf-8") == old
     assert {path.name: path.read_bytes() for path in (tmp_path / folder).iterdir()} == files
-    write_page(_small(2e-3), tmp_path, section=lambda name: None)
+    write_page(_small(2e-3), tmp_path)
     assert index.read_text("utf-8") != old
     assert folder not in _folders(tmp_path)
     assert len(_folders(tmp_path)) == 1
@@ -260,11 +258,11 @@ def _full(text: str, folder: Path, name: str) -> Path:
 
 
 def test_the_same_study_has_the_same_site_and_repairs_it(tmp_path: Path) -> None:
-    index = write_page(_small(), tmp_path, section=lambda name: None)
+    index = write_page(_small(), tmp_path)
     before = {file: file.read_bytes() for file in site_files(index)}
     style = next(tmp_path.glob("site-*/page.css"))
     style.write_text("broken", "utf-8")
-    write_page(_small(), tmp_path, section=lambda name: None)
+    write_page(_small(), tmp_path)
     assert {file: file.read_bytes() for file in site_files(index)} == before
     assert style.read_text("utf-8") != "broken"
 
@@ -273,8 +271,8 @@ def test_other_folders_are_left_alone(tmp_path: Path) -> None:
     for name in ("site-0123456789ab", "other"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "page.css").write_text("other", "utf-8")
-    write_page(_small(), tmp_path, section=lambda name: None)
-    write_page(_small(2e-3), tmp_path, section=lambda name: None)
+    write_page(_small(), tmp_path)
+    write_page(_small(2e-3), tmp_path)
     assert {"site-0123456789ab", "other"} < _folders(tmp_path)
 
 
@@ -282,7 +280,7 @@ def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
     study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3,), lambda h: h)])
     (tmp_path / "out").write_text("other", "utf-8")
     with pytest.raises(OSError, match="out"):
-        write_page(study, tmp_path / "out", section=lambda name: None)
+        write_page(study, tmp_path / "out")
     assert (tmp_path / "out").read_text("utf-8") == "other"
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 import pytest
@@ -15,9 +15,11 @@ from plumbob.engines.registry import engines
 from plumbob.engines.study.extra_runs import Request, Result
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import system_of
-from plumbob.reports.findings import requests, section
+from plumbob.reports.analyses import analyses_of, requests
 from plumbob.reports.judge.sensitivity import Parameter, Sensitivities, Slopes, parameters_of
-from plumbob.reports.view.content import Finder, Finding, Section
+from plumbob.reports.judge.study_verdicts import judge_study
+from plumbob.reports.view.content import Finding
+from plumbob.reports.view.finding_text import findings_of
 from plumbob.reports.view.site.writing import Content, content
 from plumbob.tests.sharing.shared import shared
 from plumbob.tests.support.declared import invented_study
@@ -103,18 +105,9 @@ def _even(sensitivities: Sensitivities) -> Mapping[Parameter, Slopes]:
 
 def _shown(study: Study) -> tuple[Content, tuple[Finding, ...]]:
     """What the pages of a study show, and the findings before it is seen whether they hold."""
-    kept: list[Finding] = []
-
-    def keeping(name: str) -> Section | None:
-        own = section(name)
-        return own and replace(own, findings=tuple(partial(_kept, f, kept) for f in own.findings))
-
+    asked = replace(study, extras=Asked(study.extras))
     with no_engine():
-        pages = content(replace(study, extras=Asked(study.extras)), keeping)
+        analysed = analyses_of(asked, judge_study(asked))
+        pages = content(replace(asked, analyses=analysed))
+    kept = [finding for a in analysed if a.place == "finding" for finding in findings_of(a)]
     return pages, tuple(kept)
-
-
-def _kept(find: Finder, kept: list[Finding], study: Study) -> Finding | None:
-    found = find(study)
-    kept += [found] if found else []
-    return found

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -36,7 +37,9 @@ from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.scene import Case, Scene
-from plumbob.reports.view.content import Finding, Section
+from plumbob.reports.analyses.analysis import Analysis, Section, plain
+from plumbob.reports.view.content import Finding
+from plumbob.reports.view.finding_text import written
 
 SAMPLES, ERROR = 240, 1e-6  # of invented runs
 
@@ -61,9 +64,27 @@ def declared(study: Study, *requests: Requests) -> Study:
 
 
 def findings_of(own: Section | None, study: Study) -> list[Finding]:
-    """What a section finds in a study."""
+    """The findings of a section in a study."""
     assert own is not None
-    return [found for find in own.findings if (found := find(study)) is not None]
+    return [found for find in own.findings if (found := formed(find, study)) is not None]
+
+
+def formed(analysis: Any, study: Study) -> Finding | None:
+    """The finding that an analysis and its template form of a study."""
+    if not isinstance(analysis, Analysis):
+        return analysis(study)  # type: ignore[no-any-return]
+    numbers = analysis.numbers(study)
+    if numbers is None:
+        return None
+    (finding,) = written(analysis.template, plain(numbers), tuple(analysis.claims(numbers)))
+    return finding
+
+
+def finding(analysis: Any, study: Study) -> Finding:
+    """The same, where there is one."""
+    found = formed(analysis, study)
+    assert found is not None
+    return found
 
 
 def nothing() -> Study:

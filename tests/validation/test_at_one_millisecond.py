@@ -22,7 +22,7 @@ from plumbob.engines.study.runner import pairs
 from plumbob.models.registry import case_of, scenes, systems
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
-from plumbob.reports.findings.capsule_line import contacts
+from plumbob.reports.analyses.capsule_line import contacts
 from plumbob.reports.view import notation
 from plumbob.reports.view.site import first_screen, writing
 from plumbob.reports.view.site.matrix import ENGINES
@@ -90,7 +90,7 @@ def index(study: Study, tmp_path_factory: pytest.TempPathFactory) -> Tables:
     """The index of that study, read; the pages beside it, and findings, are not drawn."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(writing, "system_views", lambda *given: [])
-        pages = writing.content(study, lambda name: None)
+        pages = writing.content(study)
     page = Tables()
     page.feed(writing.site(pages, tmp_path_factory.mktemp("index")).read_text("utf-8"))
     page.found = [(c, [[cell.strip() for cell in row] for row in rows]) for c, rows in page.found]

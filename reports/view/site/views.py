@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -19,16 +19,15 @@ from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.verdict import Judged, Verdict
 from plumbob.reports.view import notation, overview, sensitivity, tables
 from plumbob.reports.view.about import Description, described
-from plumbob.reports.view.content import Cell, Figure, Finding, Section, Table, row
+from plumbob.reports.view.content import Cell, Figure, Finding, Table, row
 from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plots import budget_bars, scene_figures
 from plumbob.reports.view.replay import Replay, replay
 from plumbob.reports.view.site import matrix
-from plumbob.reports.view.site.claims import formed, suppressed
+from plumbob.reports.view.site.claims import formed, galleries, hard_case
 from plumbob.reports.view.trimming import trimming
 
-Sections = Callable[[str], Section | None]  # what there is to say of one system alone, by its name
 ORDER: tuple[Verdict, ...] = (
     "pass", "converges", "fail", "not-converging", "diverged", "cut-short", "pre-asymptotic",
     "unsupported", "missing",
@@ -79,14 +78,6 @@ class SystemView:
 NOTHING_DRAWN: Mapping[str, SceneView] = MappingProxyType({})
 
 
-@dataclass(frozen=True)
-class Said:
-    """A system's galleries and findings."""
-
-    galleries: tuple[tuple[str, Sequence[Figure]], ...] = ()
-    findings: tuple[Finding, ...] = ()
-
-
 def in_order(study: Study, system: System) -> list[Scene]:
     """The scenes of a system that `study` has: the one that stands for it first, hard ones last."""
     scenes = [scene for scene in study.scenes if scene.system == system.name]
@@ -94,49 +85,31 @@ def in_order(study: Study, system: System) -> list[Scene]:
     return sorted(scenes, key=lambda scene: (scene.name != default, bool(scene.hard)))
 
 
-def said_of(study: Study, system: System, judged: Judgements, section: Section | None) -> Said:
-    """The galleries and findings of a system's section."""
-    if section is None:
-        return Said()
-    galleries: tuple[tuple[str, Sequence[Figure]], ...] = ()
-    with suppressed(study, judged):
-        galleries = tuple(section.figures(study))
-    return Said(galleries, formed(study, judged, section, system.name))
-
-
 def system_view(
     study: Study,
     system: System,
     judged: Judgements,
-    section: Sections,
-    about: Said | None = None,
     drawn: Mapping[str, SceneView] = NOTHING_DRAWN,
 ) -> SystemView:
-    """One system with the scenes of `study`; `section` finds what there is to say of it alone,
-    unless it is `about` already, as `drawn` are views of scenes by name."""
+    """One system with the scenes of `study`, of which some are `drawn` already, by name."""
     scenes = in_order(study, system)
-    of_system = section(system.name)
-    about = said_of(study, system, judged, of_system) if about is None else about
     picture = system.mjcf.parent / f"{system.mjcf.parent.name}.png"
     return SystemView(
         system,
         described(system.name),
         picture if picture.is_file() else None,
-        about.galleries,
-        about.findings,
+        galleries(study, system.name),
+        formed(study, judged, system.name),
         tuple(
-            drawn.get(scene.name) or scene_view(study, system, scene, judged, of_system)
-            for scene in scenes
+            drawn.get(scene.name) or scene_view(study, system, scene, judged) for scene in scenes
         ),
         matrix.by_engine(study, judged, scenes),
         _hard(study, scenes, judged),
     )
 
 
-def scene_view(
-    study: Study, system: System, scene: Scene, judgements: Judgements, section: Section | None
-) -> SceneView:
-    """One scene of `study`, with what the section of its system shows of a hard one."""
+def scene_view(study: Study, system: System, scene: Scene, judgements: Judgements) -> SceneView:
+    """One scene of `study`."""
     methods = {method.name: method for method in study.methods}
     every = [c for c in study.convergence if c.scene == scene.name]
     missing = [
@@ -176,7 +149,7 @@ def scene_view(
         (*figures, *((bars,) if bars else ())),
         replay(study, scene),
         tables.orders(convergence, methods),
-        _hard_case(study, scene, judgements, section),
+        hard_case(study, system.name, scene.name) if scene.hard else (),
         trimming(study, scene),
         tuple(t for t in tables_below if t),
         (
@@ -186,15 +159,6 @@ def scene_view(
             f"plumbob validate --scenes {scene.name}",
         ),
     )
-
-
-def _hard_case(
-    study: Study, scene: Scene, judged: Judgements, section: Section | None
-) -> tuple[Figure | Table, ...]:
-    """The figures and tables of a system's section for a hard scene."""
-    with suppressed(study, judged):
-        return tuple(section.hard(study, scene)) if section and scene.hard else ()
-    return ()
 
 
 def _by_engine(methods: Sequence[str]) -> tuple[str, ...]:

@@ -29,7 +29,7 @@ from plumbob.reports.view.site.claims import formed
 from plumbob.reports.view.site.drawing import system_views
 from plumbob.reports.view.site.links import Links, page_file
 from plumbob.reports.view.site.versions import Versions, versions
-from plumbob.reports.view.site.views import OF_ENGINES, Sections, SystemView
+from plumbob.reports.view.site.views import OF_ENGINES, SystemView
 from plumbob.reports.view.user_settings import table as own_table
 
 FOLDER = re.compile(r"site-[0-9a-f]{12}")
@@ -51,18 +51,16 @@ class Content:
 def write_page(
     study: Study,
     folder: Path,
-    section: Sections,
     judged: Judgements | None = None,
     history: Mapping[int, Provenance] = NO_HISTORY,
     jobs: int | Workers = 1,
 ) -> Path:
-    """Write the site of `study` into `folder` and return the path of its index; `section` finds
-    what there is to say of one system alone, `judged` are the study's verdicts where they are known
-    already, `history` how each study in the folder's store was made; so many `jobs` draw it, or the
-    workers given. The index is replaced last, in one step: until then an older site stays whole.
-    Raises OSError where the folder cannot be written."""
+    """Write the site of `study` into `folder` and return the path of its index; `judged` are the
+    study's verdicts where they are known already, `history` how each study in the folder's store
+    was made; so many `jobs` draw it, or the workers given. The index is replaced last, in one step:
+    until then an older site stays whole. Raises OSError where the folder cannot be written."""
     others = versions(history, str(folder))
-    return site(content(study, section, judged, others, jobs), folder)
+    return site(content(study, judged, others, jobs), folder)
 
 
 def site(content: Content, folder: Path) -> Path:
@@ -81,14 +79,13 @@ def site(content: Content, folder: Path) -> Path:
 
 def render(
     study: Study,
-    section: Sections,
     judged: Judgements | None = None,
     others: Versions | None = None,
     jobs: int | Workers = 1,
 ) -> str:
     """The whole site of `study` as one HTML file: a function of what is stored, which runs no
     engine. The pages beside the index stand in templates, which our script shows."""
-    return one_file(content(study, section, judged, others, jobs))
+    return one_file(content(study, judged, others, jobs))
 
 
 def one_file(content: Content) -> str:
@@ -122,7 +119,6 @@ def _files(content: Content) -> tuple[Mapping[str, bytes], Callable[[str], str]]
 
 def content(
     study: Study,
-    section: Sections,
     judged: Judgements | None = None,
     others: Versions | None = None,
     jobs: int | Workers = 1,
@@ -139,9 +135,8 @@ def content(
         if scene.name in done or (scene.system in known and not known[scene.system].distribution)
     }
     names = [name for name in matrix.in_order(list(known)) if name in ran]
-    views = system_views(study, [known[name] for name in names], verdicts, section, jobs)
-    general = section(OF_ENGINES)
-    on_engines = formed(study, verdicts, general, OF_ENGINES) if general is not None else ()
+    views = system_views(study, [known[name] for name in names], verdicts, jobs)
+    on_engines = formed(study, verdicts, OF_ENGINES)
     findings = [*(finding for view in views for finding in view.findings), *on_engines]
     answers = first_screen.answers(study)
     shown = {answer.pasted.settings.method for answer in answers}

@@ -1,0 +1,44 @@
+"""Checks that figures of the stored study support a finding's text."""
+
+from __future__ import annotations
+
+import math
+
+from plumbob.reports.view.content import Claim
+from plumbob.reports.view.notation import number
+
+CLEAR = 10.0  # a difference that words speak of is this many times what it is compared with
+ALIKE = 0.2  # a figure that theory predicts may differ from that by this part of it
+AGREES = 1e-3  # of a figure: what formula and engine may differ by
+
+
+def at_most(what: str, measured: float, bound: float, unit: str = "") -> Claim:
+    """That a figure, magnitude and all, is no larger than `bound`."""
+    text = f"{what} is {_with(measured, unit)} and not at most {_with(bound, unit)}"
+    return Claim(text, abs(measured) <= bound)
+
+
+def clear(what: str, large: float, small: float, unit: str = "") -> Claim:
+    """That `large` is at least CLEAR times `small`, both as magnitudes."""
+    text = (
+        f"{what}: {_with(abs(large), unit)} beside {_with(abs(small), unit)}, less than "
+        f"{CLEAR:g} times as much"
+    )
+    return Claim(text, abs(large) >= CLEAR * abs(small) and large != 0.0)
+
+
+def as_predicted(what: str, measured: float, predicted: float, unit: str = "") -> Claim:
+    """That a figure is the predicted one, sign and all, within ALIKE of it."""
+    text = f"{what} is {_with(measured, unit)}, where {_with(predicted, unit)} is predicted"
+    return Claim(text, abs(measured - predicted) <= ALIKE * abs(predicted))
+
+
+def between(what: str, measured: float, low: float, high: float, unit: str = "") -> Claim:
+    """That a figure lies in a range."""
+    text = f"{what} is {_with(measured, unit)} and not {number(low)} to {_with(high, unit)}"
+    return Claim(text, low <= measured <= high)
+
+
+def _with(value: float, unit: str) -> str:
+    amount = number(value) if math.isfinite(value) else "no number"
+    return f"{amount} {unit}".strip()

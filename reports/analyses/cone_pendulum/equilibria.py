@@ -1,0 +1,143 @@
+"""Equilibria against the platform's rate, and small oscillations about them, exact and measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, Equilibrium
+from plumbob.engines.study.extra_runs import Changes, ExtraRun, StudyPlan
+from plumbob.engines.study.results import Study
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.claims import AGREES, at_most
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING
+from plumbob.reports.analyses.measurements import PERIODS, swing_period
+from plumbob.reports.view.content import Claim
+
+PIVOTS = (0.0, 0.09)  # [m]
+RATES = (0.0, 4.0, 8.0, 16.0, 26.0)  # [rad/s]
+SWING = 1e-3  # [rad], amplitude: the rate changes by less than 1e-6, relative
+STEP = 5e-4  # [s]
+DRAWN = np.linspace(0.0, 30.0, 121)  # [rad/s]
+
+
+@dataclass(frozen=True)
+class Centre:
+    """A stable equilibrium, and the rate of small swings about it, exact and in MuJoCo."""
+
+    pivot: float  # [m]
+    platform_rate: float  # [rad/s]
+    theta: float  # [rad]
+    rate: float  # [rad/s]
+    measured: float | None  # [rad/s]
+
+    @property
+    def gap(self) -> float | None:
+        """Relative difference of the measured rate."""
+        return None if self.measured is None else self.measured / self.rate - 1.0
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Equilibria of one kind over the platform's rate."""
+
+    rates: tuple[float, ...]  # [rad/s]
+    angles: tuple[float, ...]  # [rad]
+
+
+@dataclass(frozen=True)
+class Diagram:
+    """All equilibria over the platform's rate, of one pivot."""
+
+    pivot: float  # [m]
+    stable: Branch
+    unstable: Branch
+
+
+@dataclass(frozen=True)
+class Equilibria:
+    """Both bifurcations, and how well MuJoCo's small swings have the exact rates."""
+
+    centres: tuple[Centre, ...]
+    diagrams: tuple[Diagram, ...]
+    fork: float  # platform rate [rad/s] of the pitchfork, for the first of PIVOTS
+    node: float  # and of the saddle-node, for the last
+    largest_gap: float | None
+    offset: float = PIVOTS[-1]
+    swing: float = SWING
+    scene: str = ROTATING
+
+
+@cache
+def still(pivot: float, rate: float) -> ConePendulum:
+    """The source's cone on a platform at a `rate` [rad/s], its pivot at `pivot` [m]."""
+    scene = find_scene(ROTATING, {"pivot_y": pivot, "platform_rate": rate})
+    return case_of(scene).problem  # type: ignore[no-any-return]
+
+
+def centres() -> list[tuple[float, float, Equilibrium]]:
+    """Pivot, rate and each stable equilibrium there."""
+    return [
+        (pivot, rate, equilibrium)
+        for pivot in PIVOTS
+        for rate in RATES
+        for equilibrium in still(pivot, rate).equilibria
+        if equilibrium.kind == "centre"
+    ]
+
+
+def _request(pivot: float, rate: float, centre: Equilibrium) -> ExtraRun:
+    changes: Changes = (
+        ("pivot_y", pivot),
+        ("platform_rate", rate),
+        ("theta", centre.theta - SWING),
+        ("theta_dot", 0.0),
+    )
+    return ExtraRun(ROTATING, MUJOCO, STEP, PERIODS * 2 * np.pi / centre.rate, changes)
+
+
+def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """Three small swings of MuJoCo's full model about each stable equilibrium."""
+    return tuple(_request(*where) for where in centres())
+
+
+def numbers(study: Study) -> Equilibria:
+    """Both bifurcations, and how well MuJoCo's small swings have the exact rates."""
+    rows = []
+    for pivot, rate, centre in centres():
+        period = swing_period(study.recording(_request(pivot, rate, centre)), centre.theta)
+        measured = None if period is None else 2 * np.pi / period
+        rows.append(Centre(pivot, rate, centre.theta, centre.rate, measured))
+    level, offset = (still(pivot, 26.0) for pivot in PIVOTS)
+    gaps = [abs(row.gap) for row in rows if row.gap is not None]
+    return Equilibria(
+        tuple(rows),
+        tuple(_diagram(pivot) for pivot in PIVOTS),
+        level.pitchfork_rate,
+        offset.saddle_node_rate,
+        max(gaps, default=None),
+    )
+
+
+def claims(found: Equilibria) -> Sequence[Claim]:
+    """The measured rates are the exact ones."""
+    gap = np.nan if found.largest_gap is None else found.largest_gap
+    return (at_most("the largest difference of a rate, relative,", gap, AGREES),)
+
+
+def _diagram(pivot: float) -> Diagram:
+    places: dict[str, list[tuple[float, float]]] = {"centre": [], "saddle": []}
+    for rate in DRAWN:
+        for equilibrium in still(pivot, float(rate)).equilibria:
+            if equilibrium.kind in places:
+                places[equilibrium.kind].append((float(rate), equilibrium.theta))
+    stable, unstable = (Branch(*zip(*places[kind], strict=True)) for kind in ("centre", "saddle"))
+    return Diagram(pivot, stable, unstable)
+
+
+EQUILIBRIA = Analysis("cone_pendulum/equilibria", numbers, requests, claims)

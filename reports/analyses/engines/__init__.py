@@ -1,0 +1,9 @@
+"""The page's section on engines side by side, which belongs to no system: what their readers take
+from a model file."""
+
+from __future__ import annotations
+
+from plumbob.reports.analyses.analysis import Section
+from plumbob.reports.analyses.engines import readers
+
+SECTION = Section((readers.finding,), more=readers.requests)

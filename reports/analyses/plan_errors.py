@@ -1,0 +1,131 @@
+"""The pose error of a plan run in an engine: after each manoeuvre, and by kind of manoeuvre."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.systems.planner.result import Plan
+from plumbob.engines.study.extra_runs import ExtraRun
+from plumbob.engines.study.results import Study
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import scene
+from plumbob.models.tripod_capsule.plan import planned
+from plumbob.reports.analyses.measurements import case
+
+STILL = 1e-12  # [m/s] and [rad/s]: the exact motion is at rest
+MOST_STEPS = 1_000_000_000  # of any run
+AFTER = 2  # steps run after the last manoeuvre's end
+
+
+@dataclass(frozen=True)
+class PoseError:
+    """Error of a pose: of C [m], in the axes of the start, and of the heading [rad]."""
+
+    x: float
+    y: float
+    heading: float
+
+    @property
+    def distance(self) -> float:
+        """Distance of C from where it is to be [m]."""
+        return float(np.hypot(self.x, self.y))
+
+    def since(self, before: PoseError) -> PoseError:
+        """What has been added since `before`."""
+        return PoseError(self.x - before.x, self.y - before.y, self.heading - before.heading)
+
+
+PoseErrors = tuple[PoseError | None, ...]
+"""After each manoeuvre, in the plan's order; None where the body has not come to rest."""
+
+
+def run_duration(plan: Plan, step: float) -> float:
+    """How long a run of `plan` with `step` [s] has to be to show the pose at its end [s]; raises
+    ParameterError for a step longer than the plan or a thousand million times shorter."""
+    if step > plan.duration:
+        raise ParameterError("step", step, f"at most the duration, {plan.duration} s")
+    if step * MOST_STEPS < plan.duration:
+        smallest = plan.duration / MOST_STEPS
+        raise ParameterError("step", step, f"at least {smallest} s for this duration")
+    return (round(plan.duration / step) + AFTER) * step
+
+
+def pose_errors(plan: Plan, exact: Reference, run: Trajectory) -> PoseErrors:
+    """Errors of the pose in a run of `plan` held against its exact motion, after each manoeuvre."""
+    seen = exact.observe(run.times)
+    error = np.column_stack([run.observables[n] - seen[n] for n in ("x", "y", "heading")])
+    names = ("velocity_x", "velocity_y", "heading_rate")
+    resting = np.all([np.abs(seen[name]) <= STILL for name in names], axis=0)
+    return tuple(_after(plan, run.times, error, resting))
+
+
+def _after(plan: Plan, times: Array, error: Array, resting: Array) -> list[PoseError | None]:
+    """At the last sample of each manoeuvre, at which a place is no longer late by half a step."""
+    ends = np.append(plan.ends[:-1], np.inf)
+    last = np.searchsorted(times, ends, side="right") - 1
+    begun = np.array([manoeuvre.start for manoeuvre in plan.manoeuvres])
+    return [
+        PoseError(*(float(value) for value in error[k]))
+        if resting[k] and times[k] > start
+        else None
+        for k, start in zip(last, begun, strict=True)
+    ]
+
+
+def by_kind(plan: Plan, after: PoseErrors) -> dict[str, PoseError]:
+    """What each kind of manoeuvre has added to the pose's error, a turn with its residual motion:
+    the error at rest again less the error before."""
+    total: dict[str, PoseError] = {}
+    before, waiting = PoseError(0.0, 0.0, 0.0), ""
+    for manoeuvre, now in zip(plan.manoeuvres, after, strict=False):
+        kind = waiting or manoeuvre.kind
+        if now is None:
+            waiting = kind
+            continue
+        so_far, gained = total.get(kind, PoseError(0.0, 0.0, 0.0)), now.since(before)
+        total[kind] = PoseError(
+            so_far.x + gained.x, so_far.y + gained.y, so_far.heading + gained.heading
+        )
+        before, waiting = now, ""
+    return total
+
+
+def plan_of(name: str) -> Plan:
+    """The plan of a scene."""
+    return planned(scene(name).parameters)
+
+
+def command(name: str, method: str = "", step: str = "") -> str:
+    """What prints the plan of a scene, and with a method the errors of an engine's run of it."""
+    found = plan_of(name)
+    to = f"{found.goal.x:g} {found.goal.y:g} {found.goal.heading:.17g}"
+    legs = "" if found.legs == (1, 2) else f" --set 'legs={list(found.legs)}'"
+    arc = "" if found.arc == "shorter" else f" --arc {found.arc}"
+    run = f" --method {method} --step {step}" if method else ""
+    return f"plumbob plan --to {to} --track {found.track}{legs}{arc}{run}"
+
+
+def run_of(name: str, method: str, step: float) -> ExtraRun:
+    """A scene's plan run open-loop to its end, with `step` [s]."""
+    return ExtraRun(name, method, step, run_duration(plan_of(name), step))
+
+
+def errors_of(study: Study, name: str, method: str, step: float) -> PoseErrors | None:
+    """Pose errors of a scene's plan run open-loop; None where it does not reach its end."""
+    if (found := study.recording(run_of(name, method, step))) is None or len(found.times) < 2:
+        return None
+    after = pose_errors(plan_of(name), case(name).reference, found)
+    return after if after[-1] is not None else None
+
+
+def errors_at_end(
+    study: Study, names: Sequence[str], methods: Sequence[str], step: float
+) -> Mapping[tuple[str, str], PoseError]:
+    """The pose's errors at the end, by scene and method, of those that reach their end."""
+    every = {(n, m): errors_of(study, n, m, step) for n in names for m in methods}
+    return {key: last for key, found in every.items() if found and (last := found[-1])}
