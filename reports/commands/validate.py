@@ -98,7 +98,7 @@ def _validated(
 ) -> int:
     """Measure these scenes with these methods, the errors on the executor or in so many processes,
     and report; returns the exit code."""
-    from plumbob.reports.analyses import requests
+    from plumbob.reports.analyses import analyses_of, requests
     from plumbob.reports.view.page import NAME
 
     junit = _replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
@@ -114,7 +114,7 @@ def _validated(
                 run_study(
                     scenes, methods, chosen.profile, workers, executor,
                     progress=show, requests=requests, command=line, kept=kept,
-                    seed=int(chosen.seed),
+                    seed=int(chosen.seed), analyse=analyses_of,
                 )  # fmt: skip
             except BaseException as error:
                 error.add_note("what is measured is stored: the same command goes on from there")
@@ -140,16 +140,12 @@ def _report(
 ) -> int:
     """Judge the stored study of that number, as `plumbob report` does, and write what was asked
     for; returns the exit code."""
-    from plumbob.reports.analyses import analyses_of
     from plumbob.reports.view.site.writing import write_page
     from plumbob.reports.view.terminal import summary_lines
 
     study = store.load(out / store.FILE, number)
     assert study is not None
     judged = judge_study(study)
-    if not study.analyses:
-        study = replace(study, analyses=analyses_of(study, judged, workers))
-        store.add_analyses(out / store.FILE, number, study.analyses)
     if within is not None:
         judged = {
             pair: replace(verdicts, whole=accurate(verdicts.whole, within))

@@ -98,7 +98,7 @@ def test_a_study_goes_on_after_a_signal(
     assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
         disturbed.stored(undisturbed)
     )
-    assert [disturbed.rows(out, table) for table in ("study", "result")] == [1, 9]
+    assert [disturbed.rows(out, table) for table in ("study", "result")] == [1, 10]  # an analysis
     assert (out / "index.html").read_text() != OLD
 
 
