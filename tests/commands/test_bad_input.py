@@ -254,25 +254,26 @@ def test_a_store_that_cannot_be_read_back_is_bad_input(
 
 
 @pytest.mark.long
-def test_a_study_that_lacks_what_its_pages_show_is_bad_input(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+def test_a_finding_whose_numbers_a_store_lacks_is_left_out_and_the_page_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """As one of another version, whose pages showed other runs."""
-    monkeypatch.chdir(tmp_path)
-    chosen = ["--scenes", "simple-pendulum/free-large", "--methods", "ode/rk4", "--jobs", "1"]
-    assert main(["validate", *chosen, "--out", "."]) == 0
-    capsys.readouterr()
-    page = (tmp_path / "index.html").read_bytes()
-    study = store.load(Path(store.FILE))
+    """As one of another version, whose templates asked for other numbers."""
+    chosen = ["--scenes", "cone-pendulum/deep-well", "--methods", "ode/rk4", "--jobs", "1"]
+    assert main(["validate", *chosen, "--out", str(tmp_path)]) == 0
+    study = store.load(tmp_path / store.FILE)
     assert study is not None
-    store.save(replace(study, extras={}), Path(store.FILE))
-    for words in ([], ["--single", "one.html"]):
-        assert main(["report", ".", *words]) == 2
-        out, err = capsys.readouterr()
-        assert (out, err.count("\n")) == ("", 1)
-        assert "every run that these pages show" in err
-    assert (tmp_path / "index.html").read_bytes() == page
-    assert not (tmp_path / "one.html").exists()
+    (old,) = [a for a in study.analyses if a.template == "cone_pendulum/equilibria"]
+    lacking = replace(old, numbers={n: v for n, v in old.numbers.items() if n != "fork"})
+    analyses = tuple(lacking if a is old else a for a in study.analyses)
+    store.save(replace(study, analyses=analyses), tmp_path / store.FILE)
+    capsys.readouterr()
+    assert main(["report", str(tmp_path)]) == 0
+    assert capsys.readouterr().err == ""
+    (page,) = tmp_path.glob("site-*/cone-pendulum.html")
+    text = page.read_text("utf-8")
+    assert "Not shown by this study: 1 of the findings" in text
+    assert "cone_pendulum/equilibria (&#39;fork&#39; is undefined)" in text
+    assert "Two equilibria become four" not in text
 
 
 def test_runs_of_a_study_that_is_not_there_are_bad_input(
