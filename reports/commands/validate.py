@@ -56,18 +56,22 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--methods", metavar="GLOB", help="only these; commas allowed")
     add_like(parser)
     parser.add_argument(
-        "--within", metavar="X",
+        "--within",
+        metavar="X",
         help="also fail every pair whose relative error, at the finest step, exceeds this",
-    )  # fmt: skip
+    )
     values.add_workers(parser)
     parser.add_argument(
-        "--fresh", action="store_true",
+        "--fresh",
+        action="store_true",
         help="measure all of it anew, where a study of the same scenes and methods was cut off",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--seed", metavar="N", default=str(SEED),
+        "--seed",
+        metavar="N",
+        default=str(SEED),
         help=f"draws one more step for each pair, which is judged too (default: {SEED})",
-    )  # fmt: skip
+    )
     parser.add_argument("--out", metavar="DIR", default="plumbob-out", help="where the page goes")
     parser.add_argument(
         "-v", "--verbose", action="store_true", help="print reasons, intervals and step costs too"
@@ -112,10 +116,18 @@ def _validated(
         with measured_into(out / store.FILE, chosen.fresh, _noted) as kept, progress() as show:
             try:
                 run_study(
-                    scenes, methods, chosen.profile, workers, executor,
-                    progress=show, requests=requests, command=line, kept=kept,
-                    seed=int(chosen.seed), analyse=analyses_of,
-                )  # fmt: skip
+                    scenes,
+                    methods,
+                    chosen.profile,
+                    workers,
+                    executor,
+                    progress=show,
+                    requests=requests,
+                    command=line,
+                    kept=kept,
+                    seed=int(chosen.seed),
+                    analyse=analyses_of,
+                )
             except BaseException as error:
                 error.add_note("what is measured is stored: the same command goes on from there")
                 raise
@@ -241,9 +253,12 @@ def progress() -> Iterator[Progress]:
     from rich.console import Console
 
     bar = rich.Progress(
-        rich.TextColumn("{task.description:<56}"), rich.BarColumn(), rich.MofNCompleteColumn(),
-        console=Console(stderr=True), transient=True,
-    )  # fmt: skip
+        rich.TextColumn("{task.description:<56}"),
+        rich.BarColumn(),
+        rich.MofNCompleteColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )
     with bar:
         task = bar.add_task("", total=None)
 
