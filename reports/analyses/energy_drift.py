@@ -29,6 +29,49 @@ LOST = 0.3  # of the available energy: more than this is not a drift
 
 
 @dataclass(frozen=True)
+class EnergyDrift:
+    """The energy error of a run over time, as a straight line and the deviation from it."""
+
+    times: Array  # [s]
+    errors: Array  # [J], at them
+    rate: float  # [J/s], of the line
+    scatter: float  # [J], largest deviation from it
+    predicted: float | None  # [J/s]; None where there is no theory
+    round_off: float  # [J/s], one standard deviation of the drift from rounding theta
+    fate: str  # lost, gained, secular or bounded
+
+    @property
+    def secular(self) -> bool:
+        """Whether the energy error grows."""
+        return self.fate != "bounded"
+
+
+@dataclass(frozen=True)
+class EnergyDrifts:
+    """Energy errors of a scene's runs at one step [s], by method, without those whose engine is
+    missing: symplectic methods beside one that is not."""
+
+    step: float
+    steps: float
+    symplectic: tuple[str, ...]
+    other: str
+    by_method: Mapping[str, EnergyDrift]
+
+    @property
+    def bounded(self) -> tuple[str, ...]:
+        """Methods whose energy error does not grow."""
+        return tuple(name for name, drift in self.by_method.items() if not drift.secular)
+
+    @property
+    def overtaken(self) -> Mapping[str, float]:
+        """When [s] the drift of the other method exceeds the oscillation of a symplectic one."""
+        other = self.by_method.get(self.other)
+        rate = abs(other.rate) if other is not None and other.secular else 0.0
+        kept = [name for name in self.symplectic if name in self.bounded]
+        return {name: self.by_method[name].scatter / rate for name in kept if rate}
+
+
+@dataclass(frozen=True)
 class EnergyRuns:
     """Runs of a scene with some methods at one step [s] over a duration [s]."""
 
@@ -156,6 +199,62 @@ def _round_off(motion: PendulumMotion, run: Trajectory, step: float) -> float:
     torque = np.asarray(in_double(motion.potential).slope(theta))
     each = float(np.sqrt(np.mean((np.spacing(np.abs(theta)) * torque) ** 2 / 12)))
     return each / math.sqrt(step * float(run.times[-1]))
+
+
+def fate(errors: Array, reach: float, scatter: float, available: float) -> str:
+    """Lost or gained: a good part of the `available` energy [J], by the end, at no constant rate.
+    Secular: the line reaches higher than the scatter about it."""
+    late = float(np.mean(errors[-(len(errors) // 10) :]))
+    if abs(late) > LOST * available:
+        return "lost" if late < 0.0 else "gained"
+    return "secular" if reach > 2.0 * scatter else "bounded"
+
+
+def energy_drift(motion: PendulumMotion, method: str, step: float, run: Trajectory) -> EnergyDrift:
+    """Energy error of a run with one method at a step [s], of a scene whose exact motion is
+    `motion`."""
+    energies, times = energy(motion.potential, motion.inertia, run), run.times
+    errors = energies - energies[0]
+    rate, start = np.polyfit(times, errors, 1)
+    scatter = float(np.abs(errors - (start + rate * times)).max())
+    turn = np.linspace(-np.pi, np.pi, 721)
+    available = float(energies[0] - np.min(in_double(motion.potential).value(turn)))
+    return EnergyDrift(
+        times,
+        errors,
+        float(rate),
+        scatter,
+        predicted(motion, method, step),
+        _round_off(motion, run, step),
+        fate(errors, abs(float(rate)) * float(times[-1]), scatter, available),
+    )
+
+
+def energy_drifts(
+    study: Study, asked: EnergyRuns, motion: PendulumMotion, symplectic: Sequence[str], other: str
+) -> EnergyDrifts:
+    """Energy errors of recorded runs of a scene whose exact motion is `motion`."""
+    recorded = {request.method: study.recording(request) for request in asked.requests}
+    by_method = {
+        method: energy_drift(motion, method, asked.step, run)
+        for method, run in recorded.items()
+        if run is not None
+    }
+    return EnergyDrifts(asked.step, asked.steps, tuple(symplectic), other, by_method)
+
+
+def energy_claims(drifts: EnergyDrifts) -> Sequence[Claim]:
+    """That symplectic methods keep the energy, and the other lets it drift at the predicted
+    rate."""
+    kept = [
+        Claim(f"the energy error of {name} is {drift.fate}", not drift.secular)
+        for name, drift in drifts.by_method.items()
+        if name in drifts.symplectic
+    ]
+    other = drifts.by_method.get(drifts.other)
+    if other is None or other.predicted is None:
+        return tuple(kept)
+    return (*kept, as_predicted(f"the drift of {drifts.other}", other.rate, other.predicted, "J/s"))
 
 
 def drift_table(

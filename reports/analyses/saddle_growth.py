@@ -10,6 +10,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.convergence import Trace as ErrorsOverTime
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.view import notation
@@ -28,6 +29,77 @@ class Saddle:
 
     theta: float
     rate: float
+
+
+@dataclass(frozen=True)
+class MethodGrowth:
+    """Errors of a method's run [rad] over time [s], from the second sample on."""
+
+    method: str
+    times: tuple[float, ...]
+    errors: tuple[float, ...]
+    rate: float | None  # [1/s], fitted next to the saddle; None with too few samples
+    small_until: float | None  # [s]: the first larger than LINEAR
+
+
+@dataclass(frozen=True)
+class SaddleGrowth:
+    """How errors grow while the exact motion is next to a saddle, the first time."""
+
+    rate: float  # [1/s], at which a motion departs from it
+    start: float  # [s], of the stay
+    end: float
+    runs: tuple[MethodGrowth, ...]
+    methods: tuple[str, ...]  # of the study
+    times: Array  # [s]
+    rounding: Array  # [rad], the effect of one rounding of each input, at them
+    stay: Array  # times [s] of the stay
+    growth: Array  # [rad], exponential, at them
+    near: float = NEAR
+    linear: float = LINEAR
+
+
+def growth_at_saddle(
+    study: Study, scene: Scene, motion: PendulumMotion, saddle: Saddle
+) -> SaddleGrowth | None:
+    """Errors of the study's runs of a scene over time, and the rates they grow at while its exact
+    `motion` is next to the saddle; None where it never is."""
+    traces = {
+        c.method: c.trace
+        for c in study.convergence
+        if c.scene == scene.name and c.trace and any(c.trace.errors)
+    }
+    within = _first_stay(motion, saddle, np.linspace(0.0, scene.duration, 2001))
+    if within is None or not traces:
+        return None
+    start, end = within
+    times, stay = np.linspace(0.0, scene.duration, 200)[1:], np.linspace(start, end, 20)
+    rounding = motion.uncertainty(times)["theta"]
+    growth = np.interp(start, times, rounding) * np.exp(saddle.rate * (stay - start))
+    return SaddleGrowth(
+        saddle.rate,
+        start,
+        end,
+        tuple(_grown(method, trace, start, end) for method, trace in traces.items()),
+        tuple(method.name for method in study.methods),
+        times,
+        rounding,
+        stay,
+        growth,
+    )
+
+
+def _grown(method: str, trace: ErrorsOverTime, start: float, end: float) -> MethodGrowth:
+    """A run with its rate, fitted over the second half of the stay from `start` to `end`, where the
+    growing mode dominates, while the error is small."""
+    times, errors = np.array(trace.times), np.abs(trace.errors)
+    large = times[errors >= LINEAR]
+    until = min(end, float(large[0])) if large.size else end
+    small = (errors < LINEAR) & (errors > 0.0)
+    used = small & (times >= (start + until) / 2) & (times < until)
+    slope = np.polyfit(times[used], np.log(errors[used]), 1)[0] if used.sum() > FEW else None
+    lost = float(large[0]) if large.size else None
+    return MethodGrowth(method, trace.times[1:], trace.errors[1:], slope, lost)
 
 
 def saddle_growth(

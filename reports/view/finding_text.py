@@ -22,7 +22,8 @@ blocks, which an empty line separates:
 
     {{ figure("Title", "Caption.", [curve(times, errors, name="...")], linear("t"), linear("e")) }}
 
-Filters and functions are those of `_environment`.
+Filters are those of `_environment`, functions those of `_functions`; a macro of another file gets
+all numbers as `numbers`.
 """
 
 from __future__ import annotations
@@ -99,7 +100,8 @@ def written(
 ) -> tuple[Finding, ...]:
     """The same of a template by its name, and numbers: one for each title in its text."""
     parts = _Parts()
-    text = _environment().get_template(f"{template}.md").render(numbers, **_functions(parts))
+    source = _environment().get_template(f"{template}.md")
+    text = source.render(numbers, numbers=numbers, **_functions(parts))
     head, *sections = re.split(r"^# ", text.strip(), flags=re.MULTILINE)
     keys = _keys(head, template)
     name = keys.get("name", [template.rpartition("/")[2].replace("_", "-")])[0]

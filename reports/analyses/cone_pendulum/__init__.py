@@ -35,7 +35,6 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
         *drive_work.requests(plan),
         *generating_solution.requests(plan),
         *plane_engine.requests(plan),
-        *energy.requests(plan),
     )
 
 
@@ -53,8 +52,12 @@ FINDINGS = (
     generating_solution.finding,
     plane_engine.finding,
     source_claims.euler_order,
-    energy.finding,
+    energy.ENERGY,
 )
 SECTION = Section(
-    FINDINGS, (source_figures.galleries,), (energy.hard,), requests, source_figures.solved
+    FINDINGS,
+    (source_figures.galleries,),
+    (energy.MILLION_STEPS, energy.SADDLE),
+    requests,
+    source_figures.solved,
 )
