@@ -255,6 +255,7 @@ def _functions(parts: _Parts) -> dict[str, Any]:
         "as_printed": held(as_printed),
         "curve": traces.curve,
         "marks": traces.marks,
+        "heat": traces.heat,
         "linear": traces.linear,
         "logarithmic": traces.logarithmic,
         "positive": traces.positive,
