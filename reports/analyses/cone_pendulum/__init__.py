@@ -45,7 +45,7 @@ FINDINGS = (
     action_phase.ACTION_PHASE,
     equilibria.EQUILIBRIA,
     drive_work.DRIVE_WORK,
-    series.finding,
+    series.SPECIAL_FUNCTIONS,
     generating_solution.finding,
     plane_engine.finding,
     source_claims.euler_order,
