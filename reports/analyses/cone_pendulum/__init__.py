@@ -30,7 +30,6 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
         *hamiltonian.requests(plan),
         *source_claims.requests(plan),
         *symmetry.requests(plan),
-        *generating_solution.requests(plan),
         *plane_engine.requests(plan),
     )
 
@@ -46,7 +45,7 @@ FINDINGS = (
     equilibria.EQUILIBRIA,
     drive_work.DRIVE_WORK,
     series.SPECIAL_FUNCTIONS,
-    generating_solution.finding,
+    generating_solution.GENERATING_SOLUTION,
     plane_engine.finding,
     source_claims.euler_order,
     energy.ENERGY,
