@@ -81,13 +81,18 @@ def numbers(study: Study) -> DriveWork:
     return DriveWork(
         times,
         exact,
-        float(np.ptp(extremes(lambda t: along(t).total, times))),
+        float(np.ptp(_span("total", times))),
         float(np.ptp(exact.total - exact.work)),
-        {part: extremes(lambda t, part=part: getattr(along(t), part), times) for part in PARTS},
+        {part: _span(part, times) for part in PARTS},
         float(np.abs(still.kinetic - still.rotation).max()),
         largest(lambda t: drive_torque(problem, *states(t)), times),
         None if run is None else _platform(run, exact),
     )
+
+
+def _span(part: str, times: Array) -> tuple[float, float]:
+    """The lowest and the highest value of an exact energy [J]."""
+    return extremes(lambda t: getattr(along(t), part), times)
 
 
 def _platform(run: Trajectory, exact: Energies) -> Platform | None:
