@@ -8,26 +8,18 @@ from plumbob.engines.study.extra_runs import Request, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.analyses.analysis import Section
-from plumbob.reports.analyses.simple_pendulum import (
-    bob,
-    claims,
-    energy,
-    exactness,
-    notebook,
-    orders,
-    tension,
-)
+from plumbob.reports.analyses.simple_pendulum import energy, exactness
+from plumbob.reports.analyses.simple_pendulum.bob import BOB
+from plumbob.reports.analyses.simple_pendulum.claims import CLAIMS
+from plumbob.reports.analyses.simple_pendulum.notebook import CASE_MOTIONS, RK4
+from plumbob.reports.analyses.simple_pendulum.orders import HELD_CONTROL, ORDERS
+from plumbob.reports.analyses.simple_pendulum.tension import TENSION
 from plumbob.reports.view.content import Figure, Table
 
 
 def requests(plan: StudyPlan) -> Sequence[Request]:
     """The runs that the findings and figures look up."""
-    return (
-        *notebook.requests(plan),
-        *orders.requests(plan),
-        *energy.requests(plan),
-        *tension.requests(plan),
-    )
+    return energy.requests(plan)
 
 
 def hard(study: Study, scene: Scene) -> Sequence[Figure | Table]:
@@ -40,14 +32,14 @@ def hard(study: Study, scene: Scene) -> Sequence[Figure | Table]:
 
 
 FINDINGS = (
-    claims.finding,
-    bob.finding,
-    notebook.finding,
-    orders.orders,
-    orders.held_control,
+    CLAIMS,
+    BOB,
+    RK4,
+    ORDERS,
+    HELD_CONTROL,
     energy.finding,
-    tension.finding,
+    TENSION,
     exactness.references,
     exactness.near_top,
 )
-SECTION = Section(FINDINGS, (notebook.galleries,), (hard,), requests)
+SECTION = Section(FINDINGS, (CASE_MOTIONS,), (hard,), requests)

@@ -37,7 +37,7 @@ TIMES = 101  # over a period
 
 def references(study: Study) -> Finding:
     """Agreement of two methods on each scene, and the horizon of the chaotic one."""
-    every = [name for _, name, _ in CASES if "damped" in name] + list(FORCED)
+    every = [name for name in CASES.values() if "damped" in name] + list(FORCED)
     chosen = {scene.name for scene in study.scenes} | {CHAOTIC, SIMPLE + "damped-rotating"}
     names = [n for n in every if study.profile == "full" or SIMPLE + n in chosen]
     rows = []
