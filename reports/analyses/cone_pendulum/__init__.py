@@ -27,7 +27,6 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """The runs that the findings, the figures and the hard cases look up."""
     return (
         *source_figures.requests(plan),
-        *hamiltonian.requests(plan),
         *source_claims.requests(plan),
         *symmetry.requests(plan),
         *uniformity.requests(plan),
@@ -40,7 +39,7 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
 
 
 FINDINGS = (
-    hamiltonian.finding,
+    hamiltonian.PRINTED,
     source_claims.inertia,
     symmetry.finding,
     source_claims.claims,
