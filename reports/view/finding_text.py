@@ -98,7 +98,7 @@ def written(
 ) -> tuple[Finding, ...]:
     """The same of a template by its name, and numbers: one for each title in its text."""
     parts = _Parts()
-    text = _environment().get_template(f"{template}.md").render(numbers, **_functions(parts))
+    text = _environment().get_template(f"{template}.md").render(_functions(parts) | dict(numbers))
     head, *sections = re.split(r"^# ", text.strip(), flags=re.MULTILINE)
     keys = _keys(head, template)
     name = keys.get("name", [template.rpartition("/")[2].replace("_", "-")])[0]
@@ -213,6 +213,7 @@ def _environment() -> Environment:
     environment.filters |= {
         "number": notation.number,  # 0.0123
         "relative": notation.relative,  # 1.23 %
+        "percent": notation.percent,  # 12 %: a whole number of them
         "short": notation.short,  # 1e-4: a step
         "seconds": notation.seconds,  # 12 ms
         "plural": notation.plural,  # 3 feet
