@@ -11,6 +11,7 @@ from plumbob.reports.analyses.cone_pendulum import (
     drive_work,
     energy,
     equilibria,
+    euler_order,
     generating_solution,
     hamiltonian,
     plane_engine,
@@ -27,8 +28,6 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """The runs that the findings, the figures and the hard cases look up."""
     return (
         *source_figures.requests(plan),
-        *source_claims.requests(plan),
-        *symmetry.requests(plan),
         *uniformity.requests(plan),
         *action_phase.requests(plan),
         *drive_work.requests(plan),
@@ -40,9 +39,9 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
 
 FINDINGS = (
     hamiltonian.PRINTED,
-    source_claims.inertia,
-    symmetry.finding,
-    source_claims.claims,
+    symmetry.INERTIA,
+    symmetry.PRODUCT_OF_INERTIA,
+    source_claims.CLAIMS,
     source_text.finding,
     uniformity.finding,
     action_phase.finding,
@@ -51,7 +50,7 @@ FINDINGS = (
     series.finding,
     generating_solution.finding,
     plane_engine.finding,
-    source_claims.euler_order,
+    euler_order.EULER_ORDER,
     energy.finding,
 )
 SECTION = Section(
