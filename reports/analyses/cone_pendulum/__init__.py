@@ -42,7 +42,7 @@ FINDINGS = (
     symmetry.INERTIA,
     symmetry.PRODUCT_OF_INERTIA,
     source_claims.CLAIMS,
-    source_text.finding,
+    source_text.SOURCE_TEXT,
     uniformity.finding,
     action_phase.finding,
     equilibria.EQUILIBRIA,
