@@ -27,12 +27,10 @@ from plumbob.reports.analyses.cone_pendulum import (
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """The runs that the findings, the figures and the hard cases look up."""
     return (
-        *source_figures.requests(plan),
         *uniformity.requests(plan),
         *action_phase.requests(plan),
         *drive_work.requests(plan),
         *generating_solution.requests(plan),
-        *plane_engine.requests(plan),
         *energy.requests(plan),
     )
 
@@ -49,10 +47,10 @@ FINDINGS = (
     drive_work.finding,
     series.finding,
     generating_solution.finding,
-    plane_engine.finding,
+    plane_engine.PYMUNK_TORQUE,
     euler_order.EULER_ORDER,
     energy.finding,
 )
 SECTION = Section(
-    FINDINGS, (source_figures.galleries,), (energy.hard,), requests, source_figures.solved
+    FINDINGS, (source_figures.GALLERIES,), (energy.hard,), requests, source_figures.SOLVED
 )

@@ -108,11 +108,6 @@ class PrintedHamiltonian:
         """Smallest distance of a method from the printed form [rad]."""
         return min((run.from_printed for run in self.runs.values()), default=self.gap)
 
-    @property
-    def refuted(self) -> bool:
-        """Whether the methods follow the correct form and not the printed one."""
-        return self.worst < self.off
-
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """The runs of two independent methods."""

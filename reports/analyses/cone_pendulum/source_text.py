@@ -28,11 +28,6 @@ class Moments:
     platform: float  # the largest
     platform_work: float
 
-    @property
-    def most_at_top(self) -> bool:
-        """Whether gravity's moment opposes the rotation most at the top."""
-        return self.gravity_at == 1.0
-
 
 @dataclass(frozen=True)
 class Rotation:
@@ -48,7 +43,7 @@ class Rotation:
 
     @property
     def slowest_at_half(self) -> bool:
-        """Whether the speed is the largest at the start, and has one minimum, at half the period."""
+        """Whether the speed is largest at the start, and has one minimum, at half the period."""
         at_half = abs(self.lowest_at - 0.5) < 1.0 / SAMPLES
         return self.extremes == 2 and self.highest_at == 0.0 and at_half
 
@@ -70,16 +65,6 @@ class SourceText:
     level: Rotation  # from the start of Fig. 3, at rest
     enough: float = ENOUGH
     scene: str = ROTATING
-
-    @property
-    def changes_less(self) -> bool:
-        """Whether the speed of Fig. 3 changes less in the second half than that of Fig. 2."""
-        return self.turning.second_half < self.resting.second_half
-
-    @property
-    def changes_less_than_level(self) -> bool:
-        """Whether it does from the same speed."""
-        return self.turning.second_half < self.level.second_half
 
 
 def numbers(study: Study) -> SourceText:
