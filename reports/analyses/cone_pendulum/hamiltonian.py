@@ -152,15 +152,22 @@ def _closed_form(motion: PendulumMotion) -> ClosedForm:
 
 
 def _independent(both: Forms, run: Trajectory) -> Independent:
-    theta, motions = run.observables["theta"], (both.correct, both.printed)
-    errors = [theta - motion.state(run.times)[0] for motion in motions]
+    theta = run.observables["theta"]
+    errors = theta - both.correct.state(run.times)[0]
+    apart = theta - both.printed.state(run.times)[0]
+    correct, printed = (
+        float(np.ptp(energy(motion.potential, motion.inertia, run)))
+        for motion in (both.correct, both.printed)
+    )
     return Independent(
-        *(float(np.abs(error).max()) for error in errors),
-        *(float(np.ptp(energy(m.potential, m.inertia, run))) for m in motions),
+        float(np.abs(errors).max()),
+        float(np.abs(apart).max()),
+        correct,
+        printed,
         run.times,
         theta,
         run.observables["theta_dot"],
-        errors[0],
+        errors,
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -18,10 +19,10 @@ from plumbob.reports.analyses.energy_drift import energy
 from plumbob.reports.view.content import Claim
 
 METHOD, STEP, DURATION = "pymunk/torque", 2e-4, 2.0  # [s]
-RUNS = {
+RUNS = MappingProxyType({
     when: ExtraRun(ROTATING, METHOD, STEP, DURATION, (), (("torque", when),))
     for when in ("within", "before")  # the step
-}
+})  # fmt: skip
 
 
 @dataclass(frozen=True)

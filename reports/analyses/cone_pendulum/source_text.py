@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,8 +13,10 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, forms
 from plumbob.reports.analyses.energy_drift import in_double
+from plumbob.reports.analyses.measurements import TURN
 
 SAMPLES = 20_000  # over a period, or half a turn: a largest value is known to eight digits
+NEAR = (0.05, 0.10)  # of the initial speed
 ENOUGH = 1e-12  # relative, of a period by the trapezoid rule
 
 
@@ -31,21 +34,30 @@ class Moments:
 
 @dataclass(frozen=True)
 class Rotation:
-    """The speed of a rotation over one period."""
+    """A rotation: its energies, and its speed over one period."""
 
-    start: float  # [rad/s]
-    mean: float
+    period: float  # [s]
+    mean: float  # speed [rad/s]
+    barrier: float  # [J]
+    energy: float  # [J]
+    start: float  # speed [rad/s]
     lowest: float
+    highest: float
     lowest_at: float  # fraction of the period
-    highest_at: float
     extremes: int  # of the speed
     second_half: float  # range of the speed in the second half of the period, over the start's
+    near: tuple[float, ...]  # fractions of the period within each of NEAR of the start's
+
+    @property
+    def spread(self) -> float:
+        """Range of the speed over the initial one."""
+        return (self.highest - self.lowest) / abs(self.start)
 
     @property
     def slowest_at_half(self) -> bool:
         """Whether the speed is largest at the start, and has one minimum, at half the period."""
         at_half = abs(self.lowest_at - 0.5) < 1.0 / SAMPLES
-        return self.extremes == 2 and self.highest_at == 0.0 and at_half
+        return self.extremes == 2 and self.highest <= self.start and at_half
 
 
 @dataclass(frozen=True)
@@ -59,10 +71,7 @@ class SourceText:
     angles: tuple[int, ...]  # enough for the period of Fig. 2 and of Fig. 3
     by_means: float  # largest error of the periods by means, relative
     moments: Moments
-    resting: Rotation  # of Fig. 2
-    turning: Rotation  # of Fig. 3
-    printed: Rotation  # of Fig. 3, by the printed H
-    level: Rotation  # from the start of Fig. 3, at rest
+    rotations: Mapping[str, Rotation]
     enough: float = ENOUGH
     scene: str = ROTATING
 
@@ -71,7 +80,6 @@ def numbers(study: Study) -> SourceText:
     """What the statements are judged by, of the sources and the exact motions alone."""
     resting, turning = forms(RESTING).correct, forms(ROTATING).correct
     problem = forms(ROTATING).problem
-    level = replace(problem, platform_rate=0.0)
     others = (problem, replace(problem, pivot_y=0.0), replace(problem, platform_rate=10.0))
     z = np.linspace(0.0, 1.0, SAMPLES + 1)  # from the vertex, over the height
     slices = float(np.trapezoid(z**3) / np.trapezoid(z**2))
@@ -83,7 +91,7 @@ def numbers(study: Study) -> SourceText:
         (points_needed(resting), points_needed(turning)),
         max(abs(period_by_means(m) / m.period - 1.0) for m in (resting, turning)),
         _moments(turning),
-        *map(_rotation, (resting, turning, forms(ROTATING).printed, level.motion)),
+        rotations(),
     )
 
 
@@ -97,14 +105,14 @@ def period_by_means(motion: PendulumMotion) -> float:
     mean, other = p, np.sqrt(p * p - q * q)
     while abs(mean - other) > 1e-15 * mean:
         mean, other = (mean + other) / 2, np.sqrt(mean * other)
-    return float(np.sqrt(2 * motion.inertia / (energy - v.c)) * 2 * np.pi / mean)
+    return float(np.sqrt(2 * motion.inertia / (energy - v.c)) * TURN / mean)
 
 
 def period_by_points(motion: PendulumMotion, count: int) -> float:
     """Period [s] of a rotation by eq. 16 summed over `count` angles spread evenly, as the source's
     worksheet has them."""
-    theta = np.arange(count) * 2 * np.pi / count
-    return float(np.mean(motion.inertia / motion.momentum(theta)) * 2 * np.pi)
+    theta = np.arange(count) * TURN / count
+    return float(np.mean(motion.inertia / motion.momentum(theta)) * TURN)
 
 
 def points_needed(motion: PendulumMotion) -> int:
@@ -117,7 +125,7 @@ def points_needed(motion: PendulumMotion) -> int:
 
 def _moments(motion: PendulumMotion) -> Moments:
     v = in_double(motion.potential)
-    theta = np.linspace(0.0, 2 * np.pi, 2 * SAMPLES + 1)
+    theta = np.linspace(0.0, TURN, 2 * SAMPLES + 1)
     gravity = -v.c * np.sin(theta)
     platform = -v.slope(theta) - gravity
     up = slice(SAMPLES + 1)
@@ -132,18 +140,37 @@ def _moments(motion: PendulumMotion) -> Moments:
     )
 
 
-def _rotation(motion: PendulumMotion) -> Rotation:
-    phases = np.arange(SAMPLES) / SAMPLES
+def rotations() -> Mapping[str, Rotation]:
+    """Those of Figs. 2 and 3, of the latter by the printed H, and from its start on a platform at
+    rest."""
+    resting, turning = forms(RESTING), forms(ROTATING)
+    motions = {
+        "resting": resting.correct,
+        "turning": turning.correct,
+        "printed": turning.printed,
+        "level": replace(turning.problem, platform_rate=0.0).motion,
+    }
+    return {name: rotation(motion) for name, motion in motions.items()}
+
+
+def rotation(motion: PendulumMotion) -> Rotation:
+    """The energies and speeds of a motion over the top."""
+    phases = (np.arange(SAMPLES) + 0.5) / SAMPLES
     speed = motion.state(phases * motion.period)[1]
     rising = np.roll(speed, -1) > speed
+    deviation = np.abs(speed / motion.theta_dot - 1.0)
     return Rotation(
-        motion.theta_dot,
-        2 * np.pi / motion.period,
-        float(speed.min()),
-        float(phases[np.argmin(speed)]),
-        float(phases[np.argmax(speed)]),
-        int(np.count_nonzero(rising != np.roll(rising, 1))),
-        float(np.ptp(speed[SAMPLES // 2 :])) / motion.theta_dot,
+        period=motion.period,
+        mean=TURN / motion.period,
+        barrier=float(double(motion.barriers[0])),
+        energy=float(double(motion.energy)),
+        start=motion.theta_dot,
+        lowest=float(speed.min()),
+        highest=float(speed.max()),
+        lowest_at=float(phases[speed.argmin()]),
+        extremes=int(np.count_nonzero(rising != np.roll(rising, 1))),
+        second_half=float(np.ptp(speed[SAMPLES // 2 :])) / motion.theta_dot,
+        near=tuple(float((deviation <= near).mean()) for near in NEAR),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from types import MappingProxyType
 
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.engines.study.extra_runs import Changes, ExtraRun
@@ -29,12 +30,12 @@ UNEQUAL = "cone-pendulum/unequal-inertia"
 PRODUCT = 0.029  # [kg m^2]: no body with the cone's other moments has more than 0.0294
 TILTED: Changes = (("inertia_yz", PRODUCT),)
 MOVED: Changes = (*TILTED, ("pivot_x", 0.5), ("pivot_z", -0.7))  # [m]
-OF_INERTIA = {"mujoco": ExtraRun(UNEQUAL, MUJOCO, MUJOCO_STEP, END)}
-OF_PRODUCT = {
+OF_INERTIA = MappingProxyType({"mujoco": ExtraRun(UNEQUAL, MUJOCO, MUJOCO_STEP, END)})
+OF_PRODUCT = MappingProxyType({
     "mujoco": ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END, TILTED),
     "lagrange": ExtraRun(ROTATING, LAGRANGE, LAGRANGE_RTOL, END, TILTED),
     "moved": ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END, MOVED),
-}
+})  # fmt: skip
 
 
 @dataclass(frozen=True)
