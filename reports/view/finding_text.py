@@ -103,7 +103,7 @@ def written(
     """The same of a template by its name, and numbers: one for each title in its text."""
     parts = _Parts()
     source = _environment().get_template(f"{template}.md")
-    text = source.render(numbers, numbers=numbers, **_functions(parts))
+    text = source.render(_functions(parts) | {"numbers": numbers} | dict(numbers))
     head, *sections = re.split(r"^# ", text.strip(), flags=re.MULTILINE)
     keys = _keys(head, template)
     name = keys.get("name", [template.rpartition("/")[2].replace("_", "-")])[0]
@@ -151,13 +151,13 @@ def _keys(block: str, template: str) -> dict[str, list[str]]:
     """The values of a block of lines `name: value`, by name; a line without one goes on."""
     values: dict[str, list[str]] = {}
     key = ""
-    for line in block.splitlines():
+    for line in filter(str.strip, block.splitlines()):
         if (match := KEY.match(line)) is not None:
             key = match[1]
             values.setdefault(key, []).append(line[match.end() :].strip())
         elif key:
             values[key][-1] += f" {line.strip()}"
-        elif line.strip():
+        else:
             raise TextError(f"{template}: {line!r} is no line of a head")
     return values
 
@@ -218,6 +218,7 @@ def _environment() -> Environment:
     environment.filters |= {
         "number": notation.number,  # 0.0123
         "relative": notation.relative,  # 1.23 %
+        "percent": notation.percent,  # 12 %: a whole number of them
         "short": notation.short,  # 1e-4: a step
         "seconds": notation.seconds,  # 12 ms
         "plural": notation.plural,  # 3 feet

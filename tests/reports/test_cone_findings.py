@@ -13,6 +13,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
+from plumbob.reports.analyses.analysis import plain
 from plumbob.reports.analyses.cone_pendulum import (
     action_phase,
     drive_work,
@@ -29,25 +30,25 @@ from plumbob.reports.analyses.cone_pendulum import (
 )
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.reports.analyses.measurements import extremes, largest
+from plumbob.reports.view.finding_text import written
 from plumbob.tests.support.declared import declared, finding, nothing
 from plumbob.tests.support.studies import quick
 
 
 def test_finding_printed_hamiltonian() -> None:
-    found = hamiltonian.finding(declared(nothing(), hamiltonian.requests))
+    found = hamiltonian.numbers(declared(nothing(), hamiltonian.requests))
     # Difference between Sudakov's eqs. 7 and 9 at 0.5 s, integrated with 40 digits.
-    assert "6.27 rad" in found.summary
-    mutual = [float(line[1].text) for line in found.tables[1].rows]
-    assert len(mutual) == 3
-    assert max(map(abs, mutual)) < 1e-11  # the errors of RK4 at 1e-4 and DOP853 at 1e-13
-    correct, printed = (float(cell.text) for cell in found.tables[2].rows[0][1:])
-    assert correct < 1e-8 < 1000.0 < printed
+    assert found.gap == pytest.approx(6.27, abs=5e-3)
+    assert len(found.pairs) == 3
+    # the errors of RK4 at 1e-4 and DOP853 at 1e-13
+    assert max(abs(difference) for *_, difference in found.pairs) < 1e-11
+    assert found.runs["mujoco"].correct_varies < 1e-8 < 1000.0 < found.runs["mujoco"].printed_varies
 
 
 def test_figures_of_the_source_begin_at_the_start() -> None:
-    (*_, momentum, speed) = source_figures.panels(
-        declared(nothing(), source_figures.requests), ROTATING
-    )
+    numbers = source_figures.numbers(declared(nothing(), source_figures.requests))
+    _, turning = written(source_figures.TEMPLATE, plain(numbers))
+    (*_, momentum, speed) = turning.figures
     problem = forms(ROTATING).problem
     assert speed.traces[0]["y"][0] == pytest.approx(problem.theta_dot, rel=1e-3)
     moment = problem.body.inertia_x * problem.theta_dot
@@ -55,29 +56,31 @@ def test_figures_of_the_source_begin_at_the_start() -> None:
 
 
 def test_finding_inertia() -> None:
-    (table,) = source_claims.inertia(declared(nothing(), source_claims.requests)).tables
-    theta = [float(line[1].text) for line in table.rows]
+    found = symmetry.inertia(declared(nothing(), symmetry.INERTIA.requests))
+    theta = [found.exact, found.without, found.runs["mujoco"]]
     assert theta == pytest.approx([19.729448, 19.655093, 19.729448], abs=1e-6)
 
 
 def test_finding_symmetry() -> None:
-    found = symmetry.finding(declared(nothing(), symmetry.requests))
-    _, without, *engines = (float(line[2].text) for line in found.tables[0].rows)
-    assert without == pytest.approx(-0.00513060, rel=1e-3)
-    assert len(engines) == 3
-    assert max(map(abs, engines)) < 1e-11  # the errors of RK4 at 1e-4 and DOP853 at 1e-13
+    found = symmetry.product(declared(nothing(), symmetry.PRODUCT_OF_INERTIA.requests))
+    assert found.moved == pytest.approx(-0.00513060, rel=1e-3)
+    assert len(found.gaps) == 3
+    assert found.worst < 1e-11  # the errors of RK4 at 1e-4 and DOP853 at 1e-13
+    # the pivot along and above the axis does not matter
+    assert found.carried is not None
+    assert found.carried < 1e-11
 
 
 def test_claims_in_numbers() -> None:
     turning = forms(ROTATING)
-    right, printed = source_claims.speeds(turning.correct), source_claims.speeds(turning.printed)
+    right, printed = source_text.rotation(turning.correct), source_text.rotation(turning.printed)
     assert (right.lowest, right.highest) == pytest.approx((33.45358, 49.40424), abs=1e-4)
     assert (right.spread, printed.spread) == pytest.approx((0.4311, 0.7161), abs=1e-4)
     # From energy only: 37 rad/s at the bottom, on a resting base, to the top.
     level = replace(turning.problem, platform_rate=0.0)
     arm = level.body.mass * level.body.com_distance * level.gravity
     top = math.sqrt(37.0**2 - 4 * arm / level.body.inertia_x)
-    assert source_claims.speeds(level.motion).spread == pytest.approx((37.0 - top) / 37.0, abs=1e-6)
+    assert source_text.rotation(level.motion).spread == pytest.approx((37.0 - top) / 37.0, abs=1e-6)
 
 
 def energy_runs() -> Study:
@@ -201,7 +204,7 @@ def test_finding_series() -> None:
 
 
 def test_what_else_the_source_says() -> None:
-    found = source_text.finding(nothing())
+    found = finding(source_text.SOURCE_TEXT, nothing())
     said = {(s.place, s.verdict): s.ours for s in found.statements}
     assert len(found.statements) == 13
     assert "9 of 13" in found.summary
@@ -286,17 +289,12 @@ def test_the_largest_is_that_of_the_motion_and_not_of_its_samples() -> None:
 
 
 def test_where_the_source_is_right_it_is_said_so() -> None:
-    said = {one.text: one for one in source_claims.claims(nothing()).statements}
+    said = {one.text: one for one in finding(source_claims.CLAIMS, nothing()).statements}
     rises = next(one for text, one in said.items() if "rises to 514.197 J" in text)
     assert rises.verdict == "corrected"
     assert "It rises" in rises.why
     assert "300 equally spaced angles, 514.197 J" in rises.why
-    found = source_claims.inertia(declared(nothing(), source_claims.requests))
+    study = declared(nothing(), symmetry.INERTIA.requests)
+    found = finding(symmetry.INERTIA, study)
     assert found.judgement == "extended"
     assert [one.verdict for one in found.statements] == ["extended"]
-
-
-def test_the_pivot_along_and_above_the_axis_does_not_matter() -> None:
-    _, found = symmetry.finding(declared(nothing(), symmetry.requests)).statements
-    carried = float(found.ours.split()[-2])
-    assert carried < 1e-11
