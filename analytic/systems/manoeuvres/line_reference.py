@@ -61,25 +61,15 @@ class LineReference:
         """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
         double, and the arithmetic, may have caused: first order, term by term, in magnitude."""
         line, times = self.manoeuvre, np.asarray(times, dtype=np.float64)
-        capsule, few, zero = line.capsule, 1 + ARITHMETIC, np.zeros_like(times)
-        spent, body = _Spent.of(line, times), _Accelerations.of(line)
-        speed, rate = np.abs(line.body_velocity(times)), np.abs(line.relative_velocity(times))
+        capsule, spent, zero = line.capsule, _Spent.of(line, times), np.zeros_like(times)
+        displacement, velocity = _body_roundings(line, spent, times)
+        stroke, stroke_rate = _slider_roundings(line, spent, times)
         slack = normal_force_uncertainty(capsule, abs(line.start) + line.stroke)
-        both = line.w1 + line.w2
-        displacement = few * body.integrated(spent.way_pushed, spent.way_braked)
-        displacement += spent.after * (body.push + body.pull) * spent.late + times * speed
-        velocity = few * body.integrated(spent.pushed, spent.late)
-        velocity += spent.after * (body.push + body.pull)
-        velocity += times * (body.push + body.pull + body.friction)
-        slid = line.w1 * (0.5 * spent.pushed**2 + spent.pushed * spent.long)
-        slid += 0.5 * line.w2 * spent.long**2
-        stroke = few * slid + spent.after * both * spent.long + times * rate
-        slid_rate = line.w1 * spent.pushed + line.w2 * spent.long
         return {
             "displacement": ROUNDOFF * displacement,
             "velocity": ROUNDOFF * velocity,
             "stroke": ROUNDOFF * stroke,
-            "stroke_rate": ROUNDOFF * (few * slid_rate + spent.after * both + times * both),
+            "stroke_rate": ROUNDOFF * stroke_rate,
             "heading": zero,
             "sideways": zero,
             **{f"normal_force_{i + 1}": zero + slack for i in range(3)},
@@ -143,3 +133,26 @@ class _Spent:
     @property
     def way_braked(self) -> Array:
         return np.asarray(0.5 * self.late**2)
+
+
+def _body_roundings(line: LineManoeuvre, spent: _Spent, times: Array) -> tuple[Array, Array]:
+    """Errors of displacement and velocity of C in units of the round-off."""
+    body, few = _Accelerations.of(line), 1 + ARITHMETIC
+    displacement = few * body.integrated(spent.way_pushed, spent.way_braked)
+    speed = np.abs(line.body_velocity(times))
+    displacement += spent.after * (body.push + body.pull) * spent.late + times * speed
+    velocity = few * body.integrated(spent.pushed, spent.late)
+    velocity += spent.after * (body.push + body.pull)
+    velocity += times * (body.push + body.pull + body.friction)
+    return displacement, velocity
+
+
+def _slider_roundings(line: LineManoeuvre, spent: _Spent, times: Array) -> tuple[Array, Array]:
+    """Errors of stroke and stroke rate in units of the round-off."""
+    few, both = 1 + ARITHMETIC, line.w1 + line.w2
+    slid = line.w1 * (0.5 * spent.pushed**2 + spent.pushed * spent.long)
+    slid += 0.5 * line.w2 * spent.long**2
+    rate = np.abs(line.relative_velocity(times))
+    stroke = few * slid + spent.after * both * spent.long + times * rate
+    slid_rate = line.w1 * spent.pushed + line.w2 * spent.long
+    return stroke, few * slid_rate + spent.after * both + times * both
