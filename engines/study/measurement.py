@@ -187,25 +187,21 @@ def _errors(
     model: Mapping[str, Mapping[str, float]],
     second: Second,
 ) -> Mapping[str, ObservedError]:
-    exact, names = case.reference, [o.name for o in case.system.observables]
     forces = {o.name for o in case.system.observables if o.force}
     times, scheme = run.times.tobytes(), scheme_of(case, method)
-    truth, doubt = exactly(Same(exact), times)
-    powers, total, nonlinear = expected(Same(exact), Same(case.errors), scheme, step, times)
-    errors = {n: run.observables[n] - truth[n] for n in names if n in run.observables}
-    predicted = {
-        name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear, scheme)
-        for name, error in errors.items()
-        if name in total
-    }
+    truth, doubt = exactly(Same(case.reference), times)
+    names = [o.name for o in case.system.observables if o.name in run.observables]
+    errors = {name: run.observables[name] - truth[name] for name in names}
+    predicted = _by_series(case, scheme, step, run, errors, doubt)
     stepped = SteppedErrors({})
     if method.control == "step" and not (
         predicted and all(reaches(p.terms, p.largest, p.nonlinearity) for p in predicted.values())
     ):
         stepped = as_stepped(Same(case.errors), scheme, step, times)
-    own = stepped.uncertainty or {}
-    adaptive = scheme.integrator == ADAPTIVE
-    controlled = _controlled(exact, run, errors, doubt, second()) if adaptive else {}
+    roundings = stepped.uncertainty or {}
+    controlled: Mapping[str, Controlled] = {}
+    if scheme.integrator == ADAPTIVE:
+        controlled = _controlled(case.reference, run, errors, doubt, second())
     return {
         name: ObservedError(
             largest=float(np.abs(error).max()),
@@ -213,13 +209,34 @@ def _errors(
             uncertainty=float(doubt[name].max()),
             scale=float(np.abs(truth[name]).max()),
             model=dict(model.get(name, {})),
-            predicted=_at_step(stepped.errors[name], error, doubt[name], own.get(name), run.steps)
+            predicted=_at_step(
+                stepped.errors[name], error, doubt[name], roundings.get(name), run.steps
+            )
             if name in stepped.errors
             else predicted.get(name),
             controlled=controlled.get(name),
             start=0.0 if name in forces else abs(float(error[0])),
         )
         for name, error in errors.items()
+    }
+
+
+def _by_series(
+    case: Case,
+    scheme: Scheme,
+    step: float,
+    run: Trajectory,
+    errors: Mapping[str, Array],
+    doubt: Mapping[str, Array],
+) -> Mapping[str, Prediction]:
+    """The errors that the theory's series predict, beside those measured."""
+    powers, total, nonlinear = expected(
+        Same(case.reference), Same(case.errors), scheme, step, run.times.tobytes()
+    )
+    return {
+        name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear, scheme)
+        for name, error in errors.items()
+        if name in total
     }
 
 

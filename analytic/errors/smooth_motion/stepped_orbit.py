@@ -109,7 +109,7 @@ def _blocks(
     size, blocks, lengths = reached.shape[0], len(marks) - 1, np.diff(marks)
     inputs = _varied(step_map.coefficients, size)
     advance = step_map.build(tuple(inputs), _sine, _cosine).advance
-    states = reached[:, :-1].copy()
+    states: Array = reached[:, :-1].copy()
     flow = np.broadcast_to(np.eye(size), (blocks, size, size)).copy()
     forced = np.zeros((blocks, size, inputs.shape[1] - size))
     rounded = np.zeros((blocks, size, size))
