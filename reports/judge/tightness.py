@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from sys import float_info
 
 import numpy as np
 
-from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.engines.study.measurement import Measurement, ObservedError, roundings
 from plumbob.engines.study.results import Study
 from plumbob.reports.judge.study_verdicts import Judgements
@@ -87,5 +87,5 @@ def _slack(run: Measurement, name: str, held: Tolerance) -> Slack:
 def _round_off(error: ObservedError, steps: int) -> float:
     """Of an observable that stays zero, which rounds to nothing: one in the last place of its
     unit."""
-    least = error.uncertainty if error.scale > 0.0 else max(error.uncertainty, ULP)
-    return least * roundings(steps)
+    unit = 0.0 if error.scale > 0.0 else float_info.epsilon
+    return max(error.uncertainty, unit) * roundings(steps)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.analytic.errors.schemes import CLOSED_FORM, Scheme
+from plumbob.analytic.schemes import CLOSED_FORM, Scheme
 from plumbob.engines.method import USER_METHOD as NAME
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from jinja2 import TemplateNotFound
 
-from plumbob.analytic.errors.schemes import RK4, Scheme
+from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.engines.method import Method
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Analysed, Study

@@ -11,7 +11,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from plumbob.analytic.errors.theory import no_theory
+from plumbob.analytic.theory import no_theory
 from plumbob.engines.method import Method
 from plumbob.engines.registry import engine_of, installed, methods
 from plumbob.engines.registry import method as find_method

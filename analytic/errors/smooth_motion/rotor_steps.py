@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.truncated_series import (
     over_one_plus,
@@ -16,6 +15,7 @@ from plumbob.analytic.numerics.truncated_series import (
     sine_cosine,
 )
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
 
 Pair = tuple[Array, Array]  # series of theta and of theta_dot, shape (degree + 1, ...)
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4
+from plumbob.analytic.schemes import EULER, LEAPFROG, RK4
 from plumbob.engines.adapters.ode.equation import Equation, State
 
 Advance = Callable[[Equation, State, int, int, float], State]
