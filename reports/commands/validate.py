@@ -10,7 +10,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,7 +33,7 @@ from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.arguments.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.arguments.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.arguments.like import add_like, beside, own_method
-from plumbob.reports.judge.expectations import accurate, as_expected
+from plumbob.reports.judge.expectations import as_expected
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view.junit import write_junit
 
@@ -114,7 +114,7 @@ def _validated(
                 run_study(
                     scenes, methods, chosen.profile, workers, executor,
                     progress=show, requests=requests, command=line, kept=kept,
-                    seed=int(chosen.seed), analyse=analyses_of,
+                    seed=int(chosen.seed), analyse=partial(analyses_of, within=within),
                 )  # fmt: skip
             except BaseException as error:
                 error.add_note("what is measured is stored: the same command goes on from there")
@@ -145,14 +145,9 @@ def _report(
 
     study = store.load(out / store.FILE, number)
     assert study is not None
-    judged = judge_study(study)
-    if within is not None:
-        judged = {
-            pair: replace(verdicts, whole=accurate(verdicts.whole, within))
-            for pair, verdicts in judged.items()
-        }
+    judged = judge_study(study, within)
     results = user_results(study, judged)
-    page = write_page(study, out, judged, store.history(out / store.FILE), workers)
+    page = write_page(study, out, store.history(out / store.FILE))
     if junit:
         write_junit(junit, study, judged)
     if chosen.json:

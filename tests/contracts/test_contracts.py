@@ -68,7 +68,7 @@ BROKEN: tuple[tuple[Contract, Mapping[str, str]], ...] = (
     ),
     (
         import_contracts.theory_upside_down,
-        {"analytic/systems/cone.py": "from plumbob.analytic.schemes import Scheme\n"},
+        {"analytic/systems/cone.py": "from plumbob.analytic.errors import sliding_motion\n"},
     ),
     (
         import_contracts.theory_upside_down,
