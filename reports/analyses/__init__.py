@@ -56,12 +56,12 @@ def requests(plan: StudyPlan) -> tuple[Request, ...]:
 
 
 def analyses_of(
-    study: Study, jobs: int | Workers = 1, within: float | None = None
+    study: Study, jobs: int | Workers = 1, judged: Judgements | None = None
 ) -> tuple[Analysed, ...]:
     """The analyses of all systems of a study, those of engines, and what its pages take, the same
     for any number of processes, of which `jobs`, or those given, are used where there is much to
-    analyse. A relative error `within` is asked for, if any."""
-    judged = judge_study(study, within)
+    analyse; `judged` are the study's verdicts where they are known already."""
+    judged = judge_study(study) if judged is None else judged
     systems = dict.fromkeys((*(scene.system for scene in study.scenes), OF_ENGINES))
     parts = [
         *(("system", name) for name in systems if section(name) is not None),

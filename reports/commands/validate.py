@@ -10,7 +10,6 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +20,7 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.checkpoint import measured_into
 from plumbob.engines.study.convergence import SEED
-from plumbob.engines.study.results import Study
+from plumbob.engines.study.results import Analysed, Study
 from plumbob.engines.study.runner import pairs, run_study
 from plumbob.engines.study.scheduler import Progress
 from plumbob.engines.workers import Workers
@@ -56,18 +55,22 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--methods", metavar="GLOB", help="only these; commas allowed")
     add_like(parser)
     parser.add_argument(
-        "--within", metavar="X",
+        "--within",
+        metavar="X",
         help="also fail every pair whose relative error, at the finest step, exceeds this",
-    )  # fmt: skip
+    )
     values.add_workers(parser)
     parser.add_argument(
-        "--fresh", action="store_true",
+        "--fresh",
+        action="store_true",
         help="measure all of it anew, where a study of the same scenes and methods was cut off",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--seed", metavar="N", default=str(SEED),
+        "--seed",
+        metavar="N",
+        default=str(SEED),
         help=f"draws one more step for each pair, which is judged too (default: {SEED})",
-    )  # fmt: skip
+    )
     parser.add_argument("--out", metavar="DIR", default="plumbob-out", help="where the page goes")
     parser.add_argument(
         "-v", "--verbose", action="store_true", help="print reasons, intervals and step costs too"
@@ -101,6 +104,12 @@ def _validated(
     from plumbob.reports.analyses import analyses_of, requests
     from plumbob.reports.view.page import NAME
 
+    judged: list[Judgements] = []  # once, for the analyses and for what is printed
+
+    def analyse(study: Study, workers: Workers) -> tuple[Analysed, ...]:
+        judged.append(judge_study(study, within))
+        return analyses_of(study, workers, judged[0])
+
     junit = _replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
     _replaceable("out", Path(chosen.out) / NAME)
     out = _writable("out", Path(chosen.out))
@@ -112,17 +121,25 @@ def _validated(
         with measured_into(out / store.FILE, chosen.fresh, _noted) as kept, progress() as show:
             try:
                 run_study(
-                    scenes, methods, chosen.profile, workers, executor,
-                    progress=show, requests=requests, command=line, kept=kept,
-                    seed=int(chosen.seed), analyse=partial(analyses_of, within=within),
-                )  # fmt: skip
+                    scenes,
+                    methods,
+                    chosen.profile,
+                    workers,
+                    executor,
+                    progress=show,
+                    requests=requests,
+                    command=line,
+                    kept=kept,
+                    seed=int(chosen.seed),
+                    analyse=analyse,
+                )
             except BaseException as error:
                 error.add_note("what is measured is stored: the same command goes on from there")
                 raise
         for what in kept.given_up:
             _noted(f"given up: {what}; the same command tries it again")
         try:
-            code = _report(chosen, out, kept.number, junit, within, workers)
+            code = _report(chosen, out, kept.number, junit, judged[0])
             return code or (INCOMPLETE if kept.given_up else 0)
         except BaseException as error:
             drawn = shlex.join(["plumbob", "report", str(out), "--study", str(kept.number)])
@@ -135,17 +152,15 @@ def _report(
     out: Path,
     number: int,
     junit: Path | None,
-    within: float | None,
-    workers: Workers,
+    judged: Judgements,
 ) -> int:
-    """Judge the stored study of that number, as `plumbob report` does, and write what was asked
-    for; returns the exit code."""
+    """Write the pages of the stored study of that number, as `plumbob report` does, and what else
+    was asked for; returns the exit code."""
     from plumbob.reports.view.site.writing import write_page
     from plumbob.reports.view.terminal import summary_lines
 
     study = store.load(out / store.FILE, number)
     assert study is not None
-    judged = judge_study(study, within)
     results = user_results(study, judged)
     page = write_page(study, out, store.history(out / store.FILE))
     if junit:
@@ -236,9 +251,12 @@ def progress() -> Iterator[Progress]:
     from rich.console import Console
 
     bar = rich.Progress(
-        rich.TextColumn("{task.description:<56}"), rich.BarColumn(), rich.MofNCompleteColumn(),
-        console=Console(stderr=True), transient=True,
-    )  # fmt: skip
+        rich.TextColumn("{task.description:<56}"),
+        rich.BarColumn(),
+        rich.MofNCompleteColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )
     with bar:
         task = bar.add_task("", total=None)
 

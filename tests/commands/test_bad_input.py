@@ -69,12 +69,26 @@ BAD = {
     "an angular speed that overflows": ("solve", "simple-pendulum", "--set", "theta_dot=1e30"),
     "gravity that underflows": ("solve", "simple-pendulum", "--set", "gravity=1e-308"),
     "friction that never ends a turn": ("solve", "capsule-turn", "--set", "friction=1e-308"),
-    "a length that overflows": ("run", "simple-pendulum", "ode/rk4", "--step", "1e-3",
-                                "--set", "length=1e308"),
+    "a length that overflows": (
+        "run",
+        "simple-pendulum",
+        "ode/rk4",
+        "--step",
+        "1e-3",
+        "--set",
+        "length=1e308",
+    ),
     "a list nested 100,000 deep": ("solve", "capsule-line", "--set", f"supports={DEEP}"),
     "an object nested deep": ("plan", "--to", "0", "0", "1", "--set", f"legs={DEEP_OBJECT}"),
-    "a nested list for a length": ("run", "simple-pendulum", "ode/rk4", "--step", "1e-3",
-                                   "--set", f"length={DEEP[:900]}{DEEP[:900].replace('[', ']')}"),
+    "a nested list for a length": (
+        "run",
+        "simple-pendulum",
+        "ode/rk4",
+        "--step",
+        "1e-3",
+        "--set",
+        f"length={DEEP[:900]}{DEEP[:900].replace('[', ']')}",
+    ),
     "benchmarks that are nested deep": ("compare", "deep.jsonl", "deep.jsonl"),
     "settings for a step that overflows": (*SETTINGS, "--step", "1e300"),
     "settings for a step that underflows": (*SETTINGS, "--step", "1e-300"),
@@ -89,7 +103,7 @@ BAD = {
     "export onto a pipe": ("models", "export", "pipes"),
     "export through a dangling link": ("models", "export", "links"),
     "export into a link for a folder": ("models", "export", "folders"),
-}  # fmt: skip
+}
 
 
 @pytest.fixture
@@ -98,8 +112,12 @@ def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     for folder in ("out", "with-pipes", "pipes/cone_pendulum", "links/cone_pendulum", "folders"):
         Path(folder).mkdir(parents=True)
-    for pipe in ("pipe", "with-pipes/index.html", f"with-pipes/{store.FILE}",
-                 "pipes/cone_pendulum/cone_pendulum.xml"):  # fmt: skip
+    for pipe in (
+        "pipe",
+        "with-pipes/index.html",
+        f"with-pipes/{store.FILE}",
+        "pipes/cone_pendulum/cone_pendulum.xml",
+    ):
         os.mkfifo(pipe)
     for link in ("dangling", "links/cone_pendulum/cone_pendulum.xml", "folders/cone_pendulum"):
         Path(link).symlink_to(tmp_path / "nowhere")
@@ -195,9 +213,13 @@ def test_a_run_that_cannot_begin_is_a_verdict(
     ],
 )
 def test_a_study_without_a_run_has_a_page(
-    scene: str, method: str, verdict: str | None, tmp_path: Path,
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+    scene: str,
+    method: str,
+    verdict: str | None,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     def there(engine: Engine) -> bool:
         return engine.name != "heyoka"
 
@@ -239,9 +261,13 @@ DAMAGE = ("'[]'", "'null'", "'7'", "'\"text\"'", "'{\"a\": 1}'", "'{'", "char(0)
 @pytest.mark.parametrize("table", ["study", "result"])
 @pytest.mark.parametrize("command", ["report", "compare"])
 def test_a_store_that_cannot_be_read_back_is_bad_input(
-    command: str, table: str, damage: str, stored: bytes, tmp_path: Path,
+    command: str,
+    table: str,
+    damage: str,
+    stored: bytes,
+    tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     (tmp_path / store.FILE).write_bytes(stored)
     _damaged(tmp_path / store.FILE, table, damage)
     assert main([command, *([str(tmp_path)] * (2 if command == "compare" else 1))]) == 2
