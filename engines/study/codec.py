@@ -102,6 +102,7 @@ def _unpacked(packed: tuple[tuple[int, ...], str]) -> Array:
 
 
 def _hashable(value: Any) -> Any:
-    if isinstance(value, Mapping):
+    """JSON with tuples in place of lists."""
+    if isinstance(value, dict):
         return {name: _hashable(entry) for name, entry in value.items()}
-    return tuple(map(_hashable, value)) if isinstance(value, list) else value
+    return tuple(map(_hashable, value)) if isinstance(value, (list, tuple)) else value

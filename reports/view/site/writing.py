@@ -19,7 +19,7 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.view import notation, overview, tightness
 from plumbob.reports.view.page import NAME, STYLE, filled, shared_files, written
 from plumbob.reports.view.palette import styles
-from plumbob.reports.view.records import records_of
+from plumbob.reports.view.records import Records, records_of
 from plumbob.reports.view.settings import pasted
 from plumbob.reports.view.site import first_screen, matrix
 from plumbob.reports.view.site.claims import formed
@@ -104,36 +104,44 @@ def content(study: Study, others: Versions | None = None) -> Content:
     """The content of the pages of `study`, which `others` are stored beside, with other engines;
     raises as `records_of`."""
     records = records_of(study)
-    known, verdicts = {system.name: system for system in records.study.systems}, records.verdicts
+    every = matrix.every_pair(study, records.verdicts)
+    views = _views(study, records, every)
+    common = {**_common(study, records, views, every), "versions": others}
+    return Content(views, common, _pages(views, common))
+
+
+def _views(study: Study, records: Records, every: matrix.Every) -> list[SystemView]:
+    """A view of each system that ran, in the order of the sources."""
     done = {c.scene for c in study.convergence if any(m.status == "done" for m in c.measurements)}
-    ran = {
-        scene.system
-        for scene in study.scenes
-        # The exact motion of another package, which no run was held to, may be a defect.
-        if scene.name in done or (scene.system in known and not known[scene.system].added)
-    }
-    names = [name for name in matrix.in_order(sorted(known)) if name in ran]
-    every = matrix.every_pair(study, verdicts)
-    views = [system_view(study, records, known[name], every) for name in names]
-    on_engines = formed(study, verdicts, OF_ENGINES)
+    ran = {scene.system for scene in study.scenes if scene.name in done}
+    # The exact motion of another package, which no run was held to, may be a defect.
+    systems = {s.name: s for s in records.study.systems if s.name in ran or not s.added}
+    names = matrix.in_order(sorted(systems))
+    return [system_view(study, records, systems[name], every) for name in names]
+
+
+def _common(
+    study: Study, records: Records, views: Sequence[SystemView], every: matrix.Every
+) -> dict[str, Any]:
+    """What every page may show."""
+    on_engines = formed(study, records.verdicts, OF_ENGINES)
     findings = [*(finding for view in views for finding in view.findings), *on_engines]
     answers = first_screen.answers(study, records.study)
     shown = {answer.pasted.settings.method for answer in answers}
     scenes = matrix.ordered(study.scenes)
     advice = {name: record.recommendations for name, record in records.scenes.items()}
     settings = pasted(records.study.settings)
-    common: dict[str, Any] = {
+    return {
         "study": study,
         "views": views,
         "findings": findings,
         "on_engines": on_engines,
         "cards": first_screen.cards(findings),
-        "counts": first_screen.counts(verdicts),
+        "counts": first_screen.counts(records.verdicts),
         "made": first_screen.made(study),
         "answers": answers,
-        "versions": others,
         "settings": [choice for choice in settings if choice.settings.method not in shown],
-        "user_settings": own_table(records.study.user, verdicts),
+        "user_settings": own_table(records.study.user, records.verdicts),
         "matrix": matrix.by_engine(study, every, scenes),
         "of_engines": matrix.of_engines(study, every, scenes),
         "recommendations": overview.recommendations(study, advice),
@@ -146,6 +154,10 @@ def content(study: Study, others: Versions | None = None) -> Content:
         "plural": notation.plural,
         "pictures": records.study.pictures,
     }
+
+
+def _pages(views: Sequence[SystemView], common: Mapping[str, Any]) -> list[Page]:
+    """The pages beside the index."""
     pages: list[Page] = [
         *((view.system.name, "system.html.jinja", {"view": view}) for view in views),
         *(
@@ -154,13 +166,13 @@ def content(study: Study, others: Versions | None = None) -> Content:
             for scene in view.scenes
         ),
     ]
-    if on_engines:
+    if common["on_engines"]:
         pages.append((OF_ENGINES, "engines.html.jinja", {}))
     if common["sources"]:
         pages.append((SOURCES, "sources.html.jinja", {}))
     if common["tightness"]:
         pages.append((TOLERANCES, "tolerances.html.jinja", {}))
-    return Content(views, common, pages)
+    return pages
 
 
 def _places(content: Content) -> dict[str, str]:
