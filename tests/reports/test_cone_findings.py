@@ -13,8 +13,9 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses.analysis import plain
+from plumbob.reports.analyses.analysis import Analysis, plain
 from plumbob.reports.analyses.cone_pendulum import (
+    SECTION,
     action_phase,
     drive_work,
     energy,
@@ -31,7 +32,7 @@ from plumbob.reports.analyses.cone_pendulum import (
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.reports.analyses.measurements import extremes, largest
 from plumbob.reports.view.finding_text import written
-from plumbob.tests.support.declared import declared, finding, nothing
+from plumbob.tests.support.declared import declared, finding, nothing, plan_of
 from plumbob.tests.support.studies import quick
 
 
@@ -43,6 +44,12 @@ def test_finding_printed_hamiltonian() -> None:
     # the errors of RK4 at 1e-4 and DOP853 at 1e-13
     assert max(abs(difference) for *_, difference in found.pairs) < 1e-11
     assert found.runs["mujoco"].correct_varies < 1e-8 < 1000.0 < found.runs["mujoco"].printed_varies
+
+
+@pytest.mark.parametrize("analysis", SECTION.findings, ids=lambda analysis: analysis.template)
+def test_a_finding_is_written_where_engines_are_missing(analysis: Analysis) -> None:
+    unmade = dict.fromkeys(analysis.requests(plan_of(nothing())))
+    assert finding(analysis, replace(nothing(), extras=unmade)).summary
 
 
 def test_figures_of_the_source_begin_at_the_start() -> None:
