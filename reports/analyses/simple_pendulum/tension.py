@@ -102,10 +102,11 @@ def _errors(study: Study, scene: str, method: str) -> TensionErrors | None:
     sizes = [_sizes(scene, run) for run in recorded if run is not None]
     if len(sizes) < len(STEPS):
         return None
-    return TensionErrors(scene, method, tuple(error for error, _, _ in sizes), *sizes[-1][1:])
+    errors, beside, left = zip(*sizes, strict=True)
+    return TensionErrors(scene, method, errors, beside[-1], left[-1])
 
 
-def _sizes(scene: str, run: Trajectory) -> tuple[float, float, float]:
+def _sizes(scene: str, run: Trajectory) -> tuple[float, ...]:
     """Largest error of the tension [N], its distance from T of the engine's own state, and what of
     that is not the delay of an impulse; the first sample, before any step, left out."""
     problem, exact = case(scene).problem, case(scene).reference
@@ -115,9 +116,8 @@ def _sizes(scene: str, run: Trajectory) -> tuple[float, float, float]:
     beside = observed["tension"] - tension(problem.length, problem.gravity, theta, rate)
     step = float(run.times[-1]) / run.steps
     delay = problem.gravity * step * rate * np.sin(theta)
-    sizes = (np.abs(v).max() for v in (observed["tension"] - truth, beside, beside - delay))
-    error, apart, left = (float(v) for v in sizes)
-    return error, apart, left
+    errors = (observed["tension"] - truth, beside, beside - delay)
+    return tuple(float(np.abs(error).max()) for error in errors)
 
 
 TENSION = Analysis("simple_pendulum/rod_tension", numbers, requests, claims)
