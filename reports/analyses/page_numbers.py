@@ -45,7 +45,7 @@ FRICTION = 0.3  # coefficient in settings, as `plumbob settings` has it by defau
 
 
 def study_record(study: Study, judged: Judgements) -> StudyRecord:
-    """What the pages of a study take that is of no scene."""
+    """The record of a study, apart from its scenes."""
     names = dict.fromkeys(scene.system for scene in study.scenes)
     systems = [system for name in names if (system := system_called(name)) is not None]
     return StudyRecord(
@@ -58,7 +58,7 @@ def study_record(study: Study, judged: Judgements) -> StudyRecord:
 
 
 def scene_record(study: Study, judged: Judgements, scene: Scene) -> SceneRecord:
-    """What the page of a scene of a study takes."""
+    """The record of a scene of a study."""
     case, name = case_of(scene), scene.name
     facts = case.system.facts(case.problem)
     return SceneRecord(

@@ -1,5 +1,5 @@
-"""What pages take of a study beside its measurements: verdicts, and numbers of exact motions, of
-theory and of advice, worked out when the study is made and stored with it."""
+"""Records of a study that its pages show beside measurements: verdicts, and numbers of exact
+motions, of theory and of advice, worked out when the study is made and stored with it."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class SceneRecord:
-    """What the page of a scene takes."""
+    """The record of a scene."""
 
     verdicts: Mapping[str, PairVerdict]  # by method
     recommendations: tuple[Recommendation, ...]  # one an error; none where nothing was timed
@@ -180,7 +180,7 @@ class SystemRecord:
 
 @dataclass(frozen=True)
 class StudyRecord:
-    """What the pages of a study take that is of no scene."""
+    """The record of a study, apart from its scenes."""
 
     systems: tuple[SystemRecord, ...]
     pictures: Mapping[str, str]  # PNG in base64 by the file's name

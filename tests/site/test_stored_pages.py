@@ -12,7 +12,7 @@ import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
-from plumbob.engines.study.results import Study
+from plumbob.engines.study.results import Analysed, Study
 from plumbob.reports.cli import main
 from plumbob.reports.view.records import SCENE, STUDY, records_of
 from plumbob.reports.view.site.writing import write_page
@@ -110,7 +110,7 @@ def test_a_store_of_another_version_is_refused_in_a_line(
     assert list(tmp_path.iterdir()) == [tmp_path / store.FILE]
 
 
-def _without_a_field(study: Study, place: str) -> tuple[object, ...]:
+def _without_a_field(study: Study, place: str) -> tuple[Analysed, ...]:
     """The records of a version that had one number fewer."""
     chosen = [a for a in study.analyses if a.place == place]
     return tuple(replace(a, numbers=dict(list(a.numbers.items())[1:])) for a in chosen)
