@@ -13,7 +13,7 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import REFERENCE_STEP, Measurement
 from plumbob.engines.study.results import Study
-from plumbob.models.registry import case_of, system_called
+from plumbob.models.registry import case_of, system_called, system_of
 from plumbob.models.scene import Case, Scene, System
 from plumbob.reports.advice.recommend import cheapest
 from plumbob.reports.advice.user_settings import user_results
@@ -28,6 +28,7 @@ from plumbob.reports.judge.verdict import Judged, Judgement
 from plumbob.reports.view.overview import ERRORS
 from plumbob.reports.view.records import (
     Budget,
+    ExactRecord,
     Motion,
     PairVerdict,
     RunVerdict,
@@ -59,16 +60,24 @@ def study_record(study: Study, judged: Judgements) -> StudyRecord:
 
 def scene_record(study: Study, judged: Judgements, scene: Scene) -> SceneRecord:
     """The record of a scene of a study."""
-    case, name = case_of(scene), scene.name
-    facts = case.system.facts(case.problem)
+    series = [c for c in study.convergence if c.scene == scene.name]
+    held = any(m.status == "done" for c in series for m in c.measurements)
     return SceneRecord(
-        {c.method: verdict_on(study, c, judged) for c in study.convergence if c.scene == name},
-        tuple(cheapest(study, name, e, judged) for e, _ in ERRORS) if study.costs else (),
-        points(study, name),
-        _sensitivity(study, scene, judged),
+        {c.method: verdict_on(study, c, judged) for c in series},
+        tuple(cheapest(study, scene.name, e, judged) for e, _ in ERRORS) if study.costs else (),
+        points(study, scene.name),
+        _exact(study, judged, scene) if held or not system_of(scene).distribution else None,
+    )
+
+
+def _exact(study: Study, judged: Judgements, scene: Scene) -> ExactRecord:
+    case = case_of(scene)
+    facts = case.system.facts(case.problem)
+    return ExactRecord(
         _motion(case, facts.get("period") or np.inf),
         {n: v for n, v in facts.items() if isinstance(v, (int, float, str)) and v != ""},
         replay(study, scene),
+        _sensitivity(study, scene, judged),
     )
 
 

@@ -16,7 +16,7 @@ from plumbob.reports.advice.work_precision import Point, front
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.palette import COLOURS, GREY, Style
-from plumbob.reports.view.records import Motion, PairVerdict, SceneRecord
+from plumbob.reports.view.records import Motion, PairVerdict
 from plumbob.reports.view.traces import (
     Trace,
     curve,
@@ -46,17 +46,17 @@ def scene_figures(
     convergence: Sequence[ConvergenceStudy],
     methods: Mapping[str, Method],
     styles: Mapping[str, Style],
-    record: SceneRecord,
-    absolute: Mapping[tuple[str, float], str],
+    motion: Motion,
+    against_cost: Figure,
 ) -> tuple[Figure, ...]:
-    """All figures of one scene, with its record and its relative errors in SI units as text; what
-    was not measured leaves its figure out."""
+    """All figures of one scene, that of errors against cost first; what was not measured leaves its
+    figure out."""
     stepped = [c for c in convergence if methods[c.method].control == "step"]
     figures = [
-        error_against_cost(record.points, absolute, methods, styles),
+        against_cost,
         error_against_step(observables[0], stepped, styles),
         errors_over_time(observables[0], convergence, methods, styles),
-        exact_motion(observables, record.motion),
+        exact_motion(observables, motion),
         *drifts(stepped, styles),
     ]
     return tuple(f for f in figures if f is not None and f.traces)

@@ -155,16 +155,24 @@ class Motion:
 
 
 @dataclass(frozen=True)
+class ExactRecord:
+    """What is known of the exact motion of a scene, and drawn of it."""
+
+    motion: Motion
+    facts: Mapping[str, Any]  # exactly known: numbers and texts
+    replay: Replay
+    sensitivity: Sensitivity | None  # None where no verdict is `pass`
+
+
+@dataclass(frozen=True)
 class SceneRecord:
     """The record of a scene."""
 
     verdicts: Mapping[str, PairVerdict]  # by method
     recommendations: tuple[Recommendation, ...]  # one an error; none where nothing was timed
     points: tuple[Point, ...]
-    sensitivity: Sensitivity | None
-    motion: Motion
-    facts: Mapping[str, Any]  # exactly known: numbers and texts
-    replay: Replay
+    exact: ExactRecord | None
+    """None of a system of another package where no run was held to it: it may be a defect."""
 
 
 @dataclass(frozen=True)

@@ -49,9 +49,10 @@ def test_predictions_and_bounds_have_tables_of_their_own() -> None:
 
 def test_what_is_noticed_stands_under_its_parameter() -> None:
     record = records_of(quick()).scenes[SCENE]
-    assert record.sensitivity is not None
+    assert record.exact is not None
+    assert record.exact.sensitivity is not None
     methods = {method.name: method for method in quick().methods}
-    table = sensitivity.table(record.sensitivity, record.verdicts, methods)
+    table = sensitivity.table(record.exact.sensitivity, record.verdicts, methods)
     for cells in table.rows:
         by = {head: cell for head, cell in zip(table.heads, cells, strict=True)}
         assert by["density"].text == "–"  # the equations do not have it

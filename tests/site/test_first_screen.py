@@ -344,7 +344,9 @@ def test_a_scene_s_plots_show_the_default_and_the_best_of_each_engine_at_first(
     for c in own:
         if c.method in best:
             alone = _with_error(alone, scene.name, c.method, 1e-9)
-    shown = scene_view(alone, scene_record(alone, judge_study(alone), scene), scene)
+    record = scene_record(alone, judge_study(alone), scene)
+    assert record.exact is not None
+    shown = scene_view(alone, record, record.exact, scene)
     defaults = {"mujoco/euler", "dart/default", "drake/default", "pybullet/default"}
     assert defaults | best <= set(shown.at_first)
     others = {m for m in shown.at_first if m.partition("/")[0] in ("mujoco", "dart", "drake")}

@@ -66,7 +66,7 @@ def test_report_needs_no_engine_and_no_theory(tmp_path: Path) -> None:
 def test_report_draws_what_validate_drew(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """With an accuracy that was asked for, too, which only `validate` was told."""
+    """With an accuracy that was asked for, too, which is an option of `validate` alone."""
     without_findings(monkeypatch)
     chosen = ["--scenes", NAME, "--methods", "mujoco/euler,ode/rk4", "--jobs", "1"]
     assert main(["validate", *chosen, "--within", "1e-9", "--out", str(tmp_path)]) == 1
@@ -77,12 +77,12 @@ def test_report_draws_what_validate_drew(
 
 def test_a_page_says_what_is_stored(tmp_path: Path) -> None:
     """Whatever the code would work out now."""
-    told = "told by another version"
+    kept = "what another version wrote"
 
     def changed(numbers: Mapping[str, object]) -> Mapping[str, object]:
         verdicts = numbers["verdicts"]
         assert isinstance(verdicts, Mapping)
-        other = {name: {**verdict, "reason": told} for name, verdict in verdicts.items()}
+        other = {name: {**verdict, "reason": kept} for name, verdict in verdicts.items()}
         return {**numbers, "verdicts": other}
 
     analyses = (
@@ -90,7 +90,7 @@ def test_a_page_says_what_is_stored(tmp_path: Path) -> None:
         for a in quick().analyses
     )  # fmt: skip
     pages = files(write_page(replace(quick(), analyses=tuple(analyses)), tmp_path))
-    assert told in pages[f"{NAME.replace('/', '-')}.html"].decode()
+    assert kept in pages[f"{NAME.replace('/', '-')}.html"].decode()
 
 
 @pytest.mark.parametrize("place", [SCENE, STUDY])

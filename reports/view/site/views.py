@@ -18,8 +18,9 @@ from plumbob.reports.view.about import Description, described
 from plumbob.reports.view.content import Cell, Figure, Finding, Table, row
 from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.palette import styles
-from plumbob.reports.view.plots import budget_bars, scene_figures
+from plumbob.reports.view.plots import budget_bars, error_against_cost, scene_figures
 from plumbob.reports.view.records import (
+    ExactRecord,
     PairVerdict,
     Records,
     Replay,
@@ -89,18 +90,23 @@ def system_view(
 ) -> SystemView:
     """One system with the scenes of `study`, with the errors of `every` method on every scene."""
     scenes = in_order(study, system)
+    exact = {name: of for name, record in records.scenes.items() if (of := record.exact)}
     return SystemView(
         system,
         described(system.name),
         galleries(study, system.name),
         formed(study, records.verdicts, system.name),
-        tuple(scene_view(study, records.scenes[scene.name], scene) for scene in scenes),
+        tuple(
+            scene_view(study, records.scenes[scene.name], exact[scene.name], scene)
+            for scene in scenes
+            if scene.name in exact
+        ),
         matrix.by_engine(study, every, scenes),
         _hard(study, scenes, records.verdicts),
     )
 
 
-def scene_view(study: Study, record: SceneRecord, scene: Scene) -> SceneView:
+def scene_view(study: Study, record: SceneRecord, exact: ExactRecord, scene: Scene) -> SceneView:
     """One scene of `study`."""
     methods = {method.name: method for method in study.methods}
     missing = [name for name, of in record.verdicts.items() if of.verdict == "missing"]
@@ -114,19 +120,25 @@ def scene_view(study: Study, record: SceneRecord, scene: Scene) -> SceneView:
         tables.summary(observables, convergence, judged, methods),
         overview.scene_recommendations(record.recommendations),
     )
-    noticed = record.sensitivity
+    noticed = exact.sensitivity
     tables_below = (
         tables.cost(convergence, costs, methods),
         tables.budgets(observables, convergence, judged, methods),
         tables.every_run(observables, convergence, judged, methods),
         sensitivity.table(noticed, record.verdicts, methods) if noticed else None,
-        tables.parameters(scene, record.facts),
+        tables.parameters(scene, exact.facts),
     )
     bars = budget_bars(observables[0], convergence, judged, methods, at_first)
     figures = scene_figures(
-        observables, convergence, methods, styles(study.methods), record,
-        _absolute(study, convergence),
-    )  # fmt: skip
+        observables,
+        convergence,
+        methods,
+        styles(study.methods),
+        exact.motion,
+        error_against_cost(
+            record.points, _absolute(study, convergence), methods, styles(study.methods)
+        ),
+    )
     best = next((c for c in convergence if at_first and c.method == at_first[-1]), None)
     typical = None if best is None else reference_run(best.measurements, methods[best.method])
     return SceneView(
@@ -138,7 +150,7 @@ def scene_view(study: Study, record: SceneRecord, scene: Scene) -> SceneView:
         at_first,
         tuple(t for t in first if t),
         (*figures, *((bars,) if bars else ())),
-        record.replay,
+        exact.replay,
         tables.orders(convergence, methods),
         hard_case(study, scene.system, scene.name) if scene.hard else (),
         trimming(study, scene),
