@@ -29,9 +29,6 @@ from plumbob.reports.view.notation import short
 def requests(plan: StudyPlan) -> Sequence[Request]:
     """The runs that the findings below look up."""
     return (
-        *source.requests(plan),
-        *displacement.requests(plan),
-        *contacts.requests(plan),
         *fidelity.requests(plan),
         *tipping.requests(plan),
     )
@@ -76,18 +73,18 @@ def hard(study: Study, scene: Scene) -> tuple[Table, ...]:
 
 
 FINDINGS = (
-    source.misprints,
-    source.any_line,
-    source_text.finding,
-    displacement.errors,
-    displacement.sawtooth,
-    contacts.chatter,
-    contacts.isotropy,
-    contacts.normal_forces,
-    drive.finding,
+    source.MISPRINTS,
+    source.ANY_LINE,
+    source_text.SOURCE,
+    displacement.ERRORS,
+    displacement.SAWTOOTH,
+    contacts.CHATTER,
+    contacts.ISOTROPY,
+    contacts.LOAD_ERRORS,
+    drive.DRIVE,
     tipping.finding,
     fidelity.heights,
     fidelity.momentum,
     fidelity.saving,
 )
-SECTION = Section(FINDINGS, (source.galleries,), (hard,), requests)
+SECTION = Section(FINDINGS, (source.FIGURE_2,), (hard,), requests)
