@@ -147,11 +147,8 @@ def errors(study: Study) -> Displacement | None:
     if not covers(study, LINE):
         return None
     exact = problem(LINE).motion.displacement
-    methods = [
-        MethodErrors(name, known, _relative(study, TURNED, name, TURNED_STEP))
-        for name in names(study)
-        if any((known := tuple(_relative(study, LINE, name, step) for step in STEPS)))
-    ]
+    every = [_errors(study, name) for name in names(study)]
+    methods = [method for method in every if method is not None]
     middle = [(m.converges, abs(m.errors[1])) for m in methods if m.errors[1] is not None]
     good = [error for converges, error in middle if converges]
     bad = [error for converges, error in middle if not converges]
@@ -165,6 +162,13 @@ def errors(study: Study) -> Displacement | None:
         good=max(good, default=None),
         bad=(min(bad), max(bad)) if bad else None,
     )
+
+
+def _errors(study: Study, method: str) -> MethodErrors | None:
+    errors = tuple(_relative(study, LINE, method, step) for step in STEPS)
+    turned = _relative(study, TURNED, method, TURNED_STEP)
+    ran = any(error is not None for error in errors)
+    return MethodErrors(method, errors, turned) if ran else None
 
 
 def _convergence(study: Study, exact: float) -> tuple[Convergence, ...]:
