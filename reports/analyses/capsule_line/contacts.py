@@ -11,6 +11,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
+from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.claims import at_most, clear
 from plumbob.reports.analyses.contact_terms import LOADS
@@ -18,7 +19,9 @@ from plumbob.reports.analyses.measurements import (
     LINE,
     case,
     displacement_error,
+    end_error,
     problem,
+    recordings,
     runs,
     scheme,
 )
@@ -35,6 +38,8 @@ ALIKE_AT_ALL = 1e-4  # of the displacement: headings that differ by less do not 
 CHATTERS = 1e-3  # of the samples: a contact is missing in many times that
 TRUSTED = 1e-3  # of a normal force: what is nearer to statics can be trusted
 SETTLED = 60  # steps: contacts of damping 0.3 have come to rest
+CHATTER_RUNS = runs((LINE,), (DEFAULT, CONVERGENT), STEPS)
+LOAD_RUNS = runs((STATICS,), STATICS_METHODS, (STATICS_STEP,))
 
 
 @dataclass(frozen=True)
@@ -43,7 +48,7 @@ class ContactRun:
 
     method: str
     step: float  # [s]
-    error: float | None  # of the displacement, relative
+    error: float  # of the displacement, relative
     vertical_range: float  # [m]
     missing: float  # fraction of samples with a contact missing while the body slides
     times: Array  # [s], of the rows below
@@ -54,10 +59,9 @@ class ContactRun:
 
 @dataclass(frozen=True)
 class Chatter:
-    """Default and convergent contacts at both steps."""
+    """Default and convergent contacts, each at both steps."""
 
-    coarse: tuple[ContactRun, ...]
-    fine: tuple[ContactRun, ...]
+    contacts: tuple[ContactRun, ...]
 
 
 @dataclass(frozen=True)
@@ -67,21 +71,7 @@ class Headings:
     method: str
     step: float  # [s]
     errors: Array
-
-    @property
-    def lowest(self) -> float:
-        """The lowest error, with its sign."""
-        return float(self.errors.min())
-
-    @property
-    def highest(self) -> float:
-        """The highest error."""
-        return float(self.errors.max())
-
-    @property
-    def spread(self) -> float:
-        """By how much the errors differ."""
-        return self.highest - self.lowest
+    spread: float
 
 
 @dataclass(frozen=True)
@@ -90,11 +80,7 @@ class HeadingError:
 
     angle: int  # [degrees]
     size: float  # relative
-
-    @property
-    def off_axis(self) -> int:
-        """Angle to the nearest axis of the friction pyramid [degrees]."""
-        return abs((self.angle + 45) % 90 - 45)
+    off_axis: int  # angle to the nearest axis of the friction pyramid [degrees]
 
 
 @dataclass(frozen=True)
@@ -120,16 +106,6 @@ class LoadErrors:
     distances: Array
     half_step: Array  # distances from statics with the predicted error of the step
 
-    @property
-    def largest(self) -> float:
-        """The largest of all times."""
-        return float(self.distances.max())
-
-    @property
-    def largest_half_step(self) -> float:
-        """The same with the predicted error of the step."""
-        return float(self.half_step[:-1].max())
-
 
 @dataclass(frozen=True)
 class Loads:
@@ -137,43 +113,25 @@ class Loads:
 
     engines: tuple[LoadErrors, ...]
     at_rest: float  # the largest of all
-    scene: str = STATICS
     step: float = STATICS_STEP
-
-
-def chatter_requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """Default and convergent contacts."""
-    return runs((LINE,), (DEFAULT, CONVERGENT), STEPS)
-
-
-def isotropy_requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """The headings of the profile."""
-    headings, steps = _turned(plan.profile)
-    return runs(map(_at_heading, headings), TURNED, steps)
-
-
-def load_requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """Normal forces at a fine step."""
-    return runs((STATICS,), STATICS_METHODS, (STATICS_STEP,))
 
 
 def chatter(study: Study) -> Chatter | None:
     """Vertical displacement, contacts and normal force over time, default against convergent; None
     where either did not run."""
-    every = [_contacts(study, method, step) for step in STEPS for method in (DEFAULT, CONVERGENT)]
-    known = tuple(run for run in every if run is not None)
-    return Chatter(known[:2], known[2:]) if len(known) == len(every) else None
-
-
-def _contacts(study: Study, method: str, step: float) -> ContactRun | None:
-    if (run := study.recording(ExtraRun(LINE, method, step))) is None:
+    by_request = recordings(study, CHATTER_RUNS)
+    if len(by_request) < len(CHATTER_RUNS):
         return None
+    return Chatter(tuple(_contacts(request, run) for request, run in by_request.items()))
+
+
+def _contacts(request: ExtraRun, run: Trajectory) -> ContactRun:
     motion = problem(LINE).motion
     height, contacts = run.channels["vertical_displacement"], run.channels["contacts"]
     return ContactRun(
-        method,
-        step,
-        displacement_error(study, LINE, method, step),
+        request.method,
+        request.step,
+        end_error(LINE, run),
         float(np.ptp(height)),
         float(np.mean(contacts[run.times < motion.t_star] < 3)),
         run.times,
@@ -184,12 +142,12 @@ def _contacts(study: Study, method: str, step: float) -> ContactRun | None:
 
 
 def _chatters(numbers: Chatter) -> Sequence[Claim]:
-    default, convergent = numbers.fine
-    errors = (default.error or 0.0, convergent.error or 0.0)
-    missing = default.missing
+    _, default, _, convergent = numbers.contacts
+    text = "errors with default contacts, and with those that converge"
+    missing = "the part of samples with a contact missing, and 0.001"
     return (
-        clear("errors with default contacts, and with those that converge", *errors),
-        clear("the part of samples with a contact missing, and 0.001", missing, CHATTERS),
+        clear(text, default.error, convergent.error),
+        clear(missing, default.missing, CHATTERS),
     )
 
 
@@ -202,28 +160,42 @@ def _at_heading(angle: int) -> str:
     return f"capsule-line/heading-{angle:03d}"
 
 
+def heading_runs(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """The headings of the profile, in every method compared."""
+    angles, steps = _turned(plan.profile)
+    return runs(map(_at_heading, angles), TURNED, steps)
+
+
 def isotropy(study: Study) -> Isotropy | None:
     """Relative error of the displacement at each heading, and its spread."""
     angles, steps = _turned(study.profile)
-    scenes = [_at_heading(angle) for angle in angles]
-    every = list[Headings]()
-    for method, step in product(TURNED, steps):
-        errors = [displacement_error(study, scene, method, step) for scene in scenes]
-        known = np.array([error for error in errors if error is not None])
-        if len(known) == len(angles):
-            every.append(Headings(method, step, known))
-    if not every:
-        return None
+    errors = {pair: _over_headings(study, angles, *pair) for pair in product(TURNED, steps)}
+    every = tuple(
+        Headings(*pair, sizes, float(np.ptp(sizes)))
+        for pair, sizes in errors.items()
+        if np.isfinite(sizes).all()
+    )
     spreads = {headings.method: headings.spread for headings in every if headings.step == steps[0]}
-    sizes = [
-        HeadingError(angle, abs(error))
-        for angle, scene in zip(angles, scenes, strict=True)
-        if (error := displacement_error(study, scene, DEFAULT, steps[0])) is not None
-    ]
-    best = min(sizes, key=lambda heading: heading.size) if len(sizes) > 1 else None
-    worst = max(sizes, key=lambda heading: heading.size) if len(sizes) > 1 else None
+    best, worst = _ends(angles, np.abs(errors[DEFAULT, steps[0]]))
     default, convergent = spreads.get(DEFAULT), spreads.get(CONVERGENT)
-    return Isotropy(angles, steps[0], tuple(every), best, worst, default, convergent)
+    return Isotropy(angles, steps[0], every, best, worst, default, convergent) if every else None
+
+
+def _over_headings(study: Study, angles: Sequence[int], method: str, step: float) -> Array:
+    """Relative errors of the displacement at these headings; NaN where it did not run."""
+    errors = [displacement_error(study, _at_heading(angle), method, step) for angle in angles]
+    return np.array(errors, dtype=np.float64)
+
+
+def _ends(angles: Sequence[int], sizes: Array) -> tuple[HeadingError | None, HeadingError | None]:
+    """The headings with the smallest and the largest error; None of fewer than two."""
+    if np.isfinite(sizes).sum() < 2:
+        return None, None
+    best, worst = (
+        HeadingError(angles[place], float(sizes[place]), abs((angles[place] + 45) % 90 - 45))
+        for place in (int(np.nanargmin(sizes)), int(np.nanargmax(sizes)))
+    )
+    return best, worst
 
 
 def _differs(numbers: Isotropy) -> Sequence[Claim]:
@@ -236,14 +208,12 @@ def _differs(numbers: Isotropy) -> Sequence[Claim]:
 
 def loads(study: Study) -> Loads | None:
     """Normal forces at rest, while the slider moves, and with half a step of its motion allowed."""
-    every = [_loads(study, method) for method in STATICS_METHODS]
-    known = tuple(errors for errors in every if errors is not None)
-    return Loads(known, max(errors.at_rest for errors in known)) if known else None
+    by_request = recordings(study, LOAD_RUNS)
+    engines = tuple(_load_errors(request.method, run) for request, run in by_request.items())
+    return Loads(engines, max(engine.at_rest for engine in engines)) if engines else None
 
 
-def _loads(study: Study, method: str) -> LoadErrors | None:
-    if (run := study.recording(ExtraRun(STATICS, method, STATICS_STEP))) is None:
-        return None
+def _load_errors(method: str, run: Trajectory) -> LoadErrors:
     exact = case(STATICS).reference.observe(run.times)
     predicted = case(STATICS).errors.at_step(scheme(method), STATICS_STEP, run.times).errors
     measured, truth, lead = (
@@ -260,6 +230,6 @@ def _statics(numbers: Loads) -> Sequence[Claim]:
     return (at_most(text, numbers.at_rest, TRUSTED),)
 
 
-CHATTER = Analysis("capsule_line/chatter", chatter, chatter_requests, _chatters)
-ISOTROPY = Analysis("capsule_line/isotropy", isotropy, isotropy_requests, _differs)
-LOAD_ERRORS = Analysis("capsule_line/loads", loads, load_requests, _statics)
+CHATTER = Analysis("capsule_line/chatter", chatter, lambda plan: CHATTER_RUNS, _chatters)
+ISOTROPY = Analysis("capsule_line/isotropy", isotropy, heading_runs, _differs)
+LOAD_ERRORS = Analysis("capsule_line/loads", loads, lambda plan: LOAD_RUNS, _statics)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,6 @@ from plumbob.analytic.errors.sliding_motion.discontinuities import trapezoid_err
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses import measurements
 from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.claims import ALIKE, at_most, clear
 from plumbob.reports.analyses.contact_terms import (
@@ -24,8 +23,10 @@ from plumbob.reports.analyses.measurements import (
     LINE,
     covers,
     measured,
+    measured_error,
     names,
     problem,
+    recordings,
     runs,
 )
 from plumbob.reports.view.content import Claim
@@ -33,6 +34,7 @@ from plumbob.reports.view.content import Claim
 STEPS = (1e-3, 1e-4, 1e-5)
 TURNED, TURNED_STEP = "capsule-line/heading-030", 1e-4
 FULL, REDUCED = "mujoco/euler+coulomb", "mujoco/euler+reduced"
+CONVERGENT = ("coulomb", "coulomb+noslip", "reduced", "feet", "side")  # theory covers these
 COMPARED = ("mujoco/euler", FULL, "mujoco/rk4+coulomb", "pymunk/feet")
 METHODS = (REDUCED, FULL, "pymunk/side", "pymunk/feet")  # of the sawtooth
 COUNT = 4  # steps drawn at random, fifteen times as many in the full profile
@@ -49,11 +51,6 @@ class MethodErrors:
     errors: tuple[float | None, ...]
     turned: float | None
 
-    @property
-    def converges(self) -> bool:
-        """Whether theory covers the method's friction."""
-        return self.method.endswith(("coulomb", "coulomb+noslip", "reduced", "feet", "side"))
-
 
 @dataclass(frozen=True)
 class Beyond:
@@ -64,20 +61,7 @@ class Beyond:
     error: float
     deflection: float
     drift: float
-
-    @property
-    def unexplained(self) -> float:
-        """What neither term explains."""
-        return self.error - self.deflection - self.drift
-
-
-@dataclass(frozen=True)
-class Convergence:
-    """Relative errors of a method against its steps."""
-
-    method: str
-    steps: tuple[float, ...]  # [s]
-    errors: tuple[float, ...]
+    unexplained: float
 
 
 @dataclass(frozen=True)
@@ -89,7 +73,7 @@ class Displacement:
     predicted_turned: float
     methods: tuple[MethodErrors, ...]
     beyond: tuple[Beyond, ...]
-    convergence: tuple[Convergence, ...]
+    convergence: Mapping[str, Mapping[str, Sequence[float]]]  # steps [s] and errors, by method
     good: float | None  # the largest of methods that converge, at the middle step
     bad: tuple[float, float] | None  # the smallest and the largest of the others
     steps: tuple[float, ...] = STEPS
@@ -112,21 +96,12 @@ class Sawtooth:
 
     phases: Array
     parabola: Array
-    raised: float  # of the full model, by its contacts' deflection
+    raised_parabola: Array  # of the full model, by its contacts' deflection
+    raised: float  # by how much, over the parabola's top
     methods: tuple[Places, ...]
     coarse: float = COARSE
     fine: float = FINE
     seed: int = SEED
-
-    @property
-    def raised_relative(self) -> float:
-        """Over the parabola's top."""
-        return 8.0 * self.raised
-
-    @property
-    def raised_parabola(self) -> Array:
-        """The parabola with contact deflection."""
-        return self.parabola + self.raised
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -148,10 +123,10 @@ def errors(study: Study) -> Displacement | None:
         return None
     exact = problem(LINE).motion.displacement
     every = [_errors(study, name) for name in names(study)]
-    methods = [method for method in every if method is not None]
-    middle = [(m.converges, abs(m.errors[1])) for m in methods if m.errors[1] is not None]
-    good = [error for converges, error in middle if converges]
-    bad = [error for converges, error in middle if not converges]
+    methods = [method for method in every if any(error is not None for error in method.errors)]
+    middle = [(method.method.endswith(CONVERGENT), method.errors[1]) for method in methods]
+    good = [abs(error) for converges, error in middle if converges and error is not None]
+    bad = [abs(error) for converges, error in middle if not converges and error is not None]
     return Displacement(
         exact=exact,
         predicted=tuple(step_term(LINE, step) / exact for step in STEPS),
@@ -164,30 +139,20 @@ def errors(study: Study) -> Displacement | None:
     )
 
 
-def _errors(study: Study, method: str) -> MethodErrors | None:
-    errors = tuple(_relative(study, LINE, method, step) for step in STEPS)
-    turned = _relative(study, TURNED, method, TURNED_STEP)
-    ran = any(error is not None for error in errors)
-    return MethodErrors(method, errors, turned) if ran else None
+def _errors(study: Study, method: str) -> MethodErrors:
+    errors = tuple(measured_error(study, LINE, method, step) for step in STEPS)
+    return MethodErrors(method, errors, measured_error(study, TURNED, method, TURNED_STEP))
 
 
-def _convergence(study: Study, exact: float) -> tuple[Convergence, ...]:
+def _convergence(study: Study, exact: float) -> Mapping[str, Mapping[str, Sequence[float]]]:
     """The relative error of the final displacement of some methods against the step."""
-    by_method = list[Convergence]()
+    by_method = {}
     for series in study.convergence:
         done = [run for run in series.measurements if run.status == "done"]
         if series.scene == LINE and series.method in COMPARED and done:
-            steps = tuple(run.step for run in done)
-            ends = tuple(run.errors["displacement"].end / exact for run in done)
-            by_method.append(Convergence(series.method, steps, ends))
-    return tuple(by_method)
-
-
-def _relative(study: Study, scene: str, method: str, step: float) -> float | None:
-    run = measured(study, scene, method, step)
-    if run is None:
-        return None
-    return run.errors["displacement"].end / float(problem(scene).motion.displacement)
+            ends = [run.errors["displacement"].end / exact for run in done]
+            by_method[series.method] = {"steps": [run.step for run in done], "errors": ends}
+    return by_method
 
 
 def _beyond_the_step(study: Study) -> tuple[Beyond, ...]:
@@ -200,7 +165,8 @@ def _beyond_the_step(study: Study) -> tuple[Beyond, ...]:
             error = run.errors["displacement"].end - step_term(LINE, step)
             contact = contact_of(LINE, name, step)
             deflection, drift = deflection_term(LINE, contact), stiction_drift(LINE, contact)
-            explained.append(Beyond(name, step, error, deflection, drift))
+            left = error - deflection - drift
+            explained.append(Beyond(name, step, error, deflection, drift, left))
     return tuple(explained)
 
 
@@ -216,10 +182,10 @@ def sawtooth(study: Study) -> Sawtooth | None:
     line = problem(LINE).motion
     phases = np.linspace(0.0, 1.0, 101)
     # The deflection term is the same multiple of dt^2 at every step.
-    raised = _raised(FULL, line.t1 / 100)
+    parabola, raised = _parabola(phases), _raised(FULL, line.t1 / 100)
     every = [_places(study, method) for method in METHODS]
     methods = tuple(places for places in every if places is not None)
-    return Sawtooth(phases, _parabola(phases), raised, methods) if methods else None
+    return Sawtooth(phases, parabola, parabola + raised, 8.0 * raised, methods) if methods else None
 
 
 def _parabola(phases: Array) -> Array:
@@ -230,7 +196,7 @@ def _raised(method: str, step: float) -> float:
     """The part of an error that the deflection of contacts makes, over (mu w2 + f g) dt^2."""
     if method != FULL:
         return 0.0
-    unit = -problem(LINE).motion.closed.braking * step**2
+    unit = -float(problem(LINE).motion.closed.braking) * step**2
     return deflection_term(LINE, contact_of(LINE, FULL, step)) / unit
 
 
@@ -239,9 +205,9 @@ def _places(study: Study, method: str) -> Places | None:
     line = problem(LINE).motion
     jump = line.closed.backward + line.closed.braking
     points = list[tuple[float, float, float]]()
-    for step in random_steps(study.profile):
-        if (end := measurements.displacement(study, LINE, method, step)) is None:
-            continue
+    by_request = recordings(study, runs((LINE,), (method,), random_steps(study.profile)))
+    for request, run in by_request.items():
+        step, end = request.step, float(run.observables["displacement"][-1])
         unit = -line.closed.braking * step**2
         at_t1 = float(trapezoid_error(jump, np.array(line.t1 / step))) * step**2
         error = (end - line.displacement - at_t1) / unit

@@ -18,8 +18,10 @@ from plumbob.reports.analyses.measurements import (
     LINE,
     covers,
     displacement_error,
+    end_error,
     plan_of,
     problem,
+    recordings,
     runs,
 )
 from plumbob.reports.view.content import Claim
@@ -45,6 +47,8 @@ PAIRS = (
 )
 SAVING_STEP = 1e-4  # [s]
 TIMED_STEPS, REPEATS = 300, 7  # the push, so often
+HEIGHT_RUNS = runs((TILTED,), (LOW, TALL), TILTED_STEPS)
+FREE_RUNS = runs((FREE,), FREE_METHODS, (FREE_STEP,))
 
 
 @dataclass(frozen=True)
@@ -65,28 +69,11 @@ class Heights:
 
     height: float  # [m]
     moment: float  # [N m], of friction while the body slides
-    coarse: tuple[HeightRun, HeightRun]  # in the plane, above it
-    fine: tuple[HeightRun, HeightRun]
+    runs: tuple[HeightRun, ...]  # in the plane at both steps, above it at both
+    shift: float  # [N], the largest change of the load at A2 at the coarse step
+    changes: tuple[float, float]  # of the displacement at both steps, relative
     times: Array  # [s]
     statics: Array  # [N] at A2, without heights
-
-    @property
-    def shift(self) -> float:
-        """The largest change of the load at A2 [N], at the coarse step."""
-        low, tall = self.coarse
-        return float(np.abs(tall.loads - low.loads).max())
-
-    @property
-    def change(self) -> float:
-        """The change of the displacement at the coarse step, relative."""
-        low, tall = self.coarse
-        return abs(tall.error - low.error)
-
-    @property
-    def fine_change(self) -> float:
-        """The same at the fine step."""
-        low, tall = self.fine
-        return abs(tall.error - low.error)
 
 
 @dataclass(frozen=True)
@@ -94,13 +81,9 @@ class Momentum:
     """How far the common centre of mass goes in each engine without friction [m]."""
 
     shifts: Mapping[str, float]
+    largest: float
     travelled: float  # [m], by the body
     step: float = FREE_STEP
-
-    @property
-    def largest(self) -> float:
-        """The largest of the shifts."""
-        return max(self.shifts.values())
 
 
 @dataclass(frozen=True)
@@ -118,23 +101,9 @@ class Saving:
     """Costs of the full and of the reduced model, whose motion is the same."""
 
     costs: tuple[StepCost, ...]
-    cost: float  # of the first reduced model, in % of the full one
+    part: float  # of the first full model's cost
+    saved: float
     step: float = SAVING_STEP
-
-    @property
-    def saved(self) -> float:
-        """The part of the cost that is saved [%]."""
-        return 100.0 - self.cost
-
-
-def height_requests(plan: StudyPlan) -> Sequence[Request]:
-    """Runs with and without height."""
-    return runs((TILTED,), (LOW, TALL), TILTED_STEPS)
-
-
-def momentum_requests(plan: StudyPlan) -> Sequence[Request]:
-    """Runs without friction."""
-    return runs((FREE,), FREE_METHODS, (FREE_STEP,))
 
 
 def saving_requests(plan: StudyPlan) -> Sequence[Request]:
@@ -148,47 +117,49 @@ def saving_requests(plan: StudyPlan) -> Sequence[Request]:
 
 def heights(study: Study) -> Heights | None:
     """Loads and displacement of a capsule whose C and Q are above the plane."""
-    every = [_height_run(study, name, step) for step in TILTED_STEPS for name in (LOW, TALL)]
-    known = [run for run in every if run is not None]
-    if len(known) < len(every):
+    by_request = recordings(study, HEIGHT_RUNS)
+    if len(by_request) < len(HEIGHT_RUNS):
         return None
-    low, tall, fine_low, fine_tall = known
+    every = tuple(_height_run(request, run) for request, run in by_request.items())
+    low, fine_low, tall, fine_tall = every
     posed, height = problem(TILTED), float(find_method(TALL).settings["height"])
-    body = posed.setup.capsule
     times = np.linspace(0.0, float(low.times[-1]), 200)
     return Heights(
-        height=height,
-        moment=body.friction * body.weight * height,
-        coarse=(low, tall),
-        fine=(fine_low, fine_tall),
-        times=times,
-        statics=posed.reference.observe(times)[LOAD],
+        height,
+        posed.setup.capsule.friction * posed.setup.capsule.weight * height,
+        every,
+        float(np.abs(tall.loads - low.loads).max()),
+        (abs(tall.error - low.error), abs(fine_tall.error - fine_low.error)),
+        times,
+        posed.reference.observe(times)[LOAD],
     )
 
 
-def _height_run(study: Study, method: str, step: float) -> HeightRun | None:
-    run = study.recording(ExtraRun(TILTED, method, step))
-    error = displacement_error(study, TILTED, method, step)
-    if run is None or error is None:
-        return None
-    heading = float(np.abs(run.observables["heading"]).max())
-    return HeightRun(method, step, error, heading, run.times, run.observables[LOAD])
+def _height_run(request: ExtraRun, run: Trajectory) -> HeightRun:
+    return HeightRun(
+        request.method,
+        request.step,
+        end_error(TILTED, run),
+        float(np.abs(run.observables["heading"]).max()),
+        run.times,
+        run.observables[LOAD],
+    )
 
 
 def _unchanged(numbers: Heights) -> Sequence[Claim]:
-    text = f"the change of Δx at {short(numbers.fine[0].step)} s, relative,"
+    text = f"the change of Δx at {short(TILTED_STEPS[1])} s, relative,"
     return (
-        at_most(text, numbers.fine_change, HARDLY),
+        at_most(text, numbers.changes[1], HARDLY),
         clear("the shift of N₂, and a thousandth of a newton", numbers.shift, 1e-3, "N"),
     )
 
 
 def momentum(study: Study) -> Momentum | None:
     """How far the common centre of mass goes in each engine without friction."""
-    recorded = {name: study.recording(ExtraRun(FREE, name, FREE_STEP)) for name in FREE_METHODS}
-    shifts = {name: _shift(run) for name, run in recorded.items() if run is not None}
+    by_request = recordings(study, FREE_RUNS)
+    shifts = {request.method: _shift(run) for request, run in by_request.items()}
     travelled = abs(float(problem(FREE).motion.displacement))
-    return Momentum(shifts, travelled) if shifts else None
+    return Momentum(shifts, max(shifts.values()), travelled) if shifts else None
 
 
 def _shift(run: Trajectory) -> float:
@@ -214,7 +185,7 @@ def saving(study: Study) -> Saving | None:
         if (known := _costs(study, pair)) is not None
         for name, cost in zip(pair, known, strict=True)
     ]
-    return Saving(tuple(costs), 100.0 * costs[1].cost / costs[0].cost) if costs else None
+    return Saving(tuple(costs), costs[1].relative, 1.0 - costs[1].relative) if costs else None
 
 
 def _pairs(profile: str) -> tuple[tuple[str, str], ...]:
@@ -242,9 +213,9 @@ def _costs(study: Study, pair: tuple[str, str]) -> tuple[float, float] | None:
 
 
 def _cheaper(numbers: Saving) -> Sequence[Claim]:
-    return (at_most("the cost of a reduced step, over a full one,", numbers.cost / 100.0, CHEAPER),)
+    return (at_most("the cost of a reduced step, over a full one,", numbers.part, CHEAPER),)
 
 
-HEIGHTS = Analysis("capsule_line/heights", heights, height_requests, _unchanged)
-MOMENTUM = Analysis("capsule_line/momentum", momentum, momentum_requests, _conserved)
+HEIGHTS = Analysis("capsule_line/heights", heights, lambda plan: HEIGHT_RUNS, _unchanged)
+MOMENTUM = Analysis("capsule_line/momentum", momentum, lambda plan: FREE_RUNS, _conserved)
 SAVING = Analysis("capsule_line/saving", saving, saving_requests, _cheaper)

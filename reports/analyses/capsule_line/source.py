@@ -25,6 +25,7 @@ STRAIGHT = 1e-3  # [rad]: a body that turns by less goes along a line
 EVERY = 5  # samples to a mark
 LINES = tuple(f"capsule-line/{name}" for name in ("ca1", "ca2", "ca3", "at-50", "at-123", "at-222"))
 ON_LINES = (MUJOCO, "pymunk/feet")
+LINE_RUNS = runs(LINES, ON_LINES, (STEP,))
 Samples = Mapping[str, Array]
 """Times [s] and observables at them, by name."""
 
@@ -33,9 +34,7 @@ Samples = Mapping[str, Array]
 class CheckManoeuvre:
     """The check manoeuvre of the source over time, exact and in engines."""
 
-    t1: float  # [s], as all three
-    t_star: float
-    t2: float
+    switches: tuple[float, float, float]  # t1, t*, t2 [s]
     displacement: float  # [m]
     exact: Samples
     engines: Mapping[str, Samples]
@@ -83,11 +82,6 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     return runs((LINE,), ENGINES, (STEP,))
 
 
-def line_requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """Six lines."""
-    return runs(LINES, ON_LINES, (STEP,))
-
-
 def samples(study: Study, every: int, names: Sequence[str]) -> Mapping[str, Samples]:
     """Observables of the check manoeuvre in each engine that ran, at one sample in `every`: not at
     the same ones, so that no mark hides another."""
@@ -104,12 +98,12 @@ def figure_2(study: Study) -> CheckManoeuvre:
     """v(t), v_c(t) and x(t) of the check manoeuvre, exact and as two engines have them."""
     line = problem(LINE).motion
     # The switches among the times, so that a corner is drawn as one.
-    switches = [line.t1, line.t_star, line.t2]
+    switches = (line.t1, line.t_star, line.t2)
     times = np.unique(np.append(np.linspace(0.0, 1.05 * line.t2, 200), switches))
     observed = problem(LINE).reference.observe(times)
     exact = {"times": times, **{name: observed[name] for name in DRAWN}}
     engines = samples(study, EVERY, DRAWN)
-    return CheckManoeuvre(line.t1, line.t_star, line.t2, line.displacement, exact, engines)
+    return CheckManoeuvre(switches, line.displacement, exact, engines)
 
 
 def misprints(study: Study) -> Misprints:
@@ -161,4 +155,4 @@ def _straight(numbers: AnyLine) -> Sequence[Claim]:
 
 FIGURE_2 = Analysis("capsule_line/figure_2", figure_2, requests)
 MISPRINTS = Analysis("capsule_line/misprints", misprints, requests)
-ANY_LINE = Analysis("capsule_line/any_line", any_line, line_requests, _straight)
+ANY_LINE = Analysis("capsule_line/any_line", any_line, lambda plan: LINE_RUNS, _straight)

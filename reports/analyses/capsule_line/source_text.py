@@ -12,7 +12,7 @@ from plumbob.analytic.systems.planner.construction import plan as find_plan
 from plumbob.analytic.systems.planner.problem import Limits, RestPose
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.measurements import LINE, measured, problem
+from plumbob.reports.analyses.measurements import LINE, measured_error, problem
 
 CONTACTS = ("mujoco/euler", "mujoco/euler+coulomb")  # default and convergent
 STEP = 1e-3  # [s]
@@ -32,9 +32,7 @@ class LineStatements:
     enough: float  # acceleration [m/s²] above which the body moves
     excess: float  # of the threshold's scene over that, relative
     barely_moved: float  # [m], in that scene
-    t1: float  # [s], as all three
-    t_star: float
-    t2: float
+    switches: tuple[float, float, float]  # t1, t*, t2 [s]
     exponents: tuple[float, float]  # of t1, in the displacements of slider and body
     short_displacement: float  # [m]
     opposite: bool  # whether slider and body go in opposite directions
@@ -77,16 +75,14 @@ def numbers(study: Study) -> LineStatements:
     limit, exponents = body.holding_acceleration, slope(line)
     plan = find_plan(body, RestPose(AWAY, 0.0, 0.0), Limits(acceleration=SPARE * limit))
     return LineStatements(
-        friction_errors=tuple(_error(study, method) for method in CONTACTS),
+        friction_errors=tuple(measured_error(study, LINE, method, STEP) for method in CONTACTS),
         weight=body.weight,
         load_gap=float(np.abs(loads / body.weight - 1.0).max()),
         imbalance=balance(line),
         enough=limit,
         excess=barely.w1 / limit - 1.0,
         barely_moved=barely.displacement,
-        t1=line.t1,
-        t_star=line.t_star,
-        t2=line.t2,
+        switches=(line.t1, line.t_star, line.t2),
         exponents=exponents,
         short_displacement=line.displacement / SHORTER ** exponents[1],
         opposite=line.stroke * line.displacement < 0.0,
@@ -94,12 +90,6 @@ def numbers(study: Study) -> LineStatements:
         plan_duration=plan.duration,
         acceleration=SPARE * limit,
     )
-
-
-def _error(study: Study, method: str) -> float | None:
-    run = measured(study, LINE, method, STEP)
-    exact = float(problem(LINE).motion.displacement)
-    return None if run is None else abs(run.errors["displacement"].end / exact)
 
 
 SOURCE = Analysis("capsule_line/source", numbers)

@@ -15,7 +15,8 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.measurements import LINE, covers, problem
+from plumbob.reports.analyses.capsule_line.source import Samples
+from plumbob.reports.analyses.measurements import LINE, covers, problem, recordings
 
 EDGE, METHOD, STEP, LASTING = "capsule-line/near-edge", "mujoco/euler+coulomb", 2e-4, 0.3  # [s]
 BEYOND = 0.005  # [m] that the slider starts further along its line than in EDGE
@@ -25,6 +26,7 @@ TIPPED = ExtraRun(EDGE, METHOD, STEP, LASTING, settings=(("slider_ahead", BEYOND
 OUTSIDE = (("supports", ((0.31, 0.0), (0.01, 0.15), (0.01, -0.15))), ("start", 0.1))
 ENGINES = (METHOD, "pymunk/side")
 ENGINE_STEP = 1e-3  # [s]
+OUTSIDE_RUNS = [ExtraRun(LINE, method, ENGINE_STEP, changes=OUTSIDE) for method in ENGINES]
 DRAWN = 0.2  # [s]
 
 
@@ -47,14 +49,6 @@ class Lift:
 
 
 @dataclass(frozen=True)
-class Load:
-    """The normal force at A1 [N] over time [s]."""
-
-    times: Array
-    forces: Array
-
-
-@dataclass(frozen=True)
 class Tipping:
     """The exact condition, motions that hold without the source's, and a run that tips."""
 
@@ -65,10 +59,11 @@ class Tipping:
     displacement: float  # [m], with C outside
     errors: Mapping[str, float]  # of engines, relative, with C outside
     lift: Lift | None
-    exact: Load  # inside the edge
-    statics: Load  # beyond
-    inside: Load | None  # in MuJoCo
-    tipped: Load | None
+    times: Array  # [s]
+    exact: Array  # normal force at A1 [N], inside the edge
+    statics: Array  # beyond
+    inside: Samples | None  # in MuJoCo
+    tipped: Samples | None
     step: float = ENGINE_STEP
     beyond: float = BEYOND
 
@@ -77,11 +72,7 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """A manoeuvre that ends inside the edge and one that ends beyond; one with C outside."""
     if not covers(plan, LINE):
         return ()
-    return (INSIDE, TIPPED, *map(_outside, ENGINES))
-
-
-def _outside(method: str) -> ExtraRun:
-    return ExtraRun(LINE, method, ENGINE_STEP, changes=OUTSIDE)
+    return (INSIDE, TIPPED, *OUTSIDE_RUNS)
 
 
 def loads_beyond(times: Array) -> Array:
@@ -100,7 +91,7 @@ def numbers(study: Study) -> Tipping | None:
     check, edge = problem(LINE).motion, problem(EDGE).motion
     outside = case_of(find_scene(LINE, dict(OUTSIDE))).problem.motion
     exact = float(outside.displacement)
-    recorded = {method: study.recording(_outside(method)) for method in ENGINES}
+    by_request = recordings(study, OUTSIDE_RUNS)
     times = np.linspace(0.0, DRAWN, 200)
     return Tipping(
         reach=1.0 / problem(LINE).setup.capsule.mass_ratio,
@@ -109,13 +100,13 @@ def numbers(study: Study) -> Tipping | None:
         outside=_motion(outside),
         displacement=exact,
         errors={
-            method: float(run.observables["displacement"][-1]) / exact - 1.0
-            for method, run in recorded.items()
-            if run is not None
+            request.method: float(run.observables["displacement"][-1]) / exact - 1.0
+            for request, run in by_request.items()
         },
         lift=_lift(study),
-        exact=Load(times, edge.normal_forces(times)[:, 0]),
-        statics=Load(times, loads_beyond(times)[:, 0]),
+        times=times,
+        exact=edge.normal_forces(times)[:, 0],
+        statics=loads_beyond(times)[:, 0],
         inside=_load(study, INSIDE),
         tipped=_load(study, TIPPED),
     )
@@ -136,11 +127,11 @@ def _lift(study: Study) -> Lift | None:
     return Lift(float(off[0]), risen, float(run.times[-1])) if off.size else None
 
 
-def _load(study: Study, request: ExtraRun) -> Load | None:
+def _load(study: Study, request: ExtraRun) -> Samples | None:
     if (run := study.recording(request)) is None:
         return None
     kept = run.times <= DRAWN
-    return Load(run.times[kept], run.observables["normal_force_1"][kept])
+    return {"times": run.times[kept], "forces": run.observables["normal_force_1"][kept]}
 
 
 TIPPING = Analysis("capsule_line/tipping", numbers, requests)
