@@ -9,7 +9,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.reports.analyses import capsule_plan, plan_legs, section
-from plumbob.reports.analyses.capsule_line import source
+from plumbob.reports.analyses.capsule_line.source import ANY_LINE
 from plumbob.reports.analyses.capsule_plan import SHOWN
 from plumbob.reports.analyses.capsule_turn import (
     body_angle,
@@ -24,7 +24,7 @@ from plumbob.reports.analyses.measurements import problem
 from plumbob.reports.analyses.plan_errors import plan_of
 from plumbob.reports.analyses.plan_path import gallery
 from plumbob.reports.view.content import Figure, Finding, Table
-from plumbob.tests.support.declared import declared, findings_of, measured, nothing
+from plumbob.tests.support.declared import declared, finding, findings_of, measured, nothing
 
 EULER, FEET, DEFAULT = "mujoco/euler+coulomb", "pymunk/feet", "mujoco/euler"
 
@@ -249,7 +249,6 @@ def test_chernousko_is_cited_for_what_he_says() -> None:
     to forces."""
     statements = exact_motion.touching(nothing()).statements
     assert [one.place for one in statements] == ["(1)"]
-    given = declared(nothing(), source.requests)
-    argued = " ".join(source.any_line(given).paragraphs)
+    argued = " ".join(finding(ANY_LINE, declared(nothing(), ANY_LINE.requests)).paragraphs)
     assert "N₂ = N₃" not in argued
     assert "inversely proportional to their arms, for any triangle" in argued
