@@ -182,8 +182,10 @@ def sawtooth(study: Study) -> Sawtooth | None:
     line = problem(LINE).motion
     phases = np.linspace(0.0, 1.0, 101)
     # The deflection term is the same multiple of dt^2 at every step.
-    parabola, raised = _parabola(phases), _raised(FULL, line.t1 / 100)
-    every = [_places(study, method) for method in METHODS]
+    fine = line.t1 / 100
+    raised = -deflection_term(LINE, contact_of(LINE, FULL, fine)) / (line.closed.braking * fine**2)
+    parabola = _parabola(phases)
+    every = [_places(study, name, raised if name == FULL else 0.0) for name in METHODS]
     methods = tuple(places for places in every if places is not None)
     return Sawtooth(phases, parabola, parabola + raised, 8.0 * raised, methods) if methods else None
 
@@ -192,35 +194,22 @@ def _parabola(phases: Array) -> Array:
     return 0.5 * phases * (1 - phases)
 
 
-def _raised(method: str, step: float) -> float:
-    """The part of an error that the deflection of contacts makes, over (mu w2 + f g) dt^2."""
-    if method != FULL:
-        return 0.0
-    unit = -float(problem(LINE).motion.closed.braking) * step**2
-    return deflection_term(LINE, contact_of(LINE, FULL, step)) / unit
-
-
-def _places(study: Study, method: str) -> Places | None:
-    """phi, and the error over -(mu w2 + f g) dt^2 without that of the corner at t1."""
-    line = problem(LINE).motion
-    jump = line.closed.backward + line.closed.braking
-    points = list[tuple[float, float, float]]()
+def _places(study: Study, method: str, raised: float) -> Places | None:
+    """phi, and the error over -(mu w2 + f g) dt^2 without that of the corner at t1; `raised` by the
+    deflection of contacts."""
     by_request = recordings(study, runs((LINE,), (method,), random_steps(study.profile)))
-    for request, run in by_request.items():
-        step, end = request.step, float(run.observables["displacement"][-1])
-        unit = -line.closed.braking * step**2
-        at_t1 = float(trapezoid_error(jump, np.array(line.t1 / step))) * step**2
-        error = (end - line.displacement - at_t1) / unit
-        points.append((line.t_star / step % 1.0, error, _raised(method, step)))
-    if not points:
+    if not by_request:
         return None
-    phases, ends, raised = (np.array(column) for column in zip(*points, strict=True))
+    line = problem(LINE).motion
+    steps = np.array([request.step for request in by_request])
+    ends = np.array([run.observables["displacement"][-1] for run in by_request.values()])
+    at_t1 = trapezoid_error(line.closed.backward + line.closed.braking, line.t1 / steps)
+    errors = (at_t1 - (ends - line.displacement) / steps**2) / line.closed.braking
+    phases = line.t_star / steps % 1.0
     theory = _parabola(phases)
     used = theory > PART / 8
-    bare, deflected = (
-        float(np.abs(left / theory - 1)[used].max()) for left in (ends, ends - raised)
-    )
-    return Places(method, phases, ends, bare, deflected)
+    bare, deflected = (np.abs((errors - part) / theory - 1)[used].max() for part in (0.0, raised))
+    return Places(method, phases, errors, float(bare), float(deflected))
 
 
 def _near(numbers: Sawtooth) -> Sequence[Claim]:
