@@ -19,6 +19,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses import capsule_train, mean_speed, section
 from plumbob.reports.analyses.analysis import Analysis, plain
 from plumbob.reports.analyses.capsule_line import (
+    FINDINGS,
     contacts,
     displacement,
     drive,
@@ -31,7 +32,7 @@ from plumbob.reports.analyses.capsule_line import (
 from plumbob.reports.analyses.measurements import LINE, problem
 from plumbob.reports.view.content import Finding, Table
 from plumbob.reports.view.finding_text import written
-from plumbob.tests.support.declared import declared, finding, measured, nothing
+from plumbob.tests.support.declared import declared, finding, formed, measured, nothing, plan_of
 from plumbob.tests.support.declared import findings_of as formed_of
 
 METHODS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk/side")
@@ -58,6 +59,14 @@ def known(found: Finding | None) -> Finding:
 def numbers_of(analysis: Analysis, ran: Study | None = None) -> Any:
     """The numbers of a study with the runs that the analysis declares."""
     return analysis.numbers(declared(ran or nothing(), analysis.requests))
+
+
+@pytest.mark.parametrize("analysis", FINDINGS, ids=lambda analysis: analysis.template)
+def test_a_finding_on_lines_is_written_where_engines_are_missing(analysis: Analysis) -> None:
+    planned = measured(LINE, METHODS)
+    unmade = dict.fromkeys(analysis.requests(plan_of(planned)))
+    shown = formed(analysis, replace(planned, extras=unmade))
+    assert shown is None or shown.summary
 
 
 def test_figure_of_the_source() -> None:
