@@ -26,7 +26,7 @@ TIPPED = ExtraRun(EDGE, METHOD, STEP, LASTING, settings=(("slider_ahead", BEYOND
 OUTSIDE = (("supports", ((0.31, 0.0), (0.01, 0.15), (0.01, -0.15))), ("start", 0.1))
 ENGINES = (METHOD, "pymunk/side")
 ENGINE_STEP = 1e-3  # [s]
-OUTSIDE_RUNS = [ExtraRun(LINE, method, ENGINE_STEP, changes=OUTSIDE) for method in ENGINES]
+OUTSIDE_RUNS = tuple(ExtraRun(LINE, method, ENGINE_STEP, changes=OUTSIDE) for method in ENGINES)
 DRAWN = 0.2  # [s]
 
 
