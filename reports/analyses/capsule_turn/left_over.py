@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.reports.analyses.capsule_turn.turns import (
@@ -12,8 +9,7 @@ from plumbob.reports.analyses.capsule_turn.turns import (
     METHODS,
     epsilons,
     facts,
-    name_of,
-    seen,
+    judged_error,
     turn,
 )
 from plumbob.reports.view.content import Figure, Finding, Statement, Table, method_cell, row, value
@@ -89,16 +85,9 @@ def finding(study: Study) -> Finding:
 
 
 def _measured(study: Study, epsilon: float, method: str) -> float | None:
-    """omega at 2 tau [rad/s] of a recorded run, or from the error that the study measured."""
-    exact = facts(epsilon)["angular_velocity_at_stop"]
-    if (run := seen(study, epsilon, method, JUDGED, "stop")) is not None:
-        return exact + run.errors["heading_rate"].end
-    tau = turn(epsilon).half_time
-    recording = study.recording(ExtraRun(name_of(epsilon), method, tau / JUDGED))
-    if recording is None:
-        return None
-    at = int(np.argmin(np.abs(recording.times - 2.0 * tau)))
-    return float(recording.observables["heading_rate"][at])
+    """omega at 2 tau [rad/s] of a run at the step judged."""
+    error = judged_error(study, epsilon, method, "stop", "heading_rate")
+    return None if error is None else facts(epsilon)["angular_velocity_at_stop"] + error
 
 
 def _figure() -> Figure:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cache
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -22,6 +23,11 @@ When = Literal["stop", "rest"]
 METHODS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/rk4+coulomb", "pymunk/feet")
 JUDGED = 800  # steps in a half time at which the accuracy asked for is judged
 QUICK = (0.3, 0.03)  # the turns of the quick profile
+EXACT = MappingProxyType({  # of the facts
+    ("body_angle", "stop"): "body_angle",
+    ("body_angle", "rest"): "body_angle_at_rest",
+    ("heading_rate", "stop"): "angular_velocity_at_stop",
+})  # fmt: skip
 
 
 def name_of(epsilon: float, when: When = "rest") -> str:
@@ -83,18 +89,21 @@ def angle_error(study: Study, epsilon: float, method: str, parts: int, when: Whe
     return None if run is None else run.errors["body_angle"].end
 
 
-def judged_error(study: Study, epsilon: float, method: str, when: When) -> float | None:
-    """The same at the step judged, from the recorded run where the study has no measurement."""
-    if (error := angle_error(study, epsilon, method, JUDGED, when)) is not None:
-        return error
+def judged_error(
+    study: Study, epsilon: float, method: str, when: When, observable: str = "body_angle"
+) -> float | None:
+    """The error of that or another observable at the step judged, from the recorded run where the
+    study has no measurement."""
+    if (run := seen(study, epsilon, method, JUDGED, when)) is not None:
+        return run.errors[observable].end
     if _measured_by(plan_of(study), epsilon, method):
         return None
     if (recording := study.recording(_run(epsilon, method))) is None:
         return None
     stop = 2.0 * turn(epsilon).half_time
     at = int(np.argmin(np.abs(recording.times - stop))) if when == "stop" else -1
-    exact = facts(epsilon)["body_angle" if when == "stop" else "body_angle_at_rest"]
-    return float(recording.observables["body_angle"][at]) - exact
+    exact = facts(epsilon)[EXACT[observable, when]]
+    return float(recording.observables[observable][at]) - exact
 
 
 def order_of(study: Study, epsilon: float, method: str, when: When) -> float | None:
