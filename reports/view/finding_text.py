@@ -147,13 +147,13 @@ def _keys(block: str, template: str) -> dict[str, list[str]]:
     """The values of a block of lines `name: value`, by name; a line without one goes on."""
     values: dict[str, list[str]] = {}
     key = ""
-    for line in block.splitlines():
+    for line in filter(str.strip, block.splitlines()):
         if (match := KEY.match(line)) is not None:
             key = match[1]
             values.setdefault(key, []).append(line[match.end() :].strip())
         elif key:
             values[key][-1] += f" {line.strip()}"
-        elif line.strip():
+        else:
             raise TextError(f"{template}: {line!r} is no line of a head")
     return values
 
