@@ -75,7 +75,7 @@ def _measured_by(plan: StudyPlan, epsilon: float, method: str) -> bool:
     return all(plan.has(name_of(epsilon, when), method) for when in ("stop", "rest"))
 
 
-def seen(
+def turn_run(
     study: Study, epsilon: float, method: str, parts: int, when: When = "rest"
 ) -> Measurement | None:
     """The measured run of a turn until it rests, or until 2 tau, with steps of tau/`parts`."""
@@ -85,7 +85,7 @@ def seen(
 def angle_error(study: Study, epsilon: float, method: str, parts: int, when: When) -> float | None:
     """Error of the body angle [rad] at 2 tau or at rest with a step of tau/`parts`, as the study
     measured it; None where it did not."""
-    run = seen(study, epsilon, method, parts, when)
+    run = turn_run(study, epsilon, method, parts, when)
     return None if run is None else run.errors["body_angle"].end
 
 
@@ -94,7 +94,7 @@ def judged_error(
 ) -> float | None:
     """The error of that or another observable at the step judged, from the recorded run where the
     study has no measurement."""
-    if (run := seen(study, epsilon, method, JUDGED, when)) is not None:
+    if (run := turn_run(study, epsilon, method, JUDGED, when)) is not None:
         return run.errors[observable].end
     if _measured_by(plan_of(study), epsilon, method):
         return None
