@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,14 +29,7 @@ STEPS = (1e-3, 1e-4)
 SPIN = "capsule-coast/spin"
 SPINNING = ("mujoco/euler+coulomb", "mujoco/rk4+coulomb", "pymunk/feet", DEFAULT)
 DECADE = (1e-3, 5e-4, 2e-4, 1e-4)
-
-
-@dataclass(frozen=True)
-class StopErrors:
-    """A method's errors of the stopping distance over v0 dt/2, measured and predicted, by step."""
-
-    method: str
-    errors: tuple[tuple[float, float], ...]
+Pair = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -46,7 +39,7 @@ class Stopping:
     speed: float  # [m/s]
     distance: float  # [m]
     spinning: float  # time [s] until one rests that spins too
-    rows: tuple[StopErrors, ...]
+    rows: Mapping[str, Sequence[Pair]]  # by method and step: measured, predicted, over v0 dt/2
     steps: tuple[float, ...] = STEPS
 
     @property
@@ -62,41 +55,35 @@ def stopping_requests(plan: StudyPlan) -> Sequence[ExtraRun]:
 
 def stopping(study: Study) -> Stopping | None:
     """Errors of the stopping distance in both engines; None where neither ran."""
-    posed = problem(SCENE)
+    errors = {name: [_stop_errors(study, name, step) for step in STEPS] for name in METHODS}
+    known = {name: [pair for pair in pairs if pair] for name, pairs in errors.items()}
+    rows = {name: pairs for name, pairs in known.items() if len(pairs) == len(STEPS)}
+    posed, spinning = problem(SCENE), problem(SPIN).motion.rest_time
     speed, distance = math.hypot(*posed.setup.velocity), float(posed.motion.coasting.distance)
-    rows = []
-    for name in METHODS:
-        errors = [_stop_errors(study, name, step, speed, distance) for step in STEPS]
-        known = tuple(pair for pair in errors if pair is not None)
-        if len(known) == len(STEPS):
-            rows.append(StopErrors(name, known))
-    spinning = problem(SPIN).motion.rest_time
-    return Stopping(speed, distance, spinning, tuple(rows)) if rows else None
+    return Stopping(speed, distance, spinning, rows) if rows else None
 
 
-def _stop_errors(
-    study: Study, name: str, step: float, speed: float, distance: float
-) -> tuple[float, float] | None:
-    run = study.recording(ExtraRun(SCENE, name, step))
+def _stop_errors(study: Study, name: str, step: float) -> Pair | None:
+    run, posed = study.recording(ExtraRun(SCENE, name, step)), problem(SCENE)
     if run is None:
         return None
-    half = 0.5 * speed * step
-    travelled = math.hypot(run.observables["x"][-1], run.observables["y"][-1])
-    return (travelled - distance) / half, _predicted_end(name, step, run.times) / half
+    error = _way(run.observables) - float(posed.motion.coasting.distance)
+    predicted = _way(case(SCENE).errors.at_step(scheme(name), step, run.times).errors)
+    half = 0.5 * step * math.hypot(*posed.setup.velocity)
+    return error / half, predicted / half
 
 
-def _predicted_end(method: str, step: float, times: Array) -> float:
-    """The predicted error of the stopping distance [m]: positive where it is too long."""
-    predicted = case(SCENE).errors.at_step(scheme(method), step, times).errors
-    x, y = predicted["x"][-1], predicted["y"][-1]
+def _way(observed: Mapping[str, Array]) -> float:
+    """How far a body is at the end, or its error [m]: positive where it is too far."""
+    x, y = observed["x"][-1], observed["y"][-1]
     return math.copysign(math.hypot(x, y), x)
 
 
 def stopping_claims(numbers: Stopping) -> Sequence[Claim]:
     """The error at the smallest step is as predicted, but on default contacts."""
-    left = {row.method: row.errors[-1][0] - row.errors[-1][1] for row in numbers.rows}
     text = "what theory leaves of the error of {}, over v₀dt/2,"
-    return [at_most(text.format(n), size, ALIKE) for n, size in left.items() if n != DEFAULT]
+    ends = {name: pairs[-1] for name, pairs in numbers.rows.items() if name != DEFAULT}
+    return [at_most(text.format(name), end[0] - end[1], ALIKE) for name, end in ends.items()]
 
 
 @dataclass(frozen=True)
@@ -104,18 +91,10 @@ class HeadingErrors:
     """A method's errors of the heading at rest [rad], by step."""
 
     method: str
-    errors: tuple[float, ...]
-    slope: float | None  # error over step [rad/s] that is predicted at the smallest
-
-    @property
-    def ratios(self) -> tuple[float, ...]:
-        """Errors over steps [rad/s]."""
-        return tuple(error / step for error, step in zip(self.errors, DECADE, strict=True))
-
-    @property
-    def line(self) -> tuple[float, ...]:
-        """The slope times the steps [rad]."""
-        return tuple((self.slope or 0.0) * step for step in DECADE)
+    errors: Array
+    ratios: Array  # over the step [rad/s]
+    slope: float | None  # the ratio that is predicted at the smallest step
+    line: Array  # slope times step
 
 
 @dataclass(frozen=True)
@@ -129,22 +108,23 @@ class DefaultRun:
 
 
 @dataclass(frozen=True)
-class Defaults:
-    """Runs on default contacts at the same steps."""
-
-    runs: tuple[DefaultRun, ...]
-    least: float  # error of the heading [rad]
-    most: float
-    missing: float  # the least
-
-
-@dataclass(frozen=True)
 class Spin:
     """A body that spins and slides at once."""
 
     methods: tuple[HeadingErrors, ...]
-    default: Defaults | None
+    default: tuple[DefaultRun, ...]
     steps: tuple[float, ...] = DECADE
+
+    @property
+    def default_range(self) -> Sequence[float]:
+        """Least and largest error of the heading [rad] on default contacts, if there are any."""
+        sizes = sorted(abs(run.heading) for run in self.default)
+        return sizes[:1] + sizes[-1:]
+
+    @property
+    def missing(self) -> float | None:
+        """The least fraction of samples with a contact missing there."""
+        return min((run.missing for run in self.default), default=None)
 
 
 def spin_requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -161,7 +141,9 @@ def spin(study: Study) -> Spin | None:
     methods = tuple(method for method in errors if method is not None)
     if all(method.slope is None for method in methods):
         return None
-    return Spin(methods, _defaults(study))
+    runs = [_default_run(study, step) for step in DECADE]
+    default = tuple(run for run in runs if run is not None)
+    return Spin(methods, default if len(default) == len(DECADE) else ())
 
 
 def _heading_errors(study: Study, name: str) -> HeadingErrors | None:
@@ -169,42 +151,33 @@ def _heading_errors(study: Study, name: str) -> HeadingErrors | None:
     errors = [run.errors["heading"] for run in measurements if run is not None]
     if len(errors) < len(DECADE):
         return None
-    last = errors[-1].predicted
-    slope = None if name == DEFAULT or last is None else last.end / DECADE[-1]
-    return HeadingErrors(name, tuple(error.end for error in errors), slope)
+    ends, steps = np.array([error.end for error in errors]), np.array(DECADE)
+    predicted = None if name == DEFAULT else errors[-1].predicted
+    slope = predicted.end / DECADE[-1] if predicted else None
+    return HeadingErrors(name, ends, ends / steps, slope, (slope or 0.0) * steps)
 
 
-def _defaults(study: Study) -> Defaults | None:
-    rows = []
-    rest_time = problem(SPIN).motion.rest_time
-    for step in DECADE:
-        run = measured(study, SPIN, DEFAULT, step)
-        recording = study.recording(ExtraRun(SPIN, DEFAULT, step))
-        if run is None or recording is None:
-            return None
-        contacts = recording.channels["contacts"][recording.times < rest_time]
-        heading, rate = run.errors["heading"], run.errors["heading_rate"]
-        rows.append(DefaultRun(step, heading.end, rate.largest, float(np.mean(contacts < 3))))
-    sizes = [abs(row.heading) for row in rows]
-    return Defaults(tuple(rows), min(sizes), max(sizes), min(row.missing for row in rows))
+def _default_run(study: Study, step: float) -> DefaultRun | None:
+    run = measured(study, SPIN, DEFAULT, step)
+    recording = study.recording(ExtraRun(SPIN, DEFAULT, step))
+    if run is None or recording is None:
+        return None
+    moving = recording.times < problem(SPIN).motion.rest_time
+    missing = float(np.mean(recording.channels["contacts"][moving] < 3))
+    return DefaultRun(step, run.errors["heading"].end, run.errors["heading_rate"].largest, missing)
 
 
 def spin_claims(numbers: Spin) -> Sequence[Claim]:
     """Errors fall in proportion to the step."""
-    decade = DECADE[0] / DECADE[-1]
-    return [
-        between(
-            f"the error of {method.method}, at ten times the step over at the step,",
-            method.errors[0] / method.errors[-1] if method.errors[-1] else 0.0,
-            0.5 * decade,
-            2.0 * decade,
-        )
-        for method in numbers.methods
-        if method.slope is not None
-    ]
+    text, decade = (
+        "the error of {}, at ten times the step over at the step,",
+        DECADE[0] / DECADE[-1],
+    )
+    bounds = 0.5 * decade, 2.0 * decade
+    ends = {row.method: row.errors for row in numbers.methods if row.slope is not None}
+    falls = {name: sizes[0] / sizes[-1] if sizes[-1] else 0.0 for name, sizes in ends.items()}
+    return [between(text.format(name), fall, *bounds) for name, fall in falls.items()]
 
 
 STOPPING = Analysis("capsule_coast/stopping", stopping, stopping_requests, stopping_claims)
-SECTION = Section(
-    (STOPPING, Analysis("capsule_coast/spin", spin, spin_requests, spin_claims)),
-)
+SECTION = Section((STOPPING, Analysis("capsule_coast/spin", spin, spin_requests, spin_claims)))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scenes as find_scenes
+from plumbob.models.scene import Scene
 from plumbob.reports.analyses.analysis import Analysis, Section
 from plumbob.reports.analyses.claims import clear
 from plumbob.reports.analyses.measurements import covers, measured, names
@@ -17,29 +18,12 @@ SLIDES = 0.1  # [m]: more than any drift of stiction, in ten seconds
 
 
 @dataclass(frozen=True)
-class Drift:
-    """How far a body moves that should rest."""
-
-    distance: float | None  # [m]; None: not measured
-    duration: float  # [s]
-
-    @property
-    def speed(self) -> float | None:
-        """Its mean [m/s]."""
-        return None if self.distance is None else self.distance / self.duration
-
-    @property
-    def slides(self) -> bool:
-        """Whether friction has given way."""
-        return self.distance is not None and self.distance > SLIDES
-
-
-@dataclass(frozen=True)
 class Drifts:
-    """A method's drifts, on each scene."""
+    """How far a body moves with a method that should rest, on each scene."""
 
     method: str
-    drifts: tuple[Drift, ...]
+    distances: tuple[float | None, ...]  # [m]; None: not measured
+    speeds: tuple[float | None, ...]  # [m/s], their means
 
 
 @dataclass(frozen=True)
@@ -49,26 +33,22 @@ class Stiction:
     scenes: tuple[str, ...]
     step: float  # [s]
     rows: tuple[Drifts, ...]
+    slides: float = SLIDES
 
     def steepest(self, *ends: str) -> list[float]:
         """The distances [m] on the last scene, of methods whose names end so."""
-        last = {row.method: row.drifts[-1].distance for row in self.rows}
-        return [d for name, d in last.items() if d is not None and name.endswith(ends)]
+        last = [row.distances[-1] for row in self.rows if row.method.endswith(ends or "")]
+        return [distance for distance in last if distance is not None]
 
     @property
-    def ran(self) -> bool:
-        """Whether a method ran on the last scene."""
-        return bool(self.steepest(""))
-
-    @property
-    def convergent(self) -> float | None:
-        """The largest distance [m] there on convergent contacts."""
-        return max(self.steepest("coulomb", "feet", "side"), default=None)
-
-    @property
-    def noslip(self) -> float | None:
-        """The same with noslip."""
-        return max(self.steepest("coulomb+noslip"), default=None)
+    def largest(self) -> Mapping[str, float | None]:
+        """The largest [m] of all, on convergent contacts, and with noslip."""
+        groups = {
+            "all": self.steepest(),
+            "convergent": self.steepest("coulomb", "feet", "side"),
+            "noslip": self.steepest("coulomb+noslip"),
+        }
+        return {name: max(sizes, default=None) for name, sizes in groups.items()}
 
 
 def numbers(study: Study) -> Stiction | None:
@@ -77,15 +57,9 @@ def numbers(study: Study) -> Stiction | None:
     tilted = [scene for scene in tilted if "length" not in scene.parameters]
     if not tilted:
         return None
-    scenes, step = tuple(scene.name for scene in tilted), _step(study, tilted[-1].name)
-    rows = []
-    for name in names(study):
-        distances = [_distance(study, scene, name, step) for scene in scenes]
-        pairs = zip(distances, tilted, strict=True)
-        drifts = tuple(Drift(distance, scene.duration) for distance, scene in pairs)
-        if any(distance is not None for distance in distances):
-            rows.append(Drifts(name, drifts))
-    return Stiction(scenes, step, tuple(rows))
+    step = _step(study, tilted[-1].name)
+    rows = tuple(row for name in names(study) if (row := _drifts(study, tilted, name, step)))
+    return Stiction(tuple(scene.name for scene in tilted), step, rows)
 
 
 def _step(study: Study, scene: str) -> float:
@@ -94,14 +68,21 @@ def _step(study: Study, scene: str) -> float:
     return next(ran, STEPS[0])
 
 
-def _distance(study: Study, scene: str, method: str, step: float) -> float | None:
-    run = measured(study, scene, method, step)
-    return None if run is None else abs(run.errors["displacement"].end)
+def _drifts(study: Study, tilted: Sequence[Scene], method: str, step: float) -> Drifts | None:
+    distances, speeds = [], []
+    for scene in tilted:
+        run = measured(study, scene.name, method, step)
+        distance = None if run is None else abs(run.errors["displacement"].end)
+        distances.append(distance)
+        speeds.append(None if distance is None else distance / scene.duration)
+    if all(distance is None for distance in distances):
+        return None
+    return Drifts(method, tuple(distances), tuple(speeds))
 
 
 def claims(numbers: Stiction) -> Sequence[Claim]:
     """Contact models differ by much."""
-    known = numbers.steepest("")
+    known = numbers.steepest()
     text = "the fastest drift and the slowest"
     return [clear(text, max(known), min(known), "m")] if len(known) > 1 else ()
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.errors.sliding_motion.plane_errors import euler_lead
+from plumbob.analytic.reference import Array
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS, PARTS
 from plumbob.reports.analyses.analysis import Analysis
@@ -15,6 +16,7 @@ from plumbob.reports.analyses.capsule_turn.exact_motion import FormulaErrors, fo
 from plumbob.reports.analyses.capsule_turn.turns import (
     JUDGED,
     METHODS,
+    WHENS,
     epsilons,
     judged_error,
     order_of,
@@ -76,11 +78,9 @@ class Angles:
     @property
     def held(self) -> Mapping[str, float]:
         """The largest error [rad] of each method at the epsilons that it is asked for."""
-        worst: dict[str, float] = {}
-        for name in METHODS:
-            sizes = [e.largest for e in self.errors if e.method == name and e.epsilon >= FROM]
-            worst |= {name: max(sizes)} if sizes else {}
-        return worst
+        judged = [error for error in self.errors if error.epsilon >= FROM]
+        methods = [name for name in METHODS if any(error.method == name for error in judged)]
+        return {n: max(e.largest for e in judged if e.method == n) for n in methods}
 
 
 def angles(study: Study) -> Angles | None:
@@ -95,11 +95,10 @@ def angles(study: Study) -> Angles | None:
 
 
 def _turn_errors(study: Study, epsilon: float, name: str) -> TurnErrors | None:
-    stop = judged_error(study, epsilon, name, "stop")
-    end = judged_error(study, epsilon, name, "rest")
+    stop, end = (judged_error(study, epsilon, name, when) for when in WHENS)
     if stop is None or end is None:
         return None
-    orders = order_of(study, epsilon, name, "stop"), order_of(study, epsilon, name, "rest")
+    orders = (order_of(study, epsilon, name, when) for when in WHENS)
     return TurnErrors(epsilon, name, stop, end, *orders)
 
 
@@ -126,7 +125,7 @@ class Leak:
     """Error at 2 tau over mu_1^2 Z^3 tau^5 h/2, by method and epsilon."""
 
     epsilons: tuple[float, ...]
-    ratios: Mapping[str, tuple[float, ...]]
+    ratios: Mapping[str, Array]
     lead: float  # [rad], at the step judged
     step: float  # [s] at epsilon 0.03
     judged: int = JUDGED
@@ -140,14 +139,9 @@ class Leak:
 def leak(study: Study) -> Leak | None:
     """The ratios of each method that ran at every epsilon; None without MuJoCo."""
     turns = epsilons(study)
-    leads = [euler_lead(turn(e)) * (turn(e).half_time / JUDGED) for e in turns]
-    ratios = dict[str, tuple[float, ...]]()
-    for name in METHODS[1:]:
-        errors = [judged_error(study, epsilon, name, "stop") for epsilon in turns]
-        pairs = zip(errors, leads, strict=True)
-        sizes = tuple(error / lead for error, lead in pairs if error is not None)
-        if len(sizes) == len(turns):
-            ratios[name] = sizes
+    leads = [euler_lead(turn(e)) * turn(e).half_time / JUDGED for e in turns]
+    errors = {n: [judged_error(study, e, n, "stop") for e in turns] for n in METHODS[1:]}
+    ratios = {n: np.array(sizes) / leads for n, sizes in errors.items() if None not in sizes}
     if EULER not in ratios:
         return None
     return Leak(turns, ratios, leads[0], turn(0.03).half_time / JUDGED)
@@ -166,20 +160,12 @@ class Deflected:
 
 
 @dataclass(frozen=True)
-class Largest:
-    """The largest of a method's turns, as magnitudes."""
-
-    vertical: float
-    beyond: float
-
-
-@dataclass(frozen=True)
 class Deflection:
     """Turns on contacts whose stiffness goes with the step, and on default ones."""
 
     rows: tuple[Deflected, ...]
-    convergent: Largest
-    default: Largest
+    vertical: Mapping[str, float]  # the largest of each method
+    beyond: Mapping[str, float]  # likewise, as a magnitude
     judged: int = JUDGED
 
 
@@ -187,24 +173,22 @@ def deflection(study: Study) -> Deflection | None:
     """What contact deflection adds to turns; None where the study has no such runs."""
     pairs = [(epsilon, name) for epsilon in epsilons(study) for name in (EULER, DEFAULT)]
     rows = tuple(row for pair in pairs if (row := _deflected(study, *pair)) is not None)
-    if {row.method for row in rows} != {EULER, DEFAULT}:
+    parts = {name: [row for row in rows if row.method == name] for name in (EULER, DEFAULT)}
+    if not all(parts.values()):
         return None
-    return Deflection(rows, _largest(rows, EULER), _largest(rows, DEFAULT))
+    vertical = {name: max(row.vertical for row in part) for name, part in parts.items()}
+    beyond = {name: max(abs(row.beyond) for row in part) for name, part in parts.items()}
+    return Deflection(rows, vertical, beyond)
 
 
 def _deflected(study: Study, epsilon: float, name: str) -> Deflected | None:
     run = turn_run(study, epsilon, name, JUDGED)
-    error = None if run is None else run.errors["body_angle"]
+    error = run.errors["body_angle"] if run else None
     if run is None or error is None or error.predicted is None:
         return None
     vertical, beyond = run.channels["vertical_displacement"], error.end - error.predicted.end
     bound = error.model.get("contact deflection")
     return Deflected(epsilon, name, driving_force(epsilon), vertical, beyond, bound)
-
-
-def _largest(rows: Sequence[Deflected], method: str) -> Largest:
-    chosen = [row for row in rows if row.method == method]
-    return Largest(max(row.vertical for row in chosen), max(abs(row.beyond) for row in chosen))
 
 
 def driving_force(epsilon: float) -> float:
@@ -216,12 +200,12 @@ def driving_force(epsilon: float) -> float:
 
 def deflection_claims(numbers: Deflection) -> Sequence[Claim]:
     """Contacts that go with the step do no harm, and default ones lift the body."""
-    good, bad = numbers.convergent, numbers.default
+    vertical = numbers.vertical
+    text = "vertical displacements, on default contacts and on those of the step"
     return (
-        at_most("what contacts that go with the step add", good.beyond, HARM, "rad"),
-        clear("vertical displacements, on default contacts and on those of the step",
-              bad.vertical, 0.1 * good.vertical, "m"),
-    )  # fmt: skip
+        at_most("what contacts that go with the step add", numbers.beyond[EULER], HARM, "rad"),
+        clear(text, vertical[DEFAULT], 0.1 * vertical[EULER], "m"),
+    )
 
 
 ANGLE = Analysis("capsule_turn/angle", angles, requests, angle_claims)

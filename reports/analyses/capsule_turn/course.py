@@ -13,8 +13,8 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.capsule_turn.turns import JUDGED, name_of, turn
-from plumbob.reports.analyses.measurements import covers, problem
+from plumbob.reports.analyses.capsule_turn.turns import JUDGED, judged_run, name_of, turn
+from plumbob.reports.analyses.measurements import covers, plan_of, problem
 
 EPSILONS = (0.3, 0.1, 0.03)
 DRAWN = EPSILONS[0]  # of the figures: friction is seen there
@@ -25,11 +25,7 @@ PHASES = np.linspace(0.0, LASTING, POINTS)  # times over tau
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """The turn that is drawn, with both engines, at the step judged."""
-    return [_run(method) for method in ENGINES] if covers(plan, name_of(DRAWN)) else ()
-
-
-def _run(method: str) -> ExtraRun:
-    return ExtraRun(name_of(DRAWN), method, turn(DRAWN).half_time / JUDGED)
+    return [judged_run(DRAWN, name) for name in ENGINES] if covers(plan, name_of(DRAWN)) else ()
 
 
 def exact_course(epsilon: float, phases: Array) -> tuple[Array, Array]:
@@ -110,8 +106,7 @@ def numbers(study: Study) -> Course:
     manoeuvre = turn(DRAWN)
     times = PHASES * manoeuvre.half_time
     angles, place = exact_course(DRAWN, PHASES)
-    methods = ENGINES if covers(study, name_of(DRAWN)) else ()
-    runs = [(method, study.recording(_run(method))) for method in methods]
+    runs = [(run.method, study.recording(run)) for run in requests(plan_of(study))]
     return Course(
         tuple(departure(epsilon) for epsilon in EPSILONS),
         PHASES,

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
 
+from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
@@ -27,6 +28,7 @@ SLENDER = MappingProxyType(
     {"inertia": 0.002, "radius": 0.12, "angular_acceleration": 130.0, "half_time": 0.08}
 )  # the check body's masses nearer to C: a support is easier to move one way than the other
 SIDES = (1e-6, 1e-5, 1e-4, 1e-3)  # [s] before and after
+Rows = Sequence[Sequence[float]] | Array
 
 
 @dataclass(frozen=True)
@@ -39,13 +41,9 @@ class FormulaErrors:
     @property
     def slopes(self) -> Mapping[str, float]:
         """Slopes of log error against log epsilon, from 0.1 to 0.003."""
-        return {"stop": slope(self.stop), "rest": slope(self.rest)}
-
-
-def slope(errors: tuple[float, ...]) -> float:
-    """Slope of log error against log epsilon, from 0.1 to 0.003."""
-    sizes = np.log(np.abs(errors[SLOPES]))
-    return float(np.polyfit(np.log(EPSILONS[SLOPES]), sizes, 1)[0])
+        sizes = np.log(np.abs(np.column_stack([self.stop, self.rest])[SLOPES]))
+        stop, end = np.polyfit(np.log(EPSILONS[SLOPES]), sizes, 1)[0]
+        return {"stop": stop, "rest": end}
 
 
 def formulas() -> tuple[FormulaErrors, FormulaErrors]:
@@ -62,26 +60,6 @@ def _errors(at_stop: str, at_rest: str) -> FormulaErrors:
     )
 
 
-def logarithm(errors: tuple[float, ...]) -> float:
-    """K of an error K epsilon^4 ln(1/epsilon) + B epsilon^4, from the two smallest epsilons."""
-    larger, smaller = EPSILONS[-2:]
-    return (errors[-1] / smaller**4 - errors[-2] / larger**4) / math.log(larger / smaller)
-
-
-@dataclass(frozen=True)
-class Check:
-    """The body angle at 2 tau [rad], as computed elsewhere and here."""
-
-    epsilon: float
-    value: float
-    computed: float
-
-    @property
-    def difference(self) -> float:
-        """Computed here less elsewhere."""
-        return self.computed - self.value
-
-
 @dataclass(frozen=True)
 class SecondOrder:
     """The formula's next term: in theory, and in the exact motion."""
@@ -90,7 +68,7 @@ class SecondOrder:
     rest: float
     formula: FormulaErrors
     corrected: FormulaErrors
-    checks: tuple[Check, ...]
+    checks: Rows  # epsilon, the body angle at 2 tau [rad], computed, their difference
     epsilons: tuple[float, ...] = EPSILONS
 
     @property
@@ -101,8 +79,10 @@ class SecondOrder:
 
     @property
     def factor(self) -> float:
-        """That of the logarithm in what is left at rest."""
-        return logarithm(self.corrected.rest)
+        """K of an error K epsilon^4 ln(1/epsilon) + B epsilon^4 at rest, from the two smallest."""
+        small = zip(self.corrected.rest[-2:], EPSILONS[-2:], strict=True)
+        larger, smaller = (error / epsilon**4 for error, epsilon in small)
+        return (smaller - larger) / math.log(EPSILONS[-2] / EPSILONS[-1])
 
 
 def second_order(study: Study) -> SecondOrder:
@@ -110,8 +90,9 @@ def second_order(study: Study) -> SecondOrder:
     turned = turn(0.1)
     scale = turned.characteristic_time**2
     stop, end = turned.correction.at_stop.heading, turned.correction.at_rest.heading
-    checks = (Check(e, angle, facts(e)["body_angle"]) for e, angle in CHECKED.items())
-    return SecondOrder(scale * stop, scale * end, *formulas(), tuple(checks))
+    angles = [(e, known, facts(e)["body_angle"]) for e, known in CHECKED.items()]
+    checks = tuple((e, known, angle, angle - known) for e, known, angle in angles)
+    return SecondOrder(scale * stop, scale * end, *formulas(), checks)
 
 
 def motion() -> ThreePointMotion:
@@ -132,27 +113,13 @@ def touches(single: ThreePointMotion) -> list[tuple[float, int]]:
 
 
 @dataclass(frozen=True)
-class Sides:
-    """Slip speeds [m/s] at a time [s] before and after a stop."""
-
-    time: float
-    before: float
-    after: float
-
-    @property
-    def rates(self) -> tuple[float, float]:
-        """Both over the time [m/s²]."""
-        return self.before / self.time, self.after / self.time
-
-
-@dataclass(frozen=True)
 class Touch:
     """A support (1, 2, 3) of a slender body that stops and slides on at once."""
 
     time: float  # over tau
     support: int
     speed: float  # there [m/s]
-    sides: tuple[Sides, ...]
+    sides: Rows  # time [s], slip speeds so long before and after, and those over the time
     modes: Modes
     parameters: Mapping[str, float]
 
@@ -162,12 +129,11 @@ def touching(study: Study) -> Touch:
     single, tau = motion(), SLENDER["half_time"]
     (time, support), *_ = touches(single)
     sides = np.array(SIDES)
-    before, at, after = (
-        map(float, slip_speeds(single, times)[support])
-        for times in (time - sides, np.array([time]), time + sides)
-    )
-    rows = tuple(Sides(*row) for row in zip(SIDES, before, after, strict=True))
-    return Touch(time / tau, support + 1, next(at), rows, modes_of(single, tau), SLENDER)
+    times = np.array([time, *(time - sides), *(time + sides)])
+    at, *speeds = slip_speeds(single, times)[support]
+    before, after = np.reshape(speeds, (2, -1))
+    rows = np.column_stack([sides, before, after, before / sides, after / sides])
+    return Touch(time / tau, support + 1, float(at), rows, modes_of(single, tau), SLENDER)
 
 
 SECOND_ORDER = Analysis("capsule_turn/second_order", second_order)

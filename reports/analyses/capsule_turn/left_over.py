@@ -38,30 +38,20 @@ class Left:
 
 
 @dataclass(frozen=True)
-class EngineRate:
-    """omega at 2 tau of an engine [rad/s], and its error."""
-
-    epsilon: float
-    method: str
-    rate: float
-    error: float
-
-
-@dataclass(frozen=True)
 class LeftOver:
     """The velocities left at 2 tau, exact and in engines."""
 
     rows: tuple[Left, ...]
     shown: Left
     coefficient: float  # [rad/s²]: omega(2 tau) over tau
-    engines: tuple[EngineRate, ...]
+    engines: tuple[tuple[float, str, float, float], ...]  # epsilon, method, omega [rad/s], error
     judged: int = JUDGED
 
 
 def numbers(study: Study) -> LeftOver:
     """omega and |v| at 2 tau over epsilon, exact, by the formula, and as engines have omega."""
     engines = tuple(
-        EngineRate(epsilon, method, facts(epsilon)["angular_velocity_at_stop"] + error, error)
+        (epsilon, method, facts(epsilon)["angular_velocity_at_stop"] + error, error)
         for epsilon in epsilons(study)
         for method in METHODS
         if (error := judged_error(study, epsilon, method, "stop", "heading_rate")) is not None
@@ -72,9 +62,14 @@ def numbers(study: Study) -> LeftOver:
 
 def _left(epsilon: float) -> Left:
     known = facts(epsilon)
-    names = ("angular_velocity_at_stop", "speed_at_stop")
-    sizes = [known[name + kind] for name in names for kind in ("", "_formula")]
-    return Left(epsilon, *sizes, known["rest_time"] - known["stop_time"])
+    return Left(
+        epsilon,
+        known["angular_velocity_at_stop"],
+        known["angular_velocity_at_stop_formula"],
+        known["speed_at_stop"],
+        known["speed_at_stop_formula"],
+        known["rest_time"] - known["stop_time"],
+    )
 
 
 LEFT_OVER = Analysis("capsule_turn/left_over", numbers, requests)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -20,6 +19,7 @@ POINTS = 150  # of a curve of speeds, and more beside every event
 DRAWN = 290  # points of a curve: more would be thinned
 NEAR = 1e-12  # of the largest slip speed: where a support at rest is drawn
 LATE = 1.08  # of the time to rest
+Slips = tuple[Array, Array]  # times in half times; slip speeds over the largest, shape (3, n)
 
 
 @dataclass(frozen=True)
@@ -35,26 +35,18 @@ class Stay:
 
 
 @dataclass(frozen=True)
-class Slips:
-    """Part of the slip speeds of the three supports, over the largest."""
-
-    times: Array  # in half times
-    speeds: Array  # shape (3, n)
-
-
-@dataclass(frozen=True)
 class Modes:
     """The modes of a turn over time, and its slip speeds."""
 
     stays: tuple[Stay, ...]
-    slips: tuple[Slips, ...]
+    slips: tuple[Slips, ...]  # in parts that join
     top: float  # the largest slip speed [m/s]
 
 
 def modes_of(motion: ThreePointMotion, unit: float) -> Modes:
     """Modes and slip speeds of a turn whose half time is `unit` [s]."""
     ends = [*(event.time for event in motion.events[1:]), LATE * motion.rest_time]
-    earlier = [None, *motion.events[:-1]]
+    modes = ["", *(event.mode for event in motion.events[:-1])]
     stays = tuple(
         Stay(
             event.mode,
@@ -62,9 +54,9 @@ def modes_of(motion: ThreePointMotion, unit: float) -> Modes:
             event.time / unit,
             end / unit,
             (end - event.time) / unit if event.time < motion.rest_time else None,
-            before is not None and before.mode == event.mode == "slide",
+            before == event.mode == "slide",
         )
-        for before, event, end in zip(earlier, motion.events, ends, strict=True)
+        for before, event, end in zip(modes, motion.events, ends, strict=True)
     )
     return Modes(stays, *_slips(motion, unit))
 
@@ -78,7 +70,7 @@ def slip_speeds(motion: ThreePointMotion, times: Array) -> Array:
 
 
 def _slips(motion: ThreePointMotion, unit: float) -> tuple[tuple[Slips, ...], float]:
-    """Slip speeds in parts that join, and the largest [m/s]."""
+    """Slip speeds of all supports, and the largest [m/s]."""
     end = LATE * motion.rest_time
     beside = np.geomspace(1e-9, 1e-2, 22) * end
     marks = [event.time + side for event in motion.events for side in (*-beside, 0.0, *beside)]
@@ -87,9 +79,9 @@ def _slips(motion: ThreePointMotion, unit: float) -> tuple[tuple[Slips, ...], fl
     speeds = slip_speeds(motion, times)
     top = float(speeds.max()) or 1.0
     shown = np.maximum(speeds / top, NEAR)
-    bounds = [part[0] for part in np.array_split(np.arange(times.size), -(-times.size // DRAWN))]
-    reaches = [slice(begin, last + 1) for begin, last in pairwise([*bounds, times.size])]
-    return tuple(Slips(times[reach] / unit, shown[:, reach]) for reach in reaches), top
+    parts = np.array_split(np.arange(times.size), -(-times.size // DRAWN))
+    reaches = [slice(part[0], part[-1] + 2) for part in parts]
+    return tuple((times[reach] / unit, shown[:, reach]) for reach in reaches), top
 
 
 @dataclass(frozen=True)
