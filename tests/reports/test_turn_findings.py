@@ -88,6 +88,7 @@ def test_contact_deflection() -> None:
     found = body_angle.deflection(study("capsule-turn/0.03", (EULER, DEFAULT), step))
     assert found is not None
     good, bad = found.rows
+    assert good.force == pytest.approx(3805.17 / 0.09, rel=0.01)  # as epsilon^-2, of that at 0.1
     assert good.vertical < 1e-14 < 1e-3 < bad.vertical
     assert good.bound is not None  # 1.1e-7, until the body rests
     assert abs(good.beyond) < good.bound < 1.5e-7

@@ -18,6 +18,7 @@ from plumbob.reports.analyses.capsule_turn.turns import (
     METHODS,
     WHENS,
     epsilons,
+    facts,
     judged_error,
     order_of,
     requests,
@@ -187,15 +188,8 @@ def _deflected(study: Study, epsilon: float, name: str) -> Deflected | None:
     if run is None or error is None or error.predicted is None:
         return None
     vertical, beyond = run.channels["vertical_displacement"], error.end - error.predicted.end
-    bound = error.model.get("contact deflection")
-    return Deflected(epsilon, name, driving_force(epsilon), vertical, beyond, bound)
-
-
-def driving_force(epsilon: float) -> float:
-    """Largest force that moves the slider in the body [N], to leading order: m times |w|."""
-    manoeuvre = turn(epsilon)
-    _, _, acceleration = manoeuvre.path.kinematics(np.array([manoeuvre.half_time * (1.0 - 1e-9)]))
-    return float(manoeuvre.capsule.slider_mass * np.hypot(*acceleration[0]))
+    force, bound = facts(epsilon)["driving_force_peak"], error.model.get("contact deflection")
+    return Deflected(epsilon, name, force, vertical, beyond, bound)
 
 
 def deflection_claims(numbers: Deflection) -> Sequence[Claim]:
