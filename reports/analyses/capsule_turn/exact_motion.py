@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
@@ -103,15 +102,6 @@ def motion() -> ThreePointMotion:
     return single
 
 
-def touches(single: ThreePointMotion) -> list[tuple[float, int]]:
-    """Times [s] and supports (0, 1, 2) that stop and leave while the others slide."""
-    return [
-        (now.time, now.support)
-        for before, now in pairwise(single.events)
-        if before.mode == now.mode == "slide" and now.support >= 0
-    ]
-
-
 @dataclass(frozen=True)
 class Touch:
     """A support (1, 2, 3) of a slender body that stops and slides on at once."""
@@ -127,13 +117,14 @@ class Touch:
 def touching(study: Study) -> Touch:
     """The slip speed on either side of the stop."""
     single, tau = motion(), SLENDER["half_time"]
-    (time, support), *_ = touches(single)
-    sides = np.array(SIDES)
-    times = np.array([time, *(time - sides), *(time + sides)])
-    at, *speeds = slip_speeds(single, times)[support]
+    modes, sides = modes_of(single, tau), np.array(SIDES)
+    events = zip(single.events, modes.stays, strict=True)
+    touch = next(event for event, stay in events if stay.again and stay.support)
+    times = np.array([touch.time, *(touch.time - sides), *(touch.time + sides)])
+    at, *speeds = slip_speeds(single, times)[touch.support]
     before, after = np.reshape(speeds, (2, -1))
     rows = np.column_stack([sides, before, after, before / sides, after / sides])
-    return Touch(time / tau, support + 1, float(at), rows, modes_of(single, tau), SLENDER)
+    return Touch(touch.time / tau, touch.support + 1, float(at), rows, modes, SLENDER)
 
 
 SECOND_ORDER = Analysis("capsule_turn/second_order", second_order)
