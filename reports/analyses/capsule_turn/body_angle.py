@@ -171,7 +171,7 @@ class Deflection:
 
 
 def deflection(study: Study) -> Deflection | None:
-    """What contact deflection adds to turns; None where the study has no such runs."""
+    """Effect of contact deflection on turns; None where the study has no such runs."""
     pairs = [(epsilon, name) for epsilon in epsilons(study) for name in (EULER, DEFAULT)]
     rows = tuple(row for pair in pairs if (row := _deflected(study, *pair)) is not None)
     parts = {name: [row for row in rows if row.method == name] for name in (EULER, DEFAULT)}
