@@ -28,12 +28,6 @@ HIGHEST = 3  # samples higher than their neighbours: the highest may be beside a
 PERIODS = 3.1  # of a run whose period is measured: two whole ones between crossings, and some more
 
 LINE = "capsule-line/ca1"  # the check manoeuvre of the source
-METHOD_NAMES = (
-    "Methods: +coulomb has contacts that are soft in the normal direction and stiff in the "
-    "tangential one, so that friction converges; +reduced is one sliding joint with friction loss; "
-    "pymunk/feet is the body from above, on three feet with given normal forces; pymunk/side is "
-    "the body from the side, in contact with the plane."
-)
 
 
 @cache
