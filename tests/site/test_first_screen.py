@@ -17,7 +17,7 @@ from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Quantity, Scene
-from plumbob.reports.analyses.capsule_line.displacement import errors
+from plumbob.reports.analyses.capsule_line.displacement import ERRORS
 from plumbob.reports.analyses.page_numbers import scene_record, study_record
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.view import notation
@@ -30,6 +30,7 @@ from plumbob.reports.view.site.views import scene_view
 from plumbob.reports.view.traces import curve, figure, linear, logarithmic
 from plumbob.reports.view.trimming import trimming
 from plumbob.tests.site import whole_profile
+from plumbob.tests.support.declared import finding
 from plumbob.tests.support.studies import verdicts
 
 LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.WITH_CONTACTS
@@ -156,10 +157,8 @@ def test_costs_are_computed_from_the_study(study: Study) -> None:
 
 
 def test_a_finding_is_computed_from_the_study(study: Study) -> None:
-    before = errors(study)
-    after = errors(_with_error(study, LINE, "mujoco/euler", 0.123))
-    assert before is not None
-    assert after is not None
+    before = finding(ERRORS, study)
+    after = finding(ERRORS, _with_error(study, LINE, "mujoco/euler", 0.123))
     assert "12 %" not in before.summary
     assert "12 %" in after.summary
     assert picture(before.figures[0]) != picture(after.figures[0])
