@@ -30,11 +30,10 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.model_error import NORMAL_FORCES
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.numerics.rotor.variational import TangentFlow
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import ROUNDOFF, load_slopes
+from plumbob.analytic.systems.capsule import NORMAL_FORCES, ROUNDOFF, load_slopes
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_reference import condition_number

@@ -17,7 +17,7 @@ from plumbob.analytic.errors.sliding_motion.discontinuities import (
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import RK4, Scheme
-from plumbob.analytic.systems.capsule import by_support, load_slopes
+from plumbob.analytic.systems.capsule import NORMAL_FORCES, by_support, load_slopes
 from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
@@ -204,7 +204,7 @@ def _driving_force(
 def _normal_forces(motion: LineManoeuvre | SlowStroke, slid: Array) -> dict[str, Array]:
     """Errors of the normal forces [N], affine in the stroke, whose error is `slid` [m]."""
     slopes = load_slopes(motion.capsule, motion.direction)
-    return {f"normal_force_{i + 1}": slope * slid for i, slope in enumerate(slopes)}
+    return dict(zip(NORMAL_FORCES, np.outer(slopes, slid), strict=True))
 
 
 def coasting_step_error(coasting: Coasting, step: float | Array, lead: float = 0.5) -> Array:

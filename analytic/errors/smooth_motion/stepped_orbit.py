@@ -140,7 +140,7 @@ def _varied(coefficients: tuple[float, ...], size: int) -> Complex:
 
 
 def _linearised(
-    advance: Callable[..., State], times: Array, states: Array, forced: Array
+    advance: Callable[..., State], times: Any, states: Array, forced: Array
 ) -> tuple[Array, Array]:
     """States after a step, shape (d, blocks), and its derivatives, shape (blocks, d, d + c)."""
     size, blocks = states.shape

@@ -9,7 +9,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import normal_force_uncertainty
+from plumbob.analytic.systems.capsule import NORMAL_FORCES, by_support, normal_force_uncertainty
 from plumbob.analytic.systems.manoeuvres import driving_force
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 
@@ -44,7 +44,6 @@ class LineReference:
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Exact observables at `times` >= 0 [s], shape (n,) (Chernousko 2020, eqs. 7-22)."""
         line, times = self.manoeuvre, np.asarray(times, dtype=np.float64)
-        forces = line.normal_forces(times)
         return {
             "displacement": line.body_displacement(times),
             "velocity": line.body_velocity(times),
@@ -52,7 +51,7 @@ class LineReference:
             "stroke_rate": line.relative_velocity(times),
             "heading": np.zeros_like(times),
             "sideways": np.zeros_like(times),
-            **{f"normal_force_{i + 1}": forces[:, i] for i in range(3)},
+            **by_support(line.normal_forces(times)),
             "friction_force": line.friction_force(times),
             "driving_force": line.driving_force(times),
         }
@@ -72,7 +71,7 @@ class LineReference:
             "stroke_rate": ROUNDOFF * stroke_rate,
             "heading": zero,
             "sideways": zero,
-            **{f"normal_force_{i + 1}": zero + slack for i in range(3)},
+            **dict.fromkeys(NORMAL_FORCES, zero + slack),
             "friction_force": zero + ARITHMETIC * ROUNDOFF * capsule.friction * capsule.weight,
             "driving_force": driving_force.uncertainty(
                 capsule, line.friction_force(times), line.relative_acceleration(times)

@@ -28,7 +28,7 @@ import numpy as np
 import pymunk
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule, normal_forces
+from plumbob.analytic.systems.capsule import NORMAL_FORCES, Capsule, normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.pymunk.assembly import (
     NO_TURNING,
@@ -132,12 +132,12 @@ def _affine(values: Array) -> list[list[float]]:
     return coefficients
 
 
-def static_loads(setup: CapsuleSetup) -> Callable[[complex], Mapping[str, float]]:
+def _static_loads(setup: CapsuleSetup) -> Callable[[complex], Mapping[str, float]]:
     """The N_i of statics [N] by name, for the slider's place from C [m, body axes]."""
     forces = _affine(static_normal_forces(setup, CORNERS))
-    loads = [(f"normal_force_{i + 1}", force) for i, force in enumerate(forces)]
     return lambda place: {
-        name: c + cx * place.real + cy * place.imag for name, (c, cx, cy) in loads
+        name: c + cx * place.real + cy * place.imag
+        for name, (c, cx, cy) in zip(NORMAL_FORCES, forces, strict=True)
     }
 
 
@@ -166,7 +166,7 @@ def on_the_line(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read]:
     momentum gains beyond gravity, and the driving force what the slider's gains.
     """
     slider, unit = assembly.slider, cmath.rect(1.0, setup.direction)
-    back, loads = cmath.exp(-1j * setup.heading) / unit, static_loads(setup)
+    back, loads = cmath.exp(-1j * setup.heading) / unit, _static_loads(setup)
     pulled, before, slid = sum(part.mass for part in assembly.parts) * setup.pull, 0j, 0j
 
     def read() -> Mapping[str, float]:

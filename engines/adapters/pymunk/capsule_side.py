@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import pymunk
 
-from plumbob.analytic.systems.capsule import load_fractions
+from plumbob.analytic.systems.capsule import NORMAL_FORCES, load_fractions
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.pymunk.assembly import NO_TURNING, Assembly, pin_joint
 
@@ -153,8 +153,8 @@ def _support_parts(setup: CapsuleSetup) -> list[tuple[str, float, float]]:
     across = capsule.mass_ratio * (unit[0] * y - unit[1] * x)
     aside = across * np.array([-unit[1], unit[0]])
     here, beyond = load_fractions(capsule, np.array([aside, aside + unit])).tolist()
-    ends = enumerate(zip(here, beyond, strict=True), start=1)
-    return [(f"normal_force_{i}", part, end - part) for i, (part, end) in ends]
+    ends = zip(NORMAL_FORCES, here, beyond, strict=True)
+    return [(name, part, end - part) for name, part, end in ends]
 
 
 def _contact_forces(stand: Stand) -> list[tuple[float, float]]:
