@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +12,7 @@ from plumbob.analytic.systems.planner.result import Plan
 from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.registry import scene
-from plumbob.models.tripod_capsule.plan import planned
+from plumbob.reports.analyses.capsule_plan.plans import plan_of
 from plumbob.reports.analyses.measurements import case
 
 STILL = 1e-12  # [m/s] and [rad/s]: the exact motion is at rest
@@ -95,21 +93,6 @@ def by_kind(plan: Plan, after: PoseErrors) -> dict[str, PoseError]:
     return total
 
 
-def plan_of(name: str) -> Plan:
-    """The plan of a scene."""
-    return planned(scene(name).parameters)
-
-
-def command(name: str, method: str = "", step: str = "") -> str:
-    """What prints the plan of a scene, and with a method the errors of an engine's run of it."""
-    found = plan_of(name)
-    to = f"{found.goal.x:g} {found.goal.y:g} {found.goal.heading:.17g}"
-    legs = "" if found.legs == (1, 2) else f" --set 'legs={list(found.legs)}'"
-    arc = "" if found.arc == "shorter" else f" --arc {found.arc}"
-    run = f" --method {method} --step {step}" if method else ""
-    return f"plumbob plan --to {to} --track {found.track}{legs}{arc}{run}"
-
-
 def run_of(name: str, method: str, step: float) -> ExtraRun:
     """A scene's plan run open-loop to its end, with `step` [s]."""
     return ExtraRun(name, method, step, run_duration(plan_of(name), step))
@@ -121,11 +104,3 @@ def errors_of(study: Study, name: str, method: str, step: float) -> PoseErrors |
         return None
     after = pose_errors(plan_of(name), case(name).reference, found)
     return after if after[-1] is not None else None
-
-
-def errors_at_end(
-    study: Study, names: Sequence[str], methods: Sequence[str], step: float
-) -> Mapping[tuple[str, str], PoseError]:
-    """The pose's errors at the end, by scene and method, of those that reach their end."""
-    every = {(n, m): errors_of(study, n, m, step) for n in names for m in methods}
-    return {key: last for key, found in every.items() if found and (last := found[-1])}
