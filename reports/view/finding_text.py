@@ -140,7 +140,17 @@ def _filled(empty: Finding, section: str, template: str, parts: _Parts) -> Findi
 
 def _line(block: str) -> str:
     """A block as one line."""
-    return " ".join(block.split())
+    return " ".join(_with_bars(block).split())
+
+
+def _no_bars(value: Any) -> Any:
+    """A text that is put into a template, whose bars end no cell."""
+    return BAR.sub(r"\\|", value) if isinstance(value, str) else value
+
+
+def _with_bars(text: str) -> str:
+    """The same with its bars, for a reader."""
+    return text.replace("\\|", "|")
 
 
 def _keys(block: str, template: str) -> dict[str, list[str]]:
@@ -150,9 +160,9 @@ def _keys(block: str, template: str) -> dict[str, list[str]]:
     for line in block.splitlines():
         if (match := KEY.match(line)) is not None:
             key = match[1]
-            values.setdefault(key, []).append(line[match.end() :].strip())
+            values.setdefault(key, []).append(_with_bars(line[match.end() :].strip()))
         elif key:
-            values[key][-1] += f" {line.strip()}"
+            values[key][-1] += f" {_with_bars(line.strip())}"
         elif line.strip():
             raise TextError(f"{template}: {line!r} is no line of a head")
     return values
@@ -166,8 +176,8 @@ def _table(block: str, parts: _Parts) -> Table:
             lines.append(line)
         else:
             lines[-1] += f" {line}"
-    note = lines.pop()[6:] if lines[-1].startswith("note: ") else ""
-    caption = lines[0].partition(": ")[2]
+    note = _with_bars(lines.pop()[6:]) if lines[-1].startswith("note: ") else ""
+    caption = _with_bars(lines[0].partition(": ")[2])
     heads, *rows = [list(_cells(line, parts)) for line in lines[1:]]
     cells = tuple(row(*line) for line in rows)
     return Table(caption, tuple(map(str, heads)), cells, note, lines[0].startswith("folded"))
@@ -176,7 +186,7 @@ def _table(block: str, parts: _Parts) -> Table:
 def _cells(line: str, parts: _Parts) -> Iterator[str | Cell]:
     """The cells between the bars of a line."""
     for text in BAR.split(line.strip())[1:-1]:
-        stripped = text.strip().replace("\\|", "|")
+        stripped = _with_bars(text.strip())
         cell = parts.at(stripped)
         yield cell if isinstance(cell, Cell) else stripped
 
@@ -210,12 +220,15 @@ def _environment() -> Environment:
         extensions=["jinja2.ext.do"],
         trim_blocks=True,
         lstrip_blocks=True,
+        finalize=_no_bars,
     )
     environment.filters |= {
         "number": notation.number,  # 0.0123
         "relative": notation.relative,  # 1.23 %
         "short": notation.short,  # 1e-4: a step
         "seconds": notation.seconds,  # 12 ms
+        "metres": notation.metres,  # 1.2 mm, two digits
+        "duration": notation.duration,  # 2 ms
         "plural": notation.plural,  # 3 feet
         "unit": in_unit,  # 12 µm
         "scene": lambda name: name.partition("/")[2],
