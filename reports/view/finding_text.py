@@ -144,17 +144,7 @@ def _filled(empty: Finding, section: str, template: str, parts: _Parts) -> Findi
 
 def _line(block: str) -> str:
     """A block as one line."""
-    return " ".join(_with_bars(block).split())
-
-
-def _no_bars(value: Any) -> Any:
-    """A text that is put into a template, whose bars end no cell."""
-    return BAR.sub(r"\\|", value) if isinstance(value, str) else value
-
-
-def _with_bars(text: str) -> str:
-    """The same with its bars, for a reader."""
-    return text.replace("\\|", "|")
+    return " ".join(block.split())
 
 
 def _keys(block: str, template: str) -> dict[str, list[str]]:
@@ -164,9 +154,9 @@ def _keys(block: str, template: str) -> dict[str, list[str]]:
     for line in filter(str.strip, block.splitlines()):
         if (match := KEY.match(line)) is not None:
             key = match[1]
-            values.setdefault(key, []).append(_with_bars(line[match.end() :].strip()))
+            values.setdefault(key, []).append(line[match.end() :].strip())
         elif key:
-            values[key][-1] += f" {_with_bars(line.strip())}"
+            values[key][-1] += f" {line.strip()}"
         else:
             raise TextError(f"{template}: {line!r} is no line of a head")
     return values
@@ -180,8 +170,8 @@ def _table(block: str, parts: _Parts) -> Table:
             lines.append(line)
         else:
             lines[-1] += f" {line}"
-    note = _with_bars(lines.pop()[6:]) if lines[-1].startswith("note: ") else ""
-    caption = _with_bars(lines[0].partition(": ")[2])
+    note = lines.pop()[6:] if lines[-1].startswith("note: ") else ""
+    caption = lines[0].partition(": ")[2]
     heads, *rows = [list(_cells(line, parts)) for line in lines[1:]]
     cells = tuple(row(*line) for line in rows)
     return Table(caption, tuple(map(str, heads)), cells, note, lines[0].startswith("folded"))
@@ -190,7 +180,7 @@ def _table(block: str, parts: _Parts) -> Table:
 def _cells(line: str, parts: _Parts) -> Iterator[str | Cell]:
     """The cells between the bars of a line."""
     for text in BAR.split(line.strip())[1:-1]:
-        stripped = _with_bars(text.strip())
+        stripped = text.strip().replace("\\|", "|")
         cell = parts.at(stripped)
         yield cell if isinstance(cell, Cell) else stripped
 
@@ -224,7 +214,6 @@ def _environment() -> Environment:
         extensions=["jinja2.ext.do"],
         trim_blocks=True,
         lstrip_blocks=True,
-        finalize=_no_bars,
     )
     environment.filters |= {
         "number": notation.number,  # 0.0123
@@ -234,6 +223,7 @@ def _environment() -> Environment:
         "seconds": notation.seconds,  # 12 ms
         "metres": notation.metres,  # 1.2 mm, two digits
         "duration": notation.duration,  # 2 ms
+        "in_cell": lambda text: BAR.sub(r"\\|", text),  # whose bars end no cell
         "plural": notation.plural,  # 3 feet
         "unit": in_unit,  # 12 µm
         "scene": lambda name: name.partition("/")[2],
