@@ -11,7 +11,7 @@ from plumbob.analytic.systems.sliding_body import Stance
 from plumbob.engines.audit.contacts import HEADINGS, PUSH, ContactAudit, Measured
 
 INSIDE = 2e-4  # relative: a smaller part of a distance is not worth a digit
-APART = 0.01  # relative: errors that differ by more between headings are told
+APART = 0.01  # relative: errors that differ by more between headings are shown
 
 
 @dataclass(frozen=True)
