@@ -91,16 +91,16 @@ def _term(study: Study, of: ConvergenceStudy, run: Measurement) -> ErrorTerm:
     return ErrorTerm(of.scene, of.method, run.step, error, term, of.order)
 
 
-def order_claims(found: SecondOrder) -> Sequence[Claim]:
+def order_claims(second: SecondOrder) -> Sequence[Claim]:
     """MuJoCo's RK4 is of second order, and its error is the predicted term."""
     orders = [
         between(f"the order of {run.method} on {run.scene}", run.order.slope, 1.5, 2.5)
-        for run in found.of_mujoco
+        for run in second.of_mujoco
         if run.order is not None
     ]
     terms = [
         as_predicted(f"the relative error on {run.scene}", run.error, run.term)
-        for run in found.of_mujoco
+        for run in second.of_mujoco
         if run.term is not None
     ]
     return (*orders, *terms)
@@ -120,9 +120,9 @@ def _energy_error(of: ConvergenceStudy, run: Measurement) -> EnergyError:
     return EnergyError(of.scene, of.method, run.step, run.invariants["energy"], predicted)
 
 
-def energy_claims(found: EnergyErrors) -> Sequence[Claim]:
+def energy_claims(errors: EnergyErrors) -> Sequence[Claim]:
     """The drifts are the predicted ones."""
-    return (at_most("the drift's distance from the predicted one, relative,", found.gap, ALIKE),)
+    return (at_most("the drift's distance from the predicted one, relative,", errors.gap, ALIKE),)
 
 
 def _runs(study: Study, methods: Sequence[str]) -> Iterator[tuple[ConvergenceStudy, Measurement]]:

@@ -25,9 +25,9 @@ def test_plans(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(drawn.figures) == 3
     ended = open_loop.numbers(ran)
     assert ended is not None
-    for end in ended.ends:
-        assert end.distance < 2e-4
-        assert end.parts["slow"].distance < 1e-4 * end.distance
+    for run in ended.runs:
+        assert run.end.distance < 2e-4
+        assert run.parts["slow"].distance < 1e-4 * run.end.distance
     assert len(finding(open_loop.OPEN_LOOP, ran).figures) == 2
     assert all(analysis.numbers(nothing()) is None for analysis in (poses.POSES, path.PATH))
 
@@ -41,11 +41,11 @@ def test_plans_along_any_two_lines(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found is not None
     assert len({(along.plan.legs, along.plan.arc) for along in found.curves}) == 6
     assert found.worst < 1e-12
-    assert [end.method for end in found.ends] == [*legs.METHODS] * 3
-    for end in found.ends:
-        assert end.error.distance < 5e-4
+    assert [run.method for run in found.runs] == [*legs.METHODS] * 3
+    for run in found.runs:
+        assert run.end.distance < 5e-4
         # Euler's leak in a turn
-        assert abs(end.error.heading) < (5e-4 if end.method == FEET else 5e-3)
+        assert abs(run.end.heading) < (5e-4 if run.method == FEET else 5e-3)
     command = finding(legs.LEGS, ran).commands[0]
     assert command.endswith("--track curve --set 'legs=[2, 3]' --arc longer")
     # the quick profile's curve is one of the six, and its naive plan goes along it too

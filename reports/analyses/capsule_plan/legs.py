@@ -17,7 +17,7 @@ from plumbob.models.tripod_capsule.parameters import CHECK
 from plumbob.models.tripod_capsule.plan import BESIDE, CURVES, planned
 from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.capsule_plan.plans import PlanNumbers, plan_numbers, plan_of
-from plumbob.reports.analyses.capsule_plan.pose_errors import PoseError, errors_of, run_of
+from plumbob.reports.analyses.capsule_plan.pose_errors import OpenRun, open_runs, run_of
 from plumbob.reports.analyses.measurements import covers
 
 METHODS = ("mujoco/euler+coulomb", "pymunk/feet")
@@ -37,20 +37,11 @@ class Along:
 
 
 @dataclass(frozen=True)
-class Ended:
-    """The error at the end of a plan that an engine ran open-loop."""
-
-    plan: PlanNumbers
-    method: str
-    error: PoseError
-
-
-@dataclass(frozen=True)
 class Legs:
     """Plans to one pose along all curves, exact and in engines."""
 
     curves: tuple[Along, ...]
-    ends: tuple[Ended, ...]
+    runs: tuple[OpenRun, ...]
     supports: Array  # [m], shape (4, 2): a closed loop
     second: PlanNumbers  # of the second of `scenes`
     scenes: tuple[str, ...] = SCENES
@@ -71,7 +62,7 @@ class Legs:
     @property
     def farthest(self) -> float | None:
         """The largest error of the place in an engine [m]."""
-        return max((end.error.distance for end in self.ends), default=None)
+        return max((run.end.distance for run in self.runs), default=None)
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -94,15 +85,9 @@ def numbers(study: Study) -> Legs | None:
         return None
     every = plans()
     corners = np.array(every[0].capsule.supports)
-    ends = [
-        Ended(plan_numbers(plan_of(name)), method, errors[-1])
-        for name in SCENES
-        for method in METHODS
-        if (errors := errors_of(study, name, method, STEP)) and errors[-1] is not None
-    ]
     return Legs(
         tuple(_along(plan) for plan in every),
-        tuple(ends),
+        open_runs(study, SCENES, METHODS, STEP),
         np.vstack([corners, corners[:1]]),
         plan_numbers(plan_of(SCENES[1])),
     )

@@ -14,7 +14,7 @@ from plumbob.reports.analyses.measurements import case, convergence_of, scheme
 
 METHOD = "mujoco/euler"
 DURATION = 0.5  # [s], where a study lacks the scene
-ROUNDING = 1e-12  # [s], of C₁ over C₂
+DIGITS = 9  # decimal places of a coefficient
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,8 @@ def _leading(study: Study, scene: str) -> Leading:
     start = problem.motion.rotor.acceleration(0.0, problem.theta, problem.theta_dot)
     duration = next((s.duration for s in study.scenes if s.name == scene), DURATION)
     terms = case(scene).errors.series(scheme(METHOD), np.linspace(0.0, duration, 200))
-    first, second = (float(np.abs(terms[p]["theta"]).max()) for p in (1, 2))
-    if first < ROUNDING * second:  # what is left of it differs from process to process
-        first = 0.0
+    # digits beyond these differ from process to process
+    first, second = (round(float(np.abs(terms[p]["theta"]).max()), DIGITS) for p in (1, 2))
     series = convergence_of(study, scene, METHOD)
     return Leading(scene, float(start), first, second, series.order if series else None)
 

@@ -11,7 +11,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.rod_tension import bob_place
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.measurements import case, largest
+from plumbob.reports.analyses.measurements import Curve, case, largest
 from plumbob.reports.analyses.simple_pendulum.notebook import (
     CASES,
     DURATION,
@@ -39,7 +39,7 @@ class Distance:
 
 @dataclass(frozen=True)
 class BobPath:
-    """Places of a bob."""
+    """Places of a bob over time."""
 
     times: Array  # [s]
     x: Array  # [m]
@@ -53,8 +53,8 @@ class Bobs:
     distances: tuple[Distance, ...]
     pendulum: tuple[BobPath, BobPath | None]
     linear_pendulum: tuple[BobPath, BobPath | None]
-    rotation: BobPath
-    linear_rotation: BobPath
+    rotation: Curve  # y over x [m]
+    linear_rotation: Curve
     apart: float = APART  # [m]
     duration: float = DURATION
     shown: float = SHOWN
@@ -78,8 +78,8 @@ def numbers(study: Study) -> Bobs:
         tuple(_distance(label, name) for label, name in CASES.items()),
         _paths(study, SIMPLE + DRAWN),
         _paths(study, LINEAR + DRAWN),
-        BobPath(SHORT, *place(f"{SIMPLE}rotating-fast", SHORT).T),
-        BobPath(SHORT, *INSIDE * place(f"{LINEAR}rotating-fast", SHORT).T),
+        tuple(place(f"{SIMPLE}rotating-fast", SHORT).T),
+        tuple(INSIDE * place(f"{LINEAR}rotating-fast", SHORT).T),
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.measurements import case, convergence_of, largest
+from plumbob.reports.analyses.measurements import Curve, case, convergence_of, largest
 from plumbob.reports.analyses.simple_pendulum.notebook import (
     CASES,
     DURATION,
@@ -25,7 +25,7 @@ from plumbob.reports.analyses.simple_pendulum.notebook import (
 )
 
 TIMES = np.linspace(0.0, DURATION, 5001)  # [s], 200 in a period
-SEEN = 0.05  # of the amplitude: a difference that a plot shows
+VISIBLE = 0.05  # of the amplitude: a difference that a plot shows
 SETTLED = 40.0  # [s]: a forced swing, damped at 0.2/s, has forgotten its start to 2 %
 MUJOCO = "mujoco/rk4"
 
@@ -36,7 +36,7 @@ class Parting:
 
     largest: float  # difference within DURATION [rad]
     relative: float  # the same over the amplitude at the start
-    seen: float | None  # time of a difference of SEEN of the amplitude [s]
+    visible_at: float | None  # time of a difference of VISIBLE of the amplitude [s]
     in_runs: float | None  # the largest difference in the notebook's own RK4 [rad]
 
 
@@ -47,22 +47,6 @@ class Rotation:
     turns: float  # within DURATION
     linear_degrees: float  # its largest angle [°]
     faster: float  # than the speed that just reaches the top, relative
-
-
-@dataclass(frozen=True)
-class Ahead:
-    """Non-linear less linear angle [rad] over time [s]."""
-
-    times: Array
-    angles: Array
-
-
-@dataclass(frozen=True)
-class SmallestError:
-    """The error [rad] of an engine at its finest step [s]."""
-
-    error: float
-    step: float
 
 
 @dataclass(frozen=True)
@@ -77,11 +61,11 @@ class NotebookClaims:
     forced_linear: float
     rests: float  # turns, where case 7 comes to rest
     damping_ratio: float
-    mujoco: SmallestError | None  # of its multibody model on case 2
-    exact: Ahead  # in case 1
-    by_rk4: Ahead | None
+    mujoco: tuple[float, float] | None  # error [rad] of its multibody model on case 2, at step [s]
+    apart: Curve  # non-linear less linear angle [rad] over time in case 1
+    apart_by_rk4: Curve | None
     duration: float = DURATION
-    seen: float = SEEN
+    visible: float = VISIBLE
     settled: float = SETTLED
 
 
@@ -93,7 +77,7 @@ def angle(scene: str) -> Array:
 def parting(study: Study, name: str) -> Parting:
     """The difference of the exact motions of a case, and of the notebook's own runs of it."""
     amplitude = abs(float(angle(SIMPLE + name)[0]))
-    over = np.flatnonzero(np.abs(difference(TIMES, name)) > SEEN * amplitude)
+    over = np.flatnonzero(np.abs(difference(TIMES, name)) > VISIBLE * amplitude)
     most = largest(partial(difference, name=name), TIMES)
     runs = runs_apart(study, name)
     in_runs = None if runs is None else float(np.abs(at_every_step(*runs)).max())
@@ -110,7 +94,7 @@ def runs_apart(study: Study, name: str) -> tuple[Array, Array, Array] | None:
     return pendulum.times, theta, rate
 
 
-def swing(scene: str, times: Array = TIMES) -> float:
+def swing(scene: str, times: Array) -> float:
     """Largest angle [rad] of an exact motion from the first to the last of `times` [s]."""
     return largest(lambda t: case(scene).reference.observe(t)["theta"], times)
 
@@ -129,12 +113,6 @@ def decay(name: str) -> float:
     return float(np.abs(sizes / expected - 1.0).max())
 
 
-def forced(name: str) -> tuple[float, float]:
-    """Largest angles [rad] of the pendulum and of the linear one after SETTLED."""
-    nonlinear, linear = (swing(kind + name, TIMES[TIMES >= SETTLED]) for kind in (SIMPLE, LINEAR))
-    return nonlinear, linear
-
-
 def lengthening(name: str) -> float:
     """Period of a free swing over that of the linear pendulum, less 1."""
     problem = case(SIMPLE + name).problem
@@ -149,33 +127,35 @@ def rotation(name: str) -> Rotation:
     least = math.sqrt(2.0 * problem.gravity / problem.length * (1.0 + math.cos(problem.theta)))
     return Rotation(
         abs(float(end - start)) / math.tau,
-        math.degrees(swing(LINEAR + name)),
+        math.degrees(swing(LINEAR + name, TIMES)),
         float(abs(problem.theta_dot)) / least - 1.0,
     )
 
 
-def smallest_error(study: Study) -> SmallestError | None:
-    """The error of MuJoCo's multibody model on case 2 against the equation's solution."""
+def smallest_error(study: Study) -> tuple[float, float] | None:
+    """The error [rad] of MuJoCo's multibody model on case 2 against the equation's solution,
+    at its finest step [s]."""
     series = convergence_of(study, f"{SIMPLE}free-large", MUJOCO)
     done = [m for m in series.measurements if m.status == "done"] if series else []
-    return SmallestError(done[-1].errors["theta"].largest, done[-1].step) if done else None
+    return (done[-1].errors["theta"].largest, done[-1].step) if done else None
 
 
 def numbers(study: Study) -> NotebookClaims:
     """The figures that the notebook's statements are held to."""
     damped, runs = case(f"{SIMPLE}damped-small").problem, runs_apart(study, CASES["1"])
-    natural = math.sqrt(damped.gravity / damped.length)
+    natural, late = math.sqrt(damped.gravity / damped.length), TIMES[TIMES >= SETTLED]
     return NotebookClaims(
         {label: parting(study, CASES[label]) for label in ("1", "2", "5", "6")},
         {label: lengthening(CASES[label]) for label in ("1", "2")},
         {label: rotation(CASES[label]) for label in ("3", "4")},
         {label: decay(CASES[label]) for label in ("5", "6")},
-        *forced("forced-large"),
+        swing(f"{SIMPLE}forced-large", late),
+        swing(f"{LINEAR}forced-large", late),
         float(angle(f"{SIMPLE}damped-rotating")[-1]) / math.tau,
         damped.damping_rate / (2 * natural),
         smallest_error(study),
-        Ahead(TIMES[::10], difference(TIMES, CASES["1"])[::10]),
-        None if runs is None else Ahead(runs[0][::5], runs[1][::5]),
+        (TIMES[::10], difference(TIMES, CASES["1"])[::10]),
+        None if runs is None else (runs[0][::5], runs[1][::5]),
     )
 
 

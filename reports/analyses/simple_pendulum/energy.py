@@ -96,9 +96,9 @@ def million_numbers(study: Study, scene: Scene) -> EnergyDrifts | None:
     return compared(study) if scene.name == MILLION else None
 
 
-def claims(found: PendulumEnergy) -> Sequence[Claim]:
+def claims(energies: PendulumEnergy) -> Sequence[Claim]:
     """Symplectic methods keep the energy, and RK4 lets it drift at the predicted rate."""
-    return energy_claims(found.drifts)
+    return energy_claims(energies.drifts)
 
 
 def _motion() -> PendulumMotion:

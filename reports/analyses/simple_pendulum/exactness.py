@@ -12,13 +12,12 @@ from plumbob.analytic.numerics.quad import PI, double, quad
 from plumbob.analytic.numerics.rotor.lyapunov import LyapunovExponent, largest_exponent
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
-from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.measurements import case
+from plumbob.reports.analyses.measurements import Curve, case
 from plumbob.reports.analyses.saddle_growth import Saddle, SaddleGrowth, growth_at_saddle
 from plumbob.reports.analyses.simple_pendulum.notebook import CASES, FORCED, SIMPLE
 
@@ -52,14 +51,6 @@ class Horizon:
 
 
 @dataclass(frozen=True)
-class Errors:
-    """Differences of theta [rad] over time [s]."""
-
-    times: Array
-    errors: Array
-
-
-@dataclass(frozen=True)
 class References:
     """Agreement of two methods on each scene, and the horizon of the chaotic one."""
 
@@ -68,9 +59,9 @@ class References:
     horizons: tuple[Horizon, ...]
     exponent: LyapunovExponent
     followed: float  # [s]
-    apart: Errors  # of two methods in the chaotic scene
-    error_bar: Errors
-    growth: Errors  # at the rate of the exponent
+    apart: Curve  # [rad] over time: two methods in the chaotic scene
+    error_bar: Curve
+    growth: Curve  # at the rate of the exponent
     agreed: float = AGREED
     tolerance: float = HORIZONS[0]
     chaotic: str = CHAOTIC
@@ -114,9 +105,9 @@ def references(study: Study) -> References:
         tuple(Horizon(tolerance, motion.horizon(tolerance)) for tolerance in HORIZONS),
         exponent,
         followed,
-        Errors(at[1:], gaps["theta"][1:]),
-        Errors(times, motion.uncertainty(times)["theta"]),
-        Errors(times, 1e-15 * np.exp(exponent.value * times)),
+        (at[1:], gaps["theta"][1:]),
+        (times, motion.uncertainty(times)["theta"]),
+        (times, 1e-15 * np.exp(exponent.value * times)),
     )
 
 
@@ -140,51 +131,40 @@ def near_top(study: Study) -> NearTop:
 
 
 def _start(k: int) -> Start:
-    _, motion, times = _posed(k)
-    theta, period = _by_scipy(k, times)
-    error = float(np.abs(theta - motion.observe(times)["theta"]).max())
-    periods = (motion.period, _or_none(period / motion.period - 1))
-    return Start(k, *periods, _or_none(error), *_rounded(k))
-
-
-def _or_none(error: float) -> float | None:
-    return error if math.isfinite(error) else None
-
-
-def _posed(k: int) -> tuple[SimplePendulum, PendulumMotion, Array]:
-    """The problem of a start 10^-k from the top, its exact motion, and times over its period."""
-    problem: SimplePendulum = case(f"{SIMPLE}near-top-1e-{k}").problem
-    motion = problem.elliptic
+    pendulum: SimplePendulum = case(f"{SIMPLE}near-top-1e-{k}").problem
+    rounded, motion = pendulum.started, pendulum.elliptic
+    beside = rounded.elliptic
     assert motion is not None
-    return problem, motion, np.linspace(0.0, motion.period, TIMES)
+    assert beside is not None
+    times = np.linspace(0.0, motion.period, TIMES)
+    theta = motion.observe(times)["theta"]
+    by_scipy, period = _by_scipy(rounded, times)
+    distance = float(double(PI - quad(rounded.theta)))
+    return Start(
+        k,
+        motion.period,
+        _or_none(period / motion.period - 1),
+        _or_none(float(np.abs(by_scipy - theta).max())),
+        distance / -(pendulum.theta_from_top or math.nan) - 1,
+        beside.period / motion.period - 1,
+        float(np.abs(beside.observe(times)["theta"] - theta).max()),
+    )
 
 
-def _by_scipy(k: int, times: Array) -> tuple[Array, float]:
+def _by_scipy(pendulum: SimplePendulum, times: Array) -> tuple[Array, float]:
     """theta [rad] at `times` [s], shape (n,), and the period [s], by the textbook's formula."""
     import scipy.special
 
-    problem, _, _ = _posed(k)
-    rate = math.sqrt(problem.gravity / problem.length)
-    parameter = math.sin(problem.started.theta / 2) ** 2
+    rate = math.sqrt(pendulum.gravity / pendulum.length)
+    parameter = math.sin(pendulum.theta / 2) ** 2
     quarter = float(scipy.special.ellipk(parameter))
     with np.errstate(invalid="ignore"):
         sn = scipy.special.ellipj(quarter - rate * times, parameter)[0]
     return 2 * np.arcsin(math.sqrt(parameter) * sn), 4 * quarter / rate
 
 
-def _rounded(k: int) -> tuple[float, float, float]:
-    """The effect of the angle as a double: relative change of the distance from the top and of the
-    period, and largest change of theta [rad] over a period."""
-    problem, motion, times = _posed(k)
-    beside = problem.started.elliptic
-    assert beside is not None
-    distance = float(double(PI - quad(problem.started.theta)))
-    gap = np.abs(beside.observe(times)["theta"] - motion.observe(times)["theta"]).max()
-    return (
-        distance / -(problem.theta_from_top or math.nan) - 1,
-        beside.period / motion.period - 1,
-        float(gap),
-    )
+def _or_none(error: float) -> float | None:
+    return error if math.isfinite(error) else None
 
 
 def top_growth(study: Study, scene: Scene) -> SaddleGrowth | None:

@@ -13,7 +13,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.measurements import case, largest, scheme
+from plumbob.reports.analyses.measurements import Curve, case, largest, scheme
 from plumbob.reports.view.content import Claim
 from plumbob.reports.view.notation import number
 
@@ -39,12 +39,10 @@ FORCED = ("forced-small", "forced-large", "forced-chaotic")
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion over time, and its path in the phase plane for SHOWN, which NaN interrupts."""
+    """A motion, theta [rad] over time and, for SHOWN, theta_dot [rad/s] over theta."""
 
-    times: Array  # [s]
-    theta: Array  # [rad], at them
-    angles: Array  # [rad], of the path
-    rates: Array  # [rad/s]
+    over_time: Curve
+    in_plane: Curve  # with NaN where it leaves one turn for the next
 
 
 @dataclass(frozen=True)
@@ -87,19 +85,10 @@ class NotebookErrors:
     cases: tuple[CaseErrors, ...]
 
     @property
-    def best(self) -> CaseErrors:
-        """The case with the smallest error."""
-        return min(self.cases, key=lambda entry: entry.error)
-
-    @property
-    def worst(self) -> CaseErrors:
-        """The case with the largest error."""
-        return max(self.cases, key=lambda entry: entry.error)
-
-    @property
     def factor(self) -> float:
-        """Between their errors, in hundreds."""
-        return round(self.worst.error / self.best.error, -2)
+        """The largest error over the smallest, in hundreds."""
+        sizes = [entry.error for entry in self.cases]
+        return round(max(sizes) / min(sizes), -2)
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -129,16 +118,16 @@ def _motions(study: Study, scene: str, until: float) -> tuple[Motion, Motion | N
     times, first = (np.linspace(0.0, end, POINTS) for end in (until, SHOWN))
     path = observe(first)
     theta, rate = path["theta"], path["theta_dot"]
-    exact = Motion(times, observe(times)["theta"], *_in_plane(theta, rate, turns))
+    exact = Motion((times, observe(times)["theta"]), _in_plane(theta, rate, turns))
     if (run := study.recording(own_run(scene))) is None:
         return exact, None
     theta, rate = run.observables["theta"], run.observables["theta_dot"]
     kept, early = (np.flatnonzero(run.times <= end)[::DOTS] for end in (until, SHOWN))
     path_by_rk4 = _in_plane(theta[early], rate[early], turns)
-    return exact, Motion(run.times[kept], theta[kept], *path_by_rk4)
+    return exact, Motion((run.times[kept], theta[kept]), path_by_rk4)
 
 
-def _in_plane(theta: Array, rate: Array, turns: bool) -> tuple[Array, Array]:
+def _in_plane(theta: Array, rate: Array, turns: bool) -> Curve:
     """A path in the phase plane; one that `turns` between -pi and pi, broken where it leaves."""
     if not turns:
         return theta, rate

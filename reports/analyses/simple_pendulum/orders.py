@@ -117,10 +117,10 @@ def _fitted(series: ConvergenceStudy) -> Fit | None:
     return Fit(observed, predicted) if predicted else None
 
 
-def order_claims(found: Orders) -> Sequence[Claim]:
+def order_claims(fits: Orders) -> Sequence[Claim]:
     """The orders are the predicted ones."""
     what = "the largest difference of an order from the predicted one"
-    return (at_most(what, found.gap, ALIKE),)
+    return (at_most(what, fits.gap, ALIKE),)
 
 
 def held_control(study: Study) -> HeldControl:
@@ -144,13 +144,12 @@ def _control_order(of: ConvergenceStudy) -> ControlOrder:
     return ControlOrder(of.order, of.predicted_order, steps, sizes, shown)
 
 
-def held_claims(found: HeldControl) -> Sequence[Claim]:
+def held_claims(control: HeldControl) -> Sequence[Claim]:
     """RK4's order is reduced by three, and by two."""
-    orders = {method: found.by_method[method].order for method in EXPECTED.keys() & found.by_method}
     return [
-        between(f"the order of {method}", order.slope, *EXPECTED[method])
-        for method in EXPECTED
-        if (order := orders.get(method)) is not None
+        between(f"the order of {method}", of.order.slope, *bounds)
+        for method, bounds in EXPECTED.items()
+        if (of := control.by_method.get(method)) and of.order
     ]
 
 

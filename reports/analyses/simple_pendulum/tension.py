@@ -7,14 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.rod_tension import tension
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.claims import clear
-from plumbob.reports.analyses.measurements import case, runs
+from plumbob.reports.analyses.measurements import Curve, case, runs
 from plumbob.reports.analyses.simple_pendulum.notebook import SIMPLE
 from plumbob.reports.view.content import Claim
 
@@ -41,21 +40,13 @@ class TensionErrors:
 
 
 @dataclass(frozen=True)
-class Tension:
-    """The tension [N] over time [s]."""
-
-    times: Array
-    tension: Array
-
-
-@dataclass(frozen=True)
 class RodTension:
     """The tension by MuJoCo's sensor and pymunk's impulse, against T of the exact motion and T of
     the engine's own state."""
 
     runs: tuple[TensionErrors, ...]
-    exact: Tension  # in the first scene
-    drawn: Mapping[str, Tension]  # by method
+    exact: Curve  # the tension [N] over time in the first scene
+    drawn: Mapping[str, Curve]  # the same by method
     steps: tuple[float, ...] = STEPS
     drawn_step: float = DRAWN_STEP
     duration: float = DURATION
@@ -88,21 +79,21 @@ def numbers(study: Study) -> RodTension:
     times = np.linspace(0.0, DURATION, 240)
     return RodTension(
         tuple(entry for entry in every if entry is not None),
-        Tension(times, case(SCENES[0]).reference.observe(times)["tension"]),
+        (times, case(SCENES[0]).reference.observe(times)["tension"]),
         {
-            method: Tension(run.times[1::6], run.observables["tension"][1::6])
+            method: (run.times[1::6], run.observables["tension"][1::6])
             for method, run in recorded.items()
             if run is not None
         },
     )
 
 
-def claims(found: RodTension) -> Sequence[Claim]:
+def claims(tensions: RodTension) -> Sequence[Claim]:
     """The impulse is much further from the state's tension than the sensor."""
-    if not any(run.has_sensor for run in found.runs) or not found.impulse > 0.0:
+    if not any(run.has_sensor for run in tensions.runs) or not tensions.impulse > 0.0:
         return ()
     what = "distances of pymunk's impulse and of MuJoCo's sensor from the state's tension"
-    return (clear(what, found.impulse, found.sensor, "N"),)
+    return (clear(what, tensions.impulse, tensions.sensor, "N"),)
 
 
 def _errors(study: Study, scene: str, method: str) -> TensionErrors | None:
@@ -111,10 +102,11 @@ def _errors(study: Study, scene: str, method: str) -> TensionErrors | None:
     sizes = [_sizes(scene, run) for run in recorded if run is not None]
     if len(sizes) < len(STEPS):
         return None
-    return TensionErrors(scene, method, tuple(error for error, _, _ in sizes), *sizes[-1][1:])
+    errors, beside, left = zip(*sizes, strict=True)
+    return TensionErrors(scene, method, errors, beside[-1], left[-1])
 
 
-def _sizes(scene: str, run: Trajectory) -> tuple[float, float, float]:
+def _sizes(scene: str, run: Trajectory) -> tuple[float, ...]:
     """Largest error of the tension [N], its distance from T of the engine's own state, and what of
     that is not the delay of an impulse; the first sample, before any step, left out."""
     problem, exact = case(scene).problem, case(scene).reference
@@ -124,9 +116,8 @@ def _sizes(scene: str, run: Trajectory) -> tuple[float, float, float]:
     beside = observed["tension"] - tension(problem.length, problem.gravity, theta, rate)
     step = float(run.times[-1]) / run.steps
     delay = problem.gravity * step * rate * np.sin(theta)
-    sizes = (np.abs(v).max() for v in (observed["tension"] - truth, beside, beside - delay))
-    error, apart, left = (float(v) for v in sizes)
-    return error, apart, left
+    errors = (observed["tension"] - truth, beside, beside - delay)
+    return tuple(float(np.abs(error).max()) for error in errors)
 
 
 TENSION = Analysis("simple_pendulum/rod_tension", numbers, requests, claims)
