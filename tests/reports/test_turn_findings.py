@@ -11,7 +11,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses import capsule_coast
 from plumbob.reports.analyses.analysis import plain
-from plumbob.reports.analyses.capsule_line import source
+from plumbob.reports.analyses.capsule_line.source import ANY_LINE
 from plumbob.reports.analyses.capsule_turn import (
     body_angle,
     course,
@@ -203,7 +203,6 @@ def test_chernousko_is_cited_for_what_he_says() -> None:
     to forces."""
     statements = finding(exact_motion.TOUCH, nothing()).statements
     assert [one.place for one in statements] == ["(1)"]
-    given = declared(nothing(), source.requests)
-    argued = " ".join(source.any_line(given).paragraphs)
+    argued = " ".join(finding(ANY_LINE, declared(nothing(), ANY_LINE.requests)).paragraphs)
     assert "N₂ = N₃" not in argued
     assert "inversely proportional to their arms, for any triangle" in argued
