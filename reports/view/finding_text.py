@@ -28,7 +28,6 @@ all numbers as `numbers`.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -37,7 +36,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, cast
 
-from plumbob.engines.study.codec import from_json
 from plumbob.engines.study.results import Analysed
 from plumbob.reports.view import notation, palette, traces
 from plumbob.reports.view.content import (
@@ -92,8 +90,6 @@ def findings_of(analysis: Analysed) -> tuple[Finding, ...]:
     of stored numbers; raises jinja2.UndefinedError where the template needs numbers that are not
     stored, and TextError."""
     claims = tuple(Claim(text, holds) for text, holds in analysis.claims)
-    if not analysis.template:
-        return (from_json(json.dumps(analysis.numbers), Finding),)
     return written(analysis.template, analysis.numbers, claims)
 
 
