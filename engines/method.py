@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -150,21 +151,44 @@ class FileCheck:
     warnings: tuple[str, ...]  # contacts that are written for another step, or unstable
 
 
-LIMITS = ("not-converging", "fail", "diverged", "pre-asymptotic", "unsupported")  # verdicts
+LIMITS = ("not-converging", "fail", "diverged", "pre-asymptotic", "unsupported", "converges")
+Patterns = str | tuple[str, ...]
+"""Shell patterns of names, or after "!" of those that are left out."""
+
+
+@lru_cache(maxsize=1 << 16)  # a page asks a million times
+def fits(name: str, patterns: Patterns) -> bool:
+    """Whether the name of a scene or a method is of one of these patterns, and none leaves it
+    out."""
+    several = (patterns,) if isinstance(patterns, str) else patterns
+    unwanted = (pattern[1:] for pattern in several if pattern.startswith("!"))
+    if any(fnmatchcase(name, pattern) for pattern in unwanted):
+        return False
+    return any(fnmatchcase(name, pattern) for pattern in several)
 
 
 @dataclass(frozen=True)
 class KnownLimit:
-    """A limit that another package declares for its engine on scenes of a pattern, in place of
-    `pass` or `converges`."""
+    """A verdict that is expected of an engine's methods on scenes, in place of `pass`."""
 
-    scenes: str  # a shell pattern
-    method: str  # its name
+    scenes: Patterns
+    methods: Patterns
     verdict: str  # one of LIMITS
     reason: str
     size: float = 0.0
     """Relative error, known within a factor of two: the median over the finest five runs of the
-    quick profile; of no meaning where the verdict is `unsupported`."""
+    quick profile; of no meaning where the verdict is `unsupported` or `converges`."""
+    other: str | None = None  # a verdict that is also expected: which depends on the step sizes
+
+
+@dataclass(frozen=True)
+class NotRead:
+    """Observables that an engine does not give of scenes with methods of these patterns."""
+
+    scenes: Patterns
+    methods: Patterns
+    observables: tuple[str, ...]
+    reason: str
 
 
 @dataclass(frozen=True)
@@ -181,9 +205,12 @@ class Engine:
     """What a method does in a step of a case, where that is not always the method's own scheme."""
     optional: bool = False  # a peer: not missed unless it is asked for by name
     not_read: Mapping[str, str] = field(default_factory=dict)
-    """{observable: why}: what the engine gives of no scene."""
+    """{observable: why}: what an engine of another package gives of no scene."""
     distribution: str = ""  # the package that adds it, where that is not plumbob
-    known_limits: tuple[KnownLimit, ...] = ()  # that an engine of another package declares
+    limits: Path | None = None
+    """The file that declares the limits of an engine of another package, as those of `limits` do
+    for ours."""
+    known_limits: tuple[KnownLimit, ...] = ()  # and those declared in Python
     confirming: Callable[[Method], tuple[Method, float]] | None = None
     """A method that controls its local error -> a method and tolerance of this engine, on the same
     equations, whose own error is much smaller."""
