@@ -212,9 +212,12 @@ def _reading(body: ThreeFeet, shell: Any, joints: list[Any]) -> Read:
         vx, vy, _ = shell.getLinearVelocity().ravel()
         latest[0] = nearest_turn(math.atan2(turned[1, 0], turned[0, 0]), latest[0])
         pose = Pose(
-            (float(x), float(y)), (float(vx), float(vy)), latest[0],
-            float(shell.getAngularVelocity().ravel()[2]), float(z),
-        )  # fmt: skip
+            (float(x), float(y)),
+            (float(vx), float(vy)),
+            latest[0],
+            float(shell.getAngularVelocity().ravel()[2]),
+            float(z),
+        )
         if joints:
             pose = replace(pose, slid=joints[0].getPosition(0), slid_rate=joints[0].getVelocity(0))
         return {**body.observed(pose), "height": pose.height}
@@ -256,6 +259,12 @@ def model_fields(path: Path) -> ModelFields:
 
 
 ENGINE = Engine(
-    "dart", "dartpy", METHODS, prepare, model_error, scheme=scheme, optional=True,
+    "dart",
+    "dartpy",
+    METHODS,
+    prepare,
+    model_error,
+    scheme=scheme,
+    optional=True,
     model_fields=model_fields,
-)  # fmt: skip
+)

@@ -145,10 +145,12 @@ def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:
         rates.insert(0, body.platform_rate)
     node = system.AddNode(
         items.NodeGenericODE2(
-            referenceCoordinates=[0.0] * count, initialCoordinates=start,
-            initialCoordinates_t=rates, numberOfODE2Coordinates=count,
+            referenceCoordinates=[0.0] * count,
+            initialCoordinates=start,
+            initialCoordinates_t=rates,
+            numberOfODE2Coordinates=count,
         )
-    )  # fmt: skip
+    )
     about_z, about_x = exudyn.JointType.RevoluteZ, exudyn.JointType.RevoluteX
     load = PLATFORM_RATIO * body.platform_load
     origin = [0.0, 0.0, 0.0]

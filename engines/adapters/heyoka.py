@@ -111,8 +111,12 @@ def _turning(case: Case, tolerance: float) -> TaylorSimulation:
     w, x, y, z, *rates = heyoka.make_vars("w", "x", "y", "z", "u", "v", "r")
     u, v, r = rates
     first, second, third = body.inertia
-    halves = (-x * u - y * v - z * r, w * u + y * r - z * v, w * v - x * r + z * u,
-              w * r + x * v - y * u)  # fmt: skip
+    halves = (
+        -x * u - y * v - z * r,
+        w * u + y * r - z * v,
+        w * v - x * r + z * u,
+        w * r + x * v - y * u,
+    )
     equations = [(name, 0.5 * slope) for name, slope in zip((w, x, y, z), halves, strict=True)]
     equations += [
         (u, (second - third) / first * (v * r)),

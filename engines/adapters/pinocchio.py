@@ -142,6 +142,11 @@ def model_fields(path: Path) -> ModelFields:
 
 
 ENGINE = Engine(
-    "pinocchio", "pinocchio", METHODS, prepare, model_error, optional=True,
+    "pinocchio",
+    "pinocchio",
+    METHODS,
+    prepare,
+    model_error,
+    optional=True,
     model_fields=model_fields,
-)  # fmt: skip
+)

@@ -130,9 +130,12 @@ def _settle(client: Any, body: int, settings: Mapping[str, Any]) -> None:
     for link in range(-1, joints):
         if "damping" in settings:
             client.changeDynamics(
-                body, link, linearDamping=settings["damping"], angularDamping=settings["damping"],
+                body,
+                link,
+                linearDamping=settings["damping"],
+                angularDamping=settings["damping"],
                 jointDamping=0.0,
-            )  # fmt: skip
+            )
     for joint in range(joints):
         client.setJointMotorControl2(body, joint, client.VELOCITY_CONTROL, force=0.0)
 
@@ -234,9 +237,13 @@ def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
     )
     across = body.tilt_inertia
     client.changeDynamics(
-        shell, -1, lateralFriction=capsule.friction, restitution=0.0,
-        localInertiaDiagonal=[across, across, capsule.inertia], activationState=1,
-    )  # fmt: skip
+        shell,
+        -1,
+        lateralFriction=capsule.friction,
+        restitution=0.0,
+        localInertiaDiagonal=[across, across, capsule.inertia],
+        activationState=1,
+    )
     for link in range(count):
         client.changeDynamics(shell, link, localInertiaDiagonal=[POINT] * 3)
     _settle(client, shell, method.settings)
@@ -252,9 +259,12 @@ def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
             if body.tracks:
                 for joint, value in enumerate(next(controls)):
                     client.setJointMotorControl2(
-                        shell, joint, client.VELOCITY_CONTROL, targetVelocity=value,
+                        shell,
+                        joint,
+                        client.VELOCITY_CONTROL,
+                        targetVelocity=value,
                         force=UNLIMITED,
-                    )  # fmt: skip
+                    )
             move()
 
     channels = frozenset({"height"})
@@ -309,6 +319,12 @@ def model_fields(path: Path) -> ModelFields:
 
 
 ENGINE = Engine(
-    "pybullet", "pybullet", METHODS, prepare, model_error, scheme=scheme, optional=True,
+    "pybullet",
+    "pybullet",
+    METHODS,
+    prepare,
+    model_error,
+    scheme=scheme,
+    optional=True,
     model_fields=model_fields,
-)  # fmt: skip
+)

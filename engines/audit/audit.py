@@ -98,8 +98,9 @@ class Audit:
         """Raise AssertionError unless the error is known over the whole motion and within
         `metres`."""
         if not self.complete:
-            raise AssertionError(f"{self.name}: no reference beyond {self.until:g} s: "
-                                 f"{self.reference.why}")  # fmt: skip
+            raise AssertionError(
+                f"{self.name}: no reference beyond {self.until:g} s: {self.reference.why}"
+            )
         if not self.error + self.uncertainty <= metres:
             raise AssertionError(
                 f"{self.name}: {self.integrator} at {self.step:g} s is {self.error:.3g} m off "
@@ -147,7 +148,19 @@ def audited(
                 model, script, result.own.parts, result.index, error, TRIMS * budget, clock
             )
     return Audit(
-        model.name, model.integrator, model.step, script, control, reference, result,
-        model.clamped, model.notes, clock() - begin, left_out, read, means,
-        model.touching(script), model,
-    )  # fmt: skip
+        model.name,
+        model.integrator,
+        model.step,
+        script,
+        control,
+        reference,
+        result,
+        model.clamped,
+        model.notes,
+        clock() - begin,
+        left_out,
+        read,
+        means,
+        model.touching(script),
+        model,
+    )

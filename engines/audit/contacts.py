@@ -199,11 +199,28 @@ def contacts_audited(
                 )
             )
     return ContactAudit(
-        model.name, standing, model.integrator, model.step, speed, spin, exact, exact_turn, why,
-        why_turn, determined, tuple(runs["own"]), tuple(runs["pasted"]), tuple(failed),
-        model.method, model.stiffness, model.first_order, model.snippet(), model.notes,
-        clock() - begin, model,
-    )  # fmt: skip
+        model.name,
+        standing,
+        model.integrator,
+        model.step,
+        speed,
+        spin,
+        exact,
+        exact_turn,
+        why,
+        why_turn,
+        determined,
+        tuple(runs["own"]),
+        tuple(runs["pasted"]),
+        tuple(failed),
+        model.method,
+        model.stiffness,
+        model.first_order,
+        model.snippet(),
+        model.notes,
+        clock() - begin,
+        model,
+    )
 
 
 def rests(standing: Standing) -> bool:
@@ -269,9 +286,13 @@ def turn(standing: Standing, speed: float, spin: float) -> float:
     first, second, third = ((float(p[0]), float(p[1])) for p in standing.points)
     half = standing.mass / 2  # no point mass: half of the body's is at its centre of mass
     body = Capsule(
-        half, half, standing.inertia, (first, second, third),
-        standing.coefficient, standing.gravity,
-    )  # fmt: skip
+        half,
+        half,
+        standing.inertia,
+        (first, second, third),
+        standing.coefficient,
+        standing.gravity,
+    )
     way = (speed * math.cos(TURN_HEADING), speed * math.sin(TURN_HEADING))
     motion = three_point_motion(body, fixed((0.0, 0.0)), Start(velocity=way, angular_velocity=spin))
     return float(motion.at(np.array([motion.rest_time])).heading[0])

@@ -217,9 +217,14 @@ def computed(
     """The motion of `model` under `script` by one method, for as long as it is given."""
     many = run.width > 0.0
     course = integrated(
-        model.field(run.width), script, run.method, run.tolerance, clock() + run.seconds, clock,
+        model.field(run.width),
+        script,
+        run.method,
+        run.tolerance,
+        clock() + run.seconds,
+        clock,
         many,
-    )  # fmt: skip
+    )
     return replace(course, how=f"{course.how}, contacts over {run.width:g} m") if many else course
 
 
@@ -260,9 +265,15 @@ def integrated(
             field.hold(control, start, y)
             first = min(size, 0.999 * (end - start)) if size else None
             run = solver(
-                field, start, y, end, rtol=tolerance, atol=tolerance, first_step=first,
+                field,
+                start,
+                y,
+                end,
+                rtol=tolerance,
+                atol=tolerance,
+                first_step=first,
                 max_step=script.period,
-            )  # fmt: skip
+            )
             while run.status == "running":
                 run.step()
                 if run.status == "failed":
@@ -283,9 +294,15 @@ def integrated(
     except NotCertifiable as reason:
         why, decided = str(reason), not isinstance(reason, Undecided)
     return Course(
-        states, done * script.period, how, field.evaluations, tuple(events), why, decided,
+        states,
+        done * script.period,
+        how,
+        field.evaluations,
+        tuple(events),
+        why,
+        decided,
         clock() - begin,
-    )  # fmt: skip
+    )
 
 
 def _chatters(events: list[float]) -> bool:

@@ -311,6 +311,13 @@ def held(
     both = np.flatnonzero(np.isfinite(apart).all(axis=1))
     worst = model.bodies[int(np.argmax(apart[: both[-1] + 1].max(axis=0)))]
     return StepError(
-        integrator, run.step, parts, largest(apart), largest(np.abs(off)), worst,
-        run.seconds, run.why, run.remarks,
-    )  # fmt: skip
+        integrator,
+        run.step,
+        parts,
+        largest(apart),
+        largest(np.abs(off)),
+        worst,
+        run.seconds,
+        run.why,
+        run.remarks,
+    )

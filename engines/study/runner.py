@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import statistics
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -38,7 +38,7 @@ from plumbob.engines.study.extra_runs import (
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.model_reading import ModelReading, read_model
 from plumbob.engines.study.provenance import machine, provenance, version_of, versions_of
-from plumbob.engines.study.results import Study, TaskResult, assembled
+from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled
 from plumbob.engines.study.scheduler import (
     GENEROUS,
     LEAST,
@@ -52,6 +52,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 
 Profile = str  # "quick" or "full"
+Analyse = Callable[[Study, Workers], tuple[Analysed, ...]]
 MOST_STEPS = MappingProxyType({"quick": 25_000, "full": 1_000_000})
 """Of one run; quick: 50 s at MuJoCo's own 2 ms."""
 _REPEATS = MappingProxyType({"quick": 5, "full": 9})
@@ -60,6 +61,20 @@ _REPEATS = MappingProxyType({"quick": 5, "full": 9})
 _BUDGET = MappingProxyType({"quick": 0.002, "full": 0.05})
 _READING_WORK = 1e3  # of a model file, roughly
 _ADAPTIVE_WORK = 1e5  # equivalent number of steps for the tolerances of an adaptive method, roughly
+
+
+def no_analyses(study: Study, workers: Workers) -> tuple[Analysed, ...]:
+    """What is worked out for a study without pages."""
+    return ()
+
+
+@dataclass(frozen=True)
+class _Pool:
+    """Who works out errors, and who timings; None: this process."""
+
+    of_timings: Workers | None
+    of_errors: Workers | Executor | None
+    count: int
 
 
 @dataclass(frozen=True)
@@ -84,15 +99,15 @@ def run_study(
     command: str = "",
     kept: Unkept | None = None,
     seed: int = SEED,
+    analyse: Analyse = no_analyses,
 ) -> Study:
     """Measure every method on every scene, and make what `requests` asks for beside it, in this
     process or, for two `jobs` and more, in so many others, or in those given; `executor`, where
     given, runs the error half in their place (a Dask client's will do); `progress` is called with
     what is being done; `command` is what repeats the study; each result is kept in `kept` at once,
-    and those that are there are not measured again; `seed` draws one more step for each pair.
-    Timings, of costs and of trimmed models, are made alone, after the rest. Tasks that crash or
-    time out twice are "missing"."""
-    begin = time.perf_counter()
+    and those that are there are not measured again; `seed` draws one more step for each pair;
+    `analyse` works out what is stored beside the measurements. Timings, of costs and of trimmed
+    models, are made alone, after the rest. Tasks that crash or time out twice are "missing"."""
     kept = kept or Unkept()
     plan = StudyPlan(profile, tuple(scenes), tuple(methods))
     chosen = pairs(scenes, methods)
@@ -106,27 +121,44 @@ def run_study(
         )
         # What ended an earlier process is worked out in another than this.
         here = workers if goes_on or min(workers.count, len(errors)) > 1 else None
-        found = worked_out(
-            errors, kept, here if executor is None else executor, progress, workers.count
+        pool = _Pool(here, here if executor is None else executor, workers.count)
+        found, seconds = _measured(errors, trims, plan, kept, pool, progress, timed)
+        head = Study(
+            profile,
+            plan.scenes,
+            plan.methods,
+            reference_step=_reference_step(found.values()),
+            seconds=seconds,
+            provenance=provenance(command),
+            seed=seed,
         )
-        computed = sum(result.seconds for result in found.values()) / max(workers.count, 1)
-        between = time.perf_counter()
-        for task in trims:
-            found |= worked_out([task], kept, here, progress)
-        if timed:
-            found |= _costs(_timings(found.values(), plan), plan, kept, here, progress)
-    study = Study(
-        profile,
-        plan.scenes,
-        plan.methods,
-        reference_step=_reference_step(found.values()),
-        seconds={"errors": max(between - begin, computed), "costs": time.perf_counter() - between},
-        provenance=provenance(command),
-        seed=seed,
-    )
-    study = assembled(study.described(), found.values())
+        study = assembled(head.described(), found.values())
+        progress("analyses", 0, 0)
+        study = replace(study, analyses=analyse(study, workers))
     kept.complete(study, found)
     return study
+
+
+def _measured(
+    errors: Sequence[Task],
+    trims: Sequence[Task],
+    plan: StudyPlan,
+    kept: Unkept,
+    pool: _Pool,
+    progress: Progress,
+    timed: bool,
+) -> tuple[dict[str, TaskResult], dict[str, float]]:
+    """The results of all tasks by key, and the wall time [s] of "errors" and "costs"."""
+    begin = time.perf_counter()
+    found = worked_out(errors, kept, pool.of_errors, progress, pool.count)
+    computed = sum(result.seconds for result in found.values()) / max(pool.count, 1)
+    between = time.perf_counter()
+    for task in trims:
+        found |= worked_out([task], kept, pool.of_timings, progress)
+    if timed:
+        found |= _costs(_timings(found.values(), plan), plan, kept, pool.of_timings, progress)
+    seconds = {"errors": max(between - begin, computed), "costs": time.perf_counter() - between}
+    return found, seconds
 
 
 def _reference_step(results: Iterable[TaskResult]) -> float:

@@ -48,7 +48,6 @@ def save(study: Study, file: Path) -> int:
     }
     for request, result in study.extras.items():
         results[str(request)] = TaskResult(extras={request: result})
-    results |= _by_key(study.analyses)
     with writing(file) as store, transaction(store):
         number, _ = begun(store, None)
         keep(store, number, results)
@@ -101,23 +100,15 @@ def complete(
     study: Study,
     results: Mapping[str, TaskResult],
 ) -> None:
-    """Write the list of a study, and take out what is not in it; with its `plan` where the study is
-    to go on."""
+    """Write the list of a study, its analyses with it, and take out what is not in it; with its
+    `plan` where the study is to go on."""
+    results = {**results, **_by_key(study.analyses)}
     listed = json.dumps([(key, result.pair[0]) for key, result in results.items()])
     with transaction(store):
+        keep(store, number, _by_key(study.analyses))
         _write(store, number, plan, to_json(study.described()), listed)
         query = "delete from result where study = ? and key not in (select value from json_each(?))"
         store.execute(query, (number, json.dumps(list(results))))
-
-
-def add_analyses(file: Path, number: int, analyses: Iterable[Analysed]) -> None:
-    """Add analyses to the study of that number, in place of those that it has; raises as `load`."""
-    added = _by_key(analyses)
-    with writing(file) as store, transaction(store):
-        (row,) = store.execute("select * from study where id = ?", (number,)).fetchall()
-        keep(store, number, added)
-        others = [entry for entry in json.loads(row[3]) if not entry[0].startswith(ANALYSIS)]
-        _write(store, *row[:3], json.dumps([*others, *((key, "") for key in added)]))
 
 
 def _by_key(analyses: Iterable[Analysed]) -> dict[str, TaskResult]:

@@ -40,10 +40,19 @@ _BODY = ("mass", "com_distance", "inertia_x", "inertia_y", "inertia_z")
 _PRODUCT = "inertia_yz"  # may be left out
 _REST = ("pivot_x", "pivot_y", "platform_rate", "gravity", "theta", "theta_dot")
 _MORE = ("excess", "pivot_z")  # may be left out
-_STEEL: Parameters = MappingProxyType({
-    "density": 8000.0, "height": 0.3, "apex_angle": math.radians(30.0), "pivot_x": 0.0,
-    "pivot_y": 0.09, "platform_rate": 26.0, "gravity": 9.8, "theta": 0.0, "theta_dot": 37.0,
-})  # fmt: skip
+_STEEL: Parameters = MappingProxyType(
+    {
+        "density": 8000.0,
+        "height": 0.3,
+        "apex_angle": math.radians(30.0),
+        "pivot_x": 0.0,
+        "pivot_y": 0.09,
+        "platform_rate": 26.0,
+        "gravity": 9.8,
+        "theta": 0.0,
+        "theta_dot": 37.0,
+    }
+)
 _LEVEL = MappingProxyType({"pivot_y": 0.0})
 _PITCHFORK = 6.4482287920129893  # [rad/s], omega^2 = c / (I_x - I_z), physics of the steel cone
 
@@ -139,9 +148,15 @@ def _scene(case: str, summary: str, duration: float, hard: str = "", **values: A
     profile = values.pop("profile", "full")
     steps = values.pop("steps", step_sizes(5e-3, 2.5e-6))
     return Scene(
-        f"cone-pendulum/{case}", summary, change(_STEEL, values), duration, steps, SOURCE,
-        profile, hard,
-    )  # fmt: skip
+        f"cone-pendulum/{case}",
+        summary,
+        change(_STEEL, values),
+        duration,
+        steps,
+        SOURCE,
+        profile,
+        hard,
+    )
 
 
 def _near(side: str, k: int, theta_dot: float) -> Scene:
@@ -172,38 +187,113 @@ _RATES = (
     (12, 15.80690113811642, 15.806901138105689),
 )
 SCENES = (
-    _scene("rotating-base", "the source's Fig. 3: rotation on a platform at 26 rad/s", 0.5,
-           profile="quick"),
-    _scene("resting-base", "the source's Fig. 2: rotation on a platform at rest", 1.0,
-           profile="quick", platform_rate=0.0, theta_dot=13.0),
+    _scene(
+        "rotating-base",
+        "the source's Fig. 3: rotation on a platform at 26 rad/s",
+        0.5,
+        profile="quick",
+    ),
+    _scene(
+        "resting-base",
+        "the source's Fig. 2: rotation on a platform at rest",
+        1.0,
+        profile="quick",
+        platform_rate=0.0,
+        theta_dot=13.0,
+    ),
     _scene("deep-well", "libration in the deeper of two wells", 0.5, theta=1.5, theta_dot=5.0),
     _scene("shallow-well", "libration in the shallower well", 0.7, theta=-1.47, theta_dot=2.0),
     _scene("both-wells", "libration over both wells", 1.0, theta=-0.5, theta_dot=12.0),
-    _scene("unequal-inertia", "a body with I_y = I_x + 0.03: the printed I_x for I_y matters", 0.5,
-           inertia_y=cone(8000.0, 0.3, math.radians(30.0)).inertia_y + 0.03, profile="quick"),
-    _scene("product-of-inertia", "a body whose principal axes are tilted about the swing axis", 0.5,
-           inertia_yz=0.029),
-    *(_near(side, k, rate) for k, *rates in _RATES
-      for side, rate in zip(("above", "below"), rates, strict=True)),
-    _scene("pitchfork", "hanging at the rate where it stops being stable", 20.0, **_LEVEL,
-           hard="quartic well: the period grows as 1/amplitude", platform_rate=_PITCHFORK,
-           theta=0.1, theta_dot=0.0, steps=step_sizes(2e-2, 2e-4), profile="quick"),
-    _scene("pitchfork-small", "the same at half the amplitude: twice the period", 40.0, **_LEVEL,
-           hard="quartic well: the period grows as 1/amplitude", platform_rate=_PITCHFORK,
-           theta=0.05, theta_dot=0.0, steps=step_sizes(2e-2, 2e-4)),
-    _scene("equal-wells", "beyond the pitchfork: from next to the saddle over both wells", 8.0,
-           hard="homoclinic to theta = 0: errors grow as e^(7.4 t)", **_LEVEL, platform_rate=10.0,
-           theta=1e-3, theta_dot=0.0, steps=step_sizes(5e-3, 5e-5)),
-    _scene("equal-wells-short", "the same until the first return, for the quick profile", 2.0,
-           hard="homoclinic to theta = 0: errors grow as e^(7.4 t)", **_LEVEL, platform_rate=10.0,
-           theta=1e-3, theta_dot=0.0, steps=step_sizes(5e-3, 5e-5), profile="quick"),
-    _scene("flat-cone", "a cone so flat that I_x < I_z", 1.0, hard="the centrifugal term changes "
-           "sign", apex_angle=2 * math.atan(2.5), theta_dot=30.0),
-    _scene("fast-platform", "a platform at 1000 rad/s", 0.05, hard="accelerations of 10^6 rad/s^2",
-           platform_rate=1000.0, theta_dot=1500.0, steps=step_sizes(1e-4, 1e-7), profile="quick"),
-    _scene("million-steps", "the source's Fig. 3, for 625 turns", 100.0, hard="10^6 steps of 1e-4 "
-           "s: energy bounded, or drifting at a rate", steps=(8e-4, 4e-4, 2e-4, 1e-4)),
-)  # fmt: skip
+    _scene(
+        "unequal-inertia",
+        "a body with I_y = I_x + 0.03: the printed I_x for I_y matters",
+        0.5,
+        inertia_y=cone(8000.0, 0.3, math.radians(30.0)).inertia_y + 0.03,
+        profile="quick",
+    ),
+    _scene(
+        "product-of-inertia",
+        "a body whose principal axes are tilted about the swing axis",
+        0.5,
+        inertia_yz=0.029,
+    ),
+    *(
+        _near(side, k, rate)
+        for k, *rates in _RATES
+        for side, rate in zip(("above", "below"), rates, strict=True)
+    ),
+    _scene(
+        "pitchfork",
+        "hanging at the rate where it stops being stable",
+        20.0,
+        **_LEVEL,
+        hard="quartic well: the period grows as 1/amplitude",
+        platform_rate=_PITCHFORK,
+        theta=0.1,
+        theta_dot=0.0,
+        steps=step_sizes(2e-2, 2e-4),
+        profile="quick",
+    ),
+    _scene(
+        "pitchfork-small",
+        "the same at half the amplitude: twice the period",
+        40.0,
+        **_LEVEL,
+        hard="quartic well: the period grows as 1/amplitude",
+        platform_rate=_PITCHFORK,
+        theta=0.05,
+        theta_dot=0.0,
+        steps=step_sizes(2e-2, 2e-4),
+    ),
+    _scene(
+        "equal-wells",
+        "beyond the pitchfork: from next to the saddle over both wells",
+        8.0,
+        hard="homoclinic to theta = 0: errors grow as e^(7.4 t)",
+        **_LEVEL,
+        platform_rate=10.0,
+        theta=1e-3,
+        theta_dot=0.0,
+        steps=step_sizes(5e-3, 5e-5),
+    ),
+    _scene(
+        "equal-wells-short",
+        "the same until the first return, for the quick profile",
+        2.0,
+        hard="homoclinic to theta = 0: errors grow as e^(7.4 t)",
+        **_LEVEL,
+        platform_rate=10.0,
+        theta=1e-3,
+        theta_dot=0.0,
+        steps=step_sizes(5e-3, 5e-5),
+        profile="quick",
+    ),
+    _scene(
+        "flat-cone",
+        "a cone so flat that I_x < I_z",
+        1.0,
+        hard="the centrifugal term changes sign",
+        apex_angle=2 * math.atan(2.5),
+        theta_dot=30.0,
+    ),
+    _scene(
+        "fast-platform",
+        "a platform at 1000 rad/s",
+        0.05,
+        hard="accelerations of 10^6 rad/s^2",
+        platform_rate=1000.0,
+        theta_dot=1500.0,
+        steps=step_sizes(1e-4, 1e-7),
+        profile="quick",
+    ),
+    _scene(
+        "million-steps",
+        "the source's Fig. 3, for 625 turns",
+        100.0,
+        hard="10^6 steps of 1e-4 s: energy bounded, or drifting at a rate",
+        steps=(8e-4, 4e-4, 2e-4, 1e-4),
+    ),
+)
 
 SYSTEMS = (
     System(

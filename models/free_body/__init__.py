@@ -81,9 +81,14 @@ def _scene(
 ) -> Scene:
     parameters = dict(zip(MOMENTS, inertia, strict=True)) | {"angular_velocity": rates}
     return Scene(
-        f"free-body/{case}", summary, MappingProxyType(parameters), duration,
-        values.pop("steps", _STEPS), SOURCE, **values,
-    )  # fmt: skip
+        f"free-body/{case}",
+        summary,
+        MappingProxyType(parameters),
+        duration,
+        values.pop("steps", _STEPS),
+        SOURCE,
+        **values,
+    )
 
 
 def _near_separatrix(k: int) -> Scene:
@@ -97,25 +102,52 @@ def _near_separatrix(k: int) -> Scene:
 
 
 _SCENES = (
-    _scene("flip", "next to the unstable axis: the body turns over within ten seconds",
-           (0.02, 4.0, 0.0), duration=10.0, profile="quick",
-           hard="errors grow as e^(1.3 t) next to the unstable axis, before each flip"),
-    _scene("symmetric", "a symmetric body: the axis goes round the angular momentum evenly",
-           (0.4, 0.0, 2.0), inertia=(1.0, 1.0, 1.75), profile="quick"),
-    _scene("about-largest", "about the axis of the largest moment, with some nutation",
-           (0.3, 0.2, 2.0)),
-    _scene("about-smallest", "about the axis of the smallest moment, with some nutation",
-           (2.0, 0.2, 0.3)),
-    _scene("spherical", "equal moments: a uniform rotation about an axis off the body's",
-           (1.0, -1.0, 1.5), inertia=(2.0, 2.0, 2.0)),
-    _scene("separatrix", "on the separatrix itself: ends on the unstable axis, never to turn over",
-           (3.0, 0.0, 4.0), duration=6.0,
-           hard="errors grow as e^(1.6 t) next to the unstable axis, to no end"),
+    _scene(
+        "flip",
+        "next to the unstable axis: the body turns over within ten seconds",
+        (0.02, 4.0, 0.0),
+        duration=10.0,
+        profile="quick",
+        hard="errors grow as e^(1.3 t) next to the unstable axis, before each flip",
+    ),
+    _scene(
+        "symmetric",
+        "a symmetric body: the axis goes round the angular momentum evenly",
+        (0.4, 0.0, 2.0),
+        inertia=(1.0, 1.0, 1.75),
+        profile="quick",
+    ),
+    _scene(
+        "about-largest", "about the axis of the largest moment, with some nutation", (0.3, 0.2, 2.0)
+    ),
+    _scene(
+        "about-smallest",
+        "about the axis of the smallest moment, with some nutation",
+        (2.0, 0.2, 0.3),
+    ),
+    _scene(
+        "spherical",
+        "equal moments: a uniform rotation about an axis off the body's",
+        (1.0, -1.0, 1.5),
+        inertia=(2.0, 2.0, 2.0),
+    ),
+    _scene(
+        "separatrix",
+        "on the separatrix itself: ends on the unstable axis, never to turn over",
+        (3.0, 0.0, 4.0),
+        duration=6.0,
+        hard="errors grow as e^(1.6 t) next to the unstable axis, to no end",
+    ),
     *(_near_separatrix(k) for k in (3, 6, 9)),
-    _scene("million-steps", "about the axis of the largest moment, for 318 turns", (0.3, 0.2, 2.0),
-           duration=1000.0, steps=(8e-3, 4e-3, 2e-3, 1e-3),
-           hard="10^6 steps of 1 ms: an error of the rate becomes one of the attitude"),
-)  # fmt: skip
+    _scene(
+        "million-steps",
+        "about the axis of the largest moment, for 318 turns",
+        (0.3, 0.2, 2.0),
+        duration=1000.0,
+        steps=(8e-3, 4e-3, 2e-3, 1e-3),
+        hard="10^6 steps of 1 ms: an error of the rate becomes one of the attitude",
+    ),
+)
 
 SYSTEM = System(
     name="free-body",

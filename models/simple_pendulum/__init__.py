@@ -31,16 +31,31 @@ SOURCE = (
     "and forced, by RK4"
 )
 PARAMETERS = (
-    "length", "gravity", "damping_rate", "forcing_amplitude", "forcing_frequency", "theta",
-    "theta_dot", "mass", "damping", "force",
-)  # fmt: skip
+    "length",
+    "gravity",
+    "damping_rate",
+    "forcing_amplitude",
+    "forcing_frequency",
+    "theta",
+    "theta_dot",
+    "mass",
+    "damping",
+    "force",
+)
 FROM_TOP = "theta_from_top"  # in place of theta
 # The notebook's own C [kg/s] and F_0 [N], of F(t) = F_0 sin(Omega t), in place of the rates.
 OWN_FORM = MappingProxyType({"damping": "damping_rate", "force": "forcing_amplitude"})
 _REST: Parameters = MappingProxyType(
-    {"length": 1.0, "gravity": 9.8, "damping_rate": 0.0, "forcing_amplitude": 0.0,
-     "forcing_frequency": 0.0, "theta": 0.0, "theta_dot": 0.0}
-)  # fmt: skip
+    {
+        "length": 1.0,
+        "gravity": 9.8,
+        "damping_rate": 0.0,
+        "forcing_amplitude": 0.0,
+        "forcing_frequency": 0.0,
+        "theta": 0.0,
+        "theta_dot": 0.0,
+    }
+)
 _STEPS = step_sizes(1e-1, 1e-5)  # the notebook's 0.05 s among them
 _DEGREE = math.pi / 180
 
@@ -182,45 +197,120 @@ def _near_top(k: int) -> Scene:
 _LARGE = -120 * _DEGREE
 _SPIN = "an error of the speed becomes one of the angle that grows with time"
 _SCENES = (
-    *_both("free-small", "case 1: a small swing", "case 1, linear: hardly different",
-           theta=-10 * _DEGREE, profile="quick"),
-    *_both("free-large", "case 2: a large swing", "case 2, linear: the wrong period",
-           theta=_LARGE, profile="quick"),
-    *_both("rotating-slow", "case 3: over the top, 11.5 % faster than it takes",
-           "case 3, linear: swings where the pendulum rotates", theta=_LARGE,
-           theta_dot=200 * _DEGREE, profile="quick", hard=f"near the separatrix: {_SPIN}"),
-    *_both("rotating-fast", "case 4: rotates fast", "case 4, linear: swings by 200 degrees",
-           theta=_LARGE, theta_dot=500 * _DEGREE, hard=f"73 turns: {_SPIN}"),
-    *_both("damped-small", "case 5: a small swing dies away", "case 5, linear: hardly different",
-           theta=-10 * _DEGREE, damping_rate=0.08),
-    *_both("damped-large", "case 6: a large swing dies away", "case 6, linear", theta=_LARGE,
-           damping_rate=0.08),
-    *_both("damped-rotating", "case 7: turns over, is caught, and settles", "case 7, linear",
-           theta=_LARGE, theta_dot=500 * _DEGREE, damping_rate=0.2, profile="quick",
-           hard="passes the separatrix: how near decides when it is caught"),
-    *_both("forced-small", "pushed gently near resonance, from rest",
-           "pushed gently near resonance, linear",
-           forcing_amplitude=0.1, forcing_frequency=3.0, damping_rate=0.08),
-    *_both("forced-large", "pushed hard near resonance, from rest",
-           "pushed hard near resonance, linear",
-           forcing_amplitude=1.5, forcing_frequency=2.8, damping_rate=0.2, profile="quick"),
-    *_both("forced-chaotic", "pushed slowly and hard, g = L: chaos, followed for 50 s, well within "
-           "the 156 s for which double precision tells its future to 1e-6 rad",
-           "pushed slowly and hard, linear: no chaos", gravity=1.0, theta=0.2, damping_rate=0.5,
-           forcing_amplitude=1.5, forcing_frequency=2 / 3,
-           hard="neighbouring motions part as e^(0.12 t); the exact answer is known to 2e-12 rad"),
-    _scene("simple-pendulum/million-steps", "the large swing of case 2, for 181 periods",
-           theta=_LARGE, duration=500.0, steps=(8e-3, 4e-3, 2e-3, 1e-3, 5e-4),
-           hard="10^6 steps of 5e-4 s: energy bounded, or drifting at a rate"),
+    *_both(
+        "free-small",
+        "case 1: a small swing",
+        "case 1, linear: hardly different",
+        theta=-10 * _DEGREE,
+        profile="quick",
+    ),
+    *_both(
+        "free-large",
+        "case 2: a large swing",
+        "case 2, linear: the wrong period",
+        theta=_LARGE,
+        profile="quick",
+    ),
+    *_both(
+        "rotating-slow",
+        "case 3: over the top, 11.5 % faster than it takes",
+        "case 3, linear: swings where the pendulum rotates",
+        theta=_LARGE,
+        theta_dot=200 * _DEGREE,
+        profile="quick",
+        hard=f"near the separatrix: {_SPIN}",
+    ),
+    *_both(
+        "rotating-fast",
+        "case 4: rotates fast",
+        "case 4, linear: swings by 200 degrees",
+        theta=_LARGE,
+        theta_dot=500 * _DEGREE,
+        hard=f"73 turns: {_SPIN}",
+    ),
+    *_both(
+        "damped-small",
+        "case 5: a small swing dies away",
+        "case 5, linear: hardly different",
+        theta=-10 * _DEGREE,
+        damping_rate=0.08,
+    ),
+    *_both(
+        "damped-large",
+        "case 6: a large swing dies away",
+        "case 6, linear",
+        theta=_LARGE,
+        damping_rate=0.08,
+    ),
+    *_both(
+        "damped-rotating",
+        "case 7: turns over, is caught, and settles",
+        "case 7, linear",
+        theta=_LARGE,
+        theta_dot=500 * _DEGREE,
+        damping_rate=0.2,
+        profile="quick",
+        hard="passes the separatrix: how near decides when it is caught",
+    ),
+    *_both(
+        "forced-small",
+        "pushed gently near resonance, from rest",
+        "pushed gently near resonance, linear",
+        forcing_amplitude=0.1,
+        forcing_frequency=3.0,
+        damping_rate=0.08,
+    ),
+    *_both(
+        "forced-large",
+        "pushed hard near resonance, from rest",
+        "pushed hard near resonance, linear",
+        forcing_amplitude=1.5,
+        forcing_frequency=2.8,
+        damping_rate=0.2,
+        profile="quick",
+    ),
+    *_both(
+        "forced-chaotic",
+        "pushed slowly and hard, g = L: chaos, followed for 50 s, well within "
+        "the 156 s for which double precision tells its future to 1e-6 rad",
+        "pushed slowly and hard, linear: no chaos",
+        gravity=1.0,
+        theta=0.2,
+        damping_rate=0.5,
+        forcing_amplitude=1.5,
+        forcing_frequency=2 / 3,
+        hard="neighbouring motions part as e^(0.12 t); the exact answer is known to 2e-12 rad",
+    ),
+    _scene(
+        "simple-pendulum/million-steps",
+        "the large swing of case 2, for 181 periods",
+        theta=_LARGE,
+        duration=500.0,
+        steps=(8e-3, 4e-3, 2e-3, 1e-3, 5e-4),
+        hard="10^6 steps of 5e-4 s: energy bounded, or drifting at a rate",
+    ),
     *(_near_top(k) for k in range(1, 13)),
-    *_both("overdamped", "damped at 10/s, more than 2 sqrt(g/L): returns without a swing",
-           "damped at 10/s, more than critically, linear", duration=10.0,
-           steps=step_sizes(5e-2, 1e-4), theta=_LARGE, damping_rate=10.0, linear_profile="quick",
-           hard="rates of 1.1/s and 8.9/s side by side"),
-    *_both("step-too-large", "the large swing, from steps far beyond what any method takes",
-           "linear: unstable above 2 sqrt(L/g) = 0.64 s, RK4 above 0.90 s", theta=_LARGE,
-           duration=20.0, steps=(2.0, 1.0, 0.7, 0.5, *step_sizes(2e-1, 1e-3)), hard="divergence"),
-)  # fmt: skip
+    *_both(
+        "overdamped",
+        "damped at 10/s, more than 2 sqrt(g/L): returns without a swing",
+        "damped at 10/s, more than critically, linear",
+        duration=10.0,
+        steps=step_sizes(5e-2, 1e-4),
+        theta=_LARGE,
+        damping_rate=10.0,
+        linear_profile="quick",
+        hard="rates of 1.1/s and 8.9/s side by side",
+    ),
+    *_both(
+        "step-too-large",
+        "the large swing, from steps far beyond what any method takes",
+        "linear: unstable above 2 sqrt(L/g) = 0.64 s, RK4 above 0.90 s",
+        theta=_LARGE,
+        duration=20.0,
+        steps=(2.0, 1.0, 0.7, 0.5, *step_sizes(2e-1, 1e-3)),
+        hard="divergence",
+    ),
+)
 
 
 def _system(name: str, title: str, observables: tuple[Observable, ...], linear: bool) -> System:

@@ -36,9 +36,15 @@ from plumbob.models.tripod_capsule.parameters import (
 )
 
 NAMES = (*BODY, "slider", "velocity_x", "velocity_y", "heading_rate", "heading")
-_CHECK: Parameters = MappingProxyType({
-    **CHECK, "slider": (0.12, 0.0), "velocity_x": 0.0, "velocity_y": 0.0, "heading_rate": 0.0,
-})  # fmt: skip
+_CHECK: Parameters = MappingProxyType(
+    {
+        **CHECK,
+        "slider": (0.12, 0.0),
+        "velocity_x": 0.0,
+        "velocity_y": 0.0,
+        "heading_rate": 0.0,
+    }
+)
 _ARM = 0.18
 _ROUND = tuple((_ARM * math.cos(a), _ARM * math.sin(a)) for a in (0.3, 2.2, 4.6))
 
@@ -113,14 +119,22 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """How far and how long the body coasts."""
     motion = problem.motion
     if motion.kind == "plane":
-        lasting, about = motion.rest_time, {"events": [
-            {"t": e.time, "mode": e.mode, "support": e.support + 1} for e in motion.events
-        ]}  # fmt: skip
+        lasting, about = (
+            motion.rest_time,
+            {
+                "events": [
+                    {"t": e.time, "mode": e.mode, "support": e.support + 1} for e in motion.events
+                ]
+            },
+        )
     else:
-        lasting, about = motion.duration, {
-            "distance": motion.coasting.distance,
-            "deceleration": motion.coasting.deceleration,
-        }  # fmt: skip
+        lasting, about = (
+            motion.duration,
+            {
+                "distance": motion.coasting.distance,
+                "deceleration": motion.coasting.deceleration,
+            },
+        )
     end = problem.in_world.observe(np.array([lasting]))
     pose = {name: float(end[name][0]) for name in ("x", "y", "heading")}
     return {"t_rest": lasting, "rest": pose, **about}
@@ -129,22 +143,56 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
 def _scene(case: str, summary: str, duration: float, profile: Any, **values: Any) -> Scene:
     steps, hard = values.pop("steps", step_sizes(1e-3, 1e-5)), values.pop("hard", "")
     return Scene(
-        f"capsule-coast/{case}", summary, {**_CHECK, **values}, duration, steps, SOURCE, profile,
+        f"capsule-coast/{case}",
+        summary,
+        {**_CHECK, **values},
+        duration,
+        steps,
+        SOURCE,
+        profile,
         hard,
-    )  # fmt: skip
+    )
 
 
 SCENES = (
-    _scene("translation", "without spin, Q off C: over v^2/(2 f g), wherever Q is", 0.2, "quick",
-           velocity_x=0.4, velocity_y=0.2),
-    _scene("rotation", "a turn about C with supports equally far from it, Q at C", 0.2, "quick",
-           supports=_ROUND, slider=(0.0, 0.0), heading_rate=6.0),
-    _scene("spin", "spin and translation at once, coupled by friction: no formula", 0.35, "quick",
-           velocity_x=0.4, velocity_y=0.2, heading_rate=6.0),
-    _scene("edge", "without spin, the combined centre 1 mm inside an edge", 0.2, "full",
-           hard="N_1 -> 0", steps=step_sizes(2e-4, 1e-5), slider=(-UNLOADING, 0.0), velocity_x=0.4,
-           velocity_y=0.2),
-)  # fmt: skip
+    _scene(
+        "translation",
+        "without spin, Q off C: over v^2/(2 f g), wherever Q is",
+        0.2,
+        "quick",
+        velocity_x=0.4,
+        velocity_y=0.2,
+    ),
+    _scene(
+        "rotation",
+        "a turn about C with supports equally far from it, Q at C",
+        0.2,
+        "quick",
+        supports=_ROUND,
+        slider=(0.0, 0.0),
+        heading_rate=6.0,
+    ),
+    _scene(
+        "spin",
+        "spin and translation at once, coupled by friction: no formula",
+        0.35,
+        "quick",
+        velocity_x=0.4,
+        velocity_y=0.2,
+        heading_rate=6.0,
+    ),
+    _scene(
+        "edge",
+        "without spin, the combined centre 1 mm inside an edge",
+        0.2,
+        "full",
+        hard="N_1 -> 0",
+        steps=step_sizes(2e-4, 1e-5),
+        slider=(-UNLOADING, 0.0),
+        velocity_x=0.4,
+        velocity_y=0.2,
+    ),
+)
 
 SYSTEM = capsule_system(
     "capsule-coast",

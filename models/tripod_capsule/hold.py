@@ -102,23 +102,47 @@ def _scene(case: str, summary: str, duration: float, **values: Any) -> Scene:
     profile, hard = values.pop("profile", "full"), values.pop("hard", "")
     steps = values.pop("steps", step_sizes(5e-3, 1e-4))
     return Scene(
-        f"capsule-hold/{case}", summary, change_line(_TILTED, values), duration, steps, SOURCE,
-        profile, hard,
-    )  # fmt: skip
+        f"capsule-hold/{case}",
+        summary,
+        change_line(_TILTED, values),
+        duration,
+        steps,
+        SOURCE,
+        profile,
+        hard,
+    )
 
 
 SCENES = (
-    *(_scene(str(fraction), f"10 s at {fraction} of the tilt that friction holds", 10.0,
-             fraction=fraction, profile="quick" if fraction == 0.999 else "full",
-             hard="friction all but used up" if fraction == 0.999 else "")
-      for fraction in (0.5, 0.9, 0.99, 0.999)),
-    Scene("capsule-hold/slow-motion", "the slider out and back at 0.999 of f g/mu",
-          {**CHECK, "direction": 0.7, "length": 0.08, "fraction": 0.999}, 0.4,
-          step_sizes(1e-3, 1e-5), SOURCE),
-    Scene("capsule-hold/unloading", "out until A1 carries 1/300 of the weight, and back",
-          {**CHECK, "direction": math.pi, "length": UNLOADING,
-           "fraction": 0.999}, 0.8, step_sizes(1e-3, 1e-5), SOURCE, hard="N_1 -> 0"),
-)  # fmt: skip
+    *(
+        _scene(
+            str(fraction),
+            f"10 s at {fraction} of the tilt that friction holds",
+            10.0,
+            fraction=fraction,
+            profile="quick" if fraction == 0.999 else "full",
+            hard="friction all but used up" if fraction == 0.999 else "",
+        )
+        for fraction in (0.5, 0.9, 0.99, 0.999)
+    ),
+    Scene(
+        "capsule-hold/slow-motion",
+        "the slider out and back at 0.999 of f g/mu",
+        {**CHECK, "direction": 0.7, "length": 0.08, "fraction": 0.999},
+        0.4,
+        step_sizes(1e-3, 1e-5),
+        SOURCE,
+    ),
+    Scene(
+        "capsule-hold/unloading",
+        "out until A1 carries 1/300 of the weight, and back",
+        {**CHECK, "direction": math.pi, "length": UNLOADING, "fraction": 0.999},
+        0.8,
+        step_sizes(1e-3, 1e-5),
+        SOURCE,
+        hard="N_1 -> 0",
+    ),
+)
 
 SYSTEM = capsule_system(
     "capsule-hold",

@@ -34,9 +34,15 @@ from plumbob.models.tripod_capsule.parameters import (
 
 NAMES = (*BODY, *LINE, "heading")
 _HOLDING = threshold({})
-_LINE: Parameters = MappingProxyType({
-    **CHECK, "w1": 3 * _HOLDING, "w2": 0.8 * _HOLDING, "t1": 0.03, "support": 1,
-})  # fmt: skip
+_LINE: Parameters = MappingProxyType(
+    {
+        **CHECK,
+        "w1": 3 * _HOLDING,
+        "w2": 0.8 * _HOLDING,
+        "t1": 0.03,
+        "support": 1,
+    }
+)
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:
@@ -111,18 +117,30 @@ def _scene(case: str, summary: str, hard: str = "", **values: Any) -> Scene:
     profile, duration = values.pop("profile", "full"), values.pop("duration", 0.15)
     steps = values.pop("steps", step_sizes(1e-3, 1e-5))
     return Scene(
-        f"capsule-line/{case}", summary, change_line(_LINE, values), duration, steps, SOURCE,
-        profile, hard,
-    )  # fmt: skip
+        f"capsule-line/{case}",
+        summary,
+        change_line(_LINE, values),
+        duration,
+        steps,
+        SOURCE,
+        profile,
+        hard,
+    )
 
 
 def _mass_ratio(case: str, slider_mass: float, summary: str, t1: float, **values: Any) -> Scene:
     """A slider of another mass, its accelerations the same multiples of f g/mu."""
     holding = threshold({"slider_mass": slider_mass})
     return _scene(
-        case, summary, hard="mu is nearly 0 or 1: the actuator's reaction is all or nothing",
-        slider_mass=slider_mass, w1=3 * holding, w2=0.8 * holding, t1=t1, **values,
-    )  # fmt: skip
+        case,
+        summary,
+        hard="mu is nearly 0 or 1: the actuator's reaction is all or nothing",
+        slider_mass=slider_mass,
+        w1=3 * holding,
+        w2=0.8 * holding,
+        t1=t1,
+        **values,
+    )
 
 
 def _start(reach: float) -> float:
@@ -138,33 +156,78 @@ SCENES = (
     _scene("ca2", "along C-A2", support=2),
     _scene("ca3", "along C-A3", support=3),
     _scene("at-50", "along a line 50 degrees off C-A1", direction=math.radians(50)),
-    _scene("at-123", "along a line 123 degrees off C-A1", profile="quick",
-           direction=math.radians(123)),
+    _scene(
+        "at-123", "along a line 123 degrees off C-A1", profile="quick", direction=math.radians(123)
+    ),
     _scene("at-222", "along a line 222 degrees off C-A1", direction=math.radians(222)),
-    *(_scene(f"heading-{angle:03d}", f"along C-A1, all of it turned by {angle} degrees",
-             heading=math.radians(angle), profile="quick" if angle in (0, 30) else "full",
-             steps=step_sizes(1e-3, 1e-4)) for angle in range(0, 360, 15)),
-    _scene("off-centroid", "a triangle whose centroid is not C, along 50 degrees",
-           supports=_OFF_CENTROID, direction=math.radians(50)),
-    _scene("frictionless", "no friction: only the reaction moves the body", friction=0.0,
-           profile="quick"),
-    _scene("w2-threshold", "a brake that uses friction up", w2=_HOLDING,
-           hard="w2 = f g/mu: the body is held by all the friction there is"),
-    _scene("w1-threshold", "a push that hardly moves the body", w1=_HOLDING * (1 + 1e-6),
-           hard="w1 = f g/mu (1 + 1e-6): a motion of 1e-9 m, of condition 1e6", duration=0.07),
-    _scene("w1-threshold-short", "the same in four steps, for the quick profile", profile="quick",
-           w1=_HOLDING * (1 + 1e-6), duration=0.07, steps=step_sizes(1e-3, 1e-4),
-           hard="w1 = f g/mu (1 + 1e-6): a motion of 1e-9 m, of condition 1e6"),
-    _mass_ratio("light-slider", 1e-3, "m/M = 1e-3", 0.002, duration=0.01,
-                steps=step_sizes(5e-5, 5e-7)),
+    *(
+        _scene(
+            f"heading-{angle:03d}",
+            f"along C-A1, all of it turned by {angle} degrees",
+            heading=math.radians(angle),
+            profile="quick" if angle in (0, 30) else "full",
+            steps=step_sizes(1e-3, 1e-4),
+        )
+        for angle in range(0, 360, 15)
+    ),
+    _scene(
+        "off-centroid",
+        "a triangle whose centroid is not C, along 50 degrees",
+        supports=_OFF_CENTROID,
+        direction=math.radians(50),
+    ),
+    _scene(
+        "frictionless",
+        "no friction: only the reaction moves the body",
+        friction=0.0,
+        profile="quick",
+    ),
+    _scene(
+        "w2-threshold",
+        "a brake that uses friction up",
+        w2=_HOLDING,
+        hard="w2 = f g/mu: the body is held by all the friction there is",
+    ),
+    _scene(
+        "w1-threshold",
+        "a push that hardly moves the body",
+        w1=_HOLDING * (1 + 1e-6),
+        hard="w1 = f g/mu (1 + 1e-6): a motion of 1e-9 m, of condition 1e6",
+        duration=0.07,
+    ),
+    _scene(
+        "w1-threshold-short",
+        "the same in four steps, for the quick profile",
+        profile="quick",
+        w1=_HOLDING * (1 + 1e-6),
+        duration=0.07,
+        steps=step_sizes(1e-3, 1e-4),
+        hard="w1 = f g/mu (1 + 1e-6): a motion of 1e-9 m, of condition 1e6",
+    ),
+    _mass_ratio(
+        "light-slider", 1e-3, "m/M = 1e-3", 0.002, duration=0.01, steps=step_sizes(5e-5, 5e-7)
+    ),
     _mass_ratio("heavy-slider", 1e3, "m/M = 1e3", 0.03),
-    _scene("near-edge", "the combined centre ends 0.1 mm inside an edge", hard="N_1 -> 0",
-           direction=math.pi, start=_start(0.0999)),
-    _scene("near-vertex", "the combined centre ends 0.1 mm inside a vertex",
-           hard="N_2 and N_3 -> 0", start=_start(0.1999)),
-    _scene("off-grid", "t1 = 0.0317 s: on the grid of no step", t1=0.0317,
-           hard="the control switches inside a step"),
-)  # fmt: skip
+    _scene(
+        "near-edge",
+        "the combined centre ends 0.1 mm inside an edge",
+        hard="N_1 -> 0",
+        direction=math.pi,
+        start=_start(0.0999),
+    ),
+    _scene(
+        "near-vertex",
+        "the combined centre ends 0.1 mm inside a vertex",
+        hard="N_2 and N_3 -> 0",
+        start=_start(0.1999),
+    ),
+    _scene(
+        "off-grid",
+        "t1 = 0.0317 s: on the grid of no step",
+        t1=0.0317,
+        hard="the control switches inside a step",
+    ),
+)
 
 SYSTEM = capsule_system(
     "capsule-line",

@@ -33,10 +33,16 @@ MJCF = Path(__file__).parent / "tripod_capsule.xml"
 CONTACTS = 4.0  # cost of a step in steps of a pendulum: three contacts, three forces to read
 BODY = ("body_mass", "slider_mass", "inertia", "supports", "friction", "gravity")
 LINE = ("w1", "w2", "t1", "support", "direction", "start")
-CHECK: Parameters = MappingProxyType({
-    "body_mass": 1.0, "slider_mass": 0.3, "inertia": 0.02,
-    "supports": ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15)), "friction": 0.3, "gravity": 9.81,
-})  # fmt: skip
+CHECK: Parameters = MappingProxyType(
+    {
+        "body_mass": 1.0,
+        "slider_mass": 0.3,
+        "inertia": 0.02,
+        "supports": ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15)),
+        "friction": 0.3,
+        "gravity": 9.81,
+    }
+)
 LOADS = tuple(Observable(f"normal_force_{i}", "N") for i in (1, 2, 3))
 ALONG = (
     Observable("displacement", "m"),

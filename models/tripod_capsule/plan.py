@@ -39,10 +39,15 @@ NAMES = (*BODY, *LIMITS, "to", "track", "start", "slider", "slider_at_end", "leg
 STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 LONG = 10.0  # [s]: a plan that takes more is not run at the finest step
 # Whole steps of every size, a little after the last manoeuvre has ended.
-_LASTING: Mapping[str, tuple[float, float]] = MappingProxyType({
-    "near": (1.65, 6.95), "half-turn": (1.95, 24.35), "aside": (3.65, 14.75),
-    "behind": (5.0, 6.15), "ahead": (3.65, 6.95),
-})  # fmt: skip
+_LASTING: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {
+        "near": (1.65, 6.95),
+        "half-turn": (1.95, 24.35),
+        "aside": (3.65, 14.75),
+        "behind": (5.0, 6.15),
+        "ahead": (3.65, 6.95),
+    }
+)
 TURNED = 0.65  # [s]: the plan to BESIDE on a free plane, and a little more
 BESIDE = RestPose(0.01, 0.01, 0.1)  # near enough that the curve's plans cost little
 # Name, supports and arc of the curve, duration of the plan to BESIDE [s], and the profile.
@@ -209,14 +214,24 @@ SCENES = (
     *(_beside(*curve) for curve in CURVES),
     *(_turned(angle) for angle in (30.0, 45.0)),
     _mass_ratio(
-        "light-slider", "m/M = 1e-3: to 0.01, 0.01 mm and 0.1 mrad", 0.04,
-        step_sizes(1e-4, 5e-6), slider_mass=1e-3, acceleration=2e4, to=(1e-5, 1e-5, 1e-4),
+        "light-slider",
+        "m/M = 1e-3: to 0.01, 0.01 mm and 0.1 mrad",
+        0.04,
+        step_sizes(1e-4, 5e-6),
+        slider_mass=1e-3,
+        acceleration=2e4,
+        to=(1e-5, 1e-5, 1e-4),
     ),
     _mass_ratio(
-        "heavy-slider", "m/M = 1e3: 0.1 m straight on", 1.2, STEPS, slider_mass=1e3, radius=0.08,
+        "heavy-slider",
+        "m/M = 1e3: 0.1 m straight on",
+        1.2,
+        STEPS,
+        slider_mass=1e3,
+        radius=0.08,
         to=(0.1, 0.0, 0.0),
     ),
-)  # fmt: skip
+)
 
 SYSTEM = capsule_system(
     "capsule-plan",

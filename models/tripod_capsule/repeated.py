@@ -29,10 +29,16 @@ from plumbob.models.tripod_capsule.parameters import (
 
 NAMES = (*line.NAMES, "count", "fraction", "pause")
 _PERIOD = 0.32  # [s], a whole number of steps of every size
-_LINE: Parameters = MappingProxyType({
-    **CHECK, "w1": 3 * threshold({}), "w2": 0.8 * threshold({}), "t1": 0.03, "support": 1,
-    "fraction": 0.9,
-})  # fmt: skip
+_LINE: Parameters = MappingProxyType(
+    {
+        **CHECK,
+        "w1": 3 * threshold({}),
+        "w2": 0.8 * threshold({}),
+        "t1": 0.03,
+        "support": 1,
+        "fraction": 0.9,
+    }
+)
 
 
 def _repeated(parameters: Parameters, count: int, pause: float) -> RepeatedLine:
@@ -92,9 +98,14 @@ def _fastest(manoeuvre: LineManoeuvre) -> dict[str, float]:
 def _scene(case: str, count: int, profile: Any, steps: tuple[float, ...]) -> Scene:
     pause = _PERIOD - _repeated(_LINE, 1, 0.0).period
     return Scene(
-        f"capsule-train/{case}", f"{count} manoeuvres, each with a slow return and a pause",
-        {**_LINE, "count": count, "pause": pause}, count * _PERIOD, steps, SOURCE, profile,
-    )  # fmt: skip
+        f"capsule-train/{case}",
+        f"{count} manoeuvres, each with a slow return and a pause",
+        {**_LINE, "count": count, "pause": pause},
+        count * _PERIOD,
+        steps,
+        SOURCE,
+        profile,
+    )
 
 
 SCENES = (

@@ -140,9 +140,15 @@ def _scene(case: str, summary: str, parameters: Parameters, hard: str = "", **va
     steps = tuple(tau / part for part in parts)
     duration = lasting * tau
     return Scene(
-        f"capsule-turn/{case}", summary, MappingProxyType(dict(parameters)), duration, steps,
-        SOURCE, profile, hard,
-    )  # fmt: skip
+        f"capsule-turn/{case}",
+        summary,
+        MappingProxyType(dict(parameters)),
+        duration,
+        steps,
+        SOURCE,
+        profile,
+        hard,
+    )
 
 
 def _epsilon(epsilon: float, *, stop: bool) -> Scene:
@@ -164,9 +170,16 @@ def _hard(
     short = f"the same until {lasting:g} tau in four steps, for the quick profile"
     return (
         _scene(case, summary, parameters, hard),
-        _scene(f"{case}-short", short, parameters, hard,
-               lasting=lasting, parts=(50, 100, 200, 375), profile="quick"),
-    )  # fmt: skip
+        _scene(
+            f"{case}-short",
+            short,
+            parameters,
+            hard,
+            lasting=lasting,
+            parts=(50, 100, 200, 375),
+            profile="quick",
+        ),
+    )
 
 
 def _circle(slider_mass: float) -> float:
@@ -183,27 +196,59 @@ def _circles(count: int) -> dict[str, Any]:
 
 SCENES = (
     *(_epsilon(epsilon, stop=stop) for epsilon in EPSILONS for stop in (False, True)),
-    _scene("thousand", "1000 turns by whole circles, the residual motion waited out after each",
-           _circles(1000), "1000 turns in a row", lasting=1000 * LASTING, parts=(20, 25, 50, 100)),
-    *_hard("pivot", "a gentle drive: the body pivots about A2 and slides, three times over",
-           _parameters(0.8, -0.3, radius=0.2, start=5.0),
-           "one support comes to rest, holds while the body pivots about it, and gives way", 3.0),
-    *_hard("held", "a drive that friction all but holds: the body rests, and slides late",
-           _parameters(3.0, -1.0), "friction used up by a load that grows", 2.0),
-    *_hard("unloaded", "the common centre of mass within 0.1 % of an edge of the triangle",
-           _parameters(0.1, -1.0, radius=0.999 * 0.03 / math.hypot(0.3, 0.15) / (0.3 / 1.3)),
-           "one normal force goes to zero", 2.0),
-    *(_scene(f"heading-{angle:03d}", f"epsilon 0.3, all of it turned by {angle} degrees",
-             _parameters(0.3, -1.0, heading=math.radians(angle)), parts=(25, 50, 100, 200),
-             profile="quick" if angle == 30 else "full") for angle in (30, 45)),
-    _scene("light-slider", "m/M = 1e-3: one circle, of which friction leaves the body 0.1 mrad",
-           _parameters(0.1, -_circle(1e-3), slider_mass=1e-3),
-           "mu is nearly 0: friction holds the body for most of the circle"),
-    _scene("heavy-slider", "m/M = 1e3, inside the triangle",
-           _parameters(0.1, -1.0, slider_mass=1e3, radius=0.08),
-           "mu is nearly 1: the body weighs nothing beside what its supports carry",
-           parts=(200, 400, 800, 1600)),
-)  # fmt: skip
+    _scene(
+        "thousand",
+        "1000 turns by whole circles, the residual motion waited out after each",
+        _circles(1000),
+        "1000 turns in a row",
+        lasting=1000 * LASTING,
+        parts=(20, 25, 50, 100),
+    ),
+    *_hard(
+        "pivot",
+        "a gentle drive: the body pivots about A2 and slides, three times over",
+        _parameters(0.8, -0.3, radius=0.2, start=5.0),
+        "one support comes to rest, holds while the body pivots about it, and gives way",
+        3.0,
+    ),
+    *_hard(
+        "held",
+        "a drive that friction all but holds: the body rests, and slides late",
+        _parameters(3.0, -1.0),
+        "friction used up by a load that grows",
+        2.0,
+    ),
+    *_hard(
+        "unloaded",
+        "the common centre of mass within 0.1 % of an edge of the triangle",
+        _parameters(0.1, -1.0, radius=0.999 * 0.03 / math.hypot(0.3, 0.15) / (0.3 / 1.3)),
+        "one normal force goes to zero",
+        2.0,
+    ),
+    *(
+        _scene(
+            f"heading-{angle:03d}",
+            f"epsilon 0.3, all of it turned by {angle} degrees",
+            _parameters(0.3, -1.0, heading=math.radians(angle)),
+            parts=(25, 50, 100, 200),
+            profile="quick" if angle == 30 else "full",
+        )
+        for angle in (30, 45)
+    ),
+    _scene(
+        "light-slider",
+        "m/M = 1e-3: one circle, of which friction leaves the body 0.1 mrad",
+        _parameters(0.1, -_circle(1e-3), slider_mass=1e-3),
+        "mu is nearly 0: friction holds the body for most of the circle",
+    ),
+    _scene(
+        "heavy-slider",
+        "m/M = 1e3, inside the triangle",
+        _parameters(0.1, -1.0, slider_mass=1e3, radius=0.08),
+        "mu is nearly 1: the body weighs nothing beside what its supports carry",
+        parts=(200, 400, 800, 1600),
+    ),
+)
 
 SYSTEM = capsule_system(
     "capsule-turn",

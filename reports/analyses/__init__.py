@@ -16,7 +16,7 @@ from plumbob.engines.study.extra_runs import Request, StudyPlan
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.engines.workers import Lost, Task, Workers, workers_of
 from plumbob.reports.analyses.analysis import Section, analysed
-from plumbob.reports.judge.study_verdicts import Judgements
+from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view.replay.runs import requests as replay_requests
 from plumbob.reports.view.site.views import OF_ENGINES
 from plumbob.reports.view.trimming import requests as trimming_requests
@@ -47,9 +47,10 @@ def requests(plan: StudyPlan) -> tuple[Request, ...]:
     return tuple(dict.fromkeys((*extra, *replay_requests(plan), *trimming_requests(plan))))
 
 
-def analyses_of(study: Study, judged: Judgements, jobs: int | Workers = 1) -> tuple[Analysed, ...]:
+def analyses_of(study: Study, jobs: int | Workers = 1) -> tuple[Analysed, ...]:
     """The analyses of all systems of a study, and those of engines, the same for any number of
     processes, of which `jobs`, or those given, are used where there is much to analyse."""
+    judged = judge_study(study)
     systems = tuple(dict.fromkeys((*(scene.system for scene in study.scenes), OF_ENGINES)))
     named = [name for name in systems if section(name) is not None]
     found: dict[str, tuple[Analysed, ...]] = {}

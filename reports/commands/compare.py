@@ -42,9 +42,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("old", metavar="OLD", help=word)
     parser.add_argument("new", metavar="NEW", help="the same")
     parser.add_argument(
-        "--fail-above", metavar="PERCENT", dest="above",
+        "--fail-above",
+        metavar="PERCENT",
+        dest="above",
         help="exit with 1 when an error has grown by more than this: 5%%, or 0.05",
-    )  # fmt: skip
+    )
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument("--page", metavar="FILE.html", help="write a page of it too")
 
@@ -67,9 +69,14 @@ def command(chosen: argparse.Namespace) -> int:
 
         ran = [{(c.scene, c.method) for c in study.convergence} for study in (old, new)]
         comparison = Comparison(
-            (chosen.old, chosen.new), (old.provenance, new.provenance), versions, *parts,
-            sorted(ran[0] & ran[1]), chosen.above or "", len(grown),
-        )  # fmt: skip
+            (chosen.old, chosen.new),
+            (old.provenance, new.provenance),
+            versions,
+            *parts,
+            sorted(ran[0] & ran[1]),
+            chosen.above or "",
+            len(grown),
+        )
         page = write_comparison(comparison, file, _words(chosen))
         if not chosen.json:
             print(f"page: {page}")
@@ -217,8 +224,9 @@ def _judged(study: Study) -> dict[tuple[str, str], str]:
 
 def _presence(old: Study, new: Study) -> list[dict[str, Any]]:
     """The pairs, and the steps of pairs, that one of the studies alone has."""
-    before, after = ({(c.scene, c.method): _steps(c.measurements) for c in s.convergence}
-                     for s in (old, new))  # fmt: skip
+    before, after = (
+        {(c.scene, c.method): _steps(c.measurements) for c in s.convergence} for s in (old, new)
+    )
     rows = []
     for pair in dict.fromkeys((*before, *after)):
         if pair not in after:
@@ -291,5 +299,11 @@ def _row(pair: Key, what: str, old: Any, new: Any, growth: float | None = None) 
     """A line of the answer; `growth` is that of an error, relative to the old one."""
     short = [f"{v:.6g}" if isinstance(v, float) else v for v in (old, new)]
     scene, method = pair
-    return {"scene": scene, "method": method, "what": what, "old": short[0], "new": short[1],
-            "growth": growth}  # fmt: skip
+    return {
+        "scene": scene,
+        "method": method,
+        "what": what,
+        "old": short[0],
+        "new": short[1],
+        "growth": growth,
+    }

@@ -25,14 +25,17 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     export = actions.add_parser("export", help="copy the models' folders into DIR")
     export.add_argument("dir", metavar="DIR")
     export.add_argument(
-        "--step", metavar="DT",
+        "--step",
+        metavar="DT",
         help="write contacts, which go with the time step, for this step [s]; 1e-4 otherwise",
-    )  # fmt: skip
+    )
     check = actions.add_parser("check", help="say what engines' own readers drop of an MJCF file")
     check.add_argument(
-        "file", metavar="FILE", nargs="?",
+        "file",
+        metavar="FILE",
+        nargs="?",
         help="without it, a model that has a number of its own for every field",
-    )  # fmt: skip
+    )
     check.add_argument("--json", action="store_true", help="print one JSON object a reader")
 
 

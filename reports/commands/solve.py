@@ -39,9 +39,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     values.name_parameters(parser)
     parser.add_argument("--times", metavar="T,T,...", help="times [s]; default: 11 over the scene")
     parser.add_argument(
-        "--angles", metavar="THETA,THETA,...",
+        "--angles",
+        metavar="THETA,THETA,...",
         help="angles [rad] that a pendulum first reaches when: time, momentum, rate and phase",
-    )  # fmt: skip
+    )
     parser.add_argument(
         "--figures", metavar="OUT.html", help="write the source's figures for these parameters"
     )

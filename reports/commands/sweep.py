@@ -27,21 +27,28 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE", help="system/case, or a system's default case")
     parser.add_argument("method", metavar="METHOD", nargs="+", help="engine/name; several allowed")
     parser.add_argument(
-        "--vary", metavar="NAME=LO:HI:N[:log]", action="append", required=True,
+        "--vary",
+        metavar="NAME=LO:HI:N[:log]",
+        action="append",
+        required=True,
         help="N values of a parameter from LO to HI (SI units, radians), spaced by ratios with "
         "log; may be repeated",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--step", metavar="DT", action="append",
+        "--step",
+        metavar="DT",
+        action="append",
         help="step [s], or rtol (adaptive); may be repeated (default: 1 ms, or the tightest)",
-    )  # fmt: skip
+    )
     values.add_changes(parser)
     values.name_parameters(parser)
     values.add_workers(parser)
     parser.add_argument(
-        "--out", metavar="DIR", default="plumbob-out",
+        "--out",
+        metavar="DIR",
+        default="plumbob-out",
         help="where its page goes, and where its runs are kept: a sweep that was cut off goes on",
-    )  # fmt: skip
+    )
     parser.add_argument("--csv", metavar="FILE", help="write every point with its errors as CSV")
     parser.add_argument("--json", action="store_true", help="print JSON")
 
@@ -133,9 +140,11 @@ def _print_json(swept: Swept, page: Path) -> None:
     from plumbob.reports.view.sweep.text import rows
 
     answer = {
-        "scene": swept.sweep.box.scene, "points": swept.sweep.points,
-        "rows": [asdict(row) for row in rows(swept)], "without_error": swept.reasons,
+        "scene": swept.sweep.box.scene,
+        "points": swept.sweep.points,
+        "rows": [asdict(row) for row in rows(swept)],
+        "without_error": swept.reasons,
         "page": str(page),
-    }  # fmt: skip
+    }
     json.dump(values.plain(answer), sys.stdout, indent=1)
     print()

@@ -56,18 +56,22 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--methods", metavar="GLOB", help="only these; commas allowed")
     add_like(parser)
     parser.add_argument(
-        "--within", metavar="X",
+        "--within",
+        metavar="X",
         help="also fail every pair whose relative error, at the finest step, exceeds this",
-    )  # fmt: skip
+    )
     values.add_workers(parser)
     parser.add_argument(
-        "--fresh", action="store_true",
+        "--fresh",
+        action="store_true",
         help="measure all of it anew, where a study of the same scenes and methods was cut off",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--seed", metavar="N", default=str(SEED),
+        "--seed",
+        metavar="N",
+        default=str(SEED),
         help=f"draws one more step for each pair, which is judged too (default: {SEED})",
-    )  # fmt: skip
+    )
     parser.add_argument("--out", metavar="DIR", default="plumbob-out", help="where the page goes")
     parser.add_argument(
         "-v", "--verbose", action="store_true", help="print reasons, intervals and step costs too"
@@ -98,7 +102,7 @@ def _validated(
 ) -> int:
     """Measure these scenes with these methods, the errors on the executor or in so many processes,
     and report; returns the exit code."""
-    from plumbob.reports.analyses import requests
+    from plumbob.reports.analyses import analyses_of, requests
     from plumbob.reports.view.page import NAME
 
     junit = _replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
@@ -112,10 +116,18 @@ def _validated(
         with measured_into(out / store.FILE, chosen.fresh, _noted) as kept, progress() as show:
             try:
                 run_study(
-                    scenes, methods, chosen.profile, workers, executor,
-                    progress=show, requests=requests, command=line, kept=kept,
+                    scenes,
+                    methods,
+                    chosen.profile,
+                    workers,
+                    executor,
+                    progress=show,
+                    requests=requests,
+                    command=line,
+                    kept=kept,
                     seed=int(chosen.seed),
-                )  # fmt: skip
+                    analyse=analyses_of,
+                )
             except BaseException as error:
                 error.add_note("what is measured is stored: the same command goes on from there")
                 raise
@@ -140,16 +152,12 @@ def _report(
 ) -> int:
     """Judge the stored study of that number, as `plumbob report` does, and write what was asked
     for; returns the exit code."""
-    from plumbob.reports.analyses import analyses_of
     from plumbob.reports.view.site.writing import write_page
     from plumbob.reports.view.terminal import summary_lines
 
     study = store.load(out / store.FILE, number)
     assert study is not None
     judged = judge_study(study)
-    if not study.analyses:
-        study = replace(study, analyses=analyses_of(study, judged, workers))
-        store.add_analyses(out / store.FILE, number, study.analyses)
     if within is not None:
         judged = {
             pair: replace(verdicts, whole=accurate(verdicts.whole, within))
@@ -245,9 +253,12 @@ def progress() -> Iterator[Progress]:
     from rich.console import Console
 
     bar = rich.Progress(
-        rich.TextColumn("{task.description:<56}"), rich.BarColumn(), rich.MofNCompleteColumn(),
-        console=Console(stderr=True), transient=True,
-    )  # fmt: skip
+        rich.TextColumn("{task.description:<56}"),
+        rich.BarColumn(),
+        rich.MofNCompleteColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )
     with bar:
         task = bar.add_task("", total=None)
 

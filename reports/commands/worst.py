@@ -27,19 +27,24 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE", help="system/case, or a system's default case")
     parser.add_argument("method", metavar="METHOD", help="engine/name: see `plumbob list methods`")
     parser.add_argument(
-        "--within", metavar="NAME=LO:HI[:log]", action="append", required=True,
+        "--within",
+        metavar="NAME=LO:HI[:log]",
+        action="append",
+        required=True,
         help="a parameter and where to look (SI units, radians), with log by ratios; may be "
         "repeated",
-    )  # fmt: skip
+    )
     parser.add_argument("--step", metavar="DT", help="step [s], or rtol (default: 1 ms, tightest)")
     parser.add_argument(
         "--budget", metavar="RUNS", default=str(BUDGET), help=f"runs at most (default: {BUDGET})"
     )
     parser.add_argument(
-        "--by", choices=("error", "tolerance"), default="error",
+        "--by",
+        choices=("error", "tolerance"),
+        default="error",
         help="the largest relative error (default), or the largest error over what is allowed: a "
         "value above 1 is a defect of the engine, or of plumbob",
-    )  # fmt: skip
+    )
     values.add_changes(parser)
     values.name_parameters(parser)
     parser.add_argument("--out", metavar="DIR", default="plumbob-out", help="where it is kept")
@@ -65,9 +70,13 @@ def command(chosen: argparse.Namespace) -> int:
     score = run_error if chosen.by == "error" else of_tolerance
     with progress() as show:
         answer = search(
-            around, method, step, budget, score,
+            around,
+            method,
+            step,
+            budget,
+            score,
             progress=lambda done, of, worst: show(f"worst so far {worst:.3g}", done, of),
-        )  # fmt: skip
+        )
     store.keep_worst(Path(chosen.out) / store.FILE, answer)
     if chosen.json:
         json.dump(values.plain(_as_json(answer)), sys.stdout, indent=1)
@@ -133,9 +142,15 @@ def _repeated(worst: Found) -> str:
 
 def _as_json(worst: Found) -> dict[str, Any]:
     return {
-        "scene": worst.box.scene, "method": worst.method, "step": worst.step,
-        "parameters": dict(worst.parameters), "error": worst.error, "score": worst.score,
-        "runs": worst.runs, "without_error": worst.without, "certain": worst.certain,
+        "scene": worst.box.scene,
+        "method": worst.method,
+        "step": worst.step,
+        "parameters": dict(worst.parameters),
+        "error": worst.error,
+        "score": worst.score,
+        "runs": worst.runs,
+        "without_error": worst.without,
+        "certain": worst.certain,
         "certificate": None if worst.certificate is None else asdict(worst.certificate),
         "command": _repeated(worst),
-    }  # fmt: skip
+    }

@@ -33,6 +33,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, cast
 
 from plumbob.engines.study.codec import from_json
@@ -59,7 +60,7 @@ TEMPLATES = Path(__file__).parents[1] / "templates"
 KEY = re.compile(r"([a-z][a-z ]*): ?")
 HELD = re.compile(r"\x02(\d+)\x03")  # the place of a part that is no text
 BAR = re.compile(r"(?<!\\)\|")
-UNITS = {"µm": 1e6, "mm": 1e3, "nm": 1e9, "%": 1e2, "ms": 1e3, "µs": 1e6, "‰": 1e3}
+UNITS = MappingProxyType({"µm": 1e6, "mm": 1e3, "nm": 1e9, "%": 1e2, "ms": 1e3, "µs": 1e6})
 
 
 class TextError(ValueError):
@@ -108,7 +109,7 @@ def written(
 
 
 def _filled(empty: Finding, section: str, template: str, parts: _Parts) -> Finding:
-    """A finding with the title, the words and the parts of a section of text."""
+    """A finding with the title, the paragraphs and the parts of a section of text."""
     title, *blocks = re.split(r"\n(?:[ \t]*\n)+", section.strip())
     paragraphs, figures, statements = list[str](), list[Figure](), list[Statement]()
     tables = list[Table | None]()

@@ -82,8 +82,9 @@ def by_scipy(theta: float, rate: float, times: Array) -> tuple[Array, float]:
 
 @pytest.mark.parametrize(
     # smallest error of theta [rad] over a period: as measured, rounded down to a power of ten
-    ("k", "angle"), [(2, 1e-13), (3, 1e-11), (4, 1e-10), (5, 1.0), (6, 1.0), (7, 1.0)],
-)  # fmt: skip
+    ("k", "angle"),
+    [(2, 1e-13), (3, 1e-11), (4, 1e-10), (5, 1.0), (6, 1.0), (7, 1.0)],
+)
 def test_scipy_is_less_accurate(k: int, angle: float) -> None:
     motion = problem(f"near-top-1e-{k}").elliptic
     assert motion is not None
@@ -130,14 +131,16 @@ def test_theta_and_its_complement_are_interchangeable() -> None:
 
 @pytest.mark.parametrize(
     ("name", "changes"),
-    [("simple-pendulum/free-large", {"theta": 1.0, "theta_from_top": 1e-3}),
-     ("simple-pendulum/free-large", {"theta_from_top": None}),
-     ("simple-pendulum/free-large", {"theta_from_top": math.nan}),
-     ("simple-pendulum/free-large", {"theta_from_top": 1e-3, "gravity": 0.0}),
-     ("simple-pendulum/damped-large", {"theta_from_top": 1e-3}),
-     ("simple-pendulum/forced-large", {"theta_from_top": 1e-3}),
-     ("linear-pendulum/free-large", {"theta_from_top": 1e-3})],
-)  # fmt: skip
+    [
+        ("simple-pendulum/free-large", {"theta": 1.0, "theta_from_top": 1e-3}),
+        ("simple-pendulum/free-large", {"theta_from_top": None}),
+        ("simple-pendulum/free-large", {"theta_from_top": math.nan}),
+        ("simple-pendulum/free-large", {"theta_from_top": 1e-3, "gravity": 0.0}),
+        ("simple-pendulum/damped-large", {"theta_from_top": 1e-3}),
+        ("simple-pendulum/forced-large", {"theta_from_top": 1e-3}),
+        ("linear-pendulum/free-large", {"theta_from_top": 1e-3}),
+    ],
+)
 def test_an_undefined_complement_is_refused(name: str, changes: dict[str, Any]) -> None:
     with pytest.raises(ParameterError, match="theta_from_top"):
         find_scene(name, changes)

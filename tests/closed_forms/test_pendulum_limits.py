@@ -163,8 +163,14 @@ INPUTS = ("a", "b", "c", "inertia", "theta", "theta_dot")
 def nudged(motion: PendulumMotion, name: str, by: float) -> PendulumMotion:
     """The motion with one input changed by the relative amount `by`, and all as doubles."""
     v = motion.potential
-    values = {"a": double(v.a), "b": double(v.b), "c": double(v.c), "inertia": motion.inertia,
-              "theta": motion.theta, "theta_dot": motion.theta_dot}  # fmt: skip
+    values = {
+        "a": double(v.a),
+        "b": double(v.b),
+        "c": double(v.c),
+        "inertia": motion.inertia,
+        "theta": motion.theta,
+        "theta_dot": motion.theta_dot,
+    }
     if name:
         values[name] *= 1 + by
     a, b, c = (values.pop(key) for key in "abc")

@@ -103,8 +103,12 @@ def test_random_parameters_cover_wide_ranges(pytestconfig: pytest.Config) -> Non
     assert sum(b.inertia_x != b.inertia_y for b in bodies) >= 3 * each
     assert max(p.platform_rate for _, p in drawn(each)) == 1000.0
     assert {p.motion.well for _, p in drawn(each)} >= {
-        "", "one of two wells", "the only well", "both wells", "the deeper well"
-    }  # fmt: skip
+        "",
+        "one of two wells",
+        "the only well",
+        "both wells",
+        "the deeper well",
+    }
 
 
 @pytest.mark.long(keep=6)
@@ -133,23 +137,35 @@ def test_simple_pendulum_released_at_its_top(k: int, sign: float) -> None:
 
 
 HARD = {
-    **{f"pitchfork, {x:g}": replace(LEVEL, platform_rate=PITCHFORK, theta=x, theta_dot=0.0)
-       for x in (1.0, 1e-1, 1e-2, 1e-4)},
-    **{f"pitchfork, rate {r:g}, pivot {y:g}":
-       replace(LEVEL, platform_rate=PITCHFORK * r, pivot_y=y, theta=0.3, theta_dot=0.5)
-       for r in (0.999999, 1.000000001, 1.00001) for y in (0.0, 1e-12, 1e-9, 1e-6)},
-    **{f"equal wells, {x:g}": replace(LEVEL, theta=x, theta_dot=0.0)
-       for x in (0.1, -0.1, 1e-6, 1.5, 3.0, 3.1415926)},
-    **{f"let go at {x:g}": replace(STEEL, theta=x, theta_dot=0.0)
-       for x in (-2.9, -2.0, -1.0, -0.5, 0.0, 0.7, 2.0, 3.0, 100.0)},
+    **{
+        f"pitchfork, {x:g}": replace(LEVEL, platform_rate=PITCHFORK, theta=x, theta_dot=0.0)
+        for x in (1.0, 1e-1, 1e-2, 1e-4)
+    },
+    **{
+        f"pitchfork, rate {r:g}, pivot {y:g}": replace(
+            LEVEL, platform_rate=PITCHFORK * r, pivot_y=y, theta=0.3, theta_dot=0.5
+        )
+        for r in (0.999999, 1.000000001, 1.00001)
+        for y in (0.0, 1e-12, 1e-9, 1e-6)
+    },
+    **{
+        f"equal wells, {x:g}": replace(LEVEL, theta=x, theta_dot=0.0)
+        for x in (0.1, -0.1, 1e-6, 1.5, 3.0, 3.1415926)
+    },
+    **{
+        f"let go at {x:g}": replace(STEEL, theta=x, theta_dot=0.0)
+        for x in (-2.9, -2.0, -1.0, -0.5, 0.0, 0.7, 2.0, 3.0, 100.0)
+    },
     **{f"start at {x:g}": replace(STEEL, theta=x) for x in (100.0, -55.5)},
-    **{f"small swing of {x:g}": replace(LEVEL, platform_rate=3.0, theta=x, theta_dot=0.0)
-       for x in (1e-4, 1e-8, 1e-12)},
+    **{
+        f"small swing of {x:g}": replace(LEVEL, platform_rate=3.0, theta=x, theta_dot=0.0)
+        for x in (1e-4, 1e-8, 1e-12)
+    },
     **{f"no gravity, pivot {y:g}": replace(STEEL, gravity=0.0, pivot_y=y) for y in (0.0, 0.05)},
     "flat, no gravity": replace(FLAT, gravity=0.0, pivot_y=0.0, theta_dot=5.0),
     "still platform": replace(STEEL, platform_rate=0.0, theta_dot=13.0),
     "1000 rad/s": replace(STEEL, platform_rate=1000.0, theta=0.3),
-}  # fmt: skip
+}
 
 
 @pytest.mark.long(keep=8)

@@ -239,9 +239,14 @@ def test_the_closed_form_is_a_method(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", [SIMPLE + "free-large", SIMPLE + "forced-large", LINEAR + "damped-rotating",
-             "cone-pendulum/rotating-base"]
-)  # fmt: skip
+    "name",
+    [
+        SIMPLE + "free-large",
+        SIMPLE + "forced-large",
+        LINEAR + "damped-rotating",
+        "cone-pendulum/rotating-base",
+    ],
+)
 def test_heyoka_agrees_with_the_reference(name: str) -> None:
     # 600 to 900 steps, each of which may round a few units in the last place
     pytest.importorskip("heyoka")

@@ -60,10 +60,19 @@ def test_an_error_that_is_not_small_is_reported() -> None:
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("length", 0.0), ("length", -1.0), ("gravity", -9.8), ("damping_rate", -0.1),
-     ("theta", math.nan), ("forcing_frequency", math.inf), ("theta_dot", "fast"),
-     ("gravity", True), ("mass", 0.0), ("inertia", 1.0)],
-)  # fmt: skip
+    [
+        ("length", 0.0),
+        ("length", -1.0),
+        ("gravity", -9.8),
+        ("damping_rate", -0.1),
+        ("theta", math.nan),
+        ("forcing_frequency", math.inf),
+        ("theta_dot", "fast"),
+        ("gravity", True),
+        ("mass", 0.0),
+        ("inertia", 1.0),
+    ],
+)
 def test_bad_parameters_are_named(name: str, value: object) -> None:
     with pytest.raises(ParameterError, match=name):
         find_scene("simple-pendulum", {name: value})
@@ -72,10 +81,18 @@ def test_bad_parameters_are_named(name: str, value: object) -> None:
 @pytest.mark.long(keep=4)
 @pytest.mark.parametrize(
     "changes",
-    [{"theta": 0.0}, {"theta": math.pi}, {"gravity": 0.0, "theta_dot": 2.0},
-     {"theta": 0.0, "theta_dot": 2 * math.sqrt(9.8)}, {"length": 0.02}, {"length": 300.0},
-     {"damping_rate": 20.0}, {"forcing_amplitude": 5.0}, {"theta": 1e-8}],
-)  # fmt: skip
+    [
+        {"theta": 0.0},
+        {"theta": math.pi},
+        {"gravity": 0.0, "theta_dot": 2.0},
+        {"theta": 0.0, "theta_dot": 2 * math.sqrt(9.8)},
+        {"length": 0.02},
+        {"length": 300.0},
+        {"damping_rate": 20.0},
+        {"forcing_amplitude": 5.0},
+        {"theta": 1e-8},
+    ],
+)
 @pytest.mark.parametrize("system", ["simple-pendulum", "linear-pendulum"])
 def test_unusual_parameters_have_an_answer(system: str, changes: dict[str, float]) -> None:
     scene = find_scene(system, changes)
@@ -99,8 +116,12 @@ def test_facts_say_what_the_motion_does() -> None:
         for scene in [find_scene(SIMPLE + case)]
     }
     assert [facts[case]["kind"] for case in facts] == [
-        "libration", "rotation", "damped", "forced, damped", "overdamped"
-    ]  # fmt: skip
+        "libration",
+        "rotation",
+        "damped",
+        "forced, damped",
+        "overdamped",
+    ]
     assert facts["free-large"]["barrier"] == pytest.approx(9.8)
     assert facts["free-large"]["period"] == pytest.approx(2.7554946184863862, rel=1e-15)
     assert "period" not in facts["damped-large"]

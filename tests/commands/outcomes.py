@@ -54,10 +54,22 @@ def validated(
 ) -> Outcome:
     """The outcome of a `validate` in this process, with its files in `folder`."""
     file = folder / "junit.xml"
-    code = main((
-        "validate", "--scenes", scenes, "--methods", methods, "--jobs", "1",
-        "--out", str(folder / "out"), "--junitxml", str(file), *more,
-    ))  # fmt: skip
+    code = main(
+        (
+            "validate",
+            "--scenes",
+            scenes,
+            "--methods",
+            methods,
+            "--jobs",
+            "1",
+            "--out",
+            str(folder / "out"),
+            "--junitxml",
+            str(file),
+            *more,
+        )
+    )
     said = capsys.readouterr()
     assert file.exists(), said.err
     return Outcome(code, said.out, ElementTree.parse(file).getroot())
@@ -66,6 +78,7 @@ def validated(
 def without_pages(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let studies make no runs but their own, and draw no page."""
     monkeypatch.setattr("plumbob.reports.analyses.requests", lambda plan: ())
+    monkeypatch.setattr("plumbob.reports.analyses.analyses_of", lambda study, jobs: ())
     monkeypatch.setattr(
         "plumbob.reports.view.site.writing.write_page",
         lambda study, out, *more: out / "none",

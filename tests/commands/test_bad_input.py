@@ -69,12 +69,26 @@ BAD = {
     "an angular speed that overflows": ("solve", "simple-pendulum", "--set", "theta_dot=1e30"),
     "gravity that underflows": ("solve", "simple-pendulum", "--set", "gravity=1e-308"),
     "friction that never ends a turn": ("solve", "capsule-turn", "--set", "friction=1e-308"),
-    "a length that overflows": ("run", "simple-pendulum", "ode/rk4", "--step", "1e-3",
-                                "--set", "length=1e308"),
+    "a length that overflows": (
+        "run",
+        "simple-pendulum",
+        "ode/rk4",
+        "--step",
+        "1e-3",
+        "--set",
+        "length=1e308",
+    ),
     "a list nested 100,000 deep": ("solve", "capsule-line", "--set", f"supports={DEEP}"),
     "an object nested deep": ("plan", "--to", "0", "0", "1", "--set", f"legs={DEEP_OBJECT}"),
-    "a nested list for a length": ("run", "simple-pendulum", "ode/rk4", "--step", "1e-3",
-                                   "--set", f"length={DEEP[:900]}{DEEP[:900].replace('[', ']')}"),
+    "a nested list for a length": (
+        "run",
+        "simple-pendulum",
+        "ode/rk4",
+        "--step",
+        "1e-3",
+        "--set",
+        f"length={DEEP[:900]}{DEEP[:900].replace('[', ']')}",
+    ),
     "benchmarks that are nested deep": ("compare", "deep.jsonl", "deep.jsonl"),
     "settings for a step that overflows": (*SETTINGS, "--step", "1e300"),
     "settings for a step that underflows": (*SETTINGS, "--step", "1e-300"),
@@ -89,7 +103,7 @@ BAD = {
     "export onto a pipe": ("models", "export", "pipes"),
     "export through a dangling link": ("models", "export", "links"),
     "export into a link for a folder": ("models", "export", "folders"),
-}  # fmt: skip
+}
 
 
 @pytest.fixture
@@ -98,8 +112,12 @@ def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     for folder in ("out", "with-pipes", "pipes/cone_pendulum", "links/cone_pendulum", "folders"):
         Path(folder).mkdir(parents=True)
-    for pipe in ("pipe", "with-pipes/index.html", f"with-pipes/{store.FILE}",
-                 "pipes/cone_pendulum/cone_pendulum.xml"):  # fmt: skip
+    for pipe in (
+        "pipe",
+        "with-pipes/index.html",
+        f"with-pipes/{store.FILE}",
+        "pipes/cone_pendulum/cone_pendulum.xml",
+    ):
         os.mkfifo(pipe)
     for link in ("dangling", "links/cone_pendulum/cone_pendulum.xml", "folders/cone_pendulum"):
         Path(link).symlink_to(tmp_path / "nowhere")
@@ -195,9 +213,13 @@ def test_a_run_that_cannot_begin_is_a_verdict(
     ],
 )
 def test_a_study_without_a_run_has_a_page(
-    scene: str, method: str, verdict: str | None, tmp_path: Path,
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+    scene: str,
+    method: str,
+    verdict: str | None,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     def there(engine: Engine) -> bool:
         return engine.name != "heyoka"
 
@@ -239,9 +261,13 @@ DAMAGE = ("'[]'", "'null'", "'7'", "'\"text\"'", "'{\"a\": 1}'", "'{'", "char(0)
 @pytest.mark.parametrize("table", ["study", "result"])
 @pytest.mark.parametrize("command", ["report", "compare"])
 def test_a_store_that_cannot_be_read_back_is_bad_input(
-    command: str, table: str, damage: str, stored: bytes, tmp_path: Path,
+    command: str,
+    table: str,
+    damage: str,
+    stored: bytes,
+    tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     (tmp_path / store.FILE).write_bytes(stored)
     _damaged(tmp_path / store.FILE, table, damage)
     assert main([command, *([str(tmp_path)] * (2 if command == "compare" else 1))]) == 2
@@ -254,25 +280,26 @@ def test_a_store_that_cannot_be_read_back_is_bad_input(
 
 
 @pytest.mark.long
-def test_a_study_that_lacks_what_its_pages_show_is_bad_input(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+def test_a_finding_whose_numbers_a_store_lacks_is_left_out_and_the_page_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """As one of another version, whose pages showed other runs."""
-    monkeypatch.chdir(tmp_path)
-    chosen = ["--scenes", "simple-pendulum/free-large", "--methods", "ode/rk4", "--jobs", "1"]
-    assert main(["validate", *chosen, "--out", "."]) == 0
-    capsys.readouterr()
-    page = (tmp_path / "index.html").read_bytes()
-    study = store.load(Path(store.FILE))
+    """As one of another version, whose templates asked for other numbers."""
+    chosen = ["--scenes", "cone-pendulum/deep-well", "--methods", "ode/rk4", "--jobs", "1"]
+    assert main(["validate", *chosen, "--out", str(tmp_path)]) == 0
+    study = store.load(tmp_path / store.FILE)
     assert study is not None
-    store.save(replace(study, extras={}), Path(store.FILE))
-    for words in ([], ["--single", "one.html"]):
-        assert main(["report", ".", *words]) == 2
-        out, err = capsys.readouterr()
-        assert (out, err.count("\n")) == ("", 1)
-        assert "every run that these pages show" in err
-    assert (tmp_path / "index.html").read_bytes() == page
-    assert not (tmp_path / "one.html").exists()
+    (old,) = [a for a in study.analyses if a.template == "cone_pendulum/equilibria"]
+    lacking = replace(old, numbers={n: v for n, v in old.numbers.items() if n != "fork"})
+    analyses = tuple(lacking if a is old else a for a in study.analyses)
+    store.save(replace(study, analyses=analyses), tmp_path / store.FILE)
+    capsys.readouterr()
+    assert main(["report", str(tmp_path)]) == 0
+    assert capsys.readouterr().err == ""
+    (page,) = tmp_path.glob("site-*/cone-pendulum.html")
+    text = page.read_text("utf-8")
+    assert "Not shown by this study: 1 of the findings" in text
+    assert "cone_pendulum/equilibria (&#39;fork&#39; is undefined)" in text
+    assert "Two equilibria become four" not in text
 
 
 def test_runs_of_a_study_that_is_not_there_are_bad_input(

@@ -92,9 +92,12 @@ def test_folders_of_the_same_names_do_no_harm(tmp_path: Path) -> None:
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_text("raise RuntimeError('not ours')")
     done = subprocess.run(
-        [sys.executable, "-m", "plumbob", "list"], capture_output=True, text=True, check=False,
+        [sys.executable, "-m", "plumbob", "list"],
+        capture_output=True,
+        text=True,
+        check=False,
         cwd=tmp_path,
-    )  # fmt: skip
+    )
     assert done.returncode == 0, done.stderr
 
 

@@ -37,13 +37,19 @@ def study() -> Study:
 
 def changed(study: Study, change: Change) -> Study:
     """The study with another run of mujoco/euler at 1 ms on the cone."""
-    return replace(study, convergence=tuple(
-        replace(c, measurements=tuple(
-            change(m) if f"{m.scene} {m.method}" == EULER and m.step == STEP else m
-            for m in c.measurements
-        ))
-        for c in study.convergence
-    ))  # fmt: skip
+    return replace(
+        study,
+        convergence=tuple(
+            replace(
+                c,
+                measurements=tuple(
+                    change(m) if f"{m.scene} {m.method}" == EULER and m.step == STEP else m
+                    for m in c.measurements
+                ),
+            )
+            for c in study.convergence
+        ),
+    )
 
 
 def errors_times(factor: float) -> Change:
@@ -93,9 +99,13 @@ def test_versions_that_differ_are_named(study: Study, compare: Compare) -> None:
     [(1.06, "5%", 1), (1.04, "5%", 0), (1.06, "0.05", 1), (0.5, "5%", 0), (1.04, None, 0)],
 )
 def test_growth_beyond_the_limit_is_exit_code_1(
-    factor: float, above: str | None, code: int, study: Study, compare: Compare,
+    factor: float,
+    above: str | None,
+    code: int,
+    study: Study,
+    compare: Compare,
     monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+) -> None:
     monkeypatch.setattr("plumbob.reports.commands.compare._verdicts", lambda old, new: [])
     more = [] if above is None else ["--fail-above", above]
     found, out = compare(changed(study, errors_times(factor)), *more)
@@ -116,8 +126,11 @@ def test_rounding_of_an_observable_that_stays_zero_is_not_listed(
     study: Study, compare: Compare
 ) -> None:
     def rounded(m: Measurement) -> Measurement:
-        zero = {n: replace(e, largest=e.largest + 2.7e-18, uncertainty=0.0)
-                for n, e in m.errors.items() if e.scale == 0.0}  # fmt: skip
+        zero = {
+            n: replace(e, largest=e.largest + 2.7e-18, uncertainty=0.0)
+            for n, e in m.errors.items()
+            if e.scale == 0.0
+        }
         return replace(m, errors={**m.errors, **zero})
 
     turned = [c for c in study.convergence if c.scene == "capsule-coast/rotation"]
@@ -211,16 +224,24 @@ def test_a_page_of_it(study: Study, compare: Compare, tmp_path: Path) -> None:
     file = tmp_path / "compared.html"
     older = replace(study.provenance, versions={**study.provenance.versions, "mujoco": "3.1.4"})
     code, said = compare(
-        changed(study, errors_times(1.5)), "--page", str(file), "--fail-above", "20%",
+        changed(study, errors_times(1.5)),
+        "--page",
+        str(file),
+        "--fail-above",
+        "20%",
         old=replace(study, provenance=older),
-    )  # fmt: skip
+    )
     assert code == 1
     assert f"page: {file}" in said
     text = file.read_text("utf-8")
     document = Document(text)
     assert broken_links({file: document}) == []
-    for words in ("1 have an error that moved", "errors grew by more than 20%", "3.1.4",
-                  f"plumbob compare {tmp_path}"):  # fmt: skip
+    for words in (
+        "1 have an error that moved",
+        "errors grew by more than 20%",
+        "3.1.4",
+        f"plumbob compare {tmp_path}",
+    ):
         assert words in text, words
     cells = " ".join(document.cells)
     assert "theta error at 0.001" in cells

@@ -29,35 +29,103 @@ EXAMPLES = 2500 if SEARCH else 8
 STORED = "simple-pendulum/free-large" if SEARCH else "linear-pendulum/overdamped"
 LONGEST = 60  # [s] for one command
 SCENES = (
-    "simple-pendulum", "simple-pendulum/free-large", "cone-pendulum", "capsule-line",
+    "simple-pendulum",
+    "simple-pendulum/free-large",
+    "cone-pendulum",
+    "capsule-line",
     "capsule-turn/0.3",
-)  # fmt: skip
+)
 METHODS = (
-    "ode/dop853", "mujoco/euler", "mujoco/rk4", "pymunk/default", "exact/closed-form",
+    "ode/dop853",
+    "mujoco/euler",
+    "mujoco/rk4",
+    "pymunk/default",
+    "exact/closed-form",
     "ode/rk4",
-)  # fmt: skip
+)
 NUMBERS = (
-    "0", "1", "-1", "0.01", "1e-3", "1e300", "1e-300", "nan", "inf", "-0.0", "1e999", "0x10",
-    "²", "1_0", "٣", "1e", "--", " 1", "9" * 25,
-)  # fmt: skip
+    "0",
+    "1",
+    "-1",
+    "0.01",
+    "1e-3",
+    "1e300",
+    "1e-300",
+    "nan",
+    "inf",
+    "-0.0",
+    "1e999",
+    "0x10",
+    "²",
+    "1_0",
+    "٣",
+    "1e",
+    "--",
+    " 1",
+    "9" * 25,
+)
 TEXTS = (
-    "", "*", "ä", "\ud800", "a b", "-", "--json", "=", "#", "'", "%s", "x" * 3000, "\n",
-    "../..", "nothing",
-)  # fmt: skip
+    "",
+    "*",
+    "ä",
+    "\ud800",
+    "a b",
+    "-",
+    "--json",
+    "=",
+    "#",
+    "'",
+    "%s",
+    "x" * 3000,
+    "\n",
+    "../..",
+    "nothing",
+)
 CHANGES = (
-    "gravity=9.8", "theta=2.9", "heading=1", "friction=0.35", "gravity=nan", "gravity=1e308",
-    "theta=-1e-308", "mass=[1,2]", "gravity", "=1", "gravity={}", 'gravity="1"',
-    "supports=[[0,0],[1,1],[2,2]]", "colour=1", "theta=1e17", "length=1e-200", "gravity=[[[[",
-    "gravity=true", "gravity=null", "support=2", "start=[1]",
-)  # fmt: skip
+    "gravity=9.8",
+    "theta=2.9",
+    "heading=1",
+    "friction=0.35",
+    "gravity=nan",
+    "gravity=1e308",
+    "theta=-1e-308",
+    "mass=[1,2]",
+    "gravity",
+    "=1",
+    "gravity={}",
+    'gravity="1"',
+    "supports=[[0,0],[1,1],[2,2]]",
+    "colour=1",
+    "theta=1e17",
+    "length=1e-200",
+    "gravity=[[[[",
+    "gravity=true",
+    "gravity=null",
+    "support=2",
+    "start=[1]",
+)
 BOXES = (
-    "theta=0.1:0.2:2", "heading=0:1:2", "theta=0:1", "theta=1:0:3", "theta=0:nan:2", "=::",
-    "theta=0:1:2:log", ":",
-)  # fmt: skip
+    "theta=0.1:0.2:2",
+    "heading=0:1:2",
+    "theta=0:1",
+    "theta=1:0:3",
+    "theta=0:nan:2",
+    "=::",
+    "theta=0:1:2:log",
+    ":",
+)
 FILES = (
-    "there.xml", "bad.xml", "empty.xml", "bytes.xml", "folder", "fifo", "missing/file",
-    "/dev/null", "dangling", "store.sqlite3",
-)  # fmt: skip
+    "there.xml",
+    "bad.xml",
+    "empty.xml",
+    "bytes.xml",
+    "folder",
+    "fifo",
+    "missing/file",
+    "/dev/null",
+    "dangling",
+    "store.sqlite3",
+)
 SLOW = ("validate", "audit", "recommend", "worst", "sweep")  # kept to one small scene and method
 
 
@@ -197,10 +265,22 @@ def _damage(file: Path, chosen: random.Random) -> None:
         (before,) = opened.execute(f"select {column} from {table}").fetchone() or ("",)
         text = str(before)
         at = chosen.randrange(len(text) + 1)
-        after = chosen.choice((
-            None, 0, "", "{}", "[]", "null", b"\xff\xfe", text[:at], text[:at] + "9" + text[at:],
-            text.replace("0", "NaN", 1), text.replace(":", ":-", 1), text.replace('"', "", 1),
-        ))  # fmt: skip
+        after = chosen.choice(
+            (
+                None,
+                0,
+                "",
+                "{}",
+                "[]",
+                "null",
+                b"\xff\xfe",
+                text[:at],
+                text[:at] + "9" + text[at:],
+                text.replace("0", "NaN", 1),
+                text.replace(":", ":-", 1),
+                text.replace('"', "", 1),
+            )
+        )
         try:
             opened.execute(f"update {table} set {column} = ?", (after,))
         except sqlite3.IntegrityError:
@@ -208,17 +288,23 @@ def _damage(file: Path, chosen: random.Random) -> None:
 
 
 READERS = (
-    ("report", "."), ("recommend", STORED, "--error", "1e-3", "--stored", "--out", "."),
-    ("compare", ".", "."), ("report", ".", "--single", "one.html"),
-)  # fmt: skip
+    ("report", "."),
+    ("recommend", STORED, "--error", "1e-3", "--stored", "--out", "."),
+    ("compare", ".", "."),
+    ("report", ".", "--single", "one.html"),
+)
 
 
 @settings(max_examples=EXAMPLES, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(reader=st.sampled_from(READERS), seed=st.integers(0, 2**32))
 def test_no_damaged_study_is_a_defect(
-    reader: tuple[str, ...], seed: int, folder: Path, tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+    reader: tuple[str, ...],
+    seed: int,
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     file = tmp_path / store.FILE
     file.write_bytes((folder / "out" / store.FILE).read_bytes())
     _damage(file, random.Random(seed))

@@ -114,9 +114,12 @@ def test_without_scenes_the_line_is_run_at_four_headings() -> None:
 @pytest.mark.parametrize("words", [["validate"], ["run", PENDULUM], ["recommend", PENDULUM]])
 @pytest.mark.parametrize("text", [None, "notes", '<robot name="a"><link name="b"/></robot>'])
 def test_a_file_that_is_no_mjcf_gives_a_one_line_error(
-    words: list[str], text: str | None, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+    words: list[str],
+    text: str | None,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+) -> None:
     monkeypatch.chdir(tmp_path)
     if text is not None:
         Path("my.xml").write_text(text, "utf-8")

@@ -77,9 +77,12 @@ def test_any_two_lines_of_the_curve(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.parametrize(
     ("options", "name"),
-    [(["--set", "legs=[1, 1]"], "legs"), (["--set", "legs=[1, 4]"], "legs"),
-     (["--arc", "round"], "arc")],
-)  # fmt: skip
+    [
+        (["--set", "legs=[1, 1]"], "legs"),
+        (["--set", "legs=[1, 4]"], "legs"),
+        (["--arc", "round"], "arc"),
+    ],
+)
 def test_a_curve_that_is_none_is_named(
     options: list[str], name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

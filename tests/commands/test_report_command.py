@@ -37,8 +37,10 @@ def test_the_page_is_the_same_to_the_byte_without_engines(out: Path) -> None:
     page.unlink()
     done = subprocess.run(
         [sys.executable, "-c", WITHOUT_ENGINES, str(out)],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert (done.returncode, done.stdout) == (0, f"{page}\n"), done.stderr
     assert page.read_bytes() == written
 

@@ -196,7 +196,7 @@ def test_nothing_is_red_without_sabotage(validate: Validate) -> None:
         (LINE, "mujoco/euler", "normal_force_2"),
         ("cone-pendulum/rotating-base", "mujoco/euler", "theta_dot"),
     ],
-)  # fmt: skip
+)
 def test_an_observable_that_an_engine_drops(
     validate: Validate,
     monkeypatch: pytest.MonkeyPatch,

@@ -92,10 +92,15 @@ def test_what_is_pasted_differs_in_nothing(
     assert found == {"method": method, "step": 0.002, "differences": [], "warnings": []}
     # a change of any one value is seen
     values = {
-        "impratio": "option/impratio", "cone": "option/cone", "tolerance": "option/tolerance",
-        "integrator": "option/integrator", "condim": "pair/condim", "solimp": "pair/solimp",
-        "solref": "pair/solref", "solreffriction": "pair/solreffriction",
-    }  # fmt: skip
+        "impratio": "option/impratio",
+        "cone": "option/cone",
+        "tolerance": "option/tolerance",
+        "integrator": "option/integrator",
+        "condim": "pair/condim",
+        "solimp": "pair/solimp",
+        "solref": "pair/solref",
+        "solreffriction": "pair/solreffriction",
+    }
     other = {"cone": "pyramidal", "integrator": "implicit", "condim": "4", "tolerance": "1e-8"}
     other |= {"impratio": "100", "solimp": "0.9 0.95 0.001", "solref": "0.02 1"}
     other |= {"solreffriction": "-1 -0.3"}

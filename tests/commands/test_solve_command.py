@@ -136,9 +136,12 @@ def test_figures_for_parameters_of_one_s_own(tmp_path: Path) -> None:
     ],
 )
 def test_what_cannot_be_shown_is_named(
-    words: list[str], name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    words: list[str],
+    name: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(["solve", *words]) == 2
     captured = capsys.readouterr()

@@ -59,8 +59,11 @@ def test_all_as_expected(validate: Validate) -> None:
     cases = found.junit.findall("testcase")
     skipped = found.junit.findall("testcase/skipped")
     assert counts == {
-        "tests": str(len(cases)), "failures": "0", "errors": "0", "skipped": str(len(skipped)),
-    }  # fmt: skip
+        "tests": str(len(cases)),
+        "failures": "0",
+        "errors": "0",
+        "skipped": str(len(skipped)),
+    }
     limit = found.case(LINE, "mujoco/euler").find("skipped")
     assert limit is not None
     assert limit.attrib["message"].startswith("known limit, not-converging: contact chatter")
@@ -214,13 +217,16 @@ def test_run_of_a_missing_engine_is_exit_code_3(monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.parametrize(
     ("method", "verdict", "cut", "accepted"),
     [
-        ("ode/rk4", "pass", False, True), ("ode/rk4", "pre-asymptotic", False, False),
-        ("ode/rk4", "pre-asymptotic", True, False), ("ode/dop853", "pre-asymptotic", False, False),
+        ("ode/rk4", "pass", False, True),
+        ("ode/rk4", "pre-asymptotic", False, False),
+        ("ode/rk4", "pre-asymptotic", True, False),
+        ("ode/dop853", "pre-asymptotic", False, False),
         ("ode/rk4", "converges", False, False),  # a theory covers it
-        ("ode/rk4", "fail", True, False), ("ode/rk4", "not-converging", True, False),
+        ("ode/rk4", "fail", True, False),
+        ("ode/rk4", "not-converging", True, False),
         ("ode/rk4", "diverged", True, False),
     ],
-)  # fmt: skip
+)
 def test_what_is_accepted_of_a_scene_that_is_not_hard(
     method: str, verdict: Verdict, cut: bool, accepted: bool
 ) -> None:
@@ -233,9 +239,14 @@ def test_what_is_accepted_of_a_scene_that_is_not_hard(
 
 @pytest.mark.parametrize(
     ("verdict", "cut", "accepted"),
-    [("not-converging", False, True), ("fail", True, True), ("fail", False, False),
-     ("pass", False, False), ("diverged", True, False)],
-)  # fmt: skip
+    [
+        ("not-converging", False, True),
+        ("fail", True, True),
+        ("fail", False, False),
+        ("pass", False, False),
+        ("diverged", True, False),
+    ],
+)
 def test_what_is_accepted_of_a_known_limit(verdict: Verdict, cut: bool, accepted: bool) -> None:
     known = registry.limits_of("mujoco/euler").sizes[LINE, "mujoco/euler"]
     found = Judgement(verdict, {}, "a reason", cut, errors={known.fine: known.size})
@@ -252,9 +263,12 @@ def test_a_known_limit_has_a_size(factor: float) -> None:
     known = registry.limits_of("mujoco/euler").sizes[LINE, "mujoco/euler"]
     accepted = 0.5 <= factor <= 2.0
     study = Judgement(
-        "not-converging", {}, "", errors={known.fine: factor * known.size},
+        "not-converging",
+        {},
+        "",
+        errors={known.fine: factor * known.size},
         versions={"mujoco": "3.16.0"},
-    )  # fmt: skip
+    )
     assert as_expected(line, how, study) == accepted
     same = replace(study, versions=registry.limits_of(how.name).measured_with)
     assert as_expected(line, how, same) == (0.98 <= factor <= 1.02)

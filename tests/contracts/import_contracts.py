@@ -13,7 +13,7 @@ from plumbob.tests.contracts.tree import LAYERS, PACKAGE, imports, module_name, 
 
 THEORY = ("numerics", "systems", "errors")  # parts of `analytic`: each may import those before it
 ADAPTERS = ("engines", "adapters")
-PAGE = (("reports", "view"), ("reports", "findings"))
+PAGE = (("reports", "view"), ("reports", "analyses"))
 RUNS = ("prepare", "prepared", "measure", "convergence_study", "run_study")  # what runs an engine
 LIBRARIES = ("numpy", "numpy_quaddtype", "scipy")  # all that `analytic` needs beside the language
 HEAVY = (

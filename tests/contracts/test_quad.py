@@ -54,10 +54,17 @@ def test_arithmetic(shape: tuple[int, ...]) -> None:
     third, tenth = MP.mpf(1) / 3, MP.mpf(0.1)
     a, b = quad(np.full(shape, 1.0)) / 3, quad(0.1)
     cases = (
-        (a + b, third + tenth), (a - b, third - tenth), (a * b, third * tenth),
-        (a / b, third / tenth), (-a, -third), (abs(-a), third), (2 * a - 1, 2 * third - 1),
-        (a * 0.5, third / 2), (a**2, third**2), ((a * b) ** 4, (third * tenth) ** 4),
-    )  # fmt: skip
+        (a + b, third + tenth),
+        (a - b, third - tenth),
+        (a * b, third * tenth),
+        (a / b, third / tenth),
+        (-a, -third),
+        (abs(-a), third),
+        (2 * a - 1, 2 * third - 1),
+        (a * 0.5, third / 2),
+        (a**2, third**2),
+        ((a * b) ** 4, (third * tenth) ** 4),
+    )
     for found, expected in cases:
         assert np.shape(found) == shape
         for element in np.ravel(found) if shape else [found]:

@@ -82,9 +82,12 @@ def test_each_term_removes_one_order(case: str, closing: float) -> None:
 def test_a_coefficient_error_of_a_thousandth_is_detected(closing: float) -> None:
     # three terms leave 1e-6 of the error or less; a damping rate wrong by 0.1 %, 1e-4
     given = CASES["forced-large"].rotor
-    off = DrivenRotor(sin=given.sin, damping_rate=given.damping_rate * (1 + 1e-3),
-                      forcing_amplitude=given.forcing_amplitude,
-                      forcing_frequency=given.forcing_frequency)  # fmt: skip
+    off = DrivenRotor(
+        sin=given.sin,
+        damping_rate=given.damping_rate * (1 + 1e-3),
+        forcing_amplitude=given.forcing_amplitude,
+        forcing_frequency=given.forcing_frequency,
+    )
     step = RUNS[closing][2]
     right, wrong = (left_over("forced-large", closing, step, r) for r in (given, off))
     assert wrong[3][0] > 10 * right[3][0]

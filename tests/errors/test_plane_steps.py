@@ -93,9 +93,14 @@ def test_schemes_that_it_covers() -> None:
     damped = Scheme(EULER, "mean", implicit_damping=True)
     ends = {
         scheme: plane_errors(reference, scheme, 0.01, times)["heading"][-1]
-        for scheme in (damped, Scheme(EULER), Scheme(RK4, "mean"), Scheme(RK4),
-                       Scheme(EULER, position_first=True))
-    }  # fmt: skip
+        for scheme in (
+            damped,
+            Scheme(EULER),
+            Scheme(RK4, "mean"),
+            Scheme(RK4),
+            Scheme(EULER, position_first=True),
+        )
+    }
     assert ends[damped] == ends[Scheme(EULER)]
     assert ends[Scheme(RK4, "mean")] == ends[Scheme(RK4)]
     assert len(set(ends.values())) == 3

@@ -81,9 +81,16 @@ def test_the_force_in_the_facts_is_the_one_that_friction_holds(fraction: float) 
     assert facts["force"] / pressed == pytest.approx(0.3 * fraction, rel=1e-12)
 
 
-SMOOTH = ("cone-pendulum/rotating-base", "cone-pendulum/both-wells", "simple-pendulum/free-large",
-          "linear-pendulum/free-large", "capsule-line/ca1", "capsule-line/frictionless",
-          "capsule-coast/translation", "capsule-coast/rotation")  # fmt: skip
+SMOOTH = (
+    "cone-pendulum/rotating-base",
+    "cone-pendulum/both-wells",
+    "simple-pendulum/free-large",
+    "linear-pendulum/free-large",
+    "capsule-line/ca1",
+    "capsule-line/frictionless",
+    "capsule-coast/translation",
+    "capsule-coast/rotation",
+)
 
 
 @pytest.mark.parametrize("name", SMOOTH)

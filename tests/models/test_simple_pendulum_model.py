@@ -65,8 +65,15 @@ def test_rebuilt_at_the_default_parameters_it_is_the_file() -> None:
 
 
 def test_every_parameter_reaches_the_model() -> None:
-    given = {"length": 2.5, "gravity": 3.7, "damping_rate": 0.3, "forcing_amplitude": 1.5,
-             "forcing_frequency": 2.0, "theta": 0.4, "theta_dot": -0.7}  # fmt: skip
+    given = {
+        "length": 2.5,
+        "gravity": 3.7,
+        "damping_rate": 0.3,
+        "forcing_amplitude": 1.5,
+        "forcing_frequency": 2.0,
+        "theta": 0.4,
+        "theta_dot": -0.7,
+    }
     moment = MASS * 2.5**2
     for name, spring in (("simple-pendulum", 0.0), ("linear-pendulum", MASS * 3.7 * 2.5)):
         model = whole(MJCF, problem(name, **given)).compile()

@@ -267,9 +267,13 @@ def test_hard_cases_are_as_predicted(case: str, method: str) -> None:
 
 @pytest.mark.parametrize(
     ("name", "step"),
-    [("capsule-line/ca1", 1e-3), ("capsule-turn/0.3", 1e-4), ("capsule-coast/edge", 1e-4),
-     ("capsule-turn/heavy-slider", 1e-5)],
-)  # fmt: skip
+    [
+        ("capsule-line/ca1", 1e-3),
+        ("capsule-turn/0.3", 1e-4),
+        ("capsule-coast/edge", 1e-4),
+        ("capsule-turn/heavy-slider", 1e-5),
+    ],
+)
 def test_contacts_that_converge_have_settled(
     name: str, step: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:

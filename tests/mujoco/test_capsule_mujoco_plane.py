@@ -101,9 +101,13 @@ def test_default_settings_have_large_errors_at_any_step() -> None:
 
 def test_implicitfast_takes_another_step_with_a_lone_body() -> None:
     # velocity derivatives of a free body's centripetal forces, which it drops in a tree
-    other = replace(METHODS["implicitfast+coulomb"], settings={
-        **METHODS["implicitfast+coulomb"].settings, "integrator": "implicit",
-    })  # fmt: skip
+    other = replace(
+        METHODS["implicitfast+coulomb"],
+        settings={
+            **METHODS["implicitfast+coulomb"].settings,
+            "integrator": "implicit",
+        },
+    )
     case = scene("capsule-coast/spin")
     found = compiled(case_of(case), other, 1e-3).run().observables["x"]
     same = run("capsule-coast/spin", "implicitfast+coulomb", 1e-3)[1].observables["x"]

@@ -95,9 +95,13 @@ def test_overridden_contacts_are_taken(tmp_path: Path) -> None:
 )
 @pytest.mark.parametrize(
     ("integrator", "flags"),
-    [("Euler", 'contact="disable"'), ("Euler", 'eulerdamp="disable"'),
-     ("implicitfast", 'eulerdamp="disable"'), ("RK4", 'warmstart="disable"')],
-)  # fmt: skip
+    [
+        ("Euler", 'contact="disable"'),
+        ("Euler", 'eulerdamp="disable"'),
+        ("implicitfast", 'eulerdamp="disable"'),
+        ("RK4", 'warmstart="disable"'),
+    ],
+)
 def test_a_user_method_is_measured_as_any_other(
     name: str, integrator: str, flags: str, tmp_path: Path
 ) -> None:

@@ -30,10 +30,13 @@ def own(folder: Path, options: str = "", geom: str = "") -> Method:
 
 @pytest.mark.parametrize(
     ("options", "like"),
-    [("", "mujoco/euler"), ('integrator="RK4"', "mujoco/rk4"),
-     ('cone="elliptic" impratio="100"', "mujoco/euler+elliptic"),
-     (NOSLIP, "mujoco/euler+elliptic+noslip")],
-)  # fmt: skip
+    [
+        ("", "mujoco/euler"),
+        ('integrator="RK4"', "mujoco/rk4"),
+        ('cone="elliptic" impratio="100"', "mujoco/euler+elliptic"),
+        (NOSLIP, "mujoco/euler+elliptic+noslip"),
+    ],
+)
 def test_a_file_that_says_what_a_method_says_is_that_method(
     options: str, like: str, tmp_path: Path
 ) -> None:

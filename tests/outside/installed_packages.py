@@ -64,9 +64,14 @@ def seen(site: Path) -> Iterator[None]:
 
 def _forget(site: Path) -> None:
     for kept in (
-        entry_points._installed, entry_points.points, entry_points.addition, engines.engines,
-        engines._added, models.systems, models._worked_out,
-    ):  # fmt: skip
+        entry_points._installed,
+        entry_points.points,
+        entry_points.addition,
+        engines.engines,
+        engines._added,
+        models.systems,
+        models._worked_out,
+    ):
         kept.cache_clear()
     for name in [n for n, m in sys.modules.items() if _inside(m, site)]:
         del sys.modules[name]

@@ -309,9 +309,12 @@ WRONG_RUNS = {
 
 @pytest.mark.parametrize("why", WRONG_RUNS)
 def test_an_engine_that_raises_is_a_verdict(
-    why: str, site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    why: str,
+    site: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     """The study goes on: its other methods have their verdicts, and the exit code is 1."""
     broken(site, ENGINE.replace("return stepped(case, step, build)", WRONG_RUNS[why]))
     without_pages(monkeypatch)
@@ -375,9 +378,12 @@ DEFECTS = {  # that no look at a few moments of a scene shows
 
 @pytest.mark.parametrize("kind", DEFECTS)
 def test_a_defect_in_an_added_system_costs_its_pieces(
-    kind: str, site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    kind: str,
+    site: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     """They are named with the reason; what else was asked for has its verdict, and there is a page
     where nothing of the system could be held to its exact motion."""
     right, wrong = DEFECTS[kind]

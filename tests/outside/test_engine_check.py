@@ -48,50 +48,84 @@ def changed(right: str, wrong: str) -> str:
 
 FIRST = "for _ in range(first, last):"
 DEFECTS = {
-    "refuses": ("builds", changed(RETURN, "raise __import__('plumbob.engines.method', fromlist='x')"
-                                          ".Unsupported('no')"), "and says: no"),
+    "refuses": (
+        "builds",
+        changed(
+            RETURN, "raise __import__('plumbob.engines.method', fromlist='x').Unsupported('no')"
+        ),
+        "and says: no",
+    ),
     "raises": ("builds", changed(RETURN, "raise RuntimeError('no licence')"), "no licence"),
-    "random": ("repeats itself", changed(
-        "state = [pendulum.theta,",
-        "state = [pendulum.theta * (1 + 1e-9 * __import__('random').random()),",
-    ), "theta of run 2"),
-    "a step late": ("samples at its steps", changed(
-        "        return Built(", "        advance(0, 1)\n        return Built("
-    ), "off the start"),
-    "a step late from the first": ("samples at its steps", changed(
-        FIRST, "for _ in range(first - (first == 0), last):"
-    ), "steps ahead of time"),
-    "a step early": ("samples at its steps", changed(
-        FIRST, "for _ in range(first + (first == 0), last):"
-    ), "steps ahead of time"),
-    "a step too many a sample": ("samples at its steps", changed(
-        FIRST, "for _ in range(first, last + (last - first == 3)):"
-    ), "is not that of a run of"),
+    "random": (
+        "repeats itself",
+        changed(
+            "state = [pendulum.theta,",
+            "state = [pendulum.theta * (1 + 1e-9 * __import__('random').random()),",
+        ),
+        "theta of run 2",
+    ),
+    "a step late": (
+        "samples at its steps",
+        changed("        return Built(", "        advance(0, 1)\n        return Built("),
+        "off the start",
+    ),
+    "a step late from the first": (
+        "samples at its steps",
+        changed(FIRST, "for _ in range(first - (first == 0), last):"),
+        "steps ahead of time",
+    ),
+    "a step early": (
+        "samples at its steps",
+        changed(FIRST, "for _ in range(first + (first == 0), last):"),
+        "steps ahead of time",
+    ),
+    "a step too many a sample": (
+        "samples at its steps",
+        changed(FIRST, "for _ in range(first, last + (last - first == 3)):"),
+        "is not that of a run of",
+    ),
     "times": ("samples at its steps", wrapped("replace(run, times=run.times + 1e-3)"), "whole"),
-    "prints": ("writes nothing", changed(
-        "        state = [", "        print('hello')\n        state = ["
-    ), "it prints: hello"),
-    "writes": ("writes nothing", changed(
-        "        state = [", "        open('log.txt', 'w').close()\n        state = ["
-    ), "it leaves log.txt"),
-    "raises when lost": ("reports divergence", changed(
-        FIRST, f"{FIRST}\n                assert abs(state[1]) < 50, 'lost'"
-    ), "lost"),
-    "keeps what is not finite": ("reports divergence", wrapped(
-        "replace(run, observables={n: v / (abs(v) < 50) for n, v in run.observables.items()})"
-    ), ""),
+    "prints": (
+        "writes nothing",
+        changed("        state = [", "        print('hello')\n        state = ["),
+        "it prints: hello",
+    ),
+    "writes": (
+        "writes nothing",
+        changed("        state = [", "        open('log.txt', 'w').close()\n        state = ["),
+        "it leaves log.txt",
+    ),
+    "raises when lost": (
+        "reports divergence",
+        changed(FIRST, f"{FIRST}\n                assert abs(state[1]) < 50, 'lost'"),
+        "lost",
+    ),
+    "keeps what is not finite": (
+        "reports divergence",
+        wrapped(
+            "replace(run, observables={n: v / (abs(v) < 50) for n, v in run.observables.items()})"
+        ),
+        "",
+    ),
     "counts one step": ("counts its cost", wrapped("replace(run, steps=1)"), "counts 1 steps"),
     "no time": ("counts its cost", wrapped("replace(run, seconds=0.0)"), "takes no time"),
     "not stepped": ("counts its cost", wrapped(stepped="Stepping(0, 0.0)"), "counts no steps"),
     "all of it": ("counts its cost", wrapped(stepped="self.inner.stepped(1.0)"), "stepped(0.5)"),
     "gravity": ("shows its order", changed("pendulum.gravity /", "1.01 * pendulum.gravity /"), ""),
-    "gravity, no theory": ("shows its order", changed(
-        "pendulum.gravity /", "1.01 * pendulum.gravity /"
-    ).replace("Scheme(EULER)", 'Scheme("own")'), "not-converging"),
-    "order, no theory": ("shows its order", changed("Scheme(EULER), 1", 'Scheme("own"), 2'),
-                         "declared 2"),
+    "gravity, no theory": (
+        "shows its order",
+        changed("pendulum.gravity /", "1.01 * pendulum.gravity /").replace(
+            "Scheme(EULER)", 'Scheme("own")'
+        ),
+        "not-converging",
+    ),
+    "order, no theory": (
+        "shows its order",
+        changed("Scheme(EULER), 1", 'Scheme("own"), 2'),
+        "declared 2",
+    ),
     "scheme": ("shows its order", changed("Scheme(EULER), 1", 'Scheme("rk4"), 4'), ""),
-}  # fmt: skip
+}
 
 
 def outcome(

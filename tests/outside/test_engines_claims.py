@@ -82,9 +82,12 @@ def test_a_run_is_the_one_that_was_asked_for(
 
 @pytest.mark.parametrize(("factor", "believed"), [(0.1, False), (1.0, True), (10.0, False)])
 def test_a_step_costs_what_it_takes_in_a_whole_run(
-    factor: float, believed: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    factor: float,
+    believed: bool,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     claiming(tmp_path / "site", seconds=f"{factor} * timed.seconds")
     without_pages(monkeypatch)
     with seen(tmp_path / "site"):

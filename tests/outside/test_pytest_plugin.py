@@ -55,9 +55,13 @@ def session_of(repository: Path, *options: str) -> subprocess.CompletedProcess[s
         environment["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
         command = (*command, "-p", PLUGIN)
     return subprocess.run(
-        command, cwd=repository, env=environment,
-        check=False, capture_output=True, text=True,
-    )  # fmt: skip
+        command,
+        cwd=repository,
+        env=environment,
+        check=False,
+        capture_output=True,
+        text=True,
+    )
 
 
 def test_a_plain_test_run_loads_nothing(repository: Path) -> None:

@@ -33,9 +33,12 @@ SWING, LINE = "simple-pendulum/free-large", "capsule-line/heading-030"
     ],
 )
 def test_an_engine_without_theory(
-    scene: str, method: str, factors: dict[str, float], converges: bool,
+    scene: str,
+    method: str,
+    factors: dict[str, float],
+    converges: bool,
     monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+) -> None:
     chosen, how = find_scene(scene), registry.method(method)
     assert set(factors) <= set(chosen.parameters)
     own = Scheme("own")

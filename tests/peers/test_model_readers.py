@@ -73,9 +73,10 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
     assert own is not None
     assert STEP in own.fields
     played: dict[Request, Result] = {
-        asked: found.extras[replace(asked, engine="mujoco")] for asked in found.extras
+        asked: found.extras[replace(asked, engine="mujoco")]
+        for asked in found.extras
         if isinstance(asked, ModelReading)
-    }  # fmt: skip
+    }
     store.save(replace(found, extras={**found.extras, **played}), file)
     stored = store.load(file)
     assert stored is not None

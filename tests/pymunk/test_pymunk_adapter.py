@@ -40,8 +40,16 @@ def verdict(found: Measurement, method: Method) -> str:
     return judge(found, system_of(find_scene(found.scene)), method).verdict
 
 
-CASES = ("free-small", "free-large", "rotating-slow", "damped-large", "damped-rotating",
-         "forced-large", "forced-chaotic", "overdamped")  # fmt: skip
+CASES = (
+    "free-small",
+    "free-large",
+    "rotating-slow",
+    "damped-large",
+    "damped-rotating",
+    "forced-large",
+    "forced-chaotic",
+    "overdamped",
+)
 STEPS = {"pymunk/default": 1e-4, "pymunk/tight": 2e-4}
 
 

@@ -25,11 +25,17 @@ from plumbob.tests.replay.in_browser import FRACTION, opened, stopped
 
 NAMES = [scene.name for scene in plan().scenes if system_of(scene).family in PICTURES]
 ONE_OF_EACH = (
-    "capsule-coast/spin", "capsule-hold/0.999", "capsule-line/heading-030",
-    "capsule-plan/near-free", "capsule-train/ten", "capsule-turn/0.3",
-    "cone-pendulum/rotating-base", "free-body/flip", "linear-pendulum/overdamped",
+    "capsule-coast/spin",
+    "capsule-hold/0.999",
+    "capsule-line/heading-030",
+    "capsule-plan/near-free",
+    "capsule-train/ten",
+    "capsule-turn/0.3",
+    "cone-pendulum/rotating-base",
+    "free-body/flip",
+    "linear-pendulum/overdamped",
     "simple-pendulum/free-small",
-)  # fmt: skip
+)
 PIXEL = 0.5  # the centre of a disc of whole pixels is known to better than this
 MOVED = ("theta", "theta_dot", "x", "y", "heading", "attitude_x", "angular_velocity_x")
 CENTRE = """(canvas, [rect, colour]) => {
@@ -142,9 +148,12 @@ def places(case: Case, time: float) -> dict[str, Any]:
         place *= complex(math.cos(setup.heading), math.sin(setup.heading))
     gone = place.real * math.cos(line) + place.imag * math.sin(line)
     return {
-        "x": place.real, "y": place.imag, "heading": seen["heading"], "displacement": gone,
+        "x": place.real,
+        "y": place.imag,
+        "heading": seen["heading"],
+        "displacement": gone,
         "picture": (place.real, place.imag),
-    }  # fmt: skip
+    }
 
 
 def corner_of_box(case: Case, seen: dict[str, float]) -> tuple[float, float]:

@@ -168,10 +168,17 @@ def test_the_reduced_model_sees_friction_off_by_little(
 @pytest.mark.parametrize("method", REDUCED)
 @pytest.mark.parametrize(
     ("name", "step"),
-    [("capsule-line/ca1", 1e-3), ("capsule-line/ca1", 1e-5), ("capsule-line/light-slider", 5e-7),
-     ("capsule-line/frictionless", 1e-4), ("capsule-coast/translation", 1e-3),
-     ("capsule-hold/0.999", 1e-4), ("capsule-hold/slow-motion", 1e-4), ("capsule-train/ten", 1e-3)],
-)  # fmt: skip
+    [
+        ("capsule-line/ca1", 1e-3),
+        ("capsule-line/ca1", 1e-5),
+        ("capsule-line/light-slider", 5e-7),
+        ("capsule-line/frictionless", 1e-4),
+        ("capsule-coast/translation", 1e-3),
+        ("capsule-hold/0.999", 1e-4),
+        ("capsule-hold/slow-motion", 1e-4),
+        ("capsule-train/ten", 1e-3),
+    ],
+)
 def test_bounds_of_the_reduced_model_are_within_a_factor_of_30(
     name: str, step: float, method: str
 ) -> None:

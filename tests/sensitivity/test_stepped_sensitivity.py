@@ -47,9 +47,10 @@ def fixed_steps(name: str) -> list[Method]:
     """The methods with fixed steps that are meant for a scene."""
     scene = find_scene(name)
     return [
-        m for m in find_methods("*")
+        m
+        for m in find_methods("*")
         if m.control == "step" and meant(m, scene) and not engine_of(m).optional
-    ]  # fmt: skip
+    ]
 
 
 @pytest.mark.long(keep=4)

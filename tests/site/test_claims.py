@@ -23,7 +23,7 @@ from plumbob.reports.view.site.claims import NOT_SHOWN, as_measured
 from plumbob.reports.view.site.first_screen import KEY_FINDINGS, cards
 from plumbob.reports.view.site.views import OF_ENGINES
 from plumbob.tests.site import whole_profile
-from plumbob.tests.support.declared import findings_of
+from plumbob.tests.support.declared import finding, findings_of
 
 COMPUTED = (  # from the sources and the exact motions alone: no figure of theirs is measured
     "capsule-mean-speed", "capsule-plan-poses",
@@ -138,7 +138,7 @@ def test_rates_of_small_swings_are_looked_up(study: Study, quicker: float, shown
         swing = {"theta": centre.theta - 1e-3 * np.cos(phase),
                  "theta_dot": 1e-3 * quicker * centre.rate * np.sin(phase)}  # fmt: skip
         extras[request] = Trajectory(times, swing, {}, steps=400)
-    (found,) = as_measured([equilibria.finding(replace(study, extras=extras))])
+    (found,) = as_measured([finding(equilibria.EQUILIBRIA, replace(study, extras=extras))])
     assert (found.judgement != NOT_SHOWN) is shown
 
 
@@ -156,10 +156,10 @@ def test_what_is_not_shown_is_not_claimed(
     shown = {f.name: f for both in (before, after) for f in as_measured(both.values())
              if f.judgement == NOT_SHOWN}  # fmt: skip
     assert set(_claiming(before, after)) - set(shown) == set()
-    for name, finding in shown.items():
-        assert finding.title == f"Not shown by this study: {before[name].title}"
-        assert finding.statements == ()
-        assert any(char.isdigit() for char in finding.summary)
+    for name, left in shown.items():
+        assert left.title == f"Not shown by this study: {before[name].title}"
+        assert left.statements == ()
+        assert any(char.isdigit() for char in left.summary)
 
 
 def test_a_key_finding_that_is_not_shown_leaves_the_first_screen(

@@ -10,7 +10,6 @@ from plumbob import reports
 from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses import analyses_of, requests
-from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.view.site import drawing
 from plumbob.reports.view.site.writing import content, one_file
 from plumbob.tests.support.declared import made, measured
@@ -30,7 +29,7 @@ def test_two_processes_work_out_the_same_pages(monkeypatch: pytest.MonkeyPatch) 
     plan = StudyPlan("quick", scenes, studies[0].methods)
     extras = {request: made(request) for request in requests(plan)}
     study = replace(studies[0], scenes=scenes, convergence=convergence, extras=extras)
-    one, two = (analyses_of(study, judge_study(study), jobs) for jobs in (1, 2))
+    one, two = (analyses_of(study, jobs) for jobs in (1, 2))
     assert repr(one) == repr(two) != "()"  # NaN is NaN in both
     assert _page(replace(study, analyses=two), 2) == _page(replace(study, analyses=one), 1)
 

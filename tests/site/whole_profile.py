@@ -17,7 +17,6 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import system_of
 from plumbob.reports.analyses import analyses_of, requests
 from plumbob.reports.judge.sensitivity import Parameter, Sensitivities, Slopes, parameters_of
-from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.finding_text import findings_of
 from plumbob.reports.view.site.writing import Content, content
@@ -107,7 +106,7 @@ def _shown(study: Study) -> tuple[Content, tuple[Finding, ...]]:
     """What the pages of a study show, and the findings before it is seen whether they hold."""
     asked = replace(study, extras=Asked(study.extras))
     with no_engine():
-        analysed = analyses_of(asked, judge_study(asked))
+        analysed = analyses_of(asked)
         pages = content(replace(asked, analyses=analysed))
     kept = [finding for a in analysed if a.place == "finding" for finding in findings_of(a)]
     return pages, tuple(kept)

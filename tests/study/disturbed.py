@@ -55,8 +55,11 @@ def begun(out: Path, jobs: int, first: str = "") -> subprocess.Popen[str]:
     """The study, begun in a process group of its own; `first` is run before."""
     return subprocess.Popen(
         [sys.executable, "-c", COUNTED % first, str(out / "log"), *words(out, jobs)],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
-    )  # fmt: skip
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
 
 
 def logged(out: Path) -> list[str]:

@@ -31,8 +31,10 @@ PEER = Ratio("DOP853 over closed form", 190.0, 200.0, 210.0, least=100.0)
 def history(tmp_path: Path) -> Path:
     """Three runs: the second is slower in both ratios, the third as the first, with another."""
     file = tmp_path / "kept" / "history.jsonl"
-    slow = (replace(LOOP, low=1.45, median=1.5, high=1.55),
-            replace(PEER, low=95.0, median=100.0, high=105.0))  # fmt: skip
+    slow = (
+        replace(LOOP, low=1.45, median=1.5, high=1.55),
+        replace(PEER, low=95.0, median=100.0, high=105.0),
+    )
     for found in ((LOOP, PEER), slow, (LOOP, replace(PEER, low=150.0, name="another"))):
         add(BenchmarkRun(MADE, found), file)
     return file
@@ -69,16 +71,23 @@ def test_quartiles_hold_the_median(values: list[float]) -> None:
     assert found.holds == (found.median <= 1.0)
 
 
-@pytest.mark.parametrize(("old", "new", "said", "code"), [
-    ("#1", "#2", ["bare loop: 1 -> 1.5 (50 % slower)", "form: 200 -> 100 (1e+02 % slower)"], 1),
-    ("#2", "#1", ["bare loop: 1.5 -> 1 (50 % faster)", "form: 100 -> 200 (1e+02 % faster)"], 0),
-    ("#1", "", ["DOP853 over closed form: measured -> no", "another: no -> measured"], 0),
-    ("#1", "#1", ["nothing has moved"], 0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new", "said", "code"),
+    [
+        ("#1", "#2", ["bare loop: 1 -> 1.5 (50 % slower)", "form: 200 -> 100 (1e+02 % slower)"], 1),
+        ("#2", "#1", ["bare loop: 1.5 -> 1 (50 % faster)", "form: 100 -> 200 (1e+02 % faster)"], 0),
+        ("#1", "", ["DOP853 over closed form: measured -> no", "another: no -> measured"], 0),
+        ("#1", "#1", ["nothing has moved"], 0),
+    ],
+)
 def test_compare_tells_what_moved(
-    old: str, new: str, said: list[str], code: int, history: Path,
+    old: str,
+    new: str,
+    said: list[str],
+    code: int,
+    history: Path,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     words = ["compare", f"{history}{old}", f"{history}{new}"]
     assert main(words) == 0
     out = capsys.readouterr().out
@@ -100,17 +109,25 @@ def test_quartiles_that_overlap_have_not_moved(tmp_path: Path) -> None:
     assert benchmarks.moved(first, BenchmarkRun(MADE, (apart,)), 1.25) == ((LOOP, apart),)
 
 
-@pytest.mark.parametrize(("old", "new", "what"), [
-    ("#4", "", "from 1 to 3"), ("#0", "", "number"), ("", "missing.jsonl", "a file of benchmarks"),
-    ("", "other", "a file of benchmarks, as the other one is"), ("", "damaged", "line 2"),
-    ("", "negative", "line 1"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new", "what"),
+    [
+        ("#4", "", "from 1 to 3"),
+        ("#0", "", "number"),
+        ("", "missing.jsonl", "a file of benchmarks"),
+        ("", "other", "a file of benchmarks, as the other one is"),
+        ("", "damaged", "line 2"),
+        ("", "negative", "line 1"),
+    ],
+)
 def test_bad_input_is_one_line(
     old: str, new: str, what: str, history: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     first, *_ = history.read_text("utf-8").splitlines()
-    for name, text in (("damaged", f"{first}\n{first[:200]}\n"),
-                       ("negative", first.replace("0.97", "-0.97"))):  # fmt: skip
+    for name, text in (
+        ("damaged", f"{first}\n{first[:200]}\n"),
+        ("negative", first.replace("0.97", "-0.97")),
+    ):
         (history.parent / name).write_text(text, "utf-8")
     target = history if new in ("", "#4") else history.parent / new
     if new == "other":

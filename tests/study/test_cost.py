@@ -123,9 +123,12 @@ def cost_of(
     ],
 )
 def test_a_cost_is_computing_time_over_steps_with_its_quartiles(
-    milliseconds: tuple[float, ...], median: float, low: float, high: float,
+    milliseconds: tuple[float, ...],
+    median: float,
+    low: float,
+    high: float,
     monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+) -> None:
     one, unit = cost_of(monkeypatch, milliseconds, repeat(500.0))
     assert unit == 500.0
     assert (one.ns_per_step, one.ratio) == pytest.approx((1e3 * median, 2 * median), rel=1e-9)

@@ -45,8 +45,15 @@ CONVERGENCE = ExtraConvergence(SCENE, "ode/rk4", (5e-3, 2e-3, 1e-3), 0.1)
 TRIMMING = TrimmingRun(SCENE, "mujoco/euler", 1e-3, 20, 3)
 NO_TRIMMING = TrimmingRun(SCENE, "ode/rk4", 1e-3, 20, 3)
 ALL: tuple[Request, ...] = (
-    PLAIN, CHANGED, SETTING, NOT_MEANT, DIVERGES, CONVERGENCE, TRIMMING, NO_TRIMMING,
-)  # fmt: skip
+    PLAIN,
+    CHANGED,
+    SETTING,
+    NOT_MEANT,
+    DIVERGES,
+    CONVERGENCE,
+    TRIMMING,
+    NO_TRIMMING,
+)
 
 
 def wanted(plan: StudyPlan) -> Sequence[Request]:

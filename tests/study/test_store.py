@@ -129,8 +129,15 @@ def test_one_scene_is_read_though_another_is_damaged(stored: bytes, tmp_path: Pa
 
 def test_a_recording_comes_back_as_it_was() -> None:
     values = {"theta": np.array([0.1, math.nan]), "theta_dot": np.array([-0.0, math.inf])}
-    run = Trajectory(np.array([0.0, 0.1]), values, {"contacts": np.array([3.0, 4.0])}, steps=7,
-                     seconds=0.25, diverged_at=0.3, warnings=("NaN", "unstable"))  # fmt: skip
+    run = Trajectory(
+        np.array([0.0, 0.1]),
+        values,
+        {"contacts": np.array([3.0, 4.0])},
+        steps=7,
+        seconds=0.25,
+        diverged_at=0.3,
+        warnings=("NaN", "unstable"),
+    )
     back = from_json(to_json(run), Trajectory)
     assert (back.steps, back.seconds, back.diverged_at) == (7, 0.25, 0.3)
     assert back.warnings == run.warnings
@@ -322,17 +329,21 @@ def test_recommend_loads_no_engine(study: Study, tmp_path: Path) -> None:
     _save(study, tmp_path / store.FILE)
     answer = subprocess.run(
         [sys.executable, "-c", ASK, SCENE, str(tmp_path), *HEAVY],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert "use " in answer.stdout
     assert answer.stdout.splitlines()[-1] == "0"
 
 
 def test_a_users_settings_come_back_as_they_were(study: Study, tmp_path: Path) -> None:
     own = replace(
-        study.methods[0], name="mujoco/mine", step_sizes=(2e-3, 1e-3),
+        study.methods[0],
+        name="mujoco/mine",
+        step_sizes=(2e-3, 1e-3),
         settings={"integrator": "euler", "contact": {"solref": (0.02, 1.0), "condim": 3}},
-    )  # fmt: skip
+    )
     number = _save(replace(study, methods=(own,), convergence=(), costs={}), tmp_path / store.FILE)
     back = store.load(tmp_path / store.FILE, number)
     assert back is not None

@@ -77,9 +77,12 @@ BAD: dict[str, tuple[Callable[[Path, bytes], object], str]] = {
 @pytest.mark.parametrize("kind", BAD)
 @pytest.mark.parametrize("words", [*WRITERS, *READERS], ids=lambda words: str(words[0]))
 def test_what_is_no_store_is_one_line_and_stays_as_it_is(
-    kind: str, words: tuple[str, ...], whole: bytes, tmp_path: Path,
+    kind: str,
+    words: tuple[str, ...],
+    whole: bytes,
+    tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     file = tmp_path / store.FILE
     make, said = BAD[kind]
     make(file, whole)
@@ -110,9 +113,12 @@ def _locked(file: Path) -> Iterator[None]:
 
 @pytest.mark.parametrize("words", [*WRITERS, *READERS], ids=lambda words: str(words[0]))
 def test_a_locked_store_is_said_to_be_locked(
-    words: tuple[str, ...], whole: bytes, tmp_path: Path,
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+    words: tuple[str, ...],
+    whole: bytes,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(store_file, "PATIENCE", 0.01)
     file = tmp_path / store.FILE
     file.write_bytes(whole)
@@ -122,9 +128,11 @@ def test_a_locked_store_is_said_to_be_locked(
 
 
 def test_a_read_only_store_is_read_and_not_written(
-    whole: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+    whole: bytes,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+) -> None:
     file = tmp_path / store.FILE
     file.write_bytes(whole)
     # The permissions alone do not keep root from writing.

@@ -138,9 +138,13 @@ def test_a_cost_is_taken_at_the_step_that_errors_are_shown_at(
 
 @pytest.mark.parametrize(
     ("name", "finest"),  # what the quick profile ran without it
-    [("cone-pendulum/fast-platform", 5e-6), ("simple-pendulum/near-top-1e-6", 2e-3),
-     ("capsule-turn/unloaded-short", 1.11e-4), ("capsule-hold/0.999", 2e-3)],
-)  # fmt: skip
+    [
+        ("cone-pendulum/fast-platform", 5e-6),
+        ("simple-pendulum/near-top-1e-6", 2e-3),
+        ("capsule-turn/unloaded-short", 1.11e-4),
+        ("capsule-hold/0.999", 2e-3),
+    ],
+)
 def test_every_pair_is_run_at_the_step_that_methods_are_compared_at(
     name: str, finest: float
 ) -> None:

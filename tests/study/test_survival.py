@@ -76,9 +76,13 @@ def _counting(monkeypatch: pytest.MonkeyPatch, out: Path, ends: int = 0, number:
 @pytest.mark.parametrize("moment", [1, 3, 6])
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
 def test_a_study_goes_on_after_a_signal(
-    number: signal.Signals, moment: int, out: Path, undisturbed: Path,
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+    number: signal.Signals,
+    moment: int,
+    out: Path,
+    undisturbed: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     words = disturbed.words(out, 1)
     with monkeypatch.context() as patched:
         _counting(patched, out, moment, number)
@@ -98,7 +102,7 @@ def test_a_study_goes_on_after_a_signal(
     assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
         disturbed.stored(undisturbed)
     )
-    assert [disturbed.rows(out, table) for table in ("study", "result")] == [1, 9]
+    assert [disturbed.rows(out, table) for table in ("study", "result")] == [1, 10]  # an analysis
     assert (out / "index.html").read_text() != OLD
 
 
@@ -149,9 +153,11 @@ def test_a_second_process_waits_for_the_first(
 
 @pytest.mark.long
 def test_what_two_workers_die_of_is_named_and_tried_again(
-    out: Path, undisturbed: Path, capsys: pytest.CaptureFixture[str],
+    out: Path,
+    undisturbed: Path,
+    capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+) -> None:
     with monkeypatch.context() as patched:
         patched.setattr(runner, "_pair", disturbed.fatal)
         assert main(disturbed.words(out, 2)) == 3

@@ -46,8 +46,9 @@ def _worked_out(tasks: list[Task], jobs: int = 1) -> tuple[dict[Any, Any], dict[
 def test_a_fatal_task_is_tried_once_more_and_given_up(kind: str) -> None:
     do, arguments, limit, said = FATAL[kind]
     others = set(multiprocessing.active_children())
-    found, lost = _worked_out([Task(1, abs, (-1,), 60.0), Task(2, do, arguments, limit),
-                               Task(3, abs, (-3,), 60.0)])  # fmt: skip
+    found, lost = _worked_out(
+        [Task(1, abs, (-1,), 60.0), Task(2, do, arguments, limit), Task(3, abs, (-3,), 60.0)]
+    )
     assert found == {1: 1, 3: 3}
     assert list(lost) == [2]
     assert said in lost[2]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import cache
 
 from plumbob.engines.method import Method
@@ -16,7 +15,6 @@ from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses import analyses_of, requests
-from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.tests.sharing.shared import shared
 
 SCENE = "cone-pendulum/rotating-base"
@@ -34,15 +32,13 @@ def quick() -> Study:
 def measured_quick() -> Study:
     """The same, measured."""
     methods = find_methods("mujoco/euler,ode/leapfrog,ode/rk4,ode/dop853")
-    study = run_study(
-        find_scenes("cone-pendulum", "quick"), methods, requests=requests, command=COMMAND
+    return run_study(
+        find_scenes("cone-pendulum", "quick"),
+        methods,
+        requests=requests,
+        command=COMMAND,
+        analyse=analyses_of,
     )
-    return with_analyses(study)
-
-
-def with_analyses(study: Study) -> Study:
-    """A study with the numbers of its pages, as `validate` stores it."""
-    return replace(study, analyses=analyses_of(study, judge_study(study)))
 
 
 def made_up(

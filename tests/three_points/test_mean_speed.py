@@ -51,9 +51,11 @@ def test_no_point_of_a_grid_is_faster() -> None:
     most = 20 * LIMIT
     best = mean_speed(CHECK, most, LIMIT, STROKE)
     grid = product(
-        np.geomspace(1.01 * LIMIT, most, 40), np.geomspace(0.01 * LIMIT, LIMIT, 40),
-        np.linspace(0.05, STROKE, 10), np.linspace(0.1, 1.0, 10),
-    )  # fmt: skip
+        np.geomspace(1.01 * LIMIT, most, 40),
+        np.geomspace(0.01 * LIMIT, LIMIT, 40),
+        np.linspace(0.05, STROKE, 10),
+        np.linspace(0.1, 1.0, 10),
+    )
     assert max(mean_speed(CHECK, *map(float, point)) for point in grid) == pytest.approx(
         best, rel=1e-12
     )

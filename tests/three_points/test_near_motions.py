@@ -34,9 +34,10 @@ def stretched(motion: ThreePointMotion, factor: float) -> ThreePointMotion:
     """A motion whose elements claim to be longer by a factor than they are."""
     segments = tuple(
         replace(one, solution=replace(one.solution, size=factor * one.solution.size))
-        if one.solution is not None else one
+        if one.solution is not None
+        else one
         for one in motion.segments
-    )  # fmt: skip
+    )
     return replace(motion, integrated=lambda _: segments)
 
 

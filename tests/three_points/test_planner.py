@@ -34,8 +34,13 @@ from plumbob.tests.support.random_capsules import CHECK
 PLACES = dict(POSES)
 CASES = tuple(itertools.product(PLACES, ("free", "curve")))
 # In the full profile only: longer ways of the same mechanisms, and lines between other supports.
-LATER = (("aside", "free"), ("aside", "curve"), ("behind", "free"), ("behind", "curve"),
-         ("half-turn", "curve"))  # fmt: skip
+LATER = (
+    ("aside", "free"),
+    ("aside", "curve"),
+    ("behind", "free"),
+    ("behind", "curve"),
+    ("half-turn", "curve"),
+)
 LATER_PAIRS = (((1, 2), "longer"), ((3, 1), "longer"))
 # The plan is exact: the errors of the reference remain, 1e-13 over a hundred segments.
 REACHED = 1e-11

@@ -64,9 +64,10 @@ def test_smoothed_friction_finds_the_same_pose(request: pytest.FixtureRequest) -
 def test_a_heading_at_the_start_changes_itself_alone(system: str, usual: str, angle: int) -> None:
     turned = case_of(scene(f"capsule-{system}/heading-{angle:03d}"))
     straight = case_of(
-        scene(f"capsule-turn/{usual}") if usual
+        scene(f"capsule-turn/{usual}")
+        if usual
         else scene("capsule-plan/heading-030", {"start": (0.0, 0.0, 0.0), "to": (0.01, 0.01, 0.1)})
-    )  # fmt: skip
+    )
     assert turned.problem.setup.heading == pytest.approx(np.radians(angle), rel=1e-15)
     assert straight.problem.setup.heading == 0.0
     times = np.linspace(0.0, turned.scene.duration, 101)

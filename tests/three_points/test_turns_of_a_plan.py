@@ -21,9 +21,14 @@ REACHED = 1e-11  # the plan is exact: the errors of the reference remain
 HEAVY = 1e3  # m/M
 # m/M: the largest |w| [m/s^2], and a heading [rad] of a few turns.
 RATIOS = {
-    1e-3: (2e4, 1e-4), 1e-2: (1e4, 2e-3), 0.1: (1e3, 0.02), 1.0: (1e3, 0.1), 10.0: (1e3, 0.1),
-    100.0: (1e3, 0.02), HEAVY: (1e3, 0.005),
-}  # fmt: skip
+    1e-3: (2e4, 1e-4),
+    1e-2: (1e4, 2e-3),
+    0.1: (1e3, 0.02),
+    1.0: (1e3, 0.1),
+    10.0: (1e3, 0.1),
+    100.0: (1e3, 0.02),
+    HEAVY: (1e3, 0.005),
+}
 
 
 @pytest.mark.long

@@ -66,8 +66,11 @@ def main(arguments: Sequence[str]) -> int:
     wrong = [run for run in runs if run.unexpected]
     print(*(f"{run.name}: {run.unexpected}" for run in wrong), sep="\n")
     for control in ("step", "tolerance"):
-        most = max((r for r in runs if r.control == control and r.ratio >= 0.0),
-                   key=lambda run: run.ratio, default=None)  # fmt: skip
+        most = max(
+            (r for r in runs if r.control == control and r.ratio >= 0.0),
+            key=lambda run: run.ratio,
+            default=None,
+        )
         print(f"largest by {control}: {most}")
     print(f"{len(runs)} runs, {len(wrong)} unexpected")
     return int(bool(wrong))

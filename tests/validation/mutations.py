@@ -68,9 +68,14 @@ def passes(tests: Sequence[str], tree: Path) -> bool:
     try:
         done = subprocess.run(
             [sys.executable, "-B", "-m", "pytest", "-x", "-p", "no:cacheprovider", *tests],
-            cwd=tree, env={**os.environ, "PYTHONPATH": str(tree.parent)}, check=False,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=LONGEST,
-        )  # fmt: skip
+            cwd=tree,
+            env={**os.environ, "PYTHONPATH": str(tree.parent)},
+            check=False,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            timeout=LONGEST,
+        )
     except subprocess.TimeoutExpired:
         return False
     if 1 < done.returncode < 6:  # below 0 it was ended by a signal: an engine's own assertion

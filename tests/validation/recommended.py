@@ -108,10 +108,12 @@ def cheaper(
     for method in study.methods:
         price = study.costs.get((scene.name, method.name))
         if (
-            price is None or method.surrogate or not meant(method, scene)
+            price is None
+            or method.surrogate
+            or not meant(method, scene)
             or method.scheme.integrator == EXACT
             or not trusted(judged, scene.name, of_method(every, method), method.name)
-        ):  # fmt: skip
+        ):
             continue
         unit = price.ratio * study.reference_step
         about = study.quantities(scene.name)

@@ -80,9 +80,14 @@ def study(shared: Shared, pytestconfig: pytest.Config) -> Study:
     ran = tuple(dict.fromkeys(scene.name for scene, _ in chosen))
     cost, seconds = Cost(1000.0, 1000.0, 1000.0, 1.0, 0.0, 5), {"errors": 1.0, "costs": 1.0}
     return Study(
-        "quick", tuple(map(find_scene, ran)), tuple(usable), found,
-        dict.fromkeys(((c.scene, c.method) for c in found), cost), 1000.0, seconds,
-    )  # fmt: skip
+        "quick",
+        tuple(map(find_scene, ran)),
+        tuple(usable),
+        found,
+        dict.fromkeys(((c.scene, c.method) for c in found), cost),
+        1000.0,
+        seconds,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -216,8 +221,9 @@ def test_every_error_in_the_sentences_of_the_first_screen(study: Study, index: T
 def test_the_errors_that_a_finding_on_the_index_has_at_1_ms() -> None:
     found = contacts.isotropy(declared(nothing(), contacts.requests))
     assert found is not None
-    said = re.search(r"0.001 s the error is (\S+ %) along heading (\d+)° and (\S+ %) along (\d+)",
-                     found.summary)  # fmt: skip
+    said = re.search(
+        r"0.001 s the error is (\S+ %) along heading (\d+)° and (\S+ %) along (\d+)", found.summary
+    )
     assert said is not None
     for number, heading in (said.groups()[:2], said.groups()[2:]):
         scene = f"capsule-line/heading-{int(heading):03d}"

@@ -46,9 +46,12 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 def test_a_worker_without_memory_costs_its_piece(
-    jobs: int, tmp_path: Path, undisturbed: Path, monkeypatch: pytest.MonkeyPatch,
+    jobs: int,
+    tmp_path: Path,
+    undisturbed: Path,
+    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     with monkeypatch.context() as patched:
         patched.setattr(runner, "_pair", disturbed.starved)
         assert main(disturbed.words(tmp_path, jobs)) == 3
@@ -61,9 +64,14 @@ def test_a_worker_without_memory_costs_its_piece(
 
 
 def test_a_study_goes_on(
-    number: signal.Signals, jobs: int, target: str, moment: int, tmp_path: Path, undisturbed: Path,
+    number: signal.Signals,
+    jobs: int,
+    target: str,
+    moment: int,
+    tmp_path: Path,
+    undisturbed: Path,
     request: pytest.FixtureRequest,
-) -> None:  # fmt: skip
+) -> None:
     chance = random.Random(request.node.name)
     (tmp_path / "index.html").write_text("old")
     study = disturbed.begun(tmp_path, jobs)

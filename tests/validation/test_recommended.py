@@ -32,11 +32,17 @@ from plumbob.tests.validation.recommended import (
     worst_error,
 )
 
-SCENES = ",".join((
-    "simple-pendulum/free-small", "simple-pendulum/forced-large", "simple-pendulum/damped-small",
-    "linear-pendulum", "cone-pendulum/rotating-base", "capsule-line/ca1",
-    "capsule-line/heading-030",
-))  # fmt: skip
+SCENES = ",".join(
+    (
+        "simple-pendulum/free-small",
+        "simple-pendulum/forced-large",
+        "simple-pendulum/damped-small",
+        "linear-pendulum",
+        "cone-pendulum/rotating-base",
+        "capsule-line/ca1",
+        "capsule-line/heading-030",
+    )
+)
 METHODS = (
     "mujoco/rk4,mujoco/euler+coulomb,mujoco/euler+reduced,pymunk/default,pymunk/feet,ode/rk4,"
     "ode/lsoda"

@@ -190,13 +190,18 @@ def _sampled(capsule: Capsule, path: SliderPath, start: Start, end: float) -> Pl
     slips = np.where(np.abs(slips) > STILL * np.abs(slips).max(), slips, 0.0)
     loads = normal_forces(capsule, np.stack([place.real, place.imag], axis=-1)).T
     return PlaneMotion(
-        times, place, speed, push, pose.angular_velocity, np.abs(ground),
+        times,
+        place,
+        speed,
+        push,
+        pose.angular_velocity,
+        np.abs(ground),
         mass=capsule.body_mass + capsule.slider_mass,
         inertia=capsule.inertia + mu * capsule.body_mass * np.abs(place) ** 2,
         arms=supports[:, None] - mu * place,
         slips=slips,
         limits=capsule.friction * loads,
-    )  # fmt: skip
+    )
 
 
 def _times(path: SliderPath, end: float) -> Array:

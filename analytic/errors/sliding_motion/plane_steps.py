@@ -58,9 +58,13 @@ class _Body:
         """Those of a capsule's equations."""
         limits = np.column_stack([equations.centre_limits, *equations.limit_slopes]).tolist()
         return cls(
-            equations.mass, equations.mass_ratio, equations.reduced_mass, equations.body_inertia,
-            tuple(equations.supports.tolist()), tuple(map(tuple, limits)),
-        )  # fmt: skip
+            equations.mass,
+            equations.mass_ratio,
+            equations.reduced_mass,
+            equations.body_inertia,
+            tuple(equations.supports.tolist()),
+            tuple(map(tuple, limits)),
+        )
 
     def rates(self, state: State, w: complex, lead: float, near: Slip) -> tuple[State, Slip]:
         """Rates of a state, with friction against the slip at these rates a time `lead` [s]

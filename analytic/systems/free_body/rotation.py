@@ -168,11 +168,18 @@ def _turning(body: Rotation) -> Turning:
     part = size_c / total
     remainder = (size_o / total) ** 2 / (1 + part)
     return Turning(
-        (c, middle, o), side, (sense, ahead),
-        (double(size_c), double(size_m), double(size_o)), a, b, half_turn(a, b), float(begin),
-        total / inertia[c], (1 if c == high else -1) * beta * beta / total,
+        (c, middle, o),
+        side,
+        (sense, ahead),
+        (double(size_c), double(size_m), double(size_o)),
+        a,
+        b,
+        half_turn(a, b),
+        float(begin),
+        total / inertia[c],
+        (1 if c == high else -1) * beta * beta / total,
         ReciprocalIntegral(a, b, part, remainder),
-    )  # fmt: skip
+    )
 
 
 def _reduced(angle: Quad) -> Array:

@@ -46,8 +46,9 @@ def branches(
     energy `highest` [J]; `points` on each, denser towards the separatrices."""
     angles = critical_points(potential)
     angles = angles[np.isfinite(double(angles))]
-    value, bend = (np.asarray(double(x)) for x in (potential.value(angles),
-                                                   potential.curvature(angles)))  # fmt: skip
+    value, bend = (
+        np.asarray(double(x)) for x in (potential.value(angles), potential.curvature(angles))
+    )
     places = np.asarray(double(angles))
     wells, tops = np.flatnonzero(bend > 0), np.flatnonzero(bend < 0)
     wells = wells[np.argsort(value[wells])]

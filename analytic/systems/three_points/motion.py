@@ -145,9 +145,10 @@ class ThreePointMotion:
                 place[which == index], heading[which == index] = self._resting(segment)
         for count in {len(s.coefficients) for s in met.values() if s.coefficients is not None}:
             moving = [
-                index for index, segment in met.items()
+                index
+                for index, segment in met.items()
                 if segment.coefficients is not None and len(segment.coefficients) == count
-            ]  # fmt: skip
+            ]
             here = np.isin(which, moving)
             state = self._moving(moving, which[here], local[here])
             place[here], speed[here], heading[here], omega[here] = state

@@ -43,9 +43,14 @@ def _discrete(
 
 def _adaptive(name: str, scheme: str) -> Method:
     return Method(
-        f"drake/{name}", Scheme(ADAPTIVE), None, "tolerance", {"integration_scheme": scheme},
-        TOLERANCES, ("simple-pendulum/free-large", "cone-pendulum/rotating-base"),
-    )  # fmt: skip
+        f"drake/{name}",
+        Scheme(ADAPTIVE),
+        None,
+        "tolerance",
+        {"integration_scheme": scheme},
+        TOLERANCES,
+        ("simple-pendulum/free-large", "cone-pendulum/rotating-base"),
+    )
 
 
 METHODS = (
@@ -98,6 +103,13 @@ def model_fields(path: Path) -> ModelFields:
 
 
 ENGINE = Engine(
-    "drake", "pydrake", METHODS, prepare, model_error, scheme=scheme, optional=True,
-    confirming=confirming, model_fields=model_fields,
-)  # fmt: skip
+    "drake",
+    "pydrake",
+    METHODS,
+    prepare,
+    model_error,
+    scheme=scheme,
+    optional=True,
+    confirming=confirming,
+    model_fields=model_fields,
+)

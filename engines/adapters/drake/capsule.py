@@ -154,9 +154,12 @@ def _standing(
 
 def _capsule(body: ThreeFeet, method: Method, step: float, steps: int) -> Built:
     standing = _standing(
-        body, method.settings, step, body.gravity,
+        body,
+        method.settings,
+        step,
+        body.gravity,
         body.accelerations(0, steps, step) if body.tracks else np.zeros((0, 0)),
-    )  # fmt: skip
+    )
     simulator = simulator_of(standing.diagram, standing.start(body, _rest(body, method.settings)))
     read = standing.reading(body, simulator)
     return Built(advancing(simulator, step), read, body.limits, frozenset({"height"}))

@@ -25,9 +25,12 @@ def model_fields(path: Path) -> ModelFields:
     for i in range(1, plant.num_bodies()):
         body = plant.get_body(BodyIndex(i))
         fields["mass", body.name()] = (float(body.default_mass()),)
-        moments = body.default_spatial_inertia().Shift(
-            body.default_spatial_inertia().get_com()
-        ).CalcRotationalInertia().CalcPrincipalMomentsOfInertia()  # fmt: skip
+        moments = (
+            body.default_spatial_inertia()
+            .Shift(body.default_spatial_inertia().get_com())
+            .CalcRotationalInertia()
+            .CalcPrincipalMomentsOfInertia()
+        )
         fields["inertia", body.name()] = tuple(np.sort(np.ravel(moments)).tolist())
     for j in plant.GetJointIndices():
         joint = plant.get_joint(j)

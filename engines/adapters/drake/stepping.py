@@ -95,9 +95,12 @@ class ErrorControlledSimulation:
         """A simulator at the start, with the integrator and its accuracy."""
         simulator = simulator_of(self.made.diagram, self.made.start())
         chosen = SimulatorConfig(
-            integration_scheme=self.scheme, accuracy=self.accuracy, max_step_size=self.duration,
-            use_error_control=True, target_realtime_rate=0.0,
-        )  # fmt: skip
+            integration_scheme=self.scheme,
+            accuracy=self.accuracy,
+            max_step_size=self.duration,
+            use_error_control=True,
+            target_realtime_rate=0.0,
+        )
         ApplySimulatorConfig(chosen, simulator)
         simulator.Initialize()
         return simulator

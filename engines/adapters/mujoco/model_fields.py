@@ -35,9 +35,11 @@ def model_fields(path: Path) -> ModelFields:
         if not joint.name or int(model.jnt_type[i]) not in one_degree:
             continue
         values = (
-            model.dof_armature[dof], model.dof_damping[dof], model.jnt_stiffness[i],
+            model.dof_armature[dof],
+            model.dof_damping[dof],
+            model.jnt_stiffness[i],
             model.dof_frictionloss[dof],
-        )  # fmt: skip
+        )
         for field, value in zip(SCALARS, values, strict=True):
             fields[field, joint.name] = (float(value),)
     for i in range(model.ngeom):

@@ -130,10 +130,12 @@ def _convergent(
 def _other_contacts(
     method: Method, chosen: ContactProfile, step: float, friction: float
 ) -> Settings:
-    text = "\n".join((
-        _option(method, step, dict(chosen.options)),
-        f'<default>\n  <geom friction="{friction:g}"/>\n</default>',
-    ))  # fmt: skip
+    text = "\n".join(
+        (
+            _option(method, step, dict(chosen.options)),
+            f'<default>\n  <geom friction="{friction:g}"/>\n</default>',
+        )
+    )
     return Settings(
         method.name,
         step,
@@ -186,13 +188,15 @@ def _integrator(method: Method, step: float) -> Settings:
     else:
         error = "of fourth order in the step; of first where a control is held over a step"
     python = (
-        "\n".join((
-            "data.ctrl[:] = control(data.time + model.opt.timestep / 2)  # before each step",
-            "mujoco.mj_step(model, data)",
-        ))
+        "\n".join(
+            (
+                "data.ctrl[:] = control(data.time + model.opt.timestep / 2)  # before each step",
+                "mujoco.mj_step(model, data)",
+            )
+        )
         if method.scheme.control == "midpoint"
         else ""
-    )  # fmt: skip
+    )
     return Settings(
         method.name,
         step,

@@ -69,9 +69,12 @@ class MujocoSimulation:
         if self.translation.probe is not None:
             with options.collected():  # as the run's own
                 probed = probe_readings(
-                    self.model, self.data, kept.states, self._held(kept.steps),
+                    self.model,
+                    self.data,
+                    kept.states,
+                    self._held(kept.steps),
                     self.translation.probe,
-                )  # fmt: skip
+                )
             observables, channels = {**observables, **probed[0]}, {**channels, **probed[1]}
         trajectory = replace(trajectory, observables=observables, channels=channels)
         return within(trajectory, self.translation.limits)
@@ -170,9 +173,16 @@ def take_steps(
                 ctrl = control(np.arange(done, done + n, dtype=np.int64))[None]
             begin = clock()
             engine.rollout(
-                [model], [data], first[None].copy(), ctrl, control_spec=CTRL, skip_checks=True,
-                nstep=n, initial_warmstart=warm, state=out,
-            )  # fmt: skip
+                [model],
+                [data],
+                first[None].copy(),
+                ctrl,
+                control_spec=CTRL,
+                skip_checks=True,
+                nstep=n,
+                initial_warmstart=warm,
+                state=out,
+            )
             seconds += clock() - begin
             inside = (kept > done) & (kept <= done + n)
             states[inside] = out[0, kept[inside] - done - 1]
@@ -196,10 +206,17 @@ def sensor_data(
     warm = np.repeat(data.qacc_warmstart[None], len(states), axis=0)
     with Rollout(nthread=0) as engine:
         engine.rollout(
-            [model] * len(states), [data], states.copy(), controls[:, None], skip_checks=True,
-            control_spec=CTRL, nstep=1, initial_warmstart=warm,
-            state=np.empty((len(states), 1, states.shape[1])), sensordata=rows,
-        )  # fmt: skip
+            [model] * len(states),
+            [data],
+            states.copy(),
+            controls[:, None],
+            skip_checks=True,
+            control_spec=CTRL,
+            nstep=1,
+            initial_warmstart=warm,
+            state=np.empty((len(states), 1, states.shape[1])),
+            sensordata=rows,
+        )
     option.disableflags, option.integrator = flags, integrator
     return rows[:, 0]
 

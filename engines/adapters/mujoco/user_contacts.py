@@ -219,11 +219,18 @@ class MujocoContacts:
             for dim, f in zip(floor.dimensions, floor.frictions, strict=True)
         )
         return Standing(
-            piece.body, piece.plane, self.mass, piece.inertia,
-            -float(piece.model.opt.gravity[2]), floor.feet, floor.points[:, :2],
-            -float(floor.points[:, 2].mean()), tuple(f[0] for f in floor.frictions), moments,
+            piece.body,
+            piece.plane,
+            self.mass,
+            piece.inertia,
+            -float(piece.model.opt.gravity[2]),
+            floor.feet,
+            floor.points[:, :2],
+            -float(floor.points[:, 2].mean()),
+            tuple(f[0] for f in floor.frictions),
+            moments,
             piece.locked,
-        )  # fmt: skip
+        )
 
     def frictions(self) -> Mapping[str, float]:
         """{foot: friction coefficient}."""

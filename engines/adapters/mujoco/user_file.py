@@ -20,9 +20,14 @@ HALVINGS = 6  # of the user's own step, to show whether a smaller one helps
 # Physical options (gravity, wind, density) stay the scene's; so do the step and what a file needs
 # for its own geoms. The rest is about how MuJoCo computes.
 NUMBERS = (
-    "impratio", "ls_tolerance", "ccd_tolerance", "iterations", "ls_iterations",
-    "noslip_iterations", "ccd_iterations",
-)  # fmt: skip
+    "impratio",
+    "ls_tolerance",
+    "ccd_tolerance",
+    "iterations",
+    "ls_iterations",
+    "noslip_iterations",
+    "ccd_iterations",
+)
 DISABLED = ("EULERDAMP", "REFSAFE", "WARMSTART", "ISLAND", "MIDPHASE", "NATIVECCD", "MULTICCD")
 ENABLED = ("DIAGEXACT", "IPC")
 CONDIMS = (1, 3, 4, 6)  # of a contact's friction: none, sliding, and torsion, and rolling

@@ -13,21 +13,31 @@ from plumbob.models.scene import Scene
 
 # A line at four headings shows soonest how well a setting's friction works.
 SCENES = ",".join(("*", *(f"capsule-line/heading-{angle:03d}" for angle in (0, 30, 45, 90))))
-METHODS = ",".join((
-    "mujoco/euler", "mujoco/implicitfast", "mujoco/rk4", "mujoco/rk4+midpoint",
-    "mujoco/euler+elliptic+noslip", "mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk",
-    "ode/leapfrog", "ode/rk4",
-))  # fmt: skip
+METHODS = ",".join(
+    (
+        "mujoco/euler",
+        "mujoco/implicitfast",
+        "mujoco/rk4",
+        "mujoco/rk4+midpoint",
+        "mujoco/euler+elliptic+noslip",
+        "mujoco/euler+coulomb",
+        "mujoco/euler+reduced",
+        "pymunk",
+        "ode/leapfrog",
+        "ode/rk4",
+    )
+)
 LARGEST_RATIO = 2.5  # the largest ratio of two step sizes in a row
 
 
 def add_like(parser: argparse.ArgumentParser) -> None:
     """Let a command take --like."""
     parser.add_argument(
-        "--like", metavar="FILE",
+        "--like",
+        metavar="FILE",
         help="measure the options and contact defaults of your own MJCF file too, as "
         f"{USER_METHOD}; whatever comes of them is reported, and is no failure",
-    )  # fmt: skip
+    )
 
 
 def own_method(path: str) -> Method:

@@ -69,9 +69,12 @@ def changes(texts: Sequence[str] | None) -> dict[str, Any]:
 def add_changes(parser: argparse.ArgumentParser) -> None:
     """Let a command take --set."""
     parser.add_argument(
-        "--set", action="append", metavar="NAME=JSON", dest="changes",
+        "--set",
+        action="append",
+        metavar="NAME=JSON",
+        dest="changes",
         help="change a parameter of the scene (SI units, radians); may be repeated",
-    )  # fmt: skip
+    )
 
 
 def name_parameters(parser: argparse.ArgumentParser) -> None:
@@ -91,11 +94,14 @@ def _names() -> str:
     """Every system with its parameters, a paragraph each."""
     each = (
         textwrap.fill(
-            ", ".join(system.parameters), 78, initial_indent=f"  {name}: ",
-            subsequent_indent="    ", break_on_hyphens=False,
+            ", ".join(system.parameters),
+            78,
+            initial_indent=f"  {name}: ",
+            subsequent_indent="    ",
+            break_on_hyphens=False,
         )
         for name, system in systems().items()
-    )  # fmt: skip
+    )
     return "\n".join(("parameters that --set takes:", *each))
 
 
@@ -103,9 +109,10 @@ def add_workers(parser: argparse.ArgumentParser) -> None:
     """Let a command take --jobs and --scheduler."""
     add_jobs(parser)
     parser.add_argument(
-        "--scheduler", metavar="tcp://HOST:PORT",
+        "--scheduler",
+        metavar="tcp://HOST:PORT",
         help="run on the workers of this Dask scheduler instead (extra: distributed)",
-    )  # fmt: skip
+    )
 
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:

@@ -18,9 +18,13 @@ BODY = mujoco.mjtObj.mjOBJ_BODY
 SENSOR, DATA = mujoco.mjtSensor, mujoco.mjtConDataField
 CONTACT = sum(
     1 << int(part)
-    for part in (DATA.mjCONDATA_FOUND, DATA.mjCONDATA_FORCE, DATA.mjCONDATA_NORMAL,
-                 DATA.mjCONDATA_TANGENT)
-)  # fmt: skip
+    for part in (
+        DATA.mjCONDATA_FOUND,
+        DATA.mjCONDATA_FORCE,
+        DATA.mjCONDATA_NORMAL,
+        DATA.mjCONDATA_TANGENT,
+    )
+)
 """The fields read of a contact: whether it is there, then force, normal and tangent, 10 numbers."""
 FREE = 7  # least number of coordinates of the full model: place and quaternion; a planar has 5
 
@@ -163,10 +167,12 @@ def add_sensors(spec: mujoco.MjSpec) -> None:
     for i in range(3):
         spec.add_sensor(
             type=SENSOR.mjSENS_CONTACT,
-            objtype=mujoco.mjtObj.mjOBJ_GEOM, objname="floor",
-            reftype=mujoco.mjtObj.mjOBJ_GEOM, refname=f"support_{i + 1}",
+            objtype=mujoco.mjtObj.mjOBJ_GEOM,
+            objname="floor",
+            reftype=mujoco.mjtObj.mjOBJ_GEOM,
+            refname=f"support_{i + 1}",
             intprm=[CONTACT, 0, 1],
-        )  # fmt: skip
+        )
     for name in ("body", "slider"):
         spec.add_sensor(type=SENSOR.mjSENS_FRAMELINACC, objtype=BODY, objname=name)
     spec.add_sensor(type=SENSOR.mjSENS_SUBTREECOM, objtype=BODY, objname="body")

@@ -28,9 +28,16 @@ OFFERED = ("euler", "implicitfast", "rk4")  # those that a user would try
 WRITTEN = MappingProxyType({"euler": "Euler", "rk4": "RK4"})  # in a file; the others as they are
 # Every array of time constants that refsafe raises to two steps.
 TIME_CONSTANTS = (
-    "geom_solref", "jnt_solref", "dof_solref", "eq_solref", "pair_solref", "pair_solreffriction",
-    "tendon_solref_lim", "tendon_solref_fri", "flex_solref",
-)  # fmt: skip
+    "geom_solref",
+    "jnt_solref",
+    "dof_solref",
+    "eq_solref",
+    "pair_solref",
+    "pair_solreffriction",
+    "tendon_solref_lim",
+    "tendon_solref_fri",
+    "flex_solref",
+)
 CALLBACKS = ("act_bias", "act_dyn", "act_gain", "contactfilter", "control", "passive", "sensor")
 LOOKS = 50_000  # steps, at most, at which one looks what touches
 REFSAFE = int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
@@ -134,9 +141,13 @@ class MujocoModel:
             f"{len(script.controls)} control periods",
         )
         return Stepped(
-            integrator, model.opt.timestep, states, time.thread_time() - begin, why,
+            integrator,
+            model.opt.timestep,
+            states,
+            time.thread_time() - begin,
+            why,
             remarks if capped else (),
-        )  # fmt: skip
+        )
 
     def timed(
         self, script: Script, states: Array, integrator: str, parts: int, steps: int

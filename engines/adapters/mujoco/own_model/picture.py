@@ -34,9 +34,12 @@ def picture(model: Any, state: Array) -> bytes | None:
         np.save(files[1], state)
         try:
             subprocess.run(
-                [sys.executable, "-m", __name__, *files], check=True, timeout=PATIENCE,
-                env={**os.environ, "MUJOCO_GL": "egl"}, capture_output=True,
-            )  # fmt: skip
+                [sys.executable, "-m", __name__, *files],
+                check=True,
+                timeout=PATIENCE,
+                env={**os.environ, "MUJOCO_GL": "egl"},
+                capture_output=True,
+            )
             return Path(files[2]).read_bytes()
         except (subprocess.SubprocessError, OSError):
             return None

@@ -21,9 +21,13 @@ CONTACT_ARRAYS = ("friction", "solref", "solimp")
 PAIR = ("margin", "gap", "friction", "solref", "solreffriction", "solimp")
 FLOOR, BODY = "floor", "base"
 _SHAPES = (
-    mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-    mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_MESH,
-)  # fmt: skip
+    mujoco.mjtGeom.mjGEOM_SPHERE,
+    mujoco.mjtGeom.mjGEOM_CAPSULE,
+    mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    mujoco.mjtGeom.mjGEOM_CYLINDER,
+    mujoco.mjtGeom.mjGEOM_BOX,
+    mujoco.mjtGeom.mjGEOM_MESH,
+)
 
 
 @dataclass(frozen=True)
@@ -85,9 +89,15 @@ def rigid_piece(
     joints = sum(int(model.body_jntnum[b]) for b in inside) - 1
     names = tuple(_geom(model, geom) for geom in geoms)
     return RigidPiece(
-        compiled, spec, names, model.body(root).name or f"body {root}", _geom(model, plane), joints,
-        float(inertia[2, 2]), notes,
-    )  # fmt: skip
+        compiled,
+        spec,
+        names,
+        model.body(root).name or f"body {root}",
+        _geom(model, plane),
+        joints,
+        float(inertia[2, 2]),
+        notes,
+    )
 
 
 def _left_out(model: Any, data: Any, inside: list[int], plane: int) -> Iterator[str]:
