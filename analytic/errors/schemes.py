@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final, Literal
 
+from plumbob.analytic.numerics.tableau import CLASSICAL, Tableau
 from plumbob.analytic.parameters import ParameterError
 
 EULER: Final = "semi-implicit-euler"  # the velocity first, then the position with the new velocity
@@ -16,7 +18,16 @@ RK4_ADDED_RATES: Final = "rk4, angular velocities of its stages added as vectors
 LINEARLY_IMPLICIT: Final = "linearly implicit euler"  # (1 - h J) k = f, then as EULER
 ADAPTIVE: Final = "adaptive"  # controls its local error to a relative tolerance
 CLOSED_FORM: Final = "closed-form"  # takes no steps
-ORDERS = MappingProxyType({EULER: 1, LINEARLY_IMPLICIT: 1, LEAPFROG: 2, RK4_ADDED_RATES: 2, RK4: 4})
+EXPLICIT = (
+    (RK4, CLASSICAL),  # Kutta 1901
+)
+TABLEAUX: Mapping[str, Tableau] = MappingProxyType(dict(EXPLICIT))
+"""Explicit Runge-Kutta methods by their names: all that theory needs of one."""
+STEPPED = (EULER, LEAPFROG, *TABLEAUX)  # what smooth motions have a theory of
+ORDERS = MappingProxyType(
+    {EULER: 1, LINEARLY_IMPLICIT: 1, LEAPFROG: 2, RK4_ADDED_RATES: 2}
+    | {name: tableau.order for name, tableau in TABLEAUX.items()}
+)
 KNOWN = (*ORDERS, ADAPTIVE, CLOSED_FORM)
 Control = Literal["continuous", "start", "midpoint", "mean"]
 _CONTROLS = MappingProxyType(

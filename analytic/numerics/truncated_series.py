@@ -26,6 +26,11 @@ def raised(series: Series, power: int = 1) -> Series:
     return higher
 
 
+def moved(series: Series, slope: Series, multiple: float, divisor: float) -> Series:
+    """The series and a multiple of the variable times another, as a `Tableau` takes stages."""
+    return series + multiple * raised(slope) / divisor
+
+
 def over_one_plus(series: Array, factor: float) -> Array:
     """The series divided by 1 + factor times the variable."""
     quotient = series.copy()

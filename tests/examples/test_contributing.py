@@ -23,7 +23,7 @@ from plumbob.tests.support.page_document import site_files
 ROOT = Path(__file__).parents[2]
 HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
 BLOCK = re.compile(
-    r"^(?:In `(?P<tuple>\w+)` of )?`(?P<path>[\w/.]+)`:\n\n```(?:python|xml)\n(?P<code>.*?)^```$",
+    r"^(?:In `(?P<tuple>\w+)` of )?`(?P<path>[\w/.]+)`:\n\n```(?:python|xml|md)\n(?P<code>.*?)^```$",
     re.MULTILINE | re.DOTALL,
 )
 COMMANDS = re.compile(r"^```sh\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -115,7 +115,7 @@ def run(tree: Path, where: Path, *command: str) -> str:
 
 
 def test_each_kind_of_addition_has_an_example() -> None:
-    assert list(EXAMPLES) == ["A scene", "A system", "An engine", "A finding"]
+    assert list(EXAMPLES) == ["A scene", "A system", "An integrator", "An engine", "A finding"]
     assert all(example.commands for example in EXAMPLES.values())
 
 

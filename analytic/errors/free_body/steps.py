@@ -8,7 +8,7 @@ therefore the pair Psi and g. Series have the degree along axis 0, then the comp
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -18,11 +18,12 @@ from plumbob.analytic.errors.schemes import (
     EULER,
     LEAPFROG,
     LINEARLY_IMPLICIT,
-    RK4,
     RK4_ADDED_RATES,
+    TABLEAUX,
     Scheme,
 )
-from plumbob.analytic.numerics.truncated_series import product, raised
+from plumbob.analytic.numerics.tableau import CLASSICAL, Tableau
+from plumbob.analytic.numerics.truncated_series import moved, product, raised
 from plumbob.analytic.reference import Array
 
 Step = Callable[["Body", Array], tuple[Array, Array]]
@@ -118,34 +119,30 @@ def leapfrog(body: Body, w: Array) -> tuple[Array, Array]:
     return after, _turned(middle)
 
 
-def rk4(body: Body, w: Array) -> tuple[Array, Array]:
-    """The classical method on w and q together: g is its polynomial of q, not of length 1."""
-    rates, after = _stages(body, w)
-    identity, total = unit(w), np.zeros((len(w), 4, w.shape[2]))
-    slope = np.zeros_like(identity)
-    for rate, ahead, weight in zip(rates, (0.0, 0.5, 0.5, 1.0), (1, 2, 2, 1), strict=True):
-        slope = quaternion_product(identity + ahead * raised(slope), _quaternion(rate)) / 2
-        total += weight / 6 * slope
-    return after, identity + raised(total)
+def runge_kutta(tableau: Tableau) -> Step:
+    """A Runge-Kutta method on w and q together: g is its polynomial of q, not of length 1."""
+
+    def step(body: Body, w: Array) -> tuple[Array, Array]:
+        def slopes(fraction: float, state: Sequence[Array]) -> Sequence[Array]:
+            rate, attitude = state
+            return body.acceleration(rate), quaternion_product(attitude, _quaternion(rate)) / 2
+
+        after, turn = tableau.advanced(slopes, (w, unit(w)), moved)
+        return after, turn
+
+    return step
 
 
 def rk4_added_rates(body: Body, w: Array) -> tuple[Array, Array]:
     """The classical method for w; the angular velocities of its stages are added as vectors, and
     turn the body at once, although each belongs to axes that have turned by then."""
-    (w1, w2, w3, w4), after = _stages(body, w)
-    return after, _turned((w1 + 2 * (w2 + w3) + w4) / 6)
 
+    def slopes(fraction: float, state: Sequence[Array]) -> Sequence[Array]:
+        return body.acceleration(state[0]), state[0]
 
-def _stages(body: Body, w: Array) -> tuple[tuple[Array, Array, Array, Array], Array]:
-    """w at the stages, and after the step."""
-    k1 = body.acceleration(w)
-    w2 = w + raised(k1) / 2
-    k2 = body.acceleration(w2)
-    w3 = w + raised(k2) / 2
-    k3 = body.acceleration(w3)
-    w4 = w + raised(k3)
-    k4 = body.acceleration(w4)
-    return (w, w2, w3, w4), w + raised(k1 + 2 * (k2 + k3) + k4) / 6
+    start = (w, np.zeros_like(w))
+    after, turned = CLASSICAL.slopes(slopes, start, moved)
+    return moved(w, after, 1.0, CLASSICAL.divisor), _turned(turned / CLASSICAL.divisor)
 
 
 def step_of(scheme: Scheme) -> tuple[Step, int] | None:
@@ -157,6 +154,6 @@ def step_of(scheme: Scheme) -> tuple[Step, int] | None:
         (LINEARLY_IMPLICIT, linearly_implicit_euler, 1),
         (LEAPFROG, leapfrog, 2),
         (RK4_ADDED_RATES, rk4_added_rates, 2),
-        (RK4, rk4, 4),
+        *((name, runge_kutta(tableau), tableau.order) for name, tableau in TABLEAUX.items()),
     )
     return next(((step, order) for name, step, order in steps if name == scheme.integrator), None)

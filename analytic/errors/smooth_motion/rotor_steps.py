@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4, Scheme
+from plumbob.analytic.errors.schemes import EULER, LEAPFROG, STEPPED, TABLEAUX, Scheme
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.tableau import Tableau
 from plumbob.analytic.numerics.truncated_series import (
+    moved,
     over_one_plus,
     product,
     raised,
@@ -106,19 +108,17 @@ def leapfrog(step: StepSeries, theta: Array, theta_dot: Array) -> Pair:
     )
 
 
-def rk4(step: StepSeries, theta: Array, theta_dot: Array) -> Pair:
-    """The classical Runge-Kutta method, the forcing read at the start, middle and end."""
-    x1, v1 = theta_dot, step.acceleration(0.0, theta, theta_dot)
-    x2 = theta_dot + raised(v1) / 2
-    v2 = step.acceleration(0.5, theta + raised(x1) / 2, x2)
-    x3 = theta_dot + raised(v2) / 2
-    v3 = step.acceleration(0.5, theta + raised(x2) / 2, x3)
-    x4 = theta_dot + raised(v3)
-    v4 = step.acceleration(1.0, theta + raised(x3), x4)
-    return (
-        theta + raised(x1 + 2 * x2 + 2 * x3 + x4) / 6,
-        theta_dot + raised(v1 + 2 * v2 + 2 * v3 + v4) / 6,
-    )
+def runge_kutta(tableau: Tableau) -> Callable[[StepSeries, Array, Array], Pair]:
+    """A Runge-Kutta method, the forcing read at its nodes."""
+
+    def advance(step: StepSeries, theta: Array, theta_dot: Array) -> Pair:
+        def slopes(fraction: float, state: Sequence[Array]) -> Pair:
+            return state[1], step.acceleration(fraction, *state)
+
+        after, rate = tableau.advanced(slopes, (theta, theta_dot), moved)
+        return after, rate
+
+    return advance
 
 
 @dataclass(frozen=True)
@@ -141,13 +141,13 @@ class RotorStep:
 def rotor_step(scheme: Scheme) -> RotorStep | None:
     """The step of `scheme` on a rotor; None where no theory of it is known: for a jointed body see
     `errors.jointed_euler`."""
-    known = scheme.integrator in (EULER, LEAPFROG, RK4)
+    known = scheme.integrator in STEPPED
     if not known or scheme.control == "mean" or scheme.joint_closing_rate is not None:
         return None
     assert scheme.order is not None
     control = {"start": 0.0, "midpoint": 0.5}.get(scheme.control)
-    if scheme.integrator == RK4:
-        return RotorStep(scheme.order, rk4, control=control)
+    if scheme.integrator in TABLEAUX:
+        return RotorStep(scheme.order, runge_kutta(TABLEAUX[scheme.integrator]), control=control)
     if scheme.integrator == LEAPFROG:
         return RotorStep(scheme.order, leapfrog, control in (None, 0.5), control)
     advance = semi_implicit_euler
@@ -161,7 +161,7 @@ def rotor_step(scheme: Scheme) -> RotorStep | None:
 def simplest(scheme: Scheme, rotor: DrivenRotor) -> Scheme:
     """The scheme without those of its variants that change nothing on `rotor`: methods that differ
     in them alone have the same errors there."""
-    if scheme.integrator not in (EULER, LEAPFROG, RK4):
+    if scheme.integrator not in STEPPED:
         return scheme
     spring = scheme.implicit_spring and rotor.stiffness != 0.0
     damping = spring or (scheme.implicit_damping and rotor.damping_rate != 0.0)

@@ -20,6 +20,7 @@ The joint's impulse h T is added up in doubles: its rounding turns the bob by 1/
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 from functools import lru_cache
 from types import MappingProxyType
@@ -27,7 +28,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4, Scheme
+from plumbob.analytic.errors.schemes import EULER, LEAPFROG, STEPPED, TABLEAUX, Scheme
 from plumbob.analytic.errors.smooth_motion.stepped_orbit import (
     Function,
     Orbit,
@@ -40,6 +41,7 @@ from plumbob.analytic.errors.smooth_motion.stepped_orbit import (
 from plumbob.analytic.errors.theory import SteppedErrors
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.tableau import Tableau, along
 from plumbob.analytic.reference import Array, Reference
 
 MOST_STEPS = 2_000_000  # of a run: a few seconds
@@ -75,7 +77,7 @@ def stepped_errors(
     are no multiples of the step, and for an orbit that diverges."""
     nothing = SteppedErrors({}, None)
     marks = np.rint(times / step).astype(np.int64)
-    if scheme.integrator not in (EULER, LEAPFROG, RK4) or not 0 < int(marks[-1]) <= MOST_STEPS:
+    if scheme.integrator not in STEPPED or not 0 < int(marks[-1]) <= MOST_STEPS:
         return nothing
     if np.abs(times / step - marks).max() > OFF + ULP * marks[-1]:
         return nothing
@@ -194,7 +196,7 @@ def _advance(torques: _Torques) -> Function:
         return _euler(torques)
     if torques.scheme.integrator == LEAPFROG:
         return _leapfrog(torques)
-    return _rk4(torques)
+    return _runge_kutta(torques, TABLEAUX[torques.scheme.integrator])
 
 
 def _euler(torques: _Torques) -> Function:
@@ -234,23 +236,16 @@ def _leapfrog(torques: _Torques) -> Function:
     return advance
 
 
-def _rk4(torques: _Torques) -> Function:
-    pull, push, h, damping = torques.pull(), torques.push(), torques.step, torques.given[3]
-    half, sixth = 0.5 * h, h / 6.0
+def _runge_kutta(torques: _Torques, tableau: Tableau) -> Function:
+    pull, push, damping = torques.pull(), torques.push(), torques.given[3]
+    moved = along(torques.step)
 
     def advance(t: Any, x: Any, v: Any) -> State:
-        middle = push(t, 0.5)
-        a1 = pull(x) + push(t, 0.0) - damping * v
-        v2 = v + half * a1
-        a2 = pull(x + half * v) + middle - damping * v2
-        v3 = v + half * a2
-        a3 = pull(x + half * v2) + middle - damping * v3
-        v4 = v + h * a3
-        a4 = pull(x + h * v3) + push(t, 1.0) - damping * v4
-        return (
-            x + sixth * (v + 2.0 * v2 + 2.0 * v3 + v4),
-            v + sixth * (a1 + 2.0 * a2 + 2.0 * a3 + a4),
-        )
+        def slopes(fraction: float, state: Sequence[Any]) -> State:
+            x, v = state
+            return v, pull(x) + push(t, fraction) - damping * v
+
+        return tuple(tableau.advanced(slopes, (x, v), moved))
 
     return advance
 

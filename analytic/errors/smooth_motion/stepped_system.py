@@ -7,13 +7,13 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4, Scheme
+from plumbob.analytic.errors.schemes import EULER, LEAPFROG, TABLEAUX, Scheme
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import OFF, READ_AT
 from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
-from plumbob.analytic.numerics.smooth.runge_kutta import CLASSICAL
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
+from plumbob.analytic.numerics.tableau import Tableau
 from plumbob.analytic.reference import Array
 
 MOST_STEPS = 200_000  # of a run: some ten seconds
@@ -23,7 +23,7 @@ Advance = Callable[[Slope, float, Array, float], Array]
 
 
 def smooth_errors(motion: CertifiedMotion) -> StepErrors:
-    """The errors of semi-implicit Euler, leapfrog and RK4 on `motion`; empty for other schemes,
+    """The errors of semi-implicit Euler, leapfrog and the TABLEAUX on `motion`; empty for others,
     for damping or a spring that acts on the state after a step, for more than MOST_STEPS steps,
     for times that are no multiples of the step, and where the steps diverge."""
 
@@ -101,11 +101,17 @@ def _leapfrog(slope: Slope, time: float, state: Array, step: float) -> Array:
     return state
 
 
-def _rk4(slope: Slope, time: float, state: Array, step: float) -> Array:
-    return np.asarray(state + CLASSICAL.increment(slope, time, state, step))
+def _explicit(tableau: Tableau) -> Advance:
+    def advance(slope: Slope, time: float, state: Array, step: float) -> Array:
+        return np.asarray(state + tableau.change(slope, time, state, step))
+
+    return advance
 
 
-_ADVANCES = MappingProxyType({EULER: _euler, LEAPFROG: _leapfrog, RK4: _rk4})
+_ADVANCES: Mapping[str, Advance] = MappingProxyType(
+    {EULER: _euler, LEAPFROG: _leapfrog}
+    | {name: _explicit(tableau) for name, tableau in TABLEAUX.items()}
+)
 
 
 def _advance(scheme: Scheme) -> Advance | None:

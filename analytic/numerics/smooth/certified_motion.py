@@ -19,8 +19,8 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.collocation import TimeGrid, collocate, gauss_collocation
 from plumbob.analytic.numerics.rotor.variational import Response
-from plumbob.analytic.numerics.smooth.runge_kutta import order_8
 from plumbob.analytic.numerics.smooth.smooth_system import TINY, SmoothSystem
+from plumbob.analytic.numerics.tableau import order_8
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 
@@ -250,7 +250,7 @@ def _shot(system: SmoothSystem, block: Response) -> Array:
     for part in range(PARTS):
         moved.append(
             moved[-1]
-            + order_8().increment(
+            + order_8().change(
                 lambda time, ahead: system.slope(time, ahead, values),
                 begin + lengths * (part / PARTS),
                 state + moved[-1],

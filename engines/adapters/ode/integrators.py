@@ -1,4 +1,4 @@
-"""Fixed-step integrators of x'' = f(t, x, x'): semi-implicit Euler, leapfrog and RK4.
+"""Fixed-step integrators of x'' = f(t, x, x'): semi-implicit Euler, leapfrog, RK4, tableaux.
 
 Plain floats in tight loops where there is one coordinate: an array of two numbers would cost more
 than the arithmetic on it. The same code takes arrays where there are several.
@@ -7,10 +7,12 @@ than the arithmetic on it. The same code takes arrays where there are several.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4
+from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4, TABLEAUX
+from plumbob.analytic.numerics.tableau import Tableau
 from plumbob.engines.adapters.ode.equation import Equation, State
 
 Advance = Callable[[Equation, State, int, int, float], State]
@@ -84,6 +86,27 @@ def rk4(equation: Equation, state: State, first: int, last: int, h: float) -> St
     return x, v
 
 
+def explicit(tableau: Tableau) -> Advance:
+    """The same of any explicit Runge-Kutta method."""
+
+    def advance(equation: Equation, state: State, first: int, last: int, h: float) -> State:
+        f, (x, v) = equation.acceleration, state
+        for n in range(first, last):
+            speeds: list[Any] = []
+            forces: list[Any] = []
+            for node, row in zip(tableau.nodes, tableau.matrix, strict=True):
+                at = x + h * sum(a * u for a, u in zip(row, speeds, strict=False))
+                speeds.append(v + h * sum(a * k for a, k in zip(row, forces, strict=False)))
+                forces.append(f((n + node) * h, at, speeds[-1]))
+            part = h / tableau.divisor
+            x = x + part * sum(b * u for b, u in zip(tableau.weights, speeds, strict=True))
+            v = v + part * sum(b * k for b, k in zip(tableau.weights, forces, strict=True))
+        return x, v
+
+    return advance
+
+
 def integrator(name: str) -> Advance:
-    """The integrator that a `Scheme` names: EULER, LEAPFROG or RK4; raises KeyError."""
-    return {EULER: semi_implicit_euler, LEAPFROG: leapfrog, RK4: rk4}[name]
+    """The integrator that a `Scheme` names: EULER, LEAPFROG or one of TABLEAUX; raises KeyError."""
+    steps = {EULER: semi_implicit_euler, LEAPFROG: leapfrog, RK4: rk4}
+    return steps[name] if name in steps else explicit(TABLEAUX[name])
