@@ -14,7 +14,7 @@ import numpy as np
 from plumbob.analytic.errors.schemes import ADAPTIVE, Scheme
 from plumbob.analytic.errors.shared import Same, as_stepped, exactly, expected
 from plumbob.analytic.errors.theory import SteppedErrors, reaches
-from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.reference import Array, Reference, answering
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.sampling import cut_short
@@ -106,10 +106,12 @@ Second = Callable[[], Trajectory | None]
 
 
 def measure(
-    case: Case, method: Method, step: float, second: Second | None = None
+    case: Case, method: Method, step: float, second: Second | None = None, theory: bool = True
 ) -> tuple[Measurement, Trajectory | None]:
     """Run once and measure; the trajectory too, for those who plot it. A method that controls its
-    local error is held to a `second` run, made here if none is given. Raises ParameterError."""
+    local error is held to a `second` run, made here if none is given. Without `theory` its errors
+    alone are measured, without bounds on them, which take longer than a run. Raises ParameterError,
+    and NoAnswer where double precision does not hold the exact solution."""
     scene = case.scene
     blank = Measurement(scene.name, method.name, step, "unsupported")
     if not installed(engine_of(method)):
@@ -121,7 +123,7 @@ def measure(
         return _with(blank, reason=f"{method.name} is not meant for {scene.name}"), None
     try:
         simulation = engine.prepare(case, method, step)
-        model = engine.model_error(case, method, step)
+        model = engine.model_error(case, method, step) if theory else {}
     except Unsupported as why:
         return _with(blank, reason=str(why)), None
     begin = time.thread_time()
@@ -139,12 +141,18 @@ def measure(
         ), run
     if short := not_asked_for(case, method, step, run):
         return _with(blank, status="cut-short", reason=f"the run is cut short: {short}"), run
-    drifts = _drifts(case, run)
+    if theory:
+        errors = _errors(
+            case, method, step, run, model, second or partial(confirming, case, method)
+        )
+    else:
+        errors = _differences(case, run)
+    drifts = _drifts(case, run) if theory else {}
     scheme = scheme_of(case, method)
     return _with(
         blank,
         status="done",
-        errors=_errors(case, method, step, run, model, second or partial(confirming, case, method)),
+        errors=errors,
         invariants={name: float(np.abs(drift).max()) for name, drift in drifts.items()},
         channels={name: float(np.ptp(values)) for name, values in run.channels.items()},
         duration=float(run.times[-1]),
@@ -166,6 +174,17 @@ def scheme_of(case: Case, method: Method) -> Scheme:
     """What a method does in a step of this case: its scheme, or another that its engine names."""
     other = engine_of(method).scheme
     return method.scheme if other is None else other(case, method)
+
+
+def _differences(case: Case, run: Trajectory) -> Mapping[str, ObservedError]:
+    """The errors of the observables, without bounds on them; raises NoAnswer."""
+    with answering():
+        exact, names = case.reference.observe(run.times), [o.name for o in case.system.observables]
+        errors = {n: run.observables[n] - exact[n] for n in names if n in run.observables}
+    return {
+        name: ObservedError(float(np.abs(error).max()), float(error[-1]), 0.0, 0.0)
+        for name, error in errors.items()
+    }
 
 
 def _drifts(case: Case, run: Trajectory) -> Mapping[str, Array]:

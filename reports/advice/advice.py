@@ -11,7 +11,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from plumbob.analytic.errors.theory import no_theory
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.method import Method, meant
 from plumbob.engines.study.cost import Cost, Key
@@ -108,7 +107,7 @@ def advise(
 
     def run(scene: Scene, method: Method, step: float) -> Measurement:
         progress(f"{scene.name} {method.name} at {step:.3g}")
-        return _run(scene, method, step)
+        return measure(case_of(scene), method, step, theory=False)[0]
 
     evidence = Evidence(
         asked.scenes, quantities, gathering.costs(), gathering.runs(),
@@ -226,11 +225,6 @@ class _Gathering:
             for method, runs in known.searched.items():
                 every.setdefault((scene, method), {}).update({m.step: m for m in runs})
         return every
-
-
-def _run(scene: Scene, method: Method, step: float) -> Measurement:
-    """One run, without a prediction of its error, which takes longer than the run."""
-    return measure(replace(case_of(scene), errors=no_theory(None)), method, step)[0]
 
 
 def _answer(
