@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from plumbob.analytic.errors.left_open import by_rounding, by_second_run, by_series, roundings
 from plumbob.analytic.errors.schemes import ADAPTIVE, Scheme
 from plumbob.analytic.errors.shared import Same, as_stepped, exactly, expected
 from plumbob.analytic.errors.theory import SteppedErrors, reaches
@@ -21,8 +22,6 @@ from plumbob.engines.sampling import cut_short
 from plumbob.engines.trajectory import Trajectory, lost
 from plumbob.models.scene import Case, Quantity
 
-# Of the difference to a second run with a much smaller tolerance: its error is at most half.
-SURE = 2.0
 REFERENCE_STEP = 1e-3  # [s] that errors of fixed-step methods are shown at
 Status = Literal["done", "diverged", "cut-short", "unsupported", "missing"]
 
@@ -288,15 +287,14 @@ def _controlled(
     doubt: Mapping[str, Array],
     second: Trajectory | None,
 ) -> Mapping[str, Controlled]:
-    """What the solver does to each observable: its error less that of the second run, which is at
-    most half of it, so that twice the difference bounds it; at its largest so far."""
+    """What the solver does to each observable, as the second run shows."""
     if second is None:
         return {}
     truth, found = exact.observe(second.times), {}
     for name, error in errors.items():
         theirs = np.interp(run.times, second.times, second.observables[name] - truth[name])
-        own = np.maximum.accumulate(SURE * np.abs(error - theirs))
-        bound = own + _rounding(doubt[name], run.steps)
+        own = by_second_run(error, theirs)
+        bound = own + by_rounding(doubt[name], run.steps)
         beyond = np.maximum(np.abs(error) - bound, 0.0)
         found[name] = Controlled(float(own.max()), float(beyond.max()))
     return found
@@ -312,15 +310,11 @@ def _series(
     nonlinear: float,
     scheme: Scheme,
 ) -> Prediction:
-    """What a series in the step predicts of an error at the samples, shape (n,). It leaves open
-    what follows in it, less than its last two terms (near-symmetric schemes can have tiny alternate
-    terms), at their largest so far; what is nonlinear in the error is in its coefficients, but not
-    the moment of inertia of a jointed body, which adds about as large a part of the error."""
-    predicted = total[name]
-    last = sum((np.abs(powers[p][name]) for p in sorted(powers)[-2:]), np.zeros(len(error)))
-    remainder = np.maximum.accumulate(last + 2.0 * scheme.jointed_moment * np.abs(predicted))
+    """What a series in the step predicts of an error at the samples, shape (n,)."""
+    courses = [powers[p][name] for p in sorted(powers)]
+    left = by_series(courses, total[name], scheme.jointed_moment) + by_rounding(doubt, steps)
     terms = {p: float(np.abs(terms[name]).max()) for p, terms in powers.items()}
-    return _held(predicted, error, remainder + _rounding(doubt, steps), terms, nonlinear)
+    return _held(total[name], error, left, terms, nonlinear)
 
 
 def _at_step(
@@ -329,7 +323,7 @@ def _at_step(
     """What is predicted of an error at the samples, shape (n,), for this very step: rounding alone
     is left open; `doubt` is the uncertainty of the exact answer, `own` that of the stepped motion,
     where it has one."""
-    left = _rounding(doubt if own is None else own, steps)
+    left = by_rounding(doubt if own is None else own, steps)
     found = _held(predicted, error, left, {}, 0.0)
     return found if own is None else replace(found, uncertainty=float(own.max()))
 
@@ -342,12 +336,6 @@ def _held(
         float(np.abs(predicted).max()), float(predicted[-1]), terms, nonlinear,
         float(difference.max()), float(left.max()), float(np.maximum(difference - left, 0.0).max()),
     )  # fmt: skip
-
-
-def _rounding(doubt: Array, steps: int) -> Array:
-    """What rounding may make of an error at the samples, as in `floor`: at a moment at which the
-    inputs matter little, what steps have rounded before is still there."""
-    return np.asarray(np.maximum.accumulate(doubt) * roundings(steps))
 
 
 def _with(blank: Measurement, **values: Any) -> Measurement:
@@ -363,13 +351,6 @@ def floor(error: ObservedError, steps: int) -> float:
 def rounding(error: ObservedError, steps: int) -> float:
     """What double precision allows the exact answer and the steps, without the model's error."""
     return error.uncertainty * roundings(steps)
-
-
-def roundings(steps: int) -> float:
-    """The effect of rounding in so many steps, in that of one unit in the last place of the inputs:
-    theirs, and half a unit of every step, which adds up as a random walk, four standard deviations
-    of it."""
-    return 1.0 + 2.0 * float(np.sqrt(steps))
 
 
 def unpredicted(found: Sequence[Measurement], method: Method) -> bool:

@@ -109,7 +109,7 @@ def recommended(
         full[1] if len(full) > 1 else None,
         tuple(by_engine.values()),
         best,
-        tuple(c for name in named if (c := at_default(name)) is not None),
+        tuple(default for name in named if (default := at_default(name)) is not None),
         cheaper[0] if cheaper else None,  # a surrogate: no full model is cheaper than the choice
     )
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plumbob.analytic.errors.left_open import roundings
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.engines.study.measurement import Measurement, ObservedError, roundings
+from plumbob.engines.study.measurement import Measurement, ObservedError
 from plumbob.engines.study.results import Study
 from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.tolerance import Tolerance

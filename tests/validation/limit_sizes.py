@@ -127,7 +127,7 @@ def write(name: str, sizes: Sizes, folder: Path = FOLDER) -> None:
     engine, now = find_engine(name), provenance("").versions
     here = {package: now.get(package, ABSENT) for package in packages_of(engine)}
     here = {package: version for package, version in here.items() if version != ABSENT}
-    versions = declared_by(engine).measured_with | here
+    versions = {**declared_by(engine).measured_with, **here}
     kept = {pair: size for pair, size in sizes.items() if sized(*pair)}
     file.write_text(f"{declared.rstrip()}\n\n{text(kept, versions)}".lstrip(), "utf-8")
 
