@@ -119,8 +119,9 @@ def run_study(
             key_of(profile, timed, plan.scenes, plan.methods, seed),
             [task.key for task in (*errors, *trims)],
         )
-        # What ended an earlier process is worked out in another than this.
-        here = workers if goes_on or min(workers.count, len(errors)) > 1 else None
+        # What ended an earlier process, or may end one, is worked out in another than this.
+        elsewhere = goes_on or any(find_engine(m.engine).distribution for m in plan.methods)
+        here = workers if elsewhere or min(workers.count, len(errors)) > 1 else None
         pool = _Pool(here, here if executor is None else executor, workers.count)
         found, seconds = _measured(errors, trims, plan, kept, pool, progress, timed)
         head = Study(

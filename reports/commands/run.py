@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD, Method
+from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.cost import Cost, costs
 from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Scene
@@ -23,6 +26,7 @@ from plumbob.reports.judge.verdict import Judgement, judge
 from plumbob.reports.view.notation import relative
 
 INCOMPLETE = 3
+LONGEST = 3600.0  # [s] that a run of an added engine may take
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -55,9 +59,7 @@ def command(chosen: argparse.Namespace) -> int:
     codes, records = [], []
     for method in methods:
         with values.representable(changed, chosen):
-            run, _ = measure(case, method, step)
-        measured, unit = costs([(case, method, step)] if run.status == "done" else [], repeats=5)
-        cost = measured.get((scene.name, method.name))
+            run, cost, unit = _measured(case, method, step)
         judgement = judge(run, case.system, method, about)
         records.append(record(method, run, judgement, None, cost))
         codes.append(_code(scene, method, run, judgement))
@@ -69,6 +71,32 @@ def command(chosen: argparse.Namespace) -> int:
         json.dump(values.plain(answer), sys.stdout, indent=1)
         print()
     return next((code for code in (1, INCOMPLETE) if code in codes), 0)
+
+
+def _measured(case: Case, method: Method, step: float) -> tuple[Measurement, Cost | None, float]:
+    """A run, its cost, and the time [ns] of the reference step; the run of an added engine, which
+    may end the process, in one of its own."""
+    if not engine_of(method).distribution:
+        return _timed(case, method, step)
+    with Workers(1) as workers:
+        ((_, answer),) = workers.results(
+            [Task("", _alone, (case.scene, method, step), LONGEST, "")]
+        )
+    if isinstance(answer, Lost):
+        lost = Measurement(case.scene.name, method.name, step, "missing", reason=answer.why)
+        return lost, None, math.nan
+    run, cost, unit = answer
+    return run, cost, unit
+
+
+def _alone(scene: Scene, method: Method, step: float) -> tuple[Measurement, Cost | None, float]:
+    return _timed(case_of(scene), method, step)
+
+
+def _timed(case: Case, method: Method, step: float) -> tuple[Measurement, Cost | None, float]:
+    run, _ = measure(case, method, step)
+    measured, unit = costs([(case, method, step)] if run.status == "done" else [], repeats=5)
+    return run, measured.get((case.scene.name, method.name)), unit
 
 
 def _methods(name: str | None, like: str | None) -> list[Method]:

@@ -23,7 +23,8 @@ from plumbob.tests.support.page_document import site_files
 ROOT = Path(__file__).parents[2]
 HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
 BLOCK = re.compile(
-    r"^(?:In `(?P<tuple>\w+)` of )?`(?P<path>[\w/.]+)`:\n\n```(?:python|xml|md)\n(?P<code>.*?)^```$",
+    r"^(?:In `(?P<tuple>\w+)` of )?`(?P<path>[\w/.]+)`:\n\n"
+    r"```(?:python|xml|md)\n(?P<code>.*?)^```$",
     re.MULTILINE | re.DOTALL,
 )
 COMMANDS = re.compile(r"^```sh\n(.*?)^```$", re.MULTILINE | re.DOTALL)

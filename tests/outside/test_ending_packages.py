@@ -85,9 +85,29 @@ def test_an_engine_that_exits_is_a_verdict(
         ),
     )
     without_pages(monkeypatch)
+    monkeypatch.setenv("PYTHONPATH", str(site), prepend=":")  # of the process that runs it
     with seen(site):
         found = validated(tmp_path, capsys, SWING, "tiny,ode/euler")
         assert main(["run", SWING, "tiny/euler", "--step", "1e-2"]) == 1
     assert found.code == 1
     assert "raises SystemExit: 0" in found.failure(SWING, "tiny/euler")
     assert found.failure(SWING, "ode/euler") == ""
+
+
+@pytest.mark.parametrize(
+    ("line", "before"),
+    [("return stepped(case, step, build)", "    "), ("return Built(advance, lambda", "        ")],
+    ids=["prepare", "run"],
+)
+def test_an_engine_that_ends_the_process_costs_its_runs(
+    line: str, before: str, site: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken(site, ENGINE.replace(line, f"__import__('os')._exit(0)\n{before}{line}"))
+    monkeypatch.setenv("PYTHONPATH", str(site), prepend=":")
+    study = ["validate", "--scenes", SWING, "--methods", "tiny", "--jobs", "1"]
+    for words in (["run", SWING, "tiny/euler", "--step", "1e-2"], [*study, "--out", str(site)]):
+        command = [sys.executable, "-m", "plumbob", *words]
+        ran = subprocess.run(command, check=False, capture_output=True, text=True)
+        assert ran.returncode in (1, 3)
+        assert "missing" in ran.stdout
+        assert "Traceback" not in ran.stdout + ran.stderr
