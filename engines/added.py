@@ -43,6 +43,8 @@ def wrong(engine: Any, name: str) -> str:
             return f"its {part} is no function"
     if not (isinstance(engine.package, str) and engine.package):
         return "its package is no name of a package"
+    if not isinstance(engine.abilities, tuple):
+        return f"abilities is {type(engine.abilities).__name__}, not a tuple"
     return wrong_limits(engine)
 
 

@@ -16,6 +16,7 @@ from plumbob.analytic.errors.schemes import ADAPTIVE, Scheme
 from plumbob.analytic.errors.shared import Same, as_stepped, exactly, expected
 from plumbob.analytic.errors.theory import SteppedErrors, reaches
 from plumbob.analytic.reference import Array, Reference, answering
+from plumbob.engines.abilities import SchemeOfCase, SecondRun
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.sampling import cut_short
@@ -171,8 +172,8 @@ def not_asked_for(case: Case, method: Method, step: float, run: Trajectory) -> s
 
 def scheme_of(case: Case, method: Method) -> Scheme:
     """What a method does in a step of this case: its scheme, or another that its engine names."""
-    other = engine_of(method).scheme
-    return method.scheme if other is None else other(case, method)
+    named = engine_of(method).ability(SchemeOfCase)
+    return method.scheme if named is None else named.of(case, method)
 
 
 def _differences(case: Case, run: Trajectory) -> Mapping[str, ObservedError]:
@@ -244,10 +245,10 @@ def _errors(
 def confirming(case: Case, method: Method) -> Trajectory | None:
     """The run that a method which controls its local error is held to; None where its engine has
     none, or it fails."""
-    chosen = engine_of(method).confirming
-    if chosen is None:
+    second = engine_of(method).ability(SecondRun)
+    if second is None:
         return None
-    other, tolerance = chosen(method)
+    other, tolerance = second.of(method)
     return _confirmed(_Second(case, other, tolerance))
 
 

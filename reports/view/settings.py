@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from plumbob.engines.method import Settings, Snippet
+from plumbob.engines.abilities import Settings, SettingsToPaste, Snippet
 from plumbob.engines.registry import engine_of, method
 from plumbob.engines.study.results import Study
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
@@ -46,10 +46,10 @@ def written_for(name: str, step: float, title: str, cost: str = "") -> Pasted:
     """The settings of a method, of an engine that writes some, at a step [s]; a study's own `cost`
     of a step, in steps of MuJoCo's default method, takes the place of the usual one."""
     chosen = method(name)
-    write = engine_of(chosen).settings_text
-    assert write is not None, name
+    settings_of = engine_of(chosen).ability(SettingsToPaste)
+    assert settings_of is not None, name
     command = f"plumbob settings {name} --step {step:g}"
-    settings = write(chosen, step, None, FRICTION)
+    settings = settings_of.write(chosen, step, None, FRICTION)
     if cost:
         words = f"{cost} times a step of {DEFAULT_METHOD}, the median over the scenes of this study"
         snippets = tuple(replace(snippet, cost=words) for snippet in settings.snippets)
@@ -59,4 +59,4 @@ def written_for(name: str, step: float, title: str, cost: str = "") -> Pasted:
 
 def _writes(name: str, engines: set[str]) -> bool:
     chosen = method(name)
-    return chosen.engine in engines and engine_of(chosen).settings_text is not None
+    return chosen.engine in engines and engine_of(chosen).ability(SettingsToPaste) is not None

@@ -15,6 +15,7 @@ import pytest
 from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.reference import Array
 from plumbob.engines import registry
+from plumbob.engines.abilities import SchemeOfCase
 from plumbob.engines.method import Method, Simulation
 from plumbob.engines.study import measurement
 from plumbob.engines.trajectory import Trajectory
@@ -119,7 +120,8 @@ def test_a_method_that_loses_its_theory(
 ) -> None:
     """Its error still falls with the step; that no theory covers it is declared of nobody here."""
     engines = dict(registry.built_in())
-    engines["mujoco"] = replace(engines["mujoco"], scheme=lambda case, method: Scheme("own"))
+    mujoco, other = engines["mujoco"], SchemeOfCase(lambda case, method: Scheme("own"))
+    engines["mujoco"] = replace(mujoco, abilities=(other, *mujoco.abilities))
     monkeypatch.setattr(registry, "built_in", lambda: MappingProxyType(engines))
     found = validate(CONE, "mujoco/euler")
     assert red(found, CONE, "mujoco/euler")
