@@ -205,10 +205,38 @@ def _pendulum(body: HingedBody, method: Method, step: float) -> Built:
 
 
 def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
-    setup, capsule = body.setup, body.setup.capsule
-    if setup.press <= 0.0:
+    if body.setup.press <= 0.0:
         raise Unsupported("nothing presses the body onto the plane")
     client = _world(body.gravity, method.settings, step)
+    shell = _shell(client, body)
+    _settle(client, shell, method.settings)
+    client.resetBaseVelocity(shell, [*body.velocity, 0.0], [0.0, 0.0, body.setup.heading_rate])
+    if body.tracks:
+        begun = body.slider_velocity(np.zeros(1))[0].tolist()
+        for joint, value in enumerate(begun):
+            client.resetJointState(shell, joint, 0.0, value)
+    move, controls = client.stepSimulation, by_step(body.velocities, step)
+
+    def advance(first: int, last: int) -> None:
+        for _ in range(first, last):
+            if body.tracks:
+                for joint, value in enumerate(next(controls)):
+                    client.setJointMotorControl2(
+                        shell,
+                        joint,
+                        client.VELOCITY_CONTROL,
+                        targetVelocity=value,
+                        force=UNLIMITED,
+                    )
+            move()
+
+    channels = frozenset({"height"})
+    return Built(advance, _reading(body, client, shell), body.limits, channels)
+
+
+def _shell(client: Any, body: ThreeFeet) -> int:
+    """The body on its three feet with the slider's joints, on the ground, by its number."""
+    setup, capsule = body.setup, body.setup.capsule
     ground = client.createMultiBody(0.0, client.createCollisionShape(client.GEOM_PLANE))
     client.changeDynamics(ground, -1, lateralFriction=1.0)  # friction is the product of the two
     feet = client.createCollisionShapeArray(
@@ -247,29 +275,7 @@ def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
     )
     for link in range(count):
         client.changeDynamics(shell, link, localInertiaDiagonal=[POINT] * 3)
-    _settle(client, shell, method.settings)
-    client.resetBaseVelocity(shell, [*body.velocity, 0.0], [0.0, 0.0, setup.heading_rate])
-    if body.tracks:
-        begun = body.slider_velocity(np.zeros(1))[0].tolist()
-        for joint, value in enumerate(begun):
-            client.resetJointState(shell, joint, 0.0, value)
-    move, controls = client.stepSimulation, by_step(body.velocities, step)
-
-    def advance(first: int, last: int) -> None:
-        for _ in range(first, last):
-            if body.tracks:
-                for joint, value in enumerate(next(controls)):
-                    client.setJointMotorControl2(
-                        shell,
-                        joint,
-                        client.VELOCITY_CONTROL,
-                        targetVelocity=value,
-                        force=UNLIMITED,
-                    )
-            move()
-
-    channels = frozenset({"height"})
-    return Built(advance, _reading(body, client, shell), body.limits, channels)
+    return shell  # type: ignore[no-any-return]
 
 
 def _reading(body: ThreeFeet, client: Any, shell: int) -> Read:

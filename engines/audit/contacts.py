@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
@@ -178,26 +179,8 @@ def contacts_audited(
     why_turn = why or undetermined_turn(standing, stance.inside(np.zeros(2)))
     exact = None if why else stopping_distance(speed, friction, standing.gravity)
     exact_turn = None if why_turn else turn(standing, speed, spin)
-    duration = LONGER * speed / (min(standing.friction) * standing.gravity)
-    runs: dict[str, list[Measured]] = {"own": [], "pasted": []}
-    failed = []
-    for kind, settled in (("own", model.own), ("pasted", model.pasted)):
-        for k in range(HALVINGS + 1):
-            step = model.step / 2**k
-            try:
-                floor = settled(step)
-            except NotCertifiable as reason:
-                failed.append(f"{kind} contacts: {reason}")
-                break
-            if set(floor.feet) != set(standing.feet):
-                more = ", ".join(sorted(set(floor.feet) ^ set(standing.feet)))
-                failed.append(f"{kind} contacts: at {step:g} s other geoms touch ({more})")
-                break
-            runs[kind].append(
-                measured(
-                    floor, standing, step, speed, spin, duration, () if k else fits, model.overshoot
-                )
-            )
+    as_written, why_not = _halvings(model, "own", speed, spin, fits)
+    as_pasted, why_not_pasted = _halvings(model, "pasted", speed, spin, fits)
     return ContactAudit(
         model.name,
         standing,
@@ -210,9 +193,9 @@ def contacts_audited(
         why,
         why_turn,
         determined,
-        tuple(runs["own"]),
-        tuple(runs["pasted"]),
-        tuple(failed),
+        as_written,
+        as_pasted,
+        (*why_not, *why_not_pasted),
         model.method,
         model.stiffness,
         model.first_order,
@@ -221,6 +204,31 @@ def contacts_audited(
         clock() - begin,
         model,
     )
+
+
+def _halvings(
+    model: ContactModel,
+    kind: Literal["own", "pasted"],
+    speed: float,
+    spin: float,
+    fits: tuple[float, ...],
+) -> tuple[tuple[Measured, ...], tuple[str, ...]]:
+    """Slides on contacts of a kind at the model's step and its halvings, and why they end early."""
+    settled = model.own if kind == "own" else model.pasted
+    standing, runs = model.standing, list[Measured]()
+    duration = LONGER * speed / (min(standing.friction) * standing.gravity)
+    for k in range(HALVINGS + 1):
+        step = model.step / 2**k
+        try:
+            floor = settled(step)
+        except NotCertifiable as reason:
+            return tuple(runs), (f"{kind} contacts: {reason}",)
+        if set(floor.feet) != set(standing.feet):
+            more = ", ".join(sorted(set(floor.feet) ^ set(standing.feet)))
+            return tuple(runs), (f"{kind} contacts: at {step:g} s other geoms touch ({more})",)
+        judged = () if k else fits
+        runs.append(measured(floor, standing, step, speed, spin, duration, judged, model.overshoot))
+    return tuple(runs), ()
 
 
 def rests(standing: Standing) -> bool:

@@ -255,6 +255,7 @@ def integrated(
     solver: Any = getattr(integrate, method)
     states = np.full((len(script.controls) + 1, script.start.size), np.nan)
     states[0] = y = field.normalised(script.start)
+    limits = {"rtol": tolerance, "atol": tolerance, "max_step": script.period}
     begin, events = clock(), list[float]()
     size: float | None = None
     before: bytes | None = None
@@ -264,16 +265,7 @@ def integrated(
             start, end = k * script.period, (k + 1) * script.period
             field.hold(control, start, y)
             first = min(size, 0.999 * (end - start)) if size else None
-            run = solver(
-                field,
-                start,
-                y,
-                end,
-                rtol=tolerance,
-                atol=tolerance,
-                first_step=first,
-                max_step=script.period,
-            )
+            run = solver(field, start, y, end, first_step=first, **limits)
             while run.status == "running":
                 run.step()
                 if run.status == "failed":

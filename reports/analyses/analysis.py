@@ -43,7 +43,7 @@ class Section:
     galleries: tuple[Any, ...] = ()  # a heading and its figures
     hard: tuple[Any, ...] = ()  # on the pages of hard scenes: numbers(study, scene)
     more: Requests = nothing_more  # runs of those that do not declare them themselves
-    solved: tuple[str, Callable[[Case], Numbers]] | Callable[[Case], Sequence[Figure]] | None = None
+    solved: tuple[str, Callable[[Case], Numbers]] | None = None
     """The source's figures for a case with parameters of the user's own: template and numbers."""
 
     def requests(self, plan: StudyPlan) -> Sequence[Request]:

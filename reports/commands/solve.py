@@ -6,7 +6,7 @@ import argparse
 import json
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -198,12 +198,10 @@ def _write(case: Case, path: str) -> None:
     written(text, place.parent, place.name)
 
 
-def _figures(solved: Any, case: Case) -> Sequence[Figure]:
+def _figures(solved: tuple[str, Callable[[Case], Any]], case: Case) -> Sequence[Figure]:
     """The source's figures for a case, from a template and its numbers."""
     from plumbob.reports.analyses.analysis import plain
     from plumbob.reports.view.finding_text import written
 
-    if not isinstance(solved, tuple):
-        return solved(case)  # type: ignore[no-any-return]
     template, numbers = solved
     return [figure for f in written(template, plain(numbers(case))) for figure in f.figures]

@@ -22,7 +22,8 @@ blocks, which an empty line separates:
 
     {{ figure("Title", "Caption.", [curve(times, errors, name="...")], linear("t"), linear("e")) }}
 
-Filters and functions are those of `_environment`.
+Filters are those of `_environment`, functions those of `_functions`; a macro of another file gets
+all numbers as `numbers`.
 """
 
 from __future__ import annotations
@@ -60,7 +61,9 @@ TEMPLATES = Path(__file__).parents[1] / "templates"
 KEY = re.compile(r"([a-z][a-z ]*): ?")
 HELD = re.compile(r"\x02(\d+)\x03")  # the place of a part that is no text
 BAR = re.compile(r"(?<!\\)\|")
-UNITS = MappingProxyType({"µm": 1e6, "mm": 1e3, "nm": 1e9, "%": 1e2, "ms": 1e3, "µs": 1e6})
+UNITS = MappingProxyType(
+    {"µm": 1e6, "mm": 1e3, "nm": 1e9, "cm": 1e2, "%": 1e2, "ms": 1e3, "µs": 1e6}
+)
 
 
 class TextError(ValueError):
@@ -99,7 +102,8 @@ def written(
 ) -> tuple[Finding, ...]:
     """The same of a template by its name, and numbers: one for each title in its text."""
     parts = _Parts()
-    text = _environment().get_template(f"{template}.md").render(numbers, **_functions(parts))
+    source = _environment().get_template(f"{template}.md")
+    text = source.render(_functions(parts) | {"numbers": numbers} | dict(numbers))
     head, *sections = re.split(r"^# ", text.strip(), flags=re.MULTILINE)
     keys = _keys(head, template)
     name = keys.get("name", [template.rpartition("/")[2].replace("_", "-")])[0]
@@ -147,13 +151,13 @@ def _keys(block: str, template: str) -> dict[str, list[str]]:
     """The values of a block of lines `name: value`, by name; a line without one goes on."""
     values: dict[str, list[str]] = {}
     key = ""
-    for line in block.splitlines():
+    for line in filter(str.strip, block.splitlines()):
         if (match := KEY.match(line)) is not None:
             key = match[1]
             values.setdefault(key, []).append(line[match.end() :].strip())
         elif key:
             values[key][-1] += f" {line.strip()}"
-        elif line.strip():
+        else:
             raise TextError(f"{template}: {line!r} is no line of a head")
     return values
 
@@ -214,6 +218,7 @@ def _environment() -> Environment:
     environment.filters |= {
         "number": notation.number,  # 0.0123
         "relative": notation.relative,  # 1.23 %
+        "percent": notation.percent,  # 12 %: a whole number of them
         "short": notation.short,  # 1e-4: a step
         "seconds": notation.seconds,  # 12 ms
         "plural": notation.plural,  # 3 feet
@@ -253,6 +258,7 @@ def _functions(parts: _Parts) -> dict[str, Any]:
         "as_printed": held(as_printed),
         "curve": traces.curve,
         "marks": traces.marks,
+        "heat": traces.heat,
         "linear": traces.linear,
         "logarithmic": traces.logarithmic,
         "positive": traces.positive,

@@ -29,6 +29,11 @@ def relative(value: float, digits: int = 2) -> str:
     return f"{number(percent, digits)} %" if percent >= 1e-3 else number(value, digits)
 
 
+def percent(part: float) -> str:
+    """A part in whole percents: 43 %."""
+    return f"{100.0 * part:.0f} %"
+
+
 def short(value: float) -> str:
     """A step or a tolerance, with as few digits as it needs, at most four: 1e-4, 2.5e-6, 0.02."""
     text = f"{value:.4g}"

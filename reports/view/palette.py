@@ -72,20 +72,26 @@ class Style:
 def styles(methods: Sequence[Method]) -> Mapping[str, Style]:
     """The style of each method by name; earlier ones get larger markers, so that curves that
     coincide are seen as rings."""
+    return styles_of([method.name for method in methods])
+
+
+def styles_of(names: Sequence[str]) -> Mapping[str, Style]:
+    """The same of methods by their names."""
     colours, shapes = dict(INTEGRATORS), dict(ENGINES)
     by_method: dict[str, Style] = {}
     dashes: dict[tuple[str, str], int] = {}
-    for rank, method in enumerate(methods):
-        integrator = method.name.partition("/")[2].partition("+")[0]
+    for rank, name in enumerate(names):
+        engine, _, variant = name.partition("/")
+        integrator = variant.partition("+")[0]
         if integrator not in colours:
             colours[integrator] = OTHERS[(len(colours) - len(INTEGRATORS)) % len(OTHERS)]
-        if method.engine not in shapes:
-            shapes[method.engine] = SHAPES[(len(shapes) - len(ENGINES)) % len(SHAPES)]
-        pair = (integrator, method.engine)
+        if engine not in shapes:
+            shapes[engine] = SHAPES[(len(shapes) - len(ENGINES)) % len(SHAPES)]
+        pair = (integrator, engine)
         dashes[pair] = dashes.get(pair, -1) + 1  # the same integrator with another contact profile
-        by_method[method.name] = Style(
+        by_method[name] = Style(
             colours[integrator],
-            shapes[method.engine] + ("-open" if dashes[pair] % 2 else ""),
+            shapes[engine] + ("-open" if dashes[pair] % 2 else ""),
             max(5.0, 11.0 - 0.5 * rank),
             DASHES[dashes[pair] % len(DASHES)],
         )

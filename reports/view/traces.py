@@ -10,7 +10,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.reports.view.content import Figure
-from plumbob.reports.view.palette import GREY, Style
+from plumbob.reports.view.palette import BLUE, GREY, RED, Style
 
 MOST = 300  # points of a curve: a screen shows no more
 ZERO = 1e-17  # where an error of exactly zero is drawn on a logarithmic axis
@@ -89,6 +89,23 @@ def marks(
     """Marks without a line: samples of a run."""
     trace = curve(x, y, colour=colour, marks=True, lines=False, name=name)
     return {**trace, "marker": {**trace["marker"], "size": size}}
+
+
+def heat(
+    x: Sequence[float], y: Sequence[float], rows: Sequence[Sequence[float]], middle: float
+) -> Trace:
+    """A map of values, white in the middle, as far as 0.5 below it in blue and above it in red."""
+    low, high = middle - 0.5, middle + 0.5  # beyond them the colour says enough
+    return {
+        "type": "heatmap",
+        "x": rounded(x),
+        "y": rounded(y),
+        "z": [rounded(np.clip(row, low, high)) for row in rows],
+        "zmin": low,
+        "zmax": high,
+        "colorscale": [[0.0, BLUE], [0.5, "#ffffff"], [1.0, RED]],
+        "colorbar": {"thickness": 10},
+    }
 
 
 def linear(title: str, **more: Any) -> Mapping[str, Any]:

@@ -33,24 +33,22 @@ def test_an_empty_study_has_no_findings() -> None:
 def test_mujoco_s_rk4_against_the_classical_one() -> None:
     found = second_order(study("mujoco/rk4", "ode/rk4"))
     assert found is not None
-    (table,) = found.tables
-    first, classical = table.rows
-    measured, predicted = (float(cell.text) for cell in first[3:5])
-    assert measured == pytest.approx(predicted, rel=0.01)  # three digits are shown
-    orders = [float(line[5].text.split()[0]) for line in (first, classical)]
-    assert orders == pytest.approx([2.0, 4.0], abs=0.05)
-    assert float(classical[4].text) == 0.0
-    assert float(classical[3].text) < 1e-4 * measured
-    assert "8.9e-7" in found.summary
+    mujoco, classical = found.runs
+    assert mujoco.error == pytest.approx(mujoco.term, rel=0.01)
+    assert [run.order.slope for run in found.runs if run.order] == pytest.approx(
+        [2.0, 4.0], abs=0.05
+    )
+    assert classical.term == 0.0
+    assert classical.error < 1e-4 * mujoco.error
+    assert mujoco.error == pytest.approx(8.9e-7, rel=0.01)
 
 
 def test_energy_that_is_gained_and_lost() -> None:
     found = energy(study("mujoco/euler", "mujoco/implicitfast"))
     assert found is not None
-    gained, lost = found.tables[0].rows
-    assert float(gained[4].text) == -float(lost[4].text) > 0.0
-    for line in (gained, lost):
-        assert float(line[3].text) == pytest.approx(abs(float(line[4].text)), rel=0.02)
+    gained, lost = found.runs
+    assert gained.predicted == -lost.predicted > 0.0
+    assert found.gap < 0.02
 
 
 def test_solve_in_words_and_in_json(capsys: pytest.CaptureFixture[str]) -> None:

@@ -11,9 +11,11 @@ from scipy.integrate import solve_ivp
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.cost import Cost
+from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
+from plumbob.reports.analyses.analysis import Analysis, plain
 from plumbob.reports.analyses.cone_pendulum import (
+    SECTION,
     action_phase,
     drive_work,
     energy,
@@ -28,27 +30,32 @@ from plumbob.reports.analyses.cone_pendulum import (
     uniformity,
 )
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
-from plumbob.reports.analyses.energy_drift import drift_table, overtaken
 from plumbob.reports.analyses.measurements import extremes, largest
-from plumbob.tests.support.declared import declared, nothing
+from plumbob.reports.view.finding_text import written
+from plumbob.tests.support.declared import declared, finding, nothing, plan_of
 from plumbob.tests.support.studies import quick
 
 
 def test_finding_printed_hamiltonian() -> None:
-    found = hamiltonian.finding(declared(nothing(), hamiltonian.requests))
+    found = hamiltonian.numbers(declared(nothing(), hamiltonian.requests))
     # Difference between Sudakov's eqs. 7 and 9 at 0.5 s, integrated with 40 digits.
-    assert "6.27 rad" in found.summary
-    mutual = [float(line[1].text) for line in found.tables[1].rows]
-    assert len(mutual) == 3
-    assert max(map(abs, mutual)) < 1e-11  # the errors of RK4 at 1e-4 and DOP853 at 1e-13
-    correct, printed = (float(cell.text) for cell in found.tables[2].rows[0][1:])
-    assert correct < 1e-8 < 1000.0 < printed
+    assert found.gap == pytest.approx(6.27, abs=5e-3)
+    assert len(found.pairs) == 3
+    # the errors of RK4 at 1e-4 and DOP853 at 1e-13
+    assert max(abs(difference) for *_, difference in found.pairs) < 1e-11
+    assert found.runs["mujoco"].correct_varies < 1e-8 < 1000.0 < found.runs["mujoco"].printed_varies
+
+
+@pytest.mark.parametrize("analysis", SECTION.findings, ids=lambda analysis: analysis.template)
+def test_a_finding_is_written_where_engines_are_missing(analysis: Analysis) -> None:
+    unmade = dict.fromkeys(analysis.requests(plan_of(nothing())))
+    assert finding(analysis, replace(nothing(), extras=unmade)).summary
 
 
 def test_figures_of_the_source_begin_at_the_start() -> None:
-    (*_, momentum, speed) = source_figures.panels(
-        declared(nothing(), source_figures.requests), ROTATING
-    )
+    numbers = source_figures.numbers(declared(nothing(), source_figures.requests))
+    _, turning = written(source_figures.TEMPLATE, plain(numbers))
+    (*_, momentum, speed) = turning.figures
     problem = forms(ROTATING).problem
     assert speed.traces[0]["y"][0] == pytest.approx(problem.theta_dot, rel=1e-3)
     moment = problem.body.inertia_x * problem.theta_dot
@@ -56,100 +63,102 @@ def test_figures_of_the_source_begin_at_the_start() -> None:
 
 
 def test_finding_inertia() -> None:
-    (table,) = source_claims.inertia(declared(nothing(), source_claims.requests)).tables
-    theta = [float(line[1].text) for line in table.rows]
+    found = symmetry.inertia(declared(nothing(), symmetry.INERTIA.requests))
+    theta = [found.exact, found.without, found.runs["mujoco"]]
     assert theta == pytest.approx([19.729448, 19.655093, 19.729448], abs=1e-6)
 
 
 def test_finding_symmetry() -> None:
-    found = symmetry.finding(declared(nothing(), symmetry.requests))
-    _, without, *engines = (float(line[2].text) for line in found.tables[0].rows)
-    assert without == pytest.approx(-0.00513060, rel=1e-3)
-    assert len(engines) == 3
-    assert max(map(abs, engines)) < 1e-11  # the errors of RK4 at 1e-4 and DOP853 at 1e-13
+    found = symmetry.product(declared(nothing(), symmetry.PRODUCT_OF_INERTIA.requests))
+    assert found.moved == pytest.approx(-0.00513060, rel=1e-3)
+    assert len(found.gaps) == 3
+    assert found.worst < 1e-11  # the errors of RK4 at 1e-4 and DOP853 at 1e-13
+    # the pivot along and above the axis does not matter
+    assert found.carried is not None
+    assert found.carried < 1e-11
 
 
 def test_claims_in_numbers() -> None:
     turning = forms(ROTATING)
-    right, printed = source_claims.speeds(turning.correct), source_claims.speeds(turning.printed)
+    right, printed = source_text.rotation(turning.correct), source_text.rotation(turning.printed)
     assert (right.lowest, right.highest) == pytest.approx((33.45358, 49.40424), abs=1e-4)
     assert (right.spread, printed.spread) == pytest.approx((0.4311, 0.7161), abs=1e-4)
     # From energy only: 37 rad/s at the bottom, on a resting base, to the top.
     level = replace(turning.problem, platform_rate=0.0)
     arm = level.body.mass * level.body.com_distance * level.gravity
     top = math.sqrt(37.0**2 - 4 * arm / level.body.inertia_x)
-    assert source_claims.speeds(level.motion).spread == pytest.approx((37.0 - top) / 37.0, abs=1e-6)
+    assert source_text.rotation(level.motion).spread == pytest.approx((37.0 - top) / 37.0, abs=1e-6)
+
+
+def energy_runs() -> Study:
+    """The runs over many steps."""
+    return declared(nothing(), energy.requests)
 
 
 def test_energy_is_bounded_or_drifts_as_predicted() -> None:
-    given = declared(nothing(), energy.requests)
-    _, _, drifts = drift_table(given, energy.RUNS, forms(ROTATING).correct)
-    assert {name for name, d in drifts.items() if d.secular} == {"mujoco/rk4"}
-    drift = drifts["mujoco/rk4"]
+    drifts = energy.numbers(energy_runs())
+    assert drifts.bounded == energy.SYMPLECTIC
+    drift = drifts.by_method["mujoco/rk4"]
     # A line through whole turns and a part of one does not average the oscillation out: 0.2 %.
     assert drift.rate == pytest.approx(drift.predicted, rel=0.005)
     assert drift.round_off < 1e-3 * abs(drift.rate)
 
 
 def test_when_a_drift_exceeds_the_oscillation_of_others_is_said() -> None:
-    given = declared(nothing(), energy.requests)
-    _, _, drifts = drift_table(given, energy.RUNS, forms(ROTATING).correct)
-    said = overtaken(drifts, energy.METHODS[:2], energy.METHODS[2])
-    rate, swing = abs(drifts["mujoco/rk4"].rate), drifts["mujoco/euler"].scatter
-    assert 10.0 < swing < 11.0  # [J]: a drift of 5 µJ/s takes three weeks
-    assert "exceeds the oscillation of mujoco/euler (10 J) after 2e6 s and that of ode/l" in said
-    assert swing / rate == pytest.approx(2.0e6, rel=0.02)
-    assert "in a shorter run its energy error is the smaller one" in said
-    assert energy.finding(given).summary.startswith(said)
-    assert overtaken(drifts, energy.METHODS[:2], "ode/rk4") == ""  # not run
-    late = {**drifts, "mujoco/euler": replace(drifts["mujoco/euler"], scatter=2.0 * swing)}
-    assert "(21 J) after 4e6 s" in overtaken(late, energy.METHODS[:2], energy.METHODS[2])
+    drifts = energy.numbers(energy_runs())
+    swing = drifts.by_method["mujoco/euler"]
+    assert 10.0 < swing.scatter < 11.0  # [J]: a drift of 5 µJ/s takes three weeks
+    assert drifts.overtaken["mujoco/euler"] == pytest.approx(2.0e6, rel=0.02)
+    summary = finding(energy.ENERGY, energy_runs()).summary
+    assert "exceeds the oscillation of mujoco/euler (10 J) after 2e6 s and that of ode/l" in summary
+    assert "in a shorter run its energy error is the smaller one" in summary
+    assert replace(drifts, other="ode/rk4").overtaken == {}  # not run
+    wider = replace(swing, scatter=2.0 * swing.scatter)
+    late = replace(drifts, by_method={**drifts.by_method, "mujoco/euler": wider})
+    assert late.overtaken["mujoco/euler"] == pytest.approx(4.1e6, rel=0.02)
 
 
 @pytest.mark.long
 def test_errors_grow_at_the_saddle_s_rate() -> None:
-    scene = find_scene("cone-pendulum/above-barrier-1e-6")
-    plot, table = energy.hard(quick(), scene)
-    assert hasattr(plot, "traces")
-    assert hasattr(table, "rows")
-    rate = max(e.rate for e in system_of(scene).problem(scene.parameters).equilibria[:1])
-    fitted = [float(line[1].text) for line in table.rows if line[1].text[0].isdigit()]
+    growth = energy.saddle_numbers(quick(), find_scene("cone-pendulum/above-barrier-1e-6"))
+    assert growth is not None
+    fitted = [run.rate for run in growth.runs if run.rate is not None]
     assert len(fitted) >= 3
     # The neighbourhood of 0.25 rad is linear to 3 %, and so are the rates in it.
-    assert fitted == pytest.approx([rate] * len(fitted), rel=0.03)
+    assert fitted == pytest.approx([growth.rate] * len(fitted), rel=0.03)
 
 
 def test_finding_uniformity() -> None:
     """Three verdicts, MuJoCo beside the closed form, and maps that agree with it."""
-    found = uniformity.finding(declared(nothing(), uniformity.requests))
-    assert [line[1].text for line in found.tables[0].rows] == [
-        "refuted", "holds in a regime", "holds in a regime",
-    ]  # fmt: skip
-    for line in found.tables[1].rows:
-        exact, seen = ([float(cell.text) for cell in line[i : i + 3]] for i in (1, 4))
+    measures = uniformity.numbers(declared(nothing(), uniformity.requests))
+    assert not measures.shrinks
+    still, better, *_ = measures.points
+    assert better.exact.deviation < still.exact.deviation
+    assert better.exact.near > still.exact.near
+    for point in measures.points:
+        assert point.measured is not None
         # a recorded turn ends within a step of its period, 1e-3 of it, and has 500 samples
-        assert seen == pytest.approx(exact, rel=2e-3, abs=2e-3)
-    for one in map(uniformity.over_rates, uniformity.PIVOTS):
-        assert np.nanmin(one.by_spread) > 1 - 1e-12
-        at_rest = one.turning.deviation[:, 0]
-        assert at_rest == pytest.approx(one.resting.deviation[:, 0], rel=1e-12)
+        for name, exact in vars(point.exact).items():
+            assert getattr(point.measured, name) == pytest.approx(exact, rel=2e-3, abs=2e-3)
+    for each in measures.maps:
+        assert np.nanmin(each.spread) > 1 - 1e-12
+        assert each.deviation[:, 0] == pytest.approx(1.0, rel=1e-12)  # at rest
+        assert 0.0 < each.steadier < 1.0
+        assert 0.0 < each.nearer < 1.0
 
 
 @pytest.mark.long
 def test_finding_action_and_phase() -> None:
-    given = declared(nothing(), action_phase.requests)
-    found = action_phase.finding(given)
-    points = action_phase.measured(given)
-    assert len(points) == len(action_phase.STARTS)
-    for point in points:
-        assert point.seen is not None
+    phases = action_phase.numbers(declared(nothing(), action_phase.requests))
+    assert len(phases.starts) == len(action_phase.STARTS)
+    for start in phases.starts:
         # RK4 at 2e-4 s, and a cubic between 160 samples a period: (2 pi/160)^4/384, relative
-        assert point.seen == pytest.approx(point.exact, rel=1e-8)
-        assert point.drift is not None
-        assert point.drift < 1e-9
-    swings = [float(line[4].text) for line in found.tables[1].rows]
-    assert max(map(abs, swings[:5])) < 1e-8  # RK4
-    assert max(map(abs, swings[5:9])) < 1e-4 < 1e-2 > abs(swings[9])  # h^2; 0.04 rad from the top
+        assert start.period.measured == pytest.approx(start.period.exact, rel=1e-8)
+        assert start.drift is not None
+        assert start.drift < 1e-9
+    swings = [abs(swing.period.gap or np.nan) for swing in phases.swings]
+    assert max(swings[:5]) < 1e-8  # RK4
+    assert max(swings[5:9]) < 1e-4 < 1e-2 > swings[9]  # h^2; 0.04 rad from the top
 
 
 def test_finding_equilibria() -> None:
@@ -163,47 +172,46 @@ def test_finding_equilibria() -> None:
 
 
 def test_finding_work_of_the_drive() -> None:
-    found = drive_work.finding(declared(nothing(), drive_work.requests))
-    (constant, own, given) = found.tables[0].rows[1:]
-    assert float(constant[1].text) < 1e-9
+    work = drive_work.numbers(declared(nothing(), drive_work.requests))
+    assert work.constant < 1e-9
+    mujoco = work.mujoco
+    assert mujoco is not None
     # the platform's rate changes by 2.4e-7 of 26 rad/s: 1e-8 of T; its energy has 4e-6 J of digits
-    assert float(own[2].text) < 1e-4
-    assert float(given[2].text) < 1e-3
-    assert float(own[1].text) > 1000.0
+    assert mujoco.gap < 1e-4
+    assert mujoco.supplied_gap < 1e-3
+    assert mujoco.range > 1000.0
 
 
 @pytest.mark.long
 def test_finding_generating_solution() -> None:
-    found = generating_solution.finding(declared(nothing(), generating_solution.requests))
-    damping, drives = found.tables
-    offs = [float(line[3].text) for line in damping.rows]
-    assert len(offs) == 3
-    assert offs[0] / offs[2] == pytest.approx(4.0, rel=0.3)  # of the order of xi
-    gaps = [float(line[4].text) for line in damping.rows]
+    solutions = generating_solution.numbers(declared(nothing(), generating_solution.requests))
+    first, _, last = solutions.damped
+    assert first.gap / last.gap == pytest.approx(4.0, rel=0.3)  # of the order of xi
+    gaps = [run.phase_gap for run in solutions.damped]
     assert gaps == pytest.approx([gaps[0]] * 3, rel=0.05)  # of order 1
     assert abs(gaps[0]) < 0.1
-    for line in drives.rows:
-        inertia, *_, gap = (float(cell.text) for cell in line)
-        assert abs(gap) < 1.0 / inertia  # the next order: J/A, J at most 1.68 kg m^2
+    for drive in solutions.drives:
+        assert abs(drive.gap) < 1.0 / drive.inertia  # the next order: J/A, J at most 1.68 kg m^2
 
 
 def test_finding_series() -> None:
-    found = series.finding(nothing())
-    for line in found.tables[0].rows:
-        harmonics = [int(cell.text) for cell in line[2:]]
-        assert harmonics == sorted(harmonics)
-    near = [int(line[-1].text) for line in found.tables[0].rows[2:]]
+    harmonics = series.numbers(nothing())
+    for counts in (*harmonics.scenes.values(), *(counts for _, counts in harmonics.near)):
+        assert list(counts) == sorted(counts)
+    near = [counts[-1] for _, counts in harmonics.near]
     assert near == sorted(near)
     assert near[-1] > 2 * near[0]
-    assert [line[3].text for line in found.tables[1].rows] == ["–"] * 6
-    assert "costs" not in found.summary
+    untimed = finding(series.SPECIAL_FUNCTIONS, nothing())
+    assert [line[3].text for line in untimed.tables[1].rows] == ["–"] * 6
+    assert "costs" not in untimed.summary
     cost = Cost(500.0, 500.0, 500.0, 1.0, 0.0, 5)
     timed = replace(nothing(), costs={(ROTATING, m): cost for m in (series.EXACT, series.STEPPED)})
-    assert "A sample of the closed form costs 500 ns" in series.finding(timed).summary
+    summary = finding(series.SPECIAL_FUNCTIONS, timed).summary
+    assert "A sample of the closed form costs 500 ns" in summary
 
 
 def test_what_else_the_source_says() -> None:
-    found = source_text.finding(nothing())
+    found = finding(source_text.SOURCE_TEXT, nothing())
     said = {(s.place, s.verdict): s.ours for s in found.statements}
     assert len(found.statements) == 13
     assert "9 of 13" in found.summary
@@ -237,16 +245,18 @@ def test_a_period_is_one_mean_and_few_points() -> None:
 
 
 def test_parts_of_the_energy_and_the_drive() -> None:
-    found = drive_work.finding(declared(nothing(), drive_work.requests))
-    _, parts, swing, external = found.statements
-    assert "44.5, -222 to 222" in parts.ours  # M w^2 Y^2/2 and M Y S w^2, by hand
-    assert pytest.approx(44.5, rel=1e-3) == 16.24 * 26.0**2 * 0.09**2 / 2
-    assert pytest.approx(222.0, rel=2e-3) == 16.24 * 0.09 * 0.225 * 26.0**2
-    assert swing.verdict == "holds"
-    # a reaction of a constraint is no applied force: the source is right, and it is not all
-    assert external.verdict == "extended"
-    assert f"up to {largest_torque():.2f} N m" in external.ours
+    study = declared(nothing(), drive_work.requests)
+    work = drive_work.numbers(study)
+    carried = 16.24 * 26.0**2 * 0.09**2 / 2  # M w^2 Y^2/2 and M Y S w^2
+    assert work.extremes["translation"] == pytest.approx((carried, carried), rel=1e-5)
+    coupled = 16.24 * 0.09 * 0.225 * 26.0**2
+    assert work.extremes["coupling"] == pytest.approx((-coupled, coupled), rel=1e-5)
+    assert work.others == 0.0
+    assert work.torque == pytest.approx(largest_torque(), abs=0.005)
     assert f"{largest_torque():.1f}" == "1554.5"
+    # a reaction of a constraint is no applied force: the source is right, and it is not all
+    verdicts = [statement.verdict for statement in finding(drive_work.DRIVE_WORK, study).statements]
+    assert verdicts == ["refuted", "holds", "holds", "extended"]
 
 
 def largest_torque() -> float:
@@ -286,17 +296,12 @@ def test_the_largest_is_that_of_the_motion_and_not_of_its_samples() -> None:
 
 
 def test_where_the_source_is_right_it_is_said_so() -> None:
-    said = {one.text: one for one in source_claims.claims(nothing()).statements}
+    said = {one.text: one for one in finding(source_claims.CLAIMS, nothing()).statements}
     rises = next(one for text, one in said.items() if "rises to 514.197 J" in text)
     assert rises.verdict == "corrected"
     assert "It rises" in rises.why
     assert "300 equally spaced angles, 514.197 J" in rises.why
-    found = source_claims.inertia(declared(nothing(), source_claims.requests))
+    study = declared(nothing(), symmetry.INERTIA.requests)
+    found = finding(symmetry.INERTIA, study)
     assert found.judgement == "extended"
     assert [one.verdict for one in found.statements] == ["extended"]
-
-
-def test_the_pivot_along_and_above_the_axis_does_not_matter() -> None:
-    _, found = symmetry.finding(declared(nothing(), symmetry.requests)).statements
-    carried = float(found.ours.split()[-2])
-    assert carried < 1e-11

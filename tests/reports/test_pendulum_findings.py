@@ -20,7 +20,8 @@ from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses import measurements
-from plumbob.reports.analyses.energy_drift import Drift
+from plumbob.reports.analyses.analysis import plain
+from plumbob.reports.analyses.energy_drift import fate
 from plumbob.reports.analyses.simple_pendulum import (
     SECTION,
     bob,
@@ -33,8 +34,8 @@ from plumbob.reports.analyses.simple_pendulum import (
 )
 from plumbob.reports.judge.expectations import as_expected, expected
 from plumbob.reports.judge.verdict import Judgement
-from plumbob.reports.view.content import Figure, Finding, Table
-from plumbob.tests.support.declared import declared, made, nothing
+from plumbob.reports.view.finding_text import written
+from plumbob.tests.support.declared import declared, finding, findings_of, made, nothing
 
 ROOT = Path(__file__).parents[2]
 SCENES = ("free-small", "free-large", "near-top-1e-6")
@@ -53,22 +54,15 @@ def study() -> Study:
     )
 
 
-def texts(found: Finding, table: int = 0) -> list[list[str]]:
-    """Rows of a finding's table as text."""
-    return [[cell.text for cell in row] for row in found.tables[table].rows]
-
-
 @pytest.mark.long
 def test_errors_of_the_notebook_are_those_that_physics_says() -> None:
     # the seven figures, measured with the notebook's integrator, to three digits
-    found = notebook.finding(study())
-    wanted = ["1.29e-4", "0.00777", "0.0418", "0.0597", "2.49e-5", "1.07e-4", "1.64e-4"]
-    rows = texts(found)
-    assert [row[3] for row in rows] == wanted
-    assert [row[4] for row in rows] == wanted  # predicted
-    for row in rows:
-        own, linear, apart = (float(row[i]) for i in (3, 5, 6))
-        assert apart > max(own, linear)  # as the summary states for the linear equation
+    wanted = [1.29e-4, 0.00777, 0.0418, 0.0597, 2.49e-5, 1.07e-4, 1.64e-4]
+    cases = notebook.errors(study()).cases
+    assert [float(f"{case.error:.3g}") for case in cases] == wanted
+    assert [float(f"{case.predicted:.3g}") for case in cases] == wanted
+    for case in cases:  # as the summary states for the linear equation
+        assert case.difference > max(case.error, case.of_linear)
 
 
 def _by_rk4(name: str, linear: bool) -> Array:
@@ -91,7 +85,7 @@ def _by_rk4(name: str, linear: bool) -> Array:
 
 
 @pytest.mark.long(keep=1)
-@pytest.mark.parametrize(("label", "name"), [case[:2] for case in notebook.CASES])
+@pytest.mark.parametrize(("label", "name"), notebook.CASES.items())
 def test_errors_are_the_largest_of_all_steps(label: str, name: str) -> None:
     """And the README says them: a recording has every second step."""
     readme = (ROOT / "models/simple_pendulum/README.md").read_text("utf-8")
@@ -102,7 +96,7 @@ def test_errors_are_the_largest_of_all_steps(label: str, name: str) -> None:
         error = float(np.abs(_by_rk4(name, linear) - exact.observe(times)["theta"]).max())
         assert float(shown) == pytest.approx(error, rel=5e-3)  # half of its last digit
         kind = notebook.LINEAR if linear else notebook.SIMPLE
-        found, predicted = notebook._error(study(), kind + name)
+        found, predicted = notebook.error(study(), kind + name)
         # the cubic between every second step leaves (2 h)^4/384 of a fourth derivative, the most in
         # case 3, where the error oscillates at twice the rate of its rotation: 1.2e-4 of it
         assert found == pytest.approx(error, rel=2e-4)
@@ -130,26 +124,25 @@ def test_turns_are_counted_from_the_start(name: str, rate: float, turns: float) 
     )
     gone = (solved.y[0, -1] - solved.y[0, 0]) / math.tau
     assert gone == pytest.approx(turns, abs=5e-5)
-    assert claims.turns(f"rotating-{name}") == pytest.approx(gone, abs=1e-6)
-    said = " ".join(one.ours for one in claims.finding(study()).statements)
+    assert claims.rotation(f"rotating-{name}").turns == pytest.approx(gone, abs=1e-6)
+    said = " ".join(one.ours for one in finding(claims.CLAIMS, study()).statements)
     assert f"{turns:.2f} turns in 50 s" in said
 
 
 @pytest.mark.long
 def test_every_case_has_its_plots() -> None:
-    (of_cases,) = SECTION.galleries
-    galleries = of_cases(study())
-    assert [head.split(":")[0] for head, _ in galleries] == [
+    motions = plain(notebook.cases(study()))
+    galleries = written(notebook.CASE_MOTIONS.template, motions)
+    assert [gallery.title.split(":")[0] for gallery in galleries] == [
         f"Case {n} of the notebook" for n in range(1, 8)
     ]
-    for _, figures in galleries:
-        course, plane = figures
-        for figure in (course, plane):
-            assert [t["name"] for t in figure.traces] == [
-                "non-linear, exact", "RK4", "linear, exact", "RK4"
-            ]  # fmt: skip
+    for gallery in galleries:
+        for figure in gallery.figures:
+            names = [trace["name"] for trace in figure.traces]
+            assert names == ["non-linear, exact", "RK4", "linear, exact", "RK4"]
             spread = [abs(v) for v in figure.traces[0]["y"] if v is not None]
             assert max(spread) > 0.1
+        _, plane = gallery.figures
         inside = [v for v in plane.traces[0]["x"] if v is not None]
         assert max(map(abs, inside)) <= 3.142
 
@@ -157,27 +150,29 @@ def test_every_case_has_its_plots() -> None:
 def test_orders_are_those_predicted() -> None:
     found = orders.orders(study())
     assert found is not None
-    for row in texts(found):
-        for cell in row[1:]:
-            if cell == "–":
-                continue
-            observed, predicted = cell.split("\n")
-            slope, low, high = (float(v.strip("[],")) for v in observed.split())
-            assert low <= slope <= high
-            # terms beyond the four, and the nonlinear part at the coarsest steps
-            assert slope == pytest.approx(float(predicted), abs=0.05)
-    slopes = {row[0]: float(row[1].split()[0]) for row in texts(found)}  # of RK4
+    for fit in (fit for fits in found.scenes.values() for fit in fits.values() if fit):
+        assert fit.observed.low <= fit.observed.slope <= fit.observed.high
+        # terms beyond the four, and the nonlinear part at the coarsest steps
+        assert fit.observed.slope == pytest.approx(fit.predicted.slope, abs=0.05)
+    of_rk4 = {name: fits["ode/rk4"] for name, fits in found.scenes.items()}
+    slopes = {name: fit.observed.slope for name, fit in of_rk4.items() if fit}
     assert slopes == pytest.approx({"free-small": 4.0, "free-large": 5.0}, abs=0.4)  # to 0.1 s
     assert orders.orders(replace(study(), convergence=())) is None
 
 
 def test_a_held_control_costs_orders() -> None:
-    rows = {row[0]: row for row in texts(orders.held_control(study()))}
-    slopes = {name: float(row[2].split()[0]) for name, row in rows.items()}
-    wanted = {"ode/rk4": 4.0, "mujoco/rk4": 1.0, "mujoco/rk4+midpoint": 2.0, "mujoco/euler": 1.0,
-              "mujoco/euler+midpoint": 1.0}  # fmt: skip
+    found = orders.held_control(study()).by_method
+    slopes = {name: of.order.slope for name, of in found.items() if of.order}
+    predicted = {name: of.predicted.slope for name, of in found.items() if of.predicted}
+    wanted = {
+        "ode/rk4": 4.0,
+        "mujoco/rk4": 1.0,
+        "mujoco/rk4+midpoint": 2.0,
+        "mujoco/euler": 1.0,
+        "mujoco/euler+midpoint": 1.0,
+    }
     assert slopes == pytest.approx(wanted, abs=0.05)  # higher terms at these steps
-    assert slopes == pytest.approx({n: float(r[3]) for n, r in rows.items()}, abs=2e-3)
+    assert slopes == pytest.approx(predicted, abs=2e-3)
 
 
 def loss(method: str, step: float) -> float:
@@ -188,9 +183,9 @@ def loss(method: str, step: float) -> float:
 
 
 def test_energy_is_bounded_drifts_or_is_lost() -> None:
-    _, _, drifts = energy.compared(study())
-    assert {name for name, d in drifts.items() if d.secular} == {"ode/rk4", "pymunk/default"}
-    rk4 = drifts["ode/rk4"]
+    drifts = energy.compared(study())
+    assert drifts.bounded == (*energy.SYMPLECTIC, "pymunk/tight")
+    rk4 = drifts.by_method["ode/rk4"]
     # a line through whole periods and a part of one: after 18 of them 0.3 % of the ripple remain
     assert rk4.rate == pytest.approx(rk4.predicted, rel=5e-3)
     assert energy.predicted_loss(1e-3) == pytest.approx(2 * energy.predicted_loss(5e-4))
@@ -207,44 +202,38 @@ def test_energy_is_bounded_drifts_or_is_lost() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rate", "ripple", "fate"),
+    ("rate", "ripple", "wanted"),
     [(-1.0, 0.0, "lost"), (1.0, 0.0, "gained"), (-0.02, 0.0, "secular"), (0.0, 0.1, "bounded")],
 )
-def test_what_becomes_of_an_energy(rate: float, ripple: float, fate: str) -> None:
+def test_what_becomes_of_an_energy(rate: float, ripple: float, wanted: str) -> None:
     times = np.linspace(0.0, 1.0, 200)
     errors = rate * times + ripple * np.sin(40.0 * times)
-    run = Trajectory(times, {}, {}, steps=199)
-    found = Drift(run, tuple(errors.tolist()), rate, ripple, None, 0.0, available=1.0)
-    assert found.fate == fate
-    assert found.secular == (fate != "bounded")
+    assert fate(errors, abs(rate), ripple, available=1.0) == wanted
 
 
 def test_tension_of_the_rod() -> None:
-    for row in texts(tension.finding(study())):
-        own = float(row[5])
-        assert own < 1e-13 if row[1].startswith("mujoco") else own > 1e-3
-        if row[1] == "pymunk/tight":
-            assert float(row[6]) < 0.1 * own  # the delay is the stated one
+    for run in tension.numbers(study()).runs:
+        assert run.beside < 1e-13 if run.has_sensor else run.beside > 1e-3
+        if run.method == "pymunk/tight":
+            assert run.left < 0.1 * run.beside  # the delay is the stated one
 
 
 def test_how_long_a_reference_is_known() -> None:
     found = exactness.references(study())
-    for row in texts(found):
-        assert float(row[1]) < exactness.AGREED
-    assert "1e-12 rad for 31 s, 1e-9 rad for 116 s" in found.summary
+    assert all(scene.apart < exactness.AGREED for scene in found.scenes)
+    assert [round(horizon.time) for horizon in found.horizons[:2]] == [31, 116]
 
 
 def test_next_to_the_top() -> None:
-    rows = {int(row[0]): row for row in texts(exactness.near_top(nothing()))}
-    assert float(rows[5][3]) > 6.0  # scipy's theta, by a turn
-    assert rows[8][3] == "not a number"
+    starts = {start.k: start for start in exactness.near_top(nothing()).starts}
+    assert (starts[5].scipy_theta or 0.0) > 6.0  # by a turn
+    assert starts[8].scipy_theta is None
     half_ulp = 2.0**-52  # rounding of a double between 2 and 4
-    for k, row in rows.items():
-        assert abs(float(row[4])) <= half_ulp * 10.0**k * 1.01
-    found = exactness.hard(study(), find_scene("simple-pendulum/near-top-1e-6"))
-    assert isinstance(found[0], Figure)
-    assert isinstance(found[1], Table)
-    rates = [float(row[1].text) for row in found[1].rows if row[1].text[0].isdigit()]
+    for k, start in starts.items():
+        assert abs(start.distance) <= half_ulp * 10.0**k * 1.01
+    found = exactness.top_growth(study(), find_scene("simple-pendulum/near-top-1e-6"))
+    assert found is not None
+    rates = [run.rate for run in found.runs if run.rate is not None]
     # within 0.25 rad of the top the motion is linear in the distance to 3 %; it stays 4.1 s, the
     # rates are fitted to the second half, and a scheme's own error grows as t e^(rate t)
     assert rates
@@ -261,67 +250,67 @@ def test_a_known_limit_is_strict() -> None:
 
 
 def test_findings_name_commands_that_exist() -> None:
-    for one in (exactness.near_top(nothing()), tension.finding(study()), notebook.finding(study())):
-        for command in one.commands:
-            words = command.split()
-            assert words[0] == "plumbob"
-            assert words[1] in ("run", "solve", "validate")
-            names = words[words.index("--scenes") + 1] if "--scenes" in words else words[2]
-            assert all(find_scene(name).name == name for name in names.split(","))
+    for command in (command for of in findings_of(SECTION, study()) for command in of.commands):
+        words = command.split()
+        assert words[0] == "plumbob"
+        assert words[1] in ("run", "solve", "validate")
+        names = words[words.index("--scenes") + 1] if "--scenes" in words else words[2]
+        assert all(find_scene(name).name == name for name in names.split(","))
 
 
 def test_the_notebooks_statements() -> None:
-    found = claims.finding(declared(nothing(), notebook.requests))
-    verdicts = {line[0].text: line[3].text for line in found.tables[0].rows}
-    assert len(verdicts) == 14
+    ran = declared(nothing(), notebook.requests)
+    found = finding(claims.CLAIMS, ran)
+    assert len(found.tables[0].rows) == 14
     ours = {line[0].text: line[2].text for line in found.tables[0].rows}
     assert "solved exactly" in ours["equation of motion: mLθ̈ + CLθ̇ + mg sin θ = F(t)"]
     assert "11.5 % faster" in ours["case 3: the two are compared at 200°/s"]
+    assert "30 %" in found.summary
+    numbers = claims.numbers(ran)
     # theta_0^2/16 and the next term of the period's series, 11 theta_0^4/3072
     start = math.radians(10.0)
     series = start**2 / 16 + 11 * start**4 / 3072
-    assert claims.lengthening("free-small") == pytest.approx(series, rel=1e-5)
+    assert numbers.lengthening["1"] == pytest.approx(series, rel=1e-5)
     # the linear pendulum's amplitude; the start is forgotten as e^(-0.1 t)
     steady = 1.5 / math.hypot(9.8 - 2.8**2, 0.2 * 2.8)
-    assert claims.forced("forced-large")[1] == pytest.approx(steady, rel=0.02)
-    assert claims.forced("forced-large")[0] > 1.5
-    ran = claims.parting(declared(nothing(), notebook.requests), "free-small")
+    assert numbers.forced_linear == pytest.approx(steady, rel=0.02)
+    assert numbers.forced > 1.5
+    small = numbers.partings["1"]
     # the phases part by theta_0^2/16 of what has passed: amplitude * sin(omega t theta_0^2/16)
     by_phase = start * math.sin(math.sqrt(9.8) * 50.0 * start**2 / 16)
-    assert ran.largest == pytest.approx(by_phase, rel=0.02)
-    assert ran.relative == pytest.approx(0.295, abs=5e-3)
-    assert ran.in_runs == pytest.approx(ran.largest, rel=5e-3)
+    assert small.largest == pytest.approx(by_phase, rel=0.02)
+    assert small.relative == pytest.approx(0.295, abs=5e-3)
+    assert small.in_runs == pytest.approx(small.largest, rel=5e-3)
     # a small damped swing keeps to the exponential up to its amplitude squared, a large one not
-    assert 5e-4 < claims.decay("damped-small") < 1e-3
-    assert 0.05 < claims.decay("damped-large") < 0.2
-    assert "30 %" in found.summary
+    assert 5e-4 < numbers.decay["5"] < 1e-3
+    assert 0.05 < numbers.decay["6"] < 0.2
 
 
 def test_the_equation_is_that_of_mujoco_s_multibody_model() -> None:
     ran = replace(study(), convergence=())
-    assert claims._in_mujoco(ran) == "solved exactly"
+    assert claims.smallest_error(ran) is None
     scene = find_scene("simple-pendulum/free-large")
     (how,) = find_methods(claims.MUJOCO)
     found = convergence_study(scene, how, 10_000, (1e-2, 5e-3))
-    said = claims._in_mujoco(replace(ran, convergence=(found,)))
-    assert said.endswith("rad at 0.005 s")
-    assert float(said.split("within ")[1].split()[0]) < 1e-6
+    finest = claims.smallest_error(replace(ran, convergence=(found,)))
+    assert finest is not None
+    error, step = finest
+    assert step == 5e-3
+    assert error < 1e-6
 
 
 def test_the_bob_in_the_plane() -> None:
-    found = bob.finding(declared(nothing(), notebook.requests))
-    first = {line[0].text: line[3].text for line in found.tables[0].rows}
-    assert first["1"] == first["5"] == "–"
-    largest = {line[0].text: float(line[2].text) for line in found.tables[0].rows}
-    assert largest["2"] == pytest.approx(2.0, rel=0.01)  # opposite ends of a diameter, L = 1
-    over_x, over_y, plane = found.figures
-    for axis, figure in enumerate((over_x, over_y)):
-        exact, dots, *_ = figure.traces
-        assert exact["y"][0] == pytest.approx((-math.sin(math.radians(120)), 0.5)[axis], rel=1e-3)
-        near = np.interp(dots["x"], exact["x"], exact["y"])
-        assert np.abs(near - np.array(dots["y"])).max() < 5e-3
+    found = bob.numbers(declared(nothing(), notebook.requests))
+    distances = {case.label: case for case in found.distances}
+    assert distances["1"].parted is distances["5"].parted is None
+    assert distances["2"].largest == pytest.approx(2.0, rel=0.01)  # opposite ends of a diameter
+    exact, by_rk4 = found.pendulum
+    assert by_rk4 is not None
+    assert exact.x[0] == pytest.approx(-math.sin(math.radians(120)))
+    assert exact.y[0] == pytest.approx(0.5)
+    for along, dots in ((exact.x, by_rk4.x), (exact.y, by_rk4.y)):
+        assert np.abs(np.interp(by_rk4.times, exact.times, along) - dots).max() < 5e-3
     # within three periods of 2.76 s, as the summary says
     assert bob.distances(bob.FINE[:830], "free-large").max() > 1.9
-    round_, swing = plane.traces
-    assert np.hypot(round_["x"], round_["y"]) == pytest.approx(1.0, rel=1e-3)
-    assert np.hypot(swing["x"], swing["y"]) == pytest.approx(0.97, rel=1e-3)
+    for path, size in ((found.rotation, 1.0), (found.linear_rotation, 0.97)):
+        assert np.hypot(*path) == pytest.approx(size)

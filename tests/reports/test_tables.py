@@ -27,7 +27,7 @@ from plumbob.reports.view import notation, overview, tables
 from plumbob.reports.view.content import Finding, Statement, StatementVerdict, Table
 from plumbob.reports.view.sources import CHERNOUSKO, NOTEBOOK, SUDAKOV, as_printed
 from plumbob.tests.site import whole_profile
-from plumbob.tests.support.declared import declared, nothing
+from plumbob.tests.support.declared import declared, finding, nothing
 from plumbob.tests.support.studies import SCENE, quick
 
 
@@ -172,12 +172,12 @@ def test_every_statement_of_the_sources_has_value_verdict_and_finding(
 
 
 def test_statements_come_in_the_order_of_the_sources_whatever_that_of_the_findings() -> None:
-    def finding(name: str, *places: tuple[str, str]) -> Finding:
+    def stating(name: str, *places: tuple[str, str]) -> Finding:
         made = (Statement(*place, f"{place}", "said", "ours", "holds") for place in places)
         return Finding(name, name, "", "", statements=tuple(made))
 
     late, early = (NOTEBOOK, "case 1"), (SUDAKOV, "(1)")
-    table = overview.sources([finding("a", late, (CHERNOUSKO, "elsewhere")), finding("b", early)])
+    table = overview.sources([stating("a", late, (CHERNOUSKO, "elsewhere")), stating("b", early)])
     assert table is not None
     assert [line[1].text for line in table.rows] == ["(1)", "case 1", "elsewhere"]
     assert [line[6].link for line in table.rows] == ["b", "a", "a"]
@@ -202,7 +202,8 @@ def test_a_printed_number_holds_where_ours_rounds_to_it(ours: float, verdict: st
 
 def test_printed_numbers_of_the_source_hold() -> None:
     """The barrier on the turning platform as the largest of 300 samples, which is the source's."""
-    found = {one.said: one.verdict for one in source_claims.claims(nothing()).statements[:7]}
+    statements = finding(source_claims.CLAIMS, nothing()).statements[:7]
+    found = {one.said: one.verdict for one in statements}
     assert [said for said, verdict in found.items() if verdict != "holds"] == []
     assert len(found) == 7
     top = 514.19980544461671  # J, with 40 digits
@@ -215,14 +216,14 @@ def test_printed_numbers_of_the_source_hold() -> None:
 
 def test_a_changed_run_changes_its_row() -> None:
     study = declared(nothing(), hamiltonian.requests)
-    request = hamiltonian.INDEPENDENT["MuJoCo's full model"]
+    request = hamiltonian.INDEPENDENT["mujoco"]
     run = study.extras[request]
     assert isinstance(run, Trajectory)
 
     def statement(theta: Array) -> Statement:
         changed: dict[Request, Result] = dict(study.extras)
         changed[request] = replace(run, observables={**run.observables, "theta": theta})
-        (found,) = hamiltonian.finding(replace(study, extras=changed)).statements
+        (found,) = finding(hamiltonian.PRINTED, replace(study, extras=changed)).statements
         return found
 
     theta = run.observables["theta"]

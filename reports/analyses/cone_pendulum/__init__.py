@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.reports.analyses.analysis import Section
 from plumbob.reports.analyses.cone_pendulum import (
     action_phase,
     drive_work,
     energy,
     equilibria,
+    euler_order,
     generating_solution,
     hamiltonian,
     plane_engine,
@@ -22,39 +20,24 @@ from plumbob.reports.analyses.cone_pendulum import (
     uniformity,
 )
 
-
-def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """The runs that the findings, the figures and the hard cases look up."""
-    return (
-        *source_figures.requests(plan),
-        *hamiltonian.requests(plan),
-        *source_claims.requests(plan),
-        *symmetry.requests(plan),
-        *uniformity.requests(plan),
-        *action_phase.requests(plan),
-        *drive_work.requests(plan),
-        *generating_solution.requests(plan),
-        *plane_engine.requests(plan),
-        *energy.requests(plan),
-    )
-
-
-FINDINGS = (
-    hamiltonian.finding,
-    source_claims.inertia,
-    symmetry.finding,
-    source_claims.claims,
-    source_text.finding,
-    uniformity.finding,
-    action_phase.finding,
-    equilibria.EQUILIBRIA,
-    drive_work.finding,
-    series.finding,
-    generating_solution.finding,
-    plane_engine.finding,
-    source_claims.euler_order,
-    energy.finding,
-)
 SECTION = Section(
-    FINDINGS, (source_figures.galleries,), (energy.hard,), requests, source_figures.solved
+    findings=(
+        hamiltonian.PRINTED,
+        symmetry.INERTIA,
+        symmetry.PRODUCT_OF_INERTIA,
+        source_claims.CLAIMS,
+        source_text.SOURCE_TEXT,
+        uniformity.UNIFORMITY,
+        action_phase.ACTION_PHASE,
+        equilibria.EQUILIBRIA,
+        drive_work.DRIVE_WORK,
+        series.SPECIAL_FUNCTIONS,
+        generating_solution.GENERATING_SOLUTION,
+        plane_engine.PYMUNK_TORQUE,
+        euler_order.EULER_ORDER,
+        energy.ENERGY,
+    ),
+    galleries=(source_figures.GALLERIES,),
+    hard=(energy.MILLION_STEPS, energy.SADDLE),
+    solved=source_figures.SOLVED,
 )

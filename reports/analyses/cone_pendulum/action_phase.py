@@ -11,21 +11,19 @@ from functools import cache
 import numpy as np
 
 from plumbob.analytic.numerics.quad import double
+from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.pendulums.action_curves import Branch, branches
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
+from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.claims import AGREES, at_most
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING
 from plumbob.reports.analyses.energy_drift import in_double
 from plumbob.reports.analyses.measurements import PERIODS, swing_period, turn_period
-from plumbob.reports.view.content import Figure, Finding, Statement, Table, method_cell, row, value
-from plumbob.reports.view.notation import number
-from plumbob.reports.view.palette import BLUE, GREEN, GREY, ORANGE, PINK, RED
-from plumbob.reports.view.sources import SUDAKOV
-from plumbob.reports.view.traces import Trace, curve, figure, linear, logarithmic, marks, positive
+from plumbob.reports.view.content import Claim
 
 STEP = 2e-4  # [s]
 DEEP, SHALLOW = 1.5262823409896228, -1.4708157898939431  # [rad], the wells at 26 rad/s
@@ -37,18 +35,68 @@ HIGHEST = 1100.0  # [J]
 SWING, SWING_STEP = "simple-pendulum/free-large", 1e-3
 AMPLITUDES = (0.3, 1.0, 2.0, 2.8, 3.1)  # [rad]
 SWING_METHODS = ("mujoco/rk4", "pymunk/tight")
-COLOURS = (BLUE, GREEN, ORANGE, RED)
 
 
 @dataclass(frozen=True)
-class Measured:
-    """A start of STARTS: energy [J], exact and measured period [s], largest change of the action
-    over the run, relative."""
+class Period:
+    """A period [s], exact and measured in an engine."""
 
-    energy: float
     exact: float
-    seen: float | None
-    drift: float | None
+    measured: float | None
+
+    @property
+    def gap(self) -> float | None:
+        """Relative difference of the measured period."""
+        return None if self.measured is None else self.measured / self.exact - 1.0
+
+    @property
+    def rate(self) -> float | None:
+        """The measured rate [rad/s]."""
+        return None if self.measured is None else 2 * math.pi / self.measured
+
+
+@dataclass(frozen=True)
+class Start:
+    """A motion of MuJoCo's full model, from an entry of STARTS."""
+
+    theta: float  # [rad]
+    speed: float  # [rad/s]
+    energy: float  # [J]
+    regime: str
+    period: Period
+    drift: float | None  # largest change of the action over the run, relative
+
+
+@dataclass(frozen=True)
+class Swing:
+    """A swing of an engine's simple pendulum."""
+
+    method: str
+    amplitude: float  # [rad]
+    period: Period
+    ratio: float | None  # of the measured period to that of small swings
+
+
+@dataclass(frozen=True)
+class ActionPhase:
+    """Actions and periods, exact and in engines' runs."""
+
+    starts: tuple[Start, ...]
+    branches: tuple[Branch, ...]  # of the source's cone on its turning platform
+    swings: tuple[Swing, ...]
+    amplitudes: Array  # [rad] of the simple pendulum
+    ratios: tuple[float, ...]  # at them, of the exact period to that of small swings
+    step: float = SWING_STEP
+
+    @property
+    def largest_gap(self) -> float:
+        """Largest difference of a period, relative; zero without runs."""
+        return max((abs(s.period.gap) for s in self.starts if s.period.gap), default=0.0)
+
+    @property
+    def largest_drift(self) -> float:
+        """Largest change of an action, relative; zero without runs."""
+        return max((start.drift for start in self.starts if start.drift), default=0.0)
 
 
 @cache
@@ -58,18 +106,19 @@ def started(theta: float, speed: float) -> ConePendulum:
     return case_of(scene).problem  # type: ignore[no-any-return]
 
 
-def _request(theta: float, speed: float) -> ExtraRun:
-    duration = PERIODS * started(theta, speed).motion.period
-    return ExtraRun(ROTATING, MUJOCO, STEP, duration, (("theta", theta), ("theta_dot", speed)))
-
-
+@cache
 def swing_time(amplitude: float) -> float:
     """Exact period [s] of the simple pendulum with an amplitude [rad]."""
     problem = case_of(find_scene(SWING, {"theta": -amplitude})).problem
     return float(problem.elliptic.period)
 
 
-def _swing(method: str, amplitude: float) -> ExtraRun:
+def _request(theta: float, speed: float) -> ExtraRun:
+    duration = PERIODS * started(theta, speed).motion.period
+    return ExtraRun(ROTATING, MUJOCO, STEP, duration, (("theta", theta), ("theta_dot", speed)))
+
+
+def _swing_request(method: str, amplitude: float) -> ExtraRun:
     duration = PERIODS * swing_time(amplitude)
     return ExtraRun(SWING, method, SWING_STEP, duration, (("theta", -amplitude),))
 
@@ -78,160 +127,52 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """Three periods of MuJoCo's full model from each start, and of two engines' simple pendulum."""
     return (
         *(_request(*start) for start in STARTS),
-        *(_swing(method, size) for method in SWING_METHODS for size in AMPLITUDES),
+        *(_swing_request(method, size) for method in SWING_METHODS for size in AMPLITUDES),
     )
 
 
-def measured(study: Study) -> tuple[Measured, ...]:
-    """Energy and periods of each start."""
-    rows = []
-    for theta, speed in STARTS:
-        problem, run = started(theta, speed), study.recording(_request(theta, speed))
-        motion = problem.motion
-        rotates = motion.regime == "rotation"
-        period = turn_period(run) if rotates else swing_period(run, theta)
-        drift = None
-        if run is not None:
-            system = case_of(find_scene(ROTATING)).system
-            drift = float(np.abs(system.invariants(problem, run.observables)["action"]).max())
-        rows.append(Measured(float(double(motion.energy)), motion.period, period, drift))
-    return tuple(rows)
-
-
-@cache
-def curves() -> tuple[Branch, ...]:
-    """The branches of the source's cone on its turning platform."""
+def numbers(study: Study) -> ActionPhase:
+    """Actions and periods, exact and in engines' runs."""
     problem = started(DEEP, 40.0)
-    return branches(in_double(problem.potential), problem.body.inertia_x, HIGHEST)
-
-
-def finding(study: Study) -> Finding:
-    """The action as the engines see it: constant, with the period as its derivative."""
-    points = measured(study)
-    gaps = [abs(p.seen / p.exact - 1.0) for p in points if p.seen is not None]
-    drifts = [p.drift for p in points if p.drift is not None]
-    deep, shallow, both, rotation = (branch.actions for branch in curves())
-    table = Table(
-        "Periods and actions measured in MuJoCo's full model",
-        ("start θ, dθ/dt", "H [J]", "regime", "period, exact [s]", "period, measured [s]",
-         "relative difference", "largest change of I, relative"),
-        tuple(
-            row(
-                f"{number(theta)} rad, {number(speed)} rad/s",
-                value(p.energy, 5),
-                started(theta, speed).motion.regime,
-                value(p.exact, 8),
-                value(p.seen, 8),
-                value(None if p.seen is None else p.seen / p.exact - 1.0, 2),
-                value(p.drift, 2),
-            )
-            for (theta, speed), p in zip(STARTS, points, strict=True)
-        ),
-    )  # fmt: skip
-    return Finding(
-        "action-phase",
-        "Action and phase (10)–(13) hold in every well and across the separatrices",
-        "extended",
-        "Periods and actions can be taken from the formulas for swinging motions too. "
-        f"Periods measured in MuJoCo differ from 2π dI/dH by at most "
-        f"{number(max(gaps, default=0.0), 2)}, relative; the action of its runs is constant to "
-        f"{number(max(drifts, default=0.0), 2)}.",
-        (
-            "The source introduces action and phase for rotation only. They hold for swinging in "
-            "either well and over both, too. Upward across the lower separatrix the actions of "
-            f"the wells add up ({number(deep[-1], 4)} + {number(shallow[-1], 4)} J s to "
-            f"{number(both[0], 4)} J s); across the upper one the action halves "
-            f"({number(both[-1], 4)} to {number(rotation[0], 4)} J s), because a rotation passes "
-            "each angle one way only. The frequency falls to zero at either.",
-        ),
-        (table, _swings_table(study)),
-        (*_figures(points), _swings(study)),
-        (
-            f"plumbob solve {ROTATING} --set theta={SHALLOW} --set theta_dot=10",
-            f"plumbob run {ROTATING} {MUJOCO} --step {STEP:g} --set theta={SHALLOW} "
-            "--set theta_dot=10",
-        ),
-        (
-            Statement(
-                SUDAKOV,
-                "(10)–(13)",
-                "Action I and phase Φ = Ωt of a rotation, with Ω = dH/dI",
-                "for rotation only",
-                "in every well too: periods in MuJoCo within "
-                f"{number(max(gaps, default=0.0), 2)}, relative; I constant to "
-                f"{number(max(drifts, default=0.0), 2)}",
-                "extended",
-            ),
-        ),
-        claims=(
-            at_most(
-                "the largest difference of a period, relative,", max(gaps, default=np.nan), AGREES
-            ),
-            at_most(
-                "the largest change of an action, relative,", max(drifts, default=np.nan), AGREES
-            ),
-        ),
-    )
-
-
-def _figures(points: Sequence[Measured]) -> list[Figure]:
-    actions: list[Trace] = []
-    rates: list[Trace] = []
-    for branch, colour in zip(curves(), COLOURS, strict=False):
-        actions.append(curve(branch.energies, branch.actions, colour=colour, name=branch.name))
-        rates.append(curve(branch.energies, branch.rates, colour=colour, name=branch.name))
-    timed = [p for p in points if p.seen]
-    dots = [2 * math.pi / p.seen for p in timed if p.seen]
-    rates.append(marks([p.energy for p in timed], dots, GREY, "MuJoCo"))
-    energy = linear("H [J]")
-    note = "Jumps at the separatrices: the wells' orbits join, then a turn is half of an orbit."
-    return [
-        figure("I(H), eq. 10", note, actions, energy, linear("action I [J s]"), legend=True),
-        figure(
-            "Ω(H), eq. 12",
-            "The slope of H(I); grey: 2π over periods measured in MuJoCo's full model.",
-            rates,
-            energy,
-            linear("Ω = dH/dI [rad/s]"),
-            legend=True,
-        ),
-    ]
-
-
-def _swings(study: Study) -> Figure:
-    """The simple pendulum's period against amplitude, closed form and engines."""
+    close = math.pi - np.geomspace(0.14, 1e-4, 30)  # to the top
+    amplitudes = np.concatenate([np.linspace(0.02, 3.0, 60), close])
     small = swing_time(1e-6)
-    sizes = np.concatenate([np.linspace(0.02, 3.0, 60), math.pi - np.geomspace(0.14, 1e-4, 30)])
-    periods = [swing_time(float(size)) / small for size in sizes]
-    traces: list[Trace] = [curve(sizes, periods, colour=BLUE, name="closed form")]
-    for method, colour in zip(SWING_METHODS, (RED, PINK), strict=True):
-        dots = {s: swing_period(study.recording(_swing(method, s)), 0.0) for s in AMPLITUDES}
-        kept = {size: period / small for size, period in dots.items() if period is not None}
-        if kept:
-            traces.append(marks(list(kept), positive(list(kept.values())), colour, method))
-    return figure(
-        "Simple pendulum: period against amplitude",
-        "Over that of small swings; a = b = 0 in the same closed form.",
-        traces,
-        linear("amplitude [rad]"),
-        logarithmic("T / 2π√(L/g)"),
-        legend=True,
+    return ActionPhase(
+        tuple(_start(study, *start) for start in STARTS),
+        branches(in_double(problem.potential), problem.body.inertia_x, HIGHEST),
+        tuple(_swing(study, method, size) for method in SWING_METHODS for size in AMPLITUDES),
+        amplitudes,
+        tuple(swing_time(float(size)) / small for size in amplitudes),
     )
 
 
-def _swings_table(study: Study) -> Table:
-    rows = []
-    for method in SWING_METHODS:
-        for size in AMPLITUDES:
-            exact, dots = swing_time(size), swing_period(study.recording(_swing(method, size)), 0.0)
-            gap = None if dots is None else dots / exact - 1.0
-            cells = (value(size, 2), value(exact, 8), value(dots, 8), value(gap, 2))
-            rows.append(row(method_cell(method), *cells))
-    heads = ("method", "amplitude [rad]", "period, exact [s]", "period, measured [s]",
-             "relative difference")  # fmt: skip
-    return Table(
-        f"Simple pendulum: periods measured at a step of {SWING_STEP:g} s",
-        heads,
-        tuple(rows),
-        folded=True,
+def _start(study: Study, theta: float, speed: float) -> Start:
+    problem, run = started(theta, speed), study.recording(_request(theta, speed))
+    motion, drift = problem.motion, None
+    period = turn_period(run) if motion.regime == "rotation" else swing_period(run, theta)
+    if run is not None:
+        system = case_of(find_scene(ROTATING)).system
+        drift = float(np.abs(system.invariants(problem, run.observables)["action"]).max())
+    energy, times = float(double(motion.energy)), Period(motion.period, period)
+    return Start(theta, speed, energy, motion.regime, times, drift)
+
+
+def _swing(study: Study, method: str, amplitude: float) -> Swing:
+    period = swing_period(study.recording(_swing_request(method, amplitude)), 0.0)
+    ratio = None if period is None else period / swing_time(1e-6)
+    return Swing(method, amplitude, Period(swing_time(amplitude), period), ratio)
+
+
+def claims(phases: ActionPhase) -> Sequence[Claim]:
+    """Periods are derivatives of the action, which is constant."""
+    return (
+        at_most(
+            "the largest difference of a period, relative,", phases.largest_gap or np.nan, AGREES
+        ),
+        at_most(
+            "the largest change of an action, relative,", phases.largest_drift or np.nan, AGREES
+        ),
     )
+
+
+ACTION_PHASE = Analysis("cone_pendulum/action_phase", numbers, requests, claims)

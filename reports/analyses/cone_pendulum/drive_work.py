@@ -1,9 +1,9 @@
-"""The finding on energies: T + U changes by the work of the drive, in MuJoCo's own energy too."""
+"""The energies of Fig. 3: T + U changes by the work of the drive, in MuJoCo's own energy too."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from plumbob.analytic.systems.platform_energy import Energies, drive_torque, ene
 from plumbob.engines.study.extra_runs import Changes, ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
+from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.claims import clear
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     END,
@@ -21,11 +22,7 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     forms,
 )
 from plumbob.reports.analyses.measurements import extremes, largest
-from plumbob.reports.view.content import Figure, Finding, Statement, Table, row, value
-from plumbob.reports.view.notation import number
-from plumbob.reports.view.palette import BLUE, GREEN, GREY, ORANGE, PINK, RED
-from plumbob.reports.view.sources import SUDAKOV
-from plumbob.reports.view.traces import Trace, curve, linear, marks, over_time
+from plumbob.reports.view.content import Claim
 
 # So light that its own energy leaves the body's with eight digits, so heavy that its rate changes
 # by 2.4e-7 rad/s only.
@@ -33,6 +30,34 @@ ARMATURE = 1e8  # [kg m^2]
 OWN_INERTIA = 1.0  # [kg m^2] of the platform in the model's file, beside the armature
 SETTINGS: Changes = (("platform_armature", ARMATURE), ("reads_energy", True))
 RUN = ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END, (), SETTINGS)
+PARTS = ("translation", "coupling", "rotation")
+
+
+@dataclass(frozen=True)
+class Platform:
+    """MuJoCo's own energies [J] over a run whose platform has a finite inertia."""
+
+    total: Array  # T + U of the body
+    range: float  # of that
+    gap: float  # largest difference of that from the exact one
+    supplied_range: float  # of what the platform has given away
+    supplied_gap: float  # largest difference of that from the exact work of the drive
+
+
+@dataclass(frozen=True)
+class DriveWork:
+    """Energies [J] over the motion of Fig. 3, and the torque [N m] of the drive."""
+
+    times: Array  # [s]
+    exact: Energies
+    swing: float  # range of T + U
+    constant: float  # range of T + U less the work of the drive
+    extremes: Mapping[str, tuple[float, float]]  # of the parts of T
+    others: float  # largest of the parts of T but ½ I_x θ̇², with a platform at rest
+    torque: float  # largest
+    mujoco: Platform | None
+    inertia: float = ARMATURE
+    end: float = END
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -46,134 +71,49 @@ def along(times: Array) -> Energies:
     return energies(problem, *problem.reference.state(times))
 
 
-def own_energy(run: Trajectory) -> tuple[Array, Array] | None:
-    """MuJoCo's own T + U of the body [J], and the energy that the platform has released [J], shape
-    (n,); None where the run has no energies."""
-    if not {"kinetic", "potential", "platform_rate"} <= set(run.channels):
-        return None
-    rate = run.channels["platform_rate"]
-    platform = (ARMATURE + OWN_INERTIA) * rate**2 / 2
-    body = run.channels["kinetic"] + run.channels["potential"] - platform
-    # the difference of squares, without the digits that they have in common
-    supplied = (ARMATURE + OWN_INERTIA) * (rate[0] - rate) * (rate[0] + rate) / 2
-    return body, supplied
-
-
-def finding(study: Study) -> Finding:
+def numbers(study: Study) -> DriveWork:
     """T + U is not constant; T + U less the work of the drive is."""
     run = study.recording(RUN)
-    in_mujoco = None if run is None else own_energy(run)
     times = np.linspace(0.0, END, 251) if run is None else run.times
-    exact = along(times)
-    problem = forms(ROTATING).problem
-    swing = float(np.ptp(extremes(lambda t: along(t).total, times)))
-    torque = largest(lambda t: drive_torque(problem, *problem.reference.state(t)), times)
-    still = energies(replace(problem, platform_rate=0.0), *problem.reference.state(times))
-    others = float(np.abs(still.kinetic - still.rotation).max())
-    rows = [
-        row("T + U, exact", value(swing), ""),
-        row("T + U less the work of the drive, exact",
-            value(float(np.ptp(exact.total - exact.work))), ""),
-    ]  # fmt: skip
-    text, gap = "", 0.0
-    if in_mujoco is not None:
-        body, supplied = in_mujoco
-        gap = float(np.abs(body - exact.total).max())
-        rows += [
-            row("T + U, MuJoCo's own", value(float(np.ptp(body))), value(gap)),
-            row("what MuJoCo's platform gives away", value(float(np.ptp(supplied))),
-                value(float(np.abs(supplied - exact.work).max()))),
-        ]  # fmt: skip
-        text = f" MuJoCo's own energy agrees to {number(gap)} J."
-    return Finding(
-        "drive-work",
-        "T + U changes by the work of the drive that keeps the platform's rate",
-        "contradicted",
-        "The drive of the platform does work, so constant energy T + U is no test of a "
-        "simulation here. "
-        f"Within {END} s T + U, which (9) takes for constant, changes by {number(swing)} J; all of "
-        f"it is the work of the drive.{text}",
-        (
-            "The drive keeps ω against the body's changing angular momentum L about the vertical, "
-            "and does the work ω(L – L₀). What is constant is T + U – ωL: the Jacobi integral, "
-            "which the corrected (9) is. In MuJoCo the drive is a platform of large but finite "
-            f"inertia ({number(ARMATURE)} kg m²): what it gives away is the same work.",
-        ),
-        (
-            Table(
-                "Energies along the motion of Fig. 3",
-                ("energy", "range over the run [J]", "largest difference from the exact one [J]"),
-                tuple(rows),
-            ),
-        ),
-        (_figure(times, exact, in_mujoco),),
-        (f"plumbob solve {ROTATING} --times 0.1,0.2,0.3,0.4,0.5",),
-        (
-            Statement(
-                SUDAKOV,
-                "(2)–(6), (9)",
-                "T + U is constant",
-                "575.246 J",
-                f"changes by {number(swing)} J within {END} s: the work of the drive.{text}",
-                "refuted",
-            ),
-            Statement(
-                SUDAKOV,
-                "(2)–(6)",
-                "T is the sum of three parts: of translation, of inertia forces and of rotation",
-                "(3), (4), (5)",
-                f"as printed: {_range('translation', times)}, {_range('coupling', times)} and "
-                f"{_range('rotation', times)} J on the motion of Fig. 3.{text}",
-                "holds",
-            ),
-            Statement(
-                SUDAKOV,
-                "(6)",
-                "Only ½ I_x θ̇² belongs to the swing; all other parts depend on the platform's rate",
-                "½ I_x θ̇²",
-                f"at ω = 0 the other parts are {number(others)} J",
-                "holds" if others == 0.0 else "refuted",
-            ),
-            Statement(
-                SUDAKOV,
-                "characteristics",
-                "The only external force that acts is applied at the centre of mass: gravity",
-                "Mg",
-                "the only applied force; the constraint that keeps ω has a reaction, a torque of "
-                f"up to {number(torque, 6)} N m that does the work above",
-                "extended",
-            ),
-        ),
-        claims=(
-            (
-                clear(
-                    "the change of T + U, and the distance of MuJoCo's own energy", swing, gap, "J"
-                ),
-            )
-            if in_mujoco is not None
-            else ()
-        ),
+    exact, problem = along(times), forms(ROTATING).problem
+    states = problem.reference.state
+    still = energies(replace(problem, platform_rate=0.0), *states(times))
+    return DriveWork(
+        times,
+        exact,
+        float(np.ptp(_span("total", times))),
+        float(np.ptp(exact.total - exact.work)),
+        {part: _span(part, times) for part in PARTS},
+        float(np.abs(still.kinetic - still.rotation).max()),
+        largest(lambda t: drive_torque(problem, *states(t)), times),
+        None if run is None else _platform(run, exact),
     )
 
 
-def _range(part: str, times: Array) -> str:
-    low, high = map(number, extremes(lambda t: getattr(along(t), part), times))
-    return low if low == high else f"{low} to {high}"
+def _span(part: str, times: Array) -> tuple[float, float]:
+    """The lowest and the highest value of an exact energy [J]."""
+    return extremes(lambda t: getattr(along(t), part), times)
 
 
-def _figure(times: Array, exact: Energies, energies: tuple[Array, Array] | None) -> Figure:
-    traces: list[Trace] = [
-        curve(times, values, colour=colour, name=name)
-        for values, colour, name in (
-            (exact.translation, GREY, "T of translation (3)"),
-            (exact.coupling, ORANGE, "T of coupling (4)"),
-            (exact.rotation, GREEN, "T of rotation (5)"),
-            (exact.gravity, PINK, "U"),
-            (exact.total, RED, "T + U"),
-            (exact.work, BLUE, "work of the drive"),
-        )
-    ]
-    if energies is not None:
-        traces.append(marks(times[::12], energies[0][::12], RED, "T + U, MuJoCo", size=4))
-    caption = "The parts of (6), their sum with U, and the work of the drive since the start."
-    return over_time("Energies (2)–(6)", caption, traces, linear("energy [J]"), wide=True)
+def _platform(run: Trajectory, exact: Energies) -> Platform | None:
+    """MuJoCo's own energies; None where the run has none."""
+    if not {"kinetic", "potential", "platform_rate"} <= set(run.channels):
+        return None
+    rate, inertia = run.channels["platform_rate"], ARMATURE + OWN_INERTIA
+    body = run.channels["kinetic"] + run.channels["potential"] - inertia * rate**2 / 2
+    # the difference of squares, without the digits that they have in common
+    supplied = inertia * (rate[0] - rate) * (rate[0] + rate) / 2
+    gaps = (float(np.abs(gap).max()) for gap in (body - exact.total, supplied - exact.work))
+    body_gap, supplied_gap = gaps
+    return Platform(body, float(np.ptp(body)), body_gap, float(np.ptp(supplied)), supplied_gap)
+
+
+def claims(work: DriveWork) -> Sequence[Claim]:
+    """T + U changes in MuJoCo as it does exactly."""
+    if work.mujoco is None:
+        return ()
+    what = "the change of T + U, and the distance of MuJoCo's own energy"
+    return (clear(what, work.swing, work.mujoco.gap, "J"),)
+
+
+DRIVE_WORK = Analysis("cone_pendulum/drive_work", numbers, requests, claims)

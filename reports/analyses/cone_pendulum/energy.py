@@ -7,72 +7,61 @@ from collections.abc import Sequence
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
+from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.reports.analyses.energy_drift import (
+    EnergyDrifts,
     EnergyRuns,
-    drift_claims,
-    drift_table,
-    overtaken,
+    energy_claims,
+    energy_drifts,
 )
 from plumbob.reports.analyses.measurements import case
-from plumbob.reports.analyses.saddle_growth import Saddle, saddle_growth
-from plumbob.reports.view import notation
-from plumbob.reports.view.content import Figure, Finding, Table
+from plumbob.reports.analyses.saddle_growth import Saddle, SaddleGrowth, growth_at_saddle
 
-METHODS = ("mujoco/euler", "ode/leapfrog", "mujoco/rk4")
+SYMPLECTIC, OTHER = ("mujoco/euler", "ode/leapfrog"), "mujoco/rk4"
+METHODS = (*SYMPLECTIC, OTHER)
 RUNS = EnergyRuns(ROTATING, METHODS, 1e-3, 10.0)  # 10^4 steps, 62 turns
 MILLION = "cone-pendulum/million-steps"
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """Runs over many steps, over a million where the study has that scene."""
-    return (*RUNS.requests, *(_million().requests if plan.has(MILLION) else ()))
+    """Runs over many steps."""
+    return RUNS.requests
 
 
-def finding(study: Study) -> Finding:
-    """Which methods keep the energy, over ten thousand steps of the source's Fig. 3."""
-    table, plot, drifts = drift_table(study, RUNS, forms(ROTATING).correct)
-    bounded = [m for m, d in drifts.items() if not d.secular]
-    drifting = "; ".join(
-        f"with {m} it drifts by {notation.number(d.rate)} J/s"
-        + (f", and averaging predicts {notation.number(d.predicted)}" if d.predicted else "")
-        for m, d in drifts.items()
-        if d.secular
-    )
-    return Finding(
-        "energy",
-        "Symplectic methods keep the energy within bounds; RK4 lets it drift at a predicted rate",
-        "confirmed",
-        f"{overtaken(drifts, METHODS[:2], METHODS[2])}For longer runs take a symplectic "
-        "method, or allow for RK4's energy drift, whose rate is predicted. "
-        f"Over {RUNS.steps:.0f} steps the energy error of {' and '.join(bounded)} stays "
-        f"bounded{'; ' * bool(drifting)}{drifting}.",
-        (
-            "RK4 is so accurate here that its drift is far below the oscillation of the "
-            "symplectic methods; but the drift grows with every turn, and the oscillation does "
-            "not.",
-        ),
-        (table,),
-        (plot,),
-        (f"plumbob validate --profile full --scenes {MILLION} --methods {','.join(METHODS)}",),
-        claims=(*drift_claims(drifts, METHODS[:2], METHODS[2]),),
-    )
+def numbers(study: Study) -> EnergyDrifts:
+    """Energy errors over ten thousand steps of the source's Fig. 3."""
+    return energy_drifts(study, RUNS, forms(ROTATING).correct, SYMPLECTIC, OTHER)
 
 
-def hard(study: Study, scene: Scene) -> Sequence[Figure | Table]:
-    """Growth of the errors next to a separatrix; energy over a million steps."""
-    if scene.name == MILLION:
-        table, plot, _ = drift_table(study, _million(), forms(MILLION).correct)
-        return plot, table
+def million_requests(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """Runs over a million steps where the study has that scene."""
+    return _million().requests if plan.has(MILLION) else ()
+
+
+def million_numbers(study: Study, scene: Scene) -> EnergyDrifts | None:
+    """Energy errors over a million steps."""
+    if scene.name != MILLION:
+        return None
+    return energy_drifts(study, _million(), forms(MILLION).correct, SYMPLECTIC, OTHER)
+
+
+def saddle_numbers(study: Study, scene: Scene) -> SaddleGrowth | None:
+    """Growth of the errors next to the highest saddle."""
     problem = case(scene.name).problem
     saddles = [e for e in problem.equilibria if e.kind == "saddle"]
-    if not saddles:
-        return ()
+    if scene.name == MILLION or not saddles:
+        return None
     highest = max(saddles, key=lambda e: e.potential)
-    return saddle_growth(study, scene, problem.motion, Saddle(highest.theta, highest.rate))
+    return growth_at_saddle(study, scene, problem.motion, Saddle(highest.theta, highest.rate))
 
 
 def _million() -> EnergyRuns:
     """The scene that is there for it, at its finest step."""
     scene = case(MILLION).scene
     return EnergyRuns(MILLION, METHODS, scene.steps[-1], scene.duration)
+
+
+ENERGY = Analysis("cone_pendulum/energy", numbers, requests, energy_claims)
+MILLION_STEPS = Analysis("cone_pendulum/million_steps", million_numbers, million_requests)
+SADDLE = Analysis("cone_pendulum/saddle", saddle_numbers)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -14,6 +14,7 @@ from plumbob.analytic.systems.pendulums.slow_change import DampedRotation, actio
 from plumbob.engines.study.extra_runs import Changes, ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
+from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.claims import at_most
 from plumbob.reports.analyses.cone_pendulum.action_phase import started
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
@@ -24,20 +25,7 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     forms,
 )
 from plumbob.reports.analyses.energy_drift import in_double
-from plumbob.reports.view.content import (
-    Cell,
-    Figure,
-    Finding,
-    Statement,
-    Table,
-    method_cell,
-    row,
-    value,
-)
-from plumbob.reports.view.notation import number
-from plumbob.reports.view.palette import BLUE, GREEN, ORANGE, RED
-from plumbob.reports.view.sources import SUDAKOV
-from plumbob.reports.view.traces import Trace, curve, figure, linear, marks, over_time
+from plumbob.reports.view.content import Claim
 
 SPEED = 60.0  # [rad/s], from theta = 0: half of the action is left when it comes to the barrier
 WITHIN = 1e-2  # of the action: what first-order averaging leaves
@@ -50,33 +38,83 @@ DRIVE_RATE, DRIVE_TIME = 5.0, 2.0  # [1/s], [s]
 PLACES = 12  # of a run that are looked at
 
 
-Line = tuple[Cell, ...]
+@dataclass(frozen=True)
+class DampedRun:
+    """A recorded damped rotation at PLACES of its samples, against averaging."""
+
+    method: str
+    xi: float  # [1/s]
+    times: Array  # [s]
+    actions: Array  # [J s]
+    turns: float
+    gap: float  # largest difference of an action, relative
+    phase_gap: float  # [rad], at the end
 
 
 @dataclass(frozen=True)
-class Damped:
-    """A rotation with a damped axle: rate xi [1/s], and how long [s]."""
+class DriveRun:
+    """How far theta [rad] leaves the ideal motion with a weak drive: a run, and to first order."""
 
-    xi: float
-    duration: float
+    inertia: float  # [kg m^2] of the platform
+    times: Array  # [s]
+    apart: Array
+    first: Array
 
-    def request(self, method: str) -> ExtraRun:
-        """The run with a method."""
-        step = TOLERANCE if method == LAGRANGE else STEP
-        changes: Changes = (("theta_dot", SPEED),)
-        settings: Changes = (("axle_damping_rate", self.xi),)
-        return ExtraRun(ROTATING, method, step, self.duration, changes, settings)
+    @property
+    def gap(self) -> float:
+        """Relative difference at the end."""
+        return float(self.apart[-1] / self.first[-1] - 1.0)
+
+    @property
+    def scaled(self) -> tuple[Array, Array]:
+        """Both, times the platform's inertia."""
+        return self.apart * self.inertia, self.first * self.inertia
 
 
-def damped(profile: str) -> tuple[Damped, ...]:
-    """The runs of a profile: each twice as long as the one before, and half as damped."""
-    period = started(0.0, SPEED).motion.period
-    longest = dict(TURNS)[profile] * period
-    return tuple(Damped(DECAY / t, t) for t in (longest / 4, longest / 2, longest))
+@dataclass(frozen=True)
+class GeneratedSolutions:
+    """Slow changes of the exact motion, in runs and predicted."""
+
+    damped: tuple[DampedRun, ...]
+    drives: tuple[DriveRun, ...]
+    xi: float  # [1/s] of the longest damped rotation
+    times: Array  # [s]
+    actions: Array  # [J s] of that at them, averaged
+    speed: float = SPEED
+    drive_rate: float = DRIVE_RATE
+    drive_time: float = DRIVE_TIME
+
+    @property
+    def largest_gap(self) -> float:
+        """Largest difference of an action from the averaged one, relative."""
+        return max((run.gap for run in self.damped), default=0.0)
+
+    @property
+    def largest_phase_gap(self) -> float:
+        """Largest difference of a phase at the end [rad]."""
+        return max((abs(run.phase_gap) for run in self.damped), default=0.0)
+
+    @property
+    def turns(self) -> float:
+        """Turns of the longest run."""
+        return max((run.turns for run in self.damped), default=0.0)
+
+
+def _durations(profile: str) -> tuple[float, ...]:
+    """The durations [s] of a profile's damped rotations, each with half the damping of the one
+    before."""
+    longest = dict(TURNS)[profile] * started(0.0, SPEED).motion.period
+    return longest / 4, longest / 2, longest
 
 
 def _methods(profile: str) -> tuple[str, ...]:
     return (MUJOCO, LAGRANGE) if profile == "full" else (MUJOCO,)
+
+
+def _damped(method: str, duration: float) -> ExtraRun:
+    step = TOLERANCE if method == LAGRANGE else STEP
+    settings: Changes = (("axle_damping_rate", DECAY / duration),)
+    return ExtraRun(ROTATING, method, step, duration, (("theta_dot", SPEED),), settings)
 
 
 def _drive(inertia: float) -> ExtraRun:
@@ -87,7 +125,7 @@ def _drive(inertia: float) -> ExtraRun:
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """Damped rotations, over a thousand turns in the full profile; platforms with weak drives."""
     return (
-        *(damping.request(m) for damping in damped(plan.profile) for m in _methods(plan.profile)),
+        *(_damped(m, t) for t in _durations(plan.profile) for m in _methods(plan.profile)),
         *(_drive(inertia) for inertia in INERTIAS),
     )
 
@@ -99,139 +137,50 @@ def averaged(xi: float) -> DampedRotation:
     return DampedRotation(in_double(problem.potential), problem.body.inertia_x, SPEED, xi)
 
 
-def course(run: Trajectory, xi: float) -> tuple[Array, Array, Array]:
-    """Times [s], and the action [J s] and phase [rad] of a run at PLACES of its samples."""
-    rule = averaged(xi)
+def _damped_run(run: Trajectory, method: str, xi: float) -> DampedRun:
+    """The action and the phase of a run at PLACES of its samples."""
+    rule, data = averaged(xi), run.observables
     kept = np.linspace(0, len(run.times) - 1, PLACES + 1).astype(int)[1:]
-    data = run.observables
-    pairs = [
-        action_and_phase(
-            rule.potential, rule.inertia, float(data["theta"][i]), float(data["theta_dot"][i])
-        )
-        for i in kept
-    ]
-    return run.times[kept], *np.array(pairs).T
+    states = zip(data["theta"][kept], data["theta_dot"][kept], strict=True)
+    pairs = [action_and_phase(rule.potential, rule.inertia, *map(float, state)) for state in states]
+    times, (actions, phases) = run.times[kept], np.array(pairs).T
+    gap = float(np.abs(actions / rule.action(times) - 1.0).max())
+    phase_gap = float(phases[-1] - rule.phase(float(times[-1])))
+    return DampedRun(method, xi, times, actions, float(phases[-1] / (2 * np.pi)), gap, phase_gap)
 
 
-def finding(study: Study) -> Finding:
+def _drive_run(run: Trajectory, inertia: float) -> DriveRun:
+    """The deviation of a run with a weak drive."""
+    problem = forms(ROTATING).problem
+    # the servo's gain is DRIVE_RATE times the armature, and moves the platform's own too
+    rate = DRIVE_RATE * inertia / (inertia + OWN)
+    first = drive_error(problem, run.times, inertia + OWN, rate).theta
+    apart = run.observables["theta"] - problem.reference.state(run.times)[0]
+    return DriveRun(inertia, run.times, apart, first)
+
+
+def numbers(study: Study) -> GeneratedSolutions:
     """Averaging against a thousand turns, and first-order perturbation against a weak drive."""
-    rows, worst, late, turns = [], 0.0, [], 0.0
-    for damping in damped(study.profile):
-        rule = averaged(damping.xi)
-        for method in _methods(study.profile):
-            run = study.recording(damping.request(method))
-            if run is None:
-                continue
-            times, actions, phases = course(run, damping.xi)
-            off = float(np.abs(actions / rule.action(times) - 1.0).max())
-            gap = float(phases[-1] - rule.phase(float(times[-1])))
-            worst, turns = max(worst, off), max(turns, float(phases[-1]) / (2 * np.pi))
-            late.append(abs(gap))
-            rows.append(
-                row(method_cell(method), value(damping.xi), value(phases[-1] / (2 * np.pi), 5),
-                    value(off, 2), value(gap, 2))
-            )  # fmt: skip
-    drive_rows, drives = _drives(study)
-    heads = ("method", "ξ [1/s]", "turns", "largest difference of I from I₀ e^(–ξt), relative",
-             "difference of the phase at the end [rad]")  # fmt: skip
-    return Finding(
-        "generating-solution",
-        "The exact motion generates perturbation solutions: damping and a drive that is not ideal",
-        "confirmed",
-        "With weak damping or an imperfect drive, averaging along the exact motion gives the "
-        "slow change without a simulation. "
-        f"With a damped axle the action falls as e^(–ξt), within {number(worst, 2)}, relative; "
-        f"after {number(turns, 4)} turns the averaged phase differs by "
-        f"{number(max(late, default=0.0), 2)} rad.",
-        (
-            "The source means its solution as a generating one for perturbation methods, in "
-            "electric drives. With a torque –ξI dθ/dt on the axle dH/dt = –ξI(dθ/dt)², whose mean "
-            "is –ξΩI by (10) and (12): dI/dt = –ξI for every potential. The phase is the integral "
-            "of Ω, which is (1/ξ)∫dH/I. Each run is twice as long as the one before and half as "
-            "damped: the phase's difference stays the same, as first-order averaging has it.",
-            "A drive that is not ideal: the platform has a finite inertia A, and a torque "
-            f"proportional to the lack of rate, {number(DRIVE_RATE)}/s times A, holds its mean. "
-            "To first order in 1/A its rate changes by u/A and θ leaves the ideal motion by d/A, "
-            "by two linear equations along the exact motion (THEORY.md).",
-        ),
-        (
-            Table("A damped axle, averaged", heads, tuple(rows)),
-            Table(
-                f"A platform with a weak drive: θ after {DRIVE_TIME:g} s, less the ideal one",
-                ("A [kg m²]", "MuJoCo [rad]", "first order [rad]", "relative difference"),
-                drive_rows,
-            ),
-        ),
-        (*_decays(study), *_drive_figure(drives)),
-        (f"plumbob validate --profile full --scenes {ROTATING} --methods {MUJOCO},{LAGRANGE}",),
-        (
-            Statement(
-                SUDAKOV,
-                "introduction",
-                "The solution can generate others, by perturbation, in electric drives",
-                "can",
-                f"a damped axle over {number(turns, 4)} turns: dI/dt = –ξI within "
-                f"{number(worst, 2)}; a weak drive: first order within "
-                f"{', '.join(line[-1].text for line in drive_rows)} at A = "
-                f"{', '.join(line[0].text for line in drive_rows)} kg m²",
-                "holds",
-            ),
-        ),
-        claims=(
-            at_most(
-                "the largest difference of an action from the averaged one, relative,",
-                worst,
-                WITHIN,
-            ),
-        ),
+    durations = _durations(study.profile)
+    damped = tuple(
+        _damped_run(run, method, DECAY / duration)
+        for duration in durations
+        for method in _methods(study.profile)
+        if (run := study.recording(_damped(method, duration))) is not None
     )
+    drives = tuple(
+        _drive_run(run, inertia)
+        for inertia in INERTIAS
+        if (run := study.recording(_drive(inertia))) is not None
+    )
+    xi, times = DECAY / durations[-1], np.linspace(0.0, durations[-1], 61)
+    return GeneratedSolutions(damped, drives, xi, times, averaged(xi).action(times))
 
 
-def _drives(
-    study: Study,
-) -> tuple[tuple[Line, ...], Mapping[float, tuple[Array, ...]]]:
-    problem, rows, drives = forms(ROTATING).problem, [], {}
-    for inertia in INERTIAS:
-        run = study.recording(_drive(inertia))
-        if run is None:
-            continue
-        # the servo's gain is DRIVE_RATE times the armature, and moves the platform's own too
-        rate = DRIVE_RATE * inertia / (inertia + OWN)
-        first = drive_error(problem, run.times, inertia + OWN, rate).theta
-        apart = run.observables["theta"] - problem.reference.state(run.times)[0]
-        gap = float(apart[-1] / first[-1] - 1.0)
-        rows.append(row(value(inertia, 2), value(apart[-1], 4), value(first[-1], 4), value(gap, 2)))
-        drives[inertia] = (run.times, apart * inertia, first * inertia)
-    return tuple(rows), drives
+def claims(solutions: GeneratedSolutions) -> Sequence[Claim]:
+    """The action falls as averaging has it."""
+    what = "the largest difference of an action from the averaged one, relative,"
+    return (at_most(what, solutions.largest_gap, WITHIN),)
 
 
-def _decays(study: Study) -> list[Figure]:
-    longest = damped(study.profile)[-1]
-    rule = averaged(longest.xi)
-    times = np.linspace(0.0, longest.duration, 61)
-    traces: list[Trace] = [curve(times, rule.action(times), colour=BLUE, name="I₀ e^(–ξt)")]
-    run = study.recording(longest.request(MUJOCO))
-    if run is not None:
-        at, actions, _ = course(run, longest.xi)
-        traces.append(marks(at, actions, RED, "MuJoCo"))
-    caption = f"ξ = {number(longest.xi)}/s, from {number(SPEED)} rad/s on the turning platform."
-    return [over_time("Action of a damped rotation", caption, traces, linear("action I [J s]"))]
-
-
-def _drive_figure(drives: Mapping[float, tuple[Array, ...]]) -> list[Figure]:
-    if not drives:
-        return []
-    times, _, first = next(iter(drives.values()))
-    traces: list[Trace] = [curve(times, first, colour=BLUE, name="first order")]
-    for (inertia, (at, apart, _)), colour in zip(drives.items(), (RED, ORANGE, GREEN), strict=True):
-        traces.append(marks(at[::8], apart[::8], colour, f"MuJoCo, A {number(inertia)}", size=4))
-    return [
-        figure(
-            "A drive that is not ideal: deviation of θ, times A",
-            "One curve to first order, whatever A; the lightest platform leaves it first.",
-            traces,
-            linear("time [s]"),
-            linear("A (θ – ideal θ) [kg m² rad]"),
-            legend=True,
-        )
-    ]
+GENERATING_SOLUTION = Analysis("cone_pendulum/generating_solution", numbers, requests, claims)

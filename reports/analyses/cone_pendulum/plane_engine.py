@@ -1,8 +1,10 @@
-"""The finding on pymunk and this system: a torque of the angle, within a step and before it."""
+"""pymunk and this system: a torque of the angle, within a step and before it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -10,25 +12,46 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
+from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.claims import as_predicted
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.reports.analyses.energy_drift import energy
-from plumbob.reports.view.content import Figure, Finding, Table, row, value
-from plumbob.reports.view.notation import number
-from plumbob.reports.view.palette import BLUE, GREY, RED
-from plumbob.reports.view.traces import Trace, curve, linear, over_time
+from plumbob.reports.view.content import Claim
 
 METHOD, STEP, DURATION = "pymunk/torque", 2e-4, 2.0  # [s]
-WHEN = ("within", "before")
+RUNS = MappingProxyType({
+    when: ExtraRun(ROTATING, METHOD, STEP, DURATION, (), (("torque", when),))
+    for when in ("within", "before")  # the step
+})  # fmt: skip
 
 
-def _request(when: str) -> ExtraRun:
-    return ExtraRun(ROTATING, METHOD, STEP, DURATION, (), (("torque", when),))
+@dataclass(frozen=True)
+class Gain:
+    """The energy that a run gains."""
+
+    times: Array  # [s]
+    energies: Array  # [J]
+    largest: float  # magnitude [J]
+    rate: float  # [J/s], of a line through them
+    predicted: float  # [J/s]
+
+
+@dataclass(frozen=True)
+class Torque:
+    """The runs by when their torque is worked out, and what is predicted of them."""
+
+    gains: Mapping[str, Gain]
+    predicted: float  # [J/s], of the torque before the step
+    end: float  # energy [J] predicted to be gained in the whole run
+    method: str = METHOD
+    step: float = STEP
+    duration: float = DURATION
+    scene: str = ROTATING
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """pymunk with the torque of the angle within the step, and before it."""
-    return tuple(_request(when) for when in WHEN)
+    return tuple(RUNS.values())
 
 
 def explicit_gain(motion: PendulumMotion, step: float) -> float:
@@ -40,84 +63,27 @@ def explicit_gain(motion: PendulumMotion, step: float) -> float:
     return float(step * motion.inertia * np.mean(bend**2))
 
 
-def gained(study: Study, when: str) -> tuple[Array, Array] | None:
-    """Times [s] and the energy gained [J] of a run, shape (n,); None where there is none."""
-    run = study.recording(_request(when))
-    if run is None:
-        return None
+def numbers(study: Study) -> Torque:
+    """The energy that each recorded run gains, and the predicted growth."""
     motion = forms(ROTATING).correct
-    values = energy(motion.potential, motion.inertia, run)
-    return run.times, values - values[0]
+    growth = explicit_gain(motion, STEP)
+    gains = {}
+    for when, request in RUNS.items():
+        if (run := study.recording(request)) is not None:
+            values = energy(motion.potential, motion.inertia, run)
+            gained = values - values[0]
+            rate = float(np.polyfit(run.times, gained, 1)[0])
+            predicted = growth if when == "before" else 0.0
+            gains[when] = Gain(run.times, gained, float(np.abs(gained).max()), rate, predicted)
+    return Torque(gains, growth, growth * DURATION)
 
 
-def finding(study: Study) -> Finding:
-    """pymunk takes the torque; when it is worked out decides whether the energy is kept."""
-    motion = forms(ROTATING).correct
-    predicted = explicit_gain(motion, STEP)
-    rows, slopes, energies = [], {}, {}
-    for when in WHEN:
-        if (gain := gained(study, when)) is None:
-            continue
-        energies[when] = gain
-        slopes[when] = float(np.polyfit(*gain, 1)[0])
-        rows.append(
-            row(
-                f"{when} the step",
-                value(float(np.abs(gain[1]).max())),
-                value(slopes[when], 4),
-                value(predicted if when == "before" else 0.0, 4),
-            )
-        )
-    text = ""
-    if "before" in slopes:
-        text = (
-            f" Set before the step it is that of the old angle, and the energy grows by "
-            f"{number(slopes['before'])} J/s; {number(predicted)} is predicted."
-        )
-    return Finding(
-        "pymunk-torque",
-        "pymunk follows the pendulum under a torque of its angle, if that is set within the step",
-        "extended",
-        "In pymunk set a torque that depends on an angle within the step; set before it, the "
-        "energy grows. "
-        "An engine of the plane has no rotating platform; the platform's moments about the axle "
-        f"are applied as a torque, and its errors are the predicted ones.{text}",
-        (
-            "pymunk moves bodies first and integrates their velocities then. A torque set before "
-            "the step is that of the old angle, which makes the step Euler's explicit rule: the "
-            "energy grows by h times the mean of τ²/I, a first-order drift in every system. A "
-            "velocity function is called between the two, and the step is semi-implicit: the "
-            "energy oscillates and does not grow.",
-        ),
-        (
-            Table(
-                f"Energy of pymunk's runs, {DURATION:g} s at {STEP:g} s, from the start of Fig. 3",
-                ("torque worked out", "largest error of the energy [J]", "growth [J/s]",
-                 "predicted growth [J/s]"),
-                tuple(rows),
-            ),
-        ),
-        _figures(energies, predicted),
-        (f"plumbob validate --scenes {ROTATING} --methods {METHOD}",),
-        claims=(
-            (as_predicted("the rate of the energy, with the torque set before the step,",
-                          slopes["before"], predicted, "J/s"),)
-            if "before" in slopes
-            else ()
-        ),
-    )  # fmt: skip
-
-
-def _figures(energies: dict[str, tuple[Array, Array]], predicted: float) -> tuple[Figure, ...]:
-    if not energies:
+def claims(numbers: Torque) -> Sequence[Claim]:
+    """The energy grows as predicted where the torque is set before the step."""
+    if "before" not in numbers.gains:
         return ()
-    traces: list[Trace] = [
-        curve(*energies[when], colour=colour, name=f"torque {when} the step")
-        for when, colour in zip(WHEN, (BLUE, RED), strict=True)
-        if when in energies
-    ]
-    ends = np.array([0.0, DURATION])
-    line = curve(ends, predicted * ends, colour=GREY, dash="dash", name="predicted growth")
-    caption = "Semi-implicit and explicit, by the place of one call."
-    title, axis = "Energy of pymunk's pendulum", linear("energy gained [J]")
-    return (over_time(title, caption, [*traces, line], axis),)
+    text = "the rate of the energy, with the torque set before the step,"
+    return (as_predicted(text, numbers.gains["before"].rate, numbers.predicted, "J/s"),)
+
+
+PYMUNK_TORQUE = Analysis("cone_pendulum/pymunk_torque", numbers, requests, claims)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
+from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     MUJOCO,
     MUJOCO_STEP,
@@ -24,16 +25,38 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     forms,
 )
 from plumbob.reports.analyses.energy_drift import in_double
-from plumbob.reports.view.content import Figure
-from plumbob.reports.view.notation import number
-from plumbob.reports.view.palette import BLUE, GREY, RED
-from plumbob.reports.view.traces import Trace, curve, figure, linear, marks
 
 TURN = 2 * np.pi
 DOTS = 40  # of the engine's run, over one period
 POINTS = 241  # of a curve
-Curve = tuple[Array, Array]
-ANGLE, TIME = "angle θ / 2π", "time t / T"
+TEMPLATE = "cone_pendulum/source_figures"
+Curves = Mapping[str, tuple[Array, Array]]  # of panels a to e: angles over 2 pi or times over T
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A motion as the panels show it."""
+
+    period: float  # [s]
+    barrier: float  # top of V [J]
+    energy: float  # [J]
+    curves: Curves
+
+
+@dataclass(frozen=True)
+class Panels:
+    """The panels of one case: the corrected motion, the printed one, and MuJoCo's run."""
+
+    corrected: Drawn
+    printed: Drawn
+    mujoco: Curves  # empty where there is none
+
+
+@dataclass(frozen=True)
+class SourceFigures:
+    """The panels of some cases, by name."""
+
+    cases: Mapping[str, Panels]
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -45,141 +68,67 @@ def _period(scene: str) -> ExtraRun:
     return ExtraRun(scene, MUJOCO, MUJOCO_STEP, forms(scene).correct.period)
 
 
-def galleries(study: Study) -> Sequence[tuple[str, Sequence[Figure]]]:
+def numbers(study: Study) -> SourceFigures:
     """Fig. 2, on a resting base, and Fig. 3, on a turning one."""
-    return (
-        (
-            "Fig. 2 of the source: a platform at rest, printed and corrected agree",
-            panels(study, RESTING),
-        ),
-        (
-            "Fig. 3 of the source: a platform at 26 rad/s, printed and corrected",
-            panels(study, ROTATING),
-        ),
-    )
+    return SourceFigures({
+        "resting": _panels(forms(RESTING).problem, study.recording(_period(RESTING))),
+        "rotating": _panels(forms(ROTATING).problem, study.recording(_period(ROTATING))),
+    })  # fmt: skip
 
 
-def panels(study: Study, scene: str) -> tuple[Figure, ...]:
-    """The panels of a scene, with MuJoCo's run among the curves."""
-    both, engine = forms(scene), study.recording(_period(scene))
-    data = None if engine is None else _seen(engine, both.correct.period)
-    return _panels(both.problem, both.printed, data)
+def solved(case: Case) -> SourceFigures:
+    """The same for any parameters."""
+    return SourceFigures({"case": _panels(case.problem.started, None)})
 
 
-def solved(case: Case) -> tuple[Figure, ...]:
-    """The panels for any parameters."""
-    problem = case.problem.started
-    return _panels(problem, problem.printed_motion(), None)
-
-
-def _panels(
-    problem: ConePendulum, printed: PendulumMotion, data: tuple[Array, Array, Array] | None
-) -> tuple[Figure, ...]:
-    """Panels a to e with the source's axes: angle over 2 pi, time over each motion's own period."""
-    inertia, right = problem.body.inertia_x, problem.motion
-    both = (_Course(problem.reference, right), _Course(printed, printed))
-    momentum, speed = "momentum p [kg m² rad/s]", "dθ/dt [rad/s]"
-    dots = [None] * 4 if data is None else [
-        (data[1], data[0]), (data[1], inertia * data[2]), (data[0], inertia * data[2]),
-        (data[0], data[2]),
-    ]  # fmt: skip
-    periods = f"T = {number(right.period, 6)} s; printed: {number(printed.period, 6)} s."
-    return (
-        _barrier(problem, printed),
-        _panel("b: t(θ)", periods, (ANGLE, TIME), [_time_of_angle(m) for m in both], dots[0]),
-        _panel(
-            "c: p(θ)",
-            "The phase curve from the start on.",
-            (ANGLE, momentum),
-            [_momentum_of_angle(m) for m in both],
-            dots[1],
-        ),
-        _panel(
-            "d: p(t)",
-            "b and c, with θ as the parameter.",
-            (TIME, momentum),
-            [_over_time(m, inertia) for m in both],
-            dots[2],
-        ),
-        _panel(
-            "e: dθ/dt(t)",
-            "d over the moment of inertia.",
-            (TIME, speed),
-            [_over_time(m, 1.0) for m in both],
-            dots[3],
-        ),
-    )
-
-
-def _panel(
-    title: str, caption: str, axes: tuple[str, str], pair: Sequence[Curve], dots: Curve | None
-) -> Figure:
-    traces = _pair(*pair)
-    if dots is not None:
-        traces.append(marks(*dots, GREY, "MuJoCo"))
-    x, y = map(linear, axes)
-    return figure(title, caption, traces, x, y, legend=True, height=300)
-
-
-def _pair(right: Curve, printed: Curve) -> list[Trace]:
-    return [
-        curve(*right, colour=BLUE, width=2.2, name="corrected"),
-        curve(*printed, colour=RED, dash="dash", width=2.2, name="printed"),
-    ]
-
-
-def _barrier(problem: ConePendulum, printed: PendulumMotion) -> Figure:
-    """V(theta), and the energy of each motion, which has to stay above its V."""
-    right, offset = problem.motion, problem.potential_offset
+def _panels(problem: ConePendulum, run: Trajectory | None) -> Panels:
+    right, printed = problem.motion, problem.printed_motion()
     theta = np.linspace(0.0, TURN, POINTS)
     wells = problem.potential_at(theta), np.asarray(in_double(printed.potential).value(theta))
-    traces = _pair(*((theta / TURN, well) for well in wells))
-    levels = [float(double(right.energy)) + offset, float(double(printed.energy))]
-    for level, colour, dash, name in (
-        (levels[0], BLUE, "solid", "H₀ corrected"),
-        (levels[1], RED, "dash", "H₀ printed"),
-    ):
-        line = curve([0.0, 1.0], [level, level], colour=colour, dash=dash, width=1.0, name=name)
-        traces.append({**line, "showlegend": False})
-    tops = [float(well.max()) for well in wells]
-    for i, (motion, add) in enumerate(((right, offset), (printed, 0.0))):
-        if motion.barriers.size:
-            tops[i] = float(double(motion.barriers[0])) + add
-    caption = f"Barrier {tops[0]:.3f} J, printed {tops[1]:.3f} J; thin: H₀ = {levels[0]:.3f} J."
-    return figure("a: V(θ)", caption, traces, linear(ANGLE), linear("V [J]"), legend=True,
-                  height=300)  # fmt: skip
+    return Panels(
+        _drawn(problem.reference, right, wells[0], problem.potential_offset),
+        _drawn(printed, printed, wells[1]),
+        {} if run is None else _sampled(run, right),
+    )
 
 
-@dataclass(frozen=True)
-class _Course:
-    """A motion as the figures show it, and the one that has its period."""
-
-    seen: PendulumMotion | TiltedMotion
-    whole: PendulumMotion
-
-    @property
-    def span(self) -> float:
-        """The unit of the time axis [s]: a period; on a separatrix, and at rest, 1."""
-        return self.whole.period if np.isfinite(self.whole.period) else 1.0
-
-
-def _time_of_angle(course: _Course) -> Curve:
-    theta = np.linspace(0.0, TURN, POINTS)
-    return theta / TURN, course.seen.time_at(theta) / course.span
-
-
-def _momentum_of_angle(course: _Course) -> Curve:
-    theta = np.linspace(0.0, TURN, POINTS)
-    return theta / TURN, course.seen.momentum(theta)
-
-
-def _over_time(course: _Course, factor: float) -> Curve:
-    times = np.linspace(0.0, course.span, POINTS)
-    return times / course.span, factor * course.seen.state(times)[1]
+def _drawn(
+    motion: PendulumMotion | TiltedMotion, principal: PendulumMotion, well: Array, offset: float = 0
+) -> Drawn:
+    """A motion of which the `principal` one, less `offset` [J], has the period and the barrier."""
+    period = principal.period
+    span = period if np.isfinite(period) else 1.0  # on a separatrix, and at rest, seconds
+    theta, times = np.linspace(0.0, TURN, POINTS), np.linspace(0.0, span, POINTS)
+    angle, time = theta / TURN, times / span
+    rate = motion.state(times)[1]
+    tops = principal.barriers
+    return Drawn(
+        period,
+        float(double(tops[0])) + offset if tops.size else float(well.max()),
+        float(double(principal.energy)) + offset,
+        {
+            "a": (angle, well),
+            "b": (angle, motion.time_at(theta) / span),
+            "c": (angle, motion.momentum(theta)),
+            "d": (time, principal.inertia * rate),
+            "e": (time, rate),
+        },
+    )
 
 
-def _seen(run: Trajectory, period: float) -> tuple[Array, Array, Array]:
-    """t / T, theta / 2 pi and theta_dot at a few samples of the engine's run."""
+def _sampled(run: Trajectory, motion: PendulumMotion) -> Curves:
+    """Panels b to e of a few samples of a run."""
     kept = np.unique(np.linspace(0, len(run.times) - 1, DOTS).astype(int))
-    theta, rate = run.observables["theta"], run.observables["theta_dot"]
-    return run.times[kept] / period, theta[kept] / TURN, rate[kept]
+    angle, time = run.observables["theta"][kept] / TURN, run.times[kept] / motion.period
+    rate = run.observables["theta_dot"][kept]
+    momentum = motion.inertia * rate
+    return {
+        "b": (angle, time),
+        "c": (angle, momentum),
+        "d": (time, momentum),
+        "e": (time, rate),
+    }
+
+
+GALLERIES = Analysis(TEMPLATE, numbers, requests)
+SOLVED = (TEMPLATE, solved)

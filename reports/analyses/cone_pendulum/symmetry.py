@@ -1,16 +1,18 @@
-"""The finding on a body without symmetry: a product of inertia, and a pivot anywhere in space."""
+"""Bodies that are not round, or have no symmetry: closed forms beside runs of engines."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from types import MappingProxyType
 
-import numpy as np
-
-from plumbob.engines.study.extra_runs import Changes, ExtraRun, StudyPlan
+from plumbob.analytic.systems.cone_pendulum import ConePendulum
+from plumbob.engines.study.extra_runs import Changes, ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
+from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.claims import clear
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     END,
@@ -19,123 +21,110 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     MUJOCO,
     MUJOCO_STEP,
     ROTATING,
+    end_of,
 )
-from plumbob.reports.view.content import Cell, Finding, Statement, Table, row, value
-from plumbob.reports.view.notation import number
-from plumbob.reports.view.sources import SUDAKOV
+from plumbob.reports.analyses.measurements import case
+from plumbob.reports.view.content import Claim
 
+UNEQUAL = "cone-pendulum/unequal-inertia"
 PRODUCT = 0.029  # [kg m^2]: no body with the cone's other moments has more than 0.0294
 TILTED: Changes = (("inertia_yz", PRODUCT),)
 MOVED: Changes = (*TILTED, ("pivot_x", 0.5), ("pivot_z", -0.7))  # [m]
+OF_INERTIA = MappingProxyType({"mujoco": ExtraRun(UNEQUAL, MUJOCO, MUJOCO_STEP, END)})
+OF_PRODUCT = MappingProxyType({
+    "mujoco": ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END, TILTED),
+    "lagrange": ExtraRun(ROTATING, LAGRANGE, LAGRANGE_RTOL, END, TILTED),
+    "moved": ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END, MOVED),
+})  # fmt: skip
 
 
 @dataclass(frozen=True)
-class _Row:
-    """A run of a method, and what it is a run of."""
+class Unround:
+    """Motions of a body with a term of inertia that the source's cone lacks."""
 
-    text: str
-    request: ExtraRun
+    scene: str
+    term: float  # [kg m^2]
+    tilt: float  # of the principal axes [rad]
+    exact: float  # theta of the closed form at END [rad]
+    without: float  # of the closed form without that term
+    runs: Mapping[str, float]  # of the recorded runs
+    time: float = END
+    mujoco: str = MUJOCO
+    step: float = MUJOCO_STEP
+
+    @property
+    def moved(self) -> float:
+        """By how much leaving the term out moves the end [rad]."""
+        return self.without - self.exact
+
+    @property
+    def gaps(self) -> Mapping[str, float]:
+        """How far the runs end from the closed form [rad]."""
+        return {name: theta - self.exact for name, theta in self.runs.items()}
+
+    @property
+    def worst(self) -> float:
+        """The largest of these distances [rad]."""
+        return max(map(abs, self.gaps.values()), default=0.0)
+
+    @property
+    def carried(self) -> float | None:
+        """By how much a pivot elsewhere moves the end of MuJoCo's run [rad]."""
+        if not {"mujoco", "moved"} <= self.runs.keys():
+            return None
+        return abs(self.runs["moved"] - self.runs["mujoco"])
 
 
-def _rows() -> tuple[_Row, ...]:
-    def run(method: str, step: float, changes: Changes) -> ExtraRun:
-        return ExtraRun(ROTATING, method, step, END, changes)
-
-    return (
-        _Row("MuJoCo's full model", run(MUJOCO, MUJOCO_STEP, TILTED)),
-        _Row("the equation in θ, integrated", run(LAGRANGE, LAGRANGE_RTOL, TILTED)),
-        _Row("MuJoCo, the pivot at X = 0.5 m, Z = –0.7 m", run(MUJOCO, MUJOCO_STEP, MOVED)),
-    )
+def inertia(study: Study) -> Unround:
+    """A body with another I_y: MuJoCo, the formula with I_y, and with the printed I_x."""
+    problem = case(UNEQUAL).problem
+    body = problem.body
+    printed = replace(problem, body=replace(body, inertia_y=body.inertia_x))
+    return _unround(study, body.inertia_y - body.inertia_x, problem, printed, OF_INERTIA)
 
 
-def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """MuJoCo and an integrated equation with a product of inertia, and with the pivot moved."""
-    return tuple(line.request for line in _rows())
-
-
-def finding(study: Study) -> Finding:
-    """The closed form in tilted axes against engines that do not use such axes."""
+def product(study: Study) -> Unround:
+    """A product of inertia: the closed form in tilted axes, and engines that have no such axes."""
     problem = case_of(find_scene(ROTATING, dict(TILTED))).problem
     upright = replace(problem, body=replace(problem.body, inertia_yz=0.0))
-    at = np.array([END])
-    exact, without = (float(p.reference.state(at)[0][0]) for p in (problem, upright))
-    rows = [
-        row("closed form, principal axes tilted", _digits(exact), value(0.0)),
-        row("closed form without the product of inertia", _digits(without), value(without - exact)),
-    ]
-    ends = {}
-    for line in _rows():
-        run = study.recording(line.request)
-        if run is not None:
-            ends[line.text] = float(run.observables["theta"][-1])
-            rows.append(row(line.text, _digits(ends[line.text]), value(ends[line.text] - exact)))
-    worst = max((abs(end - exact) for end in ends.values()), default=0.0)
-    moved = abs(exact - without)
-    still, elsewhere = (ends.get(line.text) for line in _rows()[::2])
-    carried = None if still is None or elsewhere is None else abs(elsewhere - still)
-    return Finding(
-        "no-symmetry",
-        "A body without any symmetry has the same three-term potential, in tilted axes",
-        "extended",
-        "The closed form also serves bodies without symmetry, if angles are measured from the "
-        "principal axes. "
-        f"A product of inertia of {number(PRODUCT)} kg m² moves θ({END} s) by {number(moved)} rad. "
-        f"Measured from the principal axes, {number(problem.tilt)} rad away, the potential has its "
-        f"three terms again; engines that know no tilt agree to {number(worst)} rad.",
-        (
-            "The source says that any symmetry may be absent and prints no term for it. The "
-            "Lagrangian gains ½ I_yz ω² sin 2θ, which changes a, b and c to those of θ + tilt, "
-            "with tan(2 tilt) = 2 I_yz/(I_y – I_z), and every formula of the source holds for that "
-            "angle. I_xy and I_xz, like X, enter through ω θ̇ times a function of θ: a total "
-            "derivative, without effect. Z does not enter at all.",
-            "No body with the cone's other moments can have a product above 0.0294 kg m²: MuJoCo "
-            "refuses such a body, and so does plumbob.",
-        ),
-        (
-            Table(
-                f"θ after {END} s from the start of Fig. 3",
-                ("motion", f"θ({END} s) [rad]", "difference from the closed form [rad]"),
-                tuple(rows),
-            ),
-        ),
-        (),
-        (
-            f"plumbob solve {ROTATING} --set inertia_yz={PRODUCT} --times {END}",
-            f"plumbob run {ROTATING} {MUJOCO} --step {MUJOCO_STEP:g} --set inertia_yz={PRODUCT} "
-            "--set pivot_z=-0.7 --set pivot_x=0.5",
-        ),
-        (
-            Statement(
-                SUDAKOV,
-                "characteristics",
-                "Any symmetry may be absent",
-                "no term for it",
-                f"I_yz = {number(PRODUCT)} kg m² moves θ({END} s) by {number(moved)} rad; in "
-                f"tilted axes the formulas hold, engines agree to {number(worst)} rad",
-                "extended",
-            ),
-            Statement(
-                SUDAKOV,
-                "(6), (7)",
-                "Terms that are total derivatives may be left out: X has no effect, nor has Z",
-                "no X, no Z",
-                "none: closed form"
-                if carried is None
-                else "none: in MuJoCo, with X = 0.5 m and "
-                f"Z = –0.7 m, θ({END} s) changes by {number(carried)} rad",
-                "holds",
-            ),
-        ),
-        claims=(
-            clear(
-                "the motion by the product of inertia, and the engines' distance,",
-                moved,
-                worst,
-                "rad",
-            ),
-        ),
+    return _unround(study, PRODUCT, problem, upright, OF_PRODUCT)
+
+
+def _unround(
+    study: Study,
+    term: float,
+    problem: ConePendulum,
+    without: ConePendulum,
+    requests: Mapping[str, ExtraRun],
+) -> Unround:
+    recorded = {name: study.recording(request) for name, request in requests.items()}
+    return Unround(
+        requests["mujoco"].scene,
+        term,
+        problem.tilt,
+        end_of(problem.reference),
+        end_of(without.reference),
+        {
+            name: float(run.observables["theta"][-1])
+            for name, run in recorded.items()
+            if run is not None
+        },
     )
 
 
-def _digits(angle: float) -> Cell:
-    return Cell(f"{angle:.9f}", "number")
+def _claims(text: str, numbers: Unround) -> Sequence[Claim]:
+    return (clear(text, numbers.moved, numbers.worst, "rad"),)
+
+
+INERTIA = Analysis(
+    "cone_pendulum/inertia_y",
+    inertia,
+    lambda plan: tuple(OF_INERTIA.values()),
+    partial(_claims, "distances of the printed formula, and of MuJoCo, from that with I_y,"),
+)
+PRODUCT_OF_INERTIA = Analysis(
+    "cone_pendulum/no_symmetry",
+    product,
+    lambda plan: tuple(OF_PRODUCT.values()),
+    partial(_claims, "the motion by the product of inertia, and the engines' distance,"),
+)

@@ -4,6 +4,6 @@ from a model file."""
 from __future__ import annotations
 
 from plumbob.reports.analyses.analysis import Section
-from plumbob.reports.analyses.engines import readers
+from plumbob.reports.analyses.engines.readers import READERS
 
-SECTION = Section((readers.finding,), more=readers.requests)
+SECTION = Section((READERS,))

@@ -2,52 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from plumbob.engines.study.extra_runs import Request, StudyPlan
-from plumbob.engines.study.results import Study
-from plumbob.models.scene import Scene
 from plumbob.reports.analyses.analysis import Section
-from plumbob.reports.analyses.simple_pendulum import (
-    bob,
-    claims,
-    energy,
-    exactness,
-    notebook,
-    orders,
-    tension,
-)
-from plumbob.reports.view.content import Figure, Table
-
-
-def requests(plan: StudyPlan) -> Sequence[Request]:
-    """The runs that the findings and figures look up."""
-    return (
-        *notebook.requests(plan),
-        *orders.requests(plan),
-        *energy.requests(plan),
-        *tension.requests(plan),
-    )
-
-
-def hard(study: Study, scene: Scene) -> Sequence[Figure | Table]:
-    """Growth of errors at the top; energy over a million steps."""
-    if scene.name == energy.MILLION:
-        return energy.hard(study)
-    if "near-top" in scene.name:
-        return exactness.hard(study, scene)
-    return ()
-
+from plumbob.reports.analyses.simple_pendulum.bob import BOB
+from plumbob.reports.analyses.simple_pendulum.claims import CLAIMS
+from plumbob.reports.analyses.simple_pendulum.energy import ENERGY, MILLION_STEPS
+from plumbob.reports.analyses.simple_pendulum.exactness import NEAR_TOP, REFERENCES, TOP_GROWTH
+from plumbob.reports.analyses.simple_pendulum.notebook import CASE_MOTIONS, RK4
+from plumbob.reports.analyses.simple_pendulum.orders import HELD_CONTROL, ORDERS
+from plumbob.reports.analyses.simple_pendulum.tension import TENSION
 
 FINDINGS = (
-    claims.finding,
-    bob.finding,
-    notebook.finding,
-    orders.orders,
-    orders.held_control,
-    energy.finding,
-    tension.finding,
-    exactness.references,
-    exactness.near_top,
+    CLAIMS,
+    BOB,
+    RK4,
+    ORDERS,
+    HELD_CONTROL,
+    ENERGY,
+    TENSION,
+    REFERENCES,
+    NEAR_TOP,
 )
-SECTION = Section(FINDINGS, (notebook.galleries,), (hard,), requests)
+SECTION = Section(FINDINGS, galleries=(CASE_MOTIONS,), hard=(TOP_GROWTH, MILLION_STEPS))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -10,24 +10,54 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.rod_tension import bob_place
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.measurements import case, largest
+from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.measurements import Curve, case, largest
 from plumbob.reports.analyses.simple_pendulum.notebook import (
     CASES,
     DURATION,
     LINEAR,
     SIMPLE,
     own_run,
+    requests,
 )
-from plumbob.reports.view.content import Figure, Finding, Statement, Table, row, value
-from plumbob.reports.view.notation import number
-from plumbob.reports.view.palette import BLUE, GREY, RED
-from plumbob.reports.view.sources import NOTEBOOK
-from plumbob.reports.view.traces import Trace, curve, figure, linear, marks, over_time
 
 DRAWN, SHOWN = "free-large", 6.0  # case 2, and its first seconds
-APART = 0.1  # of the length: what a picture of the two shows
+APART = 0.1  # of the length, 1 m: what a picture of the two shows
+INSIDE = 0.97  # of its size: a circle that another one does not cover
 FINE = np.linspace(0.0, DURATION, 5001)  # [s]
-KINDS = ((SIMPLE, "non-linear", BLUE, "solid"), (LINEAR, "linear", RED, "dash"))
+SHORT = np.linspace(0.0, SHOWN, 240)  # [s]
+
+
+@dataclass(frozen=True)
+class Distance:
+    """How far the two bobs of a case are apart."""
+
+    label: str
+    largest: float  # [m]
+    parted: float | None  # [s], when they first are by APART
+
+
+@dataclass(frozen=True)
+class BobPath:
+    """Places of a bob over time."""
+
+    times: Array  # [s]
+    x: Array  # [m]
+    y: Array  # [m]
+
+
+@dataclass(frozen=True)
+class Bobs:
+    """Distances of the bobs in each case; both over time, exact and by RK4, and in the plane."""
+
+    distances: tuple[Distance, ...]
+    pendulum: tuple[BobPath, BobPath | None]
+    linear_pendulum: tuple[BobPath, BobPath | None]
+    rotation: Curve  # y over x [m]
+    linear_rotation: Curve
+    apart: float = APART  # [m]
+    duration: float = DURATION
+    shown: float = SHOWN
 
 
 def place(scene: str, times: Array) -> Array:
@@ -42,83 +72,31 @@ def distances(times: Array, name: str) -> Array:
     return np.asarray(np.hypot(*apart.T))
 
 
-def finding(study: Study) -> Finding:
+def numbers(study: Study) -> Bobs:
     """How far the two bobs are apart in each case, and both in the plane."""
-    rows, when = [], {}
-    for label, name, start in CASES:
-        apart, length = distances(FINE, name), case(SIMPLE + name).problem.length
-        over = np.flatnonzero(apart > APART * length)
-        when[label] = float(FINE[over[0]]) if over.size else math.inf
-        rows.append(row(label, start, value(largest(partial(distances, name=name), FINE)),
-                        value(when[label] if over.size else None)))  # fmt: skip
-    return Finding(
-        "notebook-bob",
-        "The bob in the plane: the linear pendulum beside the non-linear one",
-        "extended",
-        "Beyond small angles the bob of the linear pendulum is soon somewhere else. "
-        f"In case 2 the two bobs are {number(100 * APART)} cm apart after "
-        f"{number(when['2'], 2)} s, and on opposite sides within three periods; in cases 1 and 5 "
-        "never.",
-        (
-            "The notebook works out X₁ = –L sin θ and X₂ = L cos θ, gives them to the function "
-            "that plots, and draws neither. Here y points up and θ goes towards +x: x = L sin θ, "
-            "y = –L cos θ. The linear equation has no rod: its θ is an angle all the same, and in "
-            "case 4 its bob would swing over the top and back.",
-        ),
-        (Table(f"Distance of the two bobs within {DURATION:g} s", ("case", "start", "largest [m]",
-               f"first above {number(100 * APART)} cm [s]"), tuple(rows)),),
-        (*(_over_time(study, axis) for axis in (0, 1)), _plane()),
-        tuple(f"plumbob solve {kind}{DRAWN} --times 1,2,3" for kind in (SIMPLE, LINEAR)),
-        (
-            Statement(
-                NOTEBOOK,
-                "X₁, X₂",
-                "Place of the bob",
-                "X₁ = –L sin θ, X₂ = L cos θ",
-                "x = L sin θ, y = –L cos θ, drawn for both pendulums",
-                "extended",
-            ),),
-    )  # fmt: skip
-
-
-def _over_time(study: Study, axis: int) -> Figure:
-    letter, times = "xy"[axis], np.linspace(0.0, SHOWN, 240)
-    traces: list[Trace] = []
-    for prefix, kind, colour, dash in KINDS:
-        places = place(prefix + DRAWN, times)[:, axis]
-        traces.append(curve(times, places, colour=colour, dash=dash, name=f"{kind}, exact"))
-        if (run := study.recording(own_run(prefix + DRAWN))) is not None:
-            kept = np.flatnonzero(run.times <= SHOWN)[::2]
-            length = case(prefix + DRAWN).problem.length
-            dots = bob_place(length, run.observables["theta"][kept])[:, axis]
-            traces.append(
-                {
-                    **marks(run.times[kept], dots, GREY, "notebook's RK4", size=3.5),
-                    "showlegend": prefix == LINEAR,
-                }
-            )
-    return over_time(
-        f"{letter}(t) of case 2",
-        f"The first {SHOWN:g} s of the large swing.",
-        traces,
-        linear(f"{letter} [m]"),
-        height=300,
+    return Bobs(
+        tuple(_distance(label, name) for label, name in CASES.items()),
+        _paths(study, SIMPLE + DRAWN),
+        _paths(study, LINEAR + DRAWN),
+        tuple(place(f"{SIMPLE}rotating-fast", SHORT).T),
+        tuple(INSIDE * place(f"{LINEAR}rotating-fast", SHORT).T),
     )
 
 
-def _plane() -> Figure:
-    times = np.linspace(0.0, SHOWN, 240)
-    traces: list[Trace] = []
-    for prefix, kind, colour, dash in KINDS:
-        x, y = place(prefix + "rotating-fast", times).T
-        part = 1.0 if prefix == SIMPLE else 0.97  # else one circle covers the other
-        traces.append(curve(part * x, part * y, colour=colour, dash=dash, name=kind))
-    return figure(
-        "Paths of case 4",
-        "The pendulum goes round; the linear one, drawn a little inside, swings by 200° each way.",
-        traces,
-        linear("x [m]"),
-        linear("y [m]", scaleanchor="x"),
-        legend=True,
-        height=300,
-    )
+def _distance(label: str, name: str) -> Distance:
+    over = np.flatnonzero(distances(FINE, name) > APART * case(SIMPLE + name).problem.length)
+    parted = float(FINE[over[0]]) if over.size else None
+    return Distance(label, largest(partial(distances, name=name), FINE), parted)
+
+
+def _paths(study: Study, scene: str) -> tuple[BobPath, BobPath | None]:
+    """The exact path of a scene's bob, and that of the notebook's run."""
+    exact = BobPath(SHORT, *place(scene, SHORT).T)
+    if (run := study.recording(own_run(scene))) is None:
+        return exact, None
+    kept = np.flatnonzero(run.times <= SHOWN)[::2]
+    places = bob_place(case(scene).problem.length, run.observables["theta"][kept])
+    return exact, BobPath(run.times[kept], *places.T)
+
+
+BOB = Analysis("simple_pendulum/notebook_bob", numbers, requests)

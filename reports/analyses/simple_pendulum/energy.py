@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -12,27 +13,48 @@ from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
+from plumbob.models.scene import Scene
+from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.energy_drift import (
-    Drift,
+    EnergyDrifts,
     EnergyRuns,
-    drift_claims,
-    drift_table,
     energy,
-    overtaken,
+    energy_claims,
+    energy_drifts,
 )
 from plumbob.reports.analyses.measurements import case, scheme
 from plumbob.reports.analyses.simple_pendulum.notebook import SIMPLE
-from plumbob.reports.view import notation
-from plumbob.reports.view.content import Cell, Figure, Finding, Table, method_cell, row, value
+from plumbob.reports.view.content import Claim
 
 SCENE = f"{SIMPLE}free-large"
 MILLION = f"{SIMPLE}million-steps"
-METHODS = ("mujoco/euler", "ode/leapfrog", "ode/rk4", "pymunk/default", "pymunk/tight")
+JOINTED = ("pymunk/default", "pymunk/tight")
+SYMPLECTIC, RK4 = ("mujoco/euler", "ode/leapfrog"), "ode/rk4"
+METHODS = (*SYMPLECTIC, RK4, *JOINTED)
 STEP = 5e-3  # [s]: at a tenth of it RK4's drift, a 10^5th, would be below round-off
 STEPS = MappingProxyType({"quick": 10_000, "full": 1_000_000})
-JOINTED = ("pymunk/default", "pymunk/tight")
 LOSS_STEPS, ITERATIONS = (4e-3, 2e-3, 1e-3), (1, 10, 50)
 LOSS_SPAN = 8.5  # [s]: three periods and a little
+
+
+@dataclass(frozen=True)
+class JointLoss:
+    """Mean rates [J/s] at which a joint of pymunk's changes the energy."""
+
+    method: str
+    step: float  # [s]
+    rates: tuple[float | None, ...]  # by ITERATIONS; None without pymunk
+    predicted: float | None  # at first order; None without theory
+
+
+@dataclass(frozen=True)
+class PendulumEnergy:
+    """Which methods keep the energy of case 2, at which rate RK4 loses it, and what joints take."""
+
+    drifts: EnergyDrifts
+    losses: tuple[JointLoss, ...]
+    methods: tuple[str, ...] = METHODS
+    iterations: tuple[int, ...] = ITERATIONS
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -49,45 +71,34 @@ def _loss_run(method: str, step: float, iterations: int) -> ExtraRun:
     return ExtraRun(SCENE, method, step, LOSS_SPAN, settings=(("iterations", iterations),))
 
 
-def finding(study: Study) -> Finding:
-    """Which methods keep the energy of case 2, at which rate RK4 loses it, and what joints take."""
-    table, plot, drifts = compared(study)
-    rk4 = drifts["ode/rk4"]
-    theory = "" if rk4.predicted is None else (
-        f", and averaging predicts {notation.number(rk4.predicted, 5)} J/s"
-    )  # fmt: skip
-    bounded = [m for m, d in drifts.items() if not d.secular]
-    return Finding(
-        "pendulum-energy",
-        "Energy: symplectic steps keep it, RK4 loses it at a predicted rate, pymunk's joint fast",
-        "confirmed",
-        f"{overtaken(drifts, METHODS[:2], METHODS[2])}For longer runs take symplectic steps: "
-        "RK4 loses energy slowly, pymunk's default joint fast. "
-        f"Over {STEPS[study.profile]} steps of {notation.short(STEP)} s the energy error of "
-        f"{' and '.join(bounded)} stays bounded; ode/rk4 drifts by "
-        f"{notation.number(rk4.rate, 5)} J/s{theory}.",
-        (
-            "The prediction is the energy that one step of RK4 gains or loses, averaged along the "
-            "exact orbit. Its h⁴ term averages to zero by time symmetry; the h⁵ term is left.",
-            "A pymunk joint with default settings (pymunk/default) loses energy at first order: "
-            "the loss is proportional to the step, and the prediction is the first coefficient of "
-            "the error of a step with a joint that closes slowly. Iterations change no digit of "
-            "it. With error_bias 0 (pymunk/tight) the loss goes with the cube of the step and "
-            "shows only after many steps; there is no theory of it here.",
-        ),
-        (table, _losses(study)),
-        (plot,),
-        (
-            f"plumbob validate --profile full --scenes {MILLION} --methods {','.join(METHODS)}",
-            f"plumbob run {SCENE} pymunk/default --step 1e-3",
-        ),
-        claims=(*drift_claims(drifts, METHODS[:2], METHODS[2]),),
-    )
+def numbers(study: Study) -> PendulumEnergy:
+    """The drifts over many steps, and what joints lose over a few periods."""
+    losses = [
+        JointLoss(
+            method,
+            step,
+            tuple(loss(study, method, step, iterations) for iterations in ITERATIONS),
+            predicted_loss(step) if method == "pymunk/default" else None,
+        )
+        for method in JOINTED
+        for step in LOSS_STEPS
+    ]
+    return PendulumEnergy(compared(study), tuple(losses))
 
 
-def compared(study: Study) -> tuple[Table, Figure, Mapping[str, Drift]]:
-    """Table, figure and numbers of the energy drift, over as many steps as a profile allows."""
-    return drift_table(study, _energy_runs(study.profile), _motion())
+def compared(study: Study) -> EnergyDrifts:
+    """The energy drifts over as many steps as a profile allows."""
+    return energy_drifts(study, _energy_runs(study.profile), _motion(), SYMPLECTIC, RK4)
+
+
+def million_numbers(study: Study, scene: Scene) -> EnergyDrifts | None:
+    """The same on the page of the scene of a million steps."""
+    return compared(study) if scene.name == MILLION else None
+
+
+def claims(energies: PendulumEnergy) -> Sequence[Claim]:
+    """Symplectic methods keep the energy, and RK4 lets it drift at the predicted rate."""
+    return energy_claims(energies.drifts)
 
 
 def _motion() -> PendulumMotion:
@@ -125,25 +136,5 @@ def predicted_loss(step: float) -> float:
     return step * float(gained[1] - gained[0]) / (2 * motion.period)
 
 
-def _losses(study: Study) -> Table:
-    rows = []
-    for method in JOINTED:
-        for step in LOSS_STEPS:
-            predicted = predicted_loss(step) if method == "pymunk/default" else None
-            rates = [loss(study, method, step, n) for n in ITERATIONS]
-            rows.append(row(method_cell(method), Cell(f"{notation.short(step)} s", "number"),
-                            *(value(v, 4) for v in rates), value(predicted, 4)))  # fmt: skip
-    return Table(
-        "Energy lost by pymunk's joint [J/s], by step and by iterations of its solver",
-        ("method", "step", *(notation.plural(n, "iteration") for n in ITERATIONS),
-         "predicted at first order"),
-        tuple(rows),
-        "Mean over the second and third period. It takes 19.6 J to lift the bob from hanging to "
-        "the top.",
-    )  # fmt: skip
-
-
-def hard(study: Study) -> tuple[Figure | Table, ...]:
-    """The energy over as many steps as the profile allows."""
-    table, plot, _ = compared(study)
-    return plot, table
+ENERGY = Analysis("simple_pendulum/pendulum_energy", numbers, requests, claims)
+MILLION_STEPS = Analysis("simple_pendulum/million_steps", million_numbers, requests)

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
+from types import MappingProxyType
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.measurements import case, largest, scheme
-from plumbob.reports.view.content import Claim, Figure, Finding, Statement, Table, row, value
+from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.measurements import Curve, case, largest, scheme
+from plumbob.reports.view.content import Claim
 from plumbob.reports.view.notation import number
-from plumbob.reports.view.palette import BLUE, GREY, RED
-from plumbob.reports.view.sources import NOTEBOOK
-from plumbob.reports.view.traces import Trace, curve, figure, linear, marks, over_time
 
 SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
 METHOD, STEP, DURATION = "ode/rk4", 0.05, 50.0  # the notebook's: 1000 steps
@@ -23,21 +23,77 @@ EVERY_STEP = np.linspace(0.0, DURATION, 1001)  # [s]
 SHOWN = 15.0  # [s] of an undamped motion, the rest of which is the same again
 POINTS = 300
 DOTS = 3  # steps from one dot to the next: 0.15 s
-CASES = (
-    ("1", "free-small", "θ₀ = –10°, from rest"),
-    ("2", "free-large", "θ₀ = –120°, from rest"),
-    ("3", "rotating-slow", "θ₀ = –120°, at 200°/s"),
-    ("4", "rotating-fast", "θ₀ = –120°, at 500°/s"),
-    ("5", "damped-small", "θ₀ = –10°, ξ = 0.08/s"),
-    ("6", "damped-large", "θ₀ = –120°, ξ = 0.08/s"),
-    ("7", "damped-rotating", "θ₀ = –120°, at 500°/s, ξ = 0.2/s"),
+CASES = MappingProxyType(
+    {
+        "1": "free-small",
+        "2": "free-large",
+        "3": "rotating-slow",
+        "4": "rotating-fast",
+        "5": "damped-small",
+        "6": "damped-large",
+        "7": "damped-rotating",
+    }
 )
 FORCED = ("forced-small", "forced-large", "forced-chaotic")
 
 
+@dataclass(frozen=True)
+class Motion:
+    """A motion, theta [rad] over time and, for SHOWN, theta_dot [rad/s] over theta."""
+
+    over_time: Curve
+    in_plane: Curve  # with NaN where it leaves one turn for the next
+
+
+@dataclass(frozen=True)
+class CaseMotions:
+    """The motions of a case of the pendulum and the linear one: exact, and by RK4."""
+
+    label: str
+    until: float  # [s] that are shown
+    rotates: bool
+    pendulum: tuple[Motion, Motion | None]
+    linear: tuple[Motion, Motion | None]
+
+
+@dataclass(frozen=True)
+class Cases:
+    """The motions of all cases."""
+
+    cases: tuple[CaseMotions, ...]
+    shown: float = SHOWN
+    duration: float = DURATION
+    dots: float = STEP * DOTS  # [s]
+
+
+@dataclass(frozen=True)
+class CaseErrors:
+    """Largest errors [rad] of the notebook's RK4 on a case, and of the linear equation."""
+
+    label: str
+    scene: str
+    error: float
+    predicted: float | None
+    of_linear: float  # of RK4 for the linear pendulum
+    difference: float  # of the linear motion from the non-linear one
+
+
+@dataclass(frozen=True)
+class NotebookErrors:
+    """The errors of RK4 with the notebook's step, for each case."""
+
+    cases: tuple[CaseErrors, ...]
+
+    @property
+    def factor(self) -> float:
+        """The largest error over the smallest, in hundreds."""
+        sizes = [entry.error for entry in self.cases]
+        return round(max(sizes) / min(sizes), -2)
+
+
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """The notebook's own run of each case, non-linear and linear."""
-    return [own_run(prefix + name) for _, name, _ in CASES for prefix in (SIMPLE, LINEAR)]
+    return [own_run(kind + name) for name in CASES.values() for kind in (SIMPLE, LINEAR)]
 
 
 def own_run(scene: str) -> ExtraRun:
@@ -45,144 +101,74 @@ def own_run(scene: str) -> ExtraRun:
     return ExtraRun(scene, METHOD, STEP, DURATION)
 
 
-def galleries(study: Study) -> Sequence[tuple[str, Sequence[Figure]]]:
+def cases(study: Study) -> Cases:
     """For each case theta(t) and the phase plane, linear and non-linear, exact and by RK4."""
-    return tuple(
-        (f"Case {label} of the notebook: {start}", _pair(study, name))
-        for label, name, start in CASES
-    )
+    motions = []
+    for label, name in CASES.items():
+        problem = case(SIMPLE + name).problem
+        until = DURATION if problem.damping_rate else SHOWN
+        pair = (_motions(study, kind + name, until) for kind in (SIMPLE, LINEAR))
+        motions.append(CaseMotions(label, until, bool(problem.theta_dot), *pair))
+    return Cases(tuple(motions))
 
 
-def _pair(study: Study, name: str) -> Sequence[Figure]:
-    problem = case(SIMPLE + name).problem
-    until = DURATION if problem.damping_rate else SHOWN
-    course: list[Trace] = []
-    plane: list[Trace] = []
-    for prefix, kind, colour, dash in (
-        (SIMPLE, "non-linear", BLUE, "solid"),
-        (LINEAR, "linear", RED, "dash"),
-    ):
-        for paths, end in ((course, until), (plane, SHOWN)):
-            times = np.linspace(0.0, end, POINTS)
-            x, y = _path(
-                prefix, times, case(prefix + name).reference.observe(times), paths is plane
-            )
-            paths.append(curve(x, y, colour=colour, dash=dash, name=f"{kind}, exact"))
-            if (run := study.recording(own_run(prefix + name))) is not None:
-                kept = np.flatnonzero(run.times <= end)[::DOTS]
-                samples = {n: values[kept] for n, values in run.observables.items()}
-                x, y = _path(prefix, run.times[kept], samples, paths is plane)
-                paths.append(_dotted(x, y, prefix == LINEAR))
-    span = f"The first {until:g} s" if until < DURATION else f"All {until:g} s"
-    turns = "; after a full turn the curve continues at the left edge" if problem.theta_dot else ""
-    dots = f"Dots: the notebook's RK4, every {STEP * DOTS:g} s"
-    return (
-        over_time("θ(t)", f"{span}. {dots}.", course, linear("θ [rad]"), height=300),
-        figure("Phase plane", f"The first {SHOWN:g} s{turns}.", plane, linear("θ [rad]"),
-               linear("dθ/dt [rad/s]"), legend=True, height=300),
-    )  # fmt: skip
+def _motions(study: Study, scene: str, until: float) -> tuple[Motion, Motion | None]:
+    """The exact motion of a scene, and the notebook's run of it."""
+    observe, turns = case(scene).reference.observe, scene.startswith(SIMPLE)
+    times, first = (np.linspace(0.0, end, POINTS) for end in (until, SHOWN))
+    path = observe(first)
+    theta, rate = path["theta"], path["theta_dot"]
+    exact = Motion((times, observe(times)["theta"]), _in_plane(theta, rate, turns))
+    if (run := study.recording(own_run(scene))) is None:
+        return exact, None
+    theta, rate = run.observables["theta"], run.observables["theta_dot"]
+    kept, early = (np.flatnonzero(run.times <= end)[::DOTS] for end in (until, SHOWN))
+    path_by_rk4 = _in_plane(theta[early], rate[early], turns)
+    return exact, Motion((run.times[kept], theta[kept]), path_by_rk4)
 
 
-def _dotted(x: Array, y: Array, named: bool) -> Trace:
-    """Small dots; the name of both kinds stands in the legend once."""
-    return {**marks(x, y, GREY, "RK4", size=3.5), "showlegend": named}
-
-
-def _path(
-    prefix: str, times: Array, samples: Mapping[str, Array], in_plane: bool
-) -> tuple[Array, Array]:
-    """The path of a motion: over time, or in the phase plane."""
-    if not in_plane:
-        return times, samples["theta"]
-    return _wound(samples["theta"], samples["theta_dot"], prefix == SIMPLE)
-
-
-def _wound(theta: Array, rate: Array, pendulum: bool) -> tuple[Array, Array]:
-    """A path in the phase plane; a pendulum's between -pi and pi, broken where it leaves."""
-    if not pendulum:
+def _in_plane(theta: Array, rate: Array, turns: bool) -> Curve:
+    """A path in the phase plane; one that `turns` between -pi and pi, broken where it leaves."""
+    if not turns:
         return theta, rate
-    turns = np.round(theta / (2 * np.pi))
-    inside = theta - 2 * np.pi * turns
-    breaks = np.flatnonzero(np.diff(turns)) + 1
+    count = np.round(theta / (2 * np.pi))
+    breaks = np.flatnonzero(np.diff(count)) + 1
+    inside = theta - 2 * np.pi * count
     return np.insert(inside, breaks, np.nan), np.insert(rate, breaks, np.nan)
 
 
-def finding(study: Study) -> Finding:
+def errors(study: Study) -> NotebookErrors:
     """The error of RK4 at dt 0.05 over a thousand steps, for each case."""
-    rows, largest = [], {}
-    for label, name, start in CASES:
-        error, predicted = _error(study, SIMPLE + name)
-        of_linear, _ = _error(study, LINEAR + name)
-        largest[label] = error
-        rows.append(
-            row(label, name, start, value(error), value(predicted), value(of_linear),
-                value(_difference(name)))
-        )  # fmt: skip
-    heads = ("case", "scene", "start", "error of RK4 [rad]", "predicted [rad]",
-             "error of RK4, linear [rad]", "linear less non-linear motion [rad]")  # fmt: skip
-    linear = {label: _difference(name) for label, name, _ in CASES}
-    best, worst = min(largest, key=lambda c: largest[c]), max(largest, key=lambda c: largest[c])
-    factor = round(largest[worst] / largest[best], -2)
-    return Finding(
-        "notebook-rk4",
-        "The error of the notebook's own RK4: 2e-5 to 6e-2 rad, as theory predicts",
-        "measured",
-        "The notebook's step is small enough: to leave out sin θ is the larger error. "
-        f"Over 50 s the error of RK4 with dt 0.05 s is {number(largest[best])} rad in case {best} "
-        f"and {number(largest[worst])} rad in case {worst}; using the linear equation is the "
-        "larger error in all seven.",
-        (
-            "The notebook shows curves and no error. The same integrator at the same step, "
-            f"compared with the exact motion, has an error about {factor:.0f} times larger in case "
-            f"{worst} than in case {best}: without damping, RK4's energy drift changes the speed, "
-            "and the error of the angle grows with time; with damping, errors decay too.",
-        ),
-        (
-            Table(
-                "RK4 at dt 0.05 s, 1000 steps: largest error of θ",
-                heads,
-                tuple(rows),
-                "Predicted: what theory says of steps of 0.05 s. Last column: largest difference "
-                "of the two exact motions.",
-            ),
-        ),
-        (),
-        (
-            f"plumbob run {SIMPLE}rotating-fast {METHOD} --step {STEP}",
-            f"plumbob run {LINEAR}rotating-fast {METHOD} --step {STEP}",
-        ),
-        (
-            Statement(
-                NOTEBOOK,
-                "integrator",
-                "The equations integrated by RK4",
-                "dt 0.05 s, 1000 steps; no error given",
-                f"error {number(largest[best])} rad (case {best}) to {number(largest[worst])} rad "
-                f"(case {worst})",
-                "extended",
-            ),
-        ),
-        claims=tuple(
-            Claim(
-                f"in case {label} the error of RK4 is {number(largest[label])} rad, of the linear "
-                f"equation {number(of)} rad",
-                not largest[label] >= of,
-            )
-            for label, of in linear.items()
-        ),
-    )
+    entries = []
+    for label, name in CASES.items():
+        apart = largest(partial(difference, name=name), EVERY_STEP)
+        of_linear = error(study, LINEAR + name)[0]
+        entries.append(CaseErrors(label, name, *error(study, SIMPLE + name), of_linear, apart))
+    return NotebookErrors(tuple(entries))
 
 
-def _error(study: Study, scene: str) -> tuple[float, float | None]:
+def claims(errors: NotebookErrors) -> Sequence[Claim]:
+    """The error of the linear equation is larger than that of RK4."""
+    return [
+        Claim(
+            f"in case {entry.label} the error of RK4 is {number(entry.error)} rad, of the linear "
+            f"equation {number(entry.difference)} rad",
+            not entry.error >= entry.difference,
+        )
+        for entry in errors.cases
+    ]
+
+
+def error(study: Study, scene: str) -> tuple[float, float | None]:
     """Largest error [rad] of the notebook's run at any of its steps, and what theory predicts."""
     run, posed = study.recording(own_run(scene)), case(scene)
     if run is None:
         return float("nan"), None
     truth = posed.reference.observe(run.times)
     theta, rate = (run.observables[name] - truth[name] for name in ("theta", "theta_dot"))
-    error = float(np.abs(at_every_step(run.times, theta, rate)).max())
+    apart = float(np.abs(at_every_step(run.times, theta, rate)).max())
     predicted = posed.errors.at_step(scheme(METHOD), STEP, EVERY_STEP).errors["theta"]
-    return error, float(np.abs(predicted).max())
+    return apart, float(np.abs(predicted).max())
 
 
 def at_every_step(times: Array, theta: Array, rate: Array) -> Array:
@@ -196,11 +182,10 @@ def at_every_step(times: Array, theta: Array, rate: Array) -> Array:
 def difference(times: Array, name: str) -> Array:
     """Non-linear less linear angle [rad] of a case's exact motions at `times` [s], shape (n,)."""
     nonlinear, linear = (
-        case(prefix + name).reference.observe(times)["theta"] for prefix in (SIMPLE, LINEAR)
+        case(kind + name).reference.observe(times)["theta"] for kind in (SIMPLE, LINEAR)
     )
     return np.asarray(nonlinear - linear)
 
 
-def _difference(name: str) -> float:
-    """Largest difference [rad] of the linear motion from the non-linear one."""
-    return largest(partial(difference, name=name), EVERY_STEP)
+CASE_MOTIONS = Analysis("simple_pendulum/notebook_cases", cases, requests)
+RK4 = Analysis("simple_pendulum/notebook_rk4", errors, requests, claims)
