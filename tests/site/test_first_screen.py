@@ -18,7 +18,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.models.scene import Quantity
-from plumbob.reports.analyses.capsule_line.displacement import errors
+from plumbob.reports.analyses.capsule_line.displacement import ERRORS
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.verdict import Judged, Judgement
 from plumbob.reports.view import notation
@@ -29,6 +29,7 @@ from plumbob.reports.view.site.pictures import names, picture
 from plumbob.reports.view.site.views import scene_view
 from plumbob.reports.view.traces import curve, figure, linear, logarithmic
 from plumbob.reports.view.trimming import trimming
+from plumbob.tests.support.declared import finding
 
 LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.WITH_CONTACTS
 
@@ -140,10 +141,8 @@ def test_costs_are_computed_from_the_study(study: Study) -> None:
 
 
 def test_a_finding_is_computed_from_the_study(study: Study) -> None:
-    before = errors(study)
-    after = errors(_with_error(study, LINE, "mujoco/euler", 0.123))
-    assert before is not None
-    assert after is not None
+    before = finding(ERRORS, study)
+    after = finding(ERRORS, _with_error(study, LINE, "mujoco/euler", 0.123))
     assert "12 %" not in before.summary
     assert "12 %" in after.summary
     assert picture(before.figures[0]) != picture(after.figures[0])

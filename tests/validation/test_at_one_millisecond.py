@@ -219,12 +219,10 @@ def test_every_error_in_the_sentences_of_the_first_screen(study: Study, index: T
 
 
 def test_the_errors_that_a_finding_on_the_index_has_at_1_ms() -> None:
-    found = contacts.isotropy(declared(nothing(), contacts.requests))
-    assert found is not None
-    said = re.search(
-        r"0.001 s the error is (\S+ %) along heading (\d+)° and (\S+ %) along (\d+)", found.summary
-    )
-    assert said is not None
-    for number, heading in (said.groups()[:2], said.groups()[2:]):
-        scene = f"capsule-line/heading-{int(heading):03d}"
-        assert says(number, error(scene, contacts.DEFAULT, STEP)), (number, scene)
+    isotropy = contacts.isotropy(declared(nothing(), contacts.heading_runs))
+    assert isotropy is not None
+    assert isotropy.step == STEP
+    for heading in (isotropy.best, isotropy.worst):
+        assert heading is not None
+        largest = error(f"capsule-line/heading-{heading.angle:03d}", contacts.DEFAULT, STEP)
+        assert heading.size == pytest.approx(largest, rel=EQUAL), heading
