@@ -1,5 +1,5 @@
-"""What some engines can do beside running scenes: a record for each ability, with the function that
-does it. No ability's function imports the engine's package before it is called."""
+"""Abilities that some engines have beside running scenes: a record for each, with the function that
+has it. None imports the engine's package before it is called."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class FileCheck:
 
 @dataclass(frozen=True)
 class SchemeOfCase:
-    """What a method does in a step of a case, where that is not always the method's own scheme."""
+    """The scheme of a method in a step of a case, where that is not always the method's own."""
 
     of: Callable[[Case, Method], Scheme]
 
@@ -89,8 +89,8 @@ class SecondRun:
 
 @dataclass(frozen=True)
 class ContactRecord:
-    """What the engine's contacts are at a step [s], as the record that theory takes (SoftContact,
-    ...), or None where no theory covers them."""
+    """The engine's contacts at a step [s], as the record that theory takes (SoftContact, ...), or
+    None where no theory covers them."""
 
     of: Callable[[Case, Method, float], object]
 

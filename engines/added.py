@@ -57,6 +57,9 @@ def wrong_limits(engine: Engine) -> str:
         limits = declared_by(engine)
     except Exception as error:  # whatever stands in that file
         return f"its file of limits: {one_line(error)}"
+    for entry in limits.not_read:
+        if not isinstance(entry.observables, tuple):
+            return f"observables that it does not give are {entry.observables!r}, not a list"
     names = [method.name for method in engine.methods]
     several = (_wrong_limit(limit, names, limits) for limit in limits.known_limits)
     return next(filter(None, several), "")

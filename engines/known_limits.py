@@ -31,7 +31,7 @@ class Size:
 
 @dataclass(frozen=True)
 class Limits:
-    """What is declared of an engine, and how large the errors of its limits were."""
+    """The declared limits of an engine, and how large their errors were."""
 
     known_limits: tuple[KnownLimit, ...] = ()  # the first that is of a pair counts
     not_read: tuple[NotRead, ...] = ()

@@ -14,8 +14,8 @@ SURE = 2.0
 
 
 def by_series(terms: Sequence[Array], predicted: Array, jointed_moment: float) -> Array:
-    """What follows the `terms` of a series in the step, shape (n,) each and of rising power, whose
-    sum is `predicted`: less than its last two (near-symmetric schemes can have tiny alternate
+    """The remainder of a series in the step after its `terms`, shape (n,) each and of rising power,
+    whose sum is `predicted`: less than its last two (near-symmetric schemes can have tiny alternate
     terms), at their largest so far. What is nonlinear in the error is in its coefficients, but not
     the moment of inertia of a jointed body, which adds about as large a part of the error."""
     last = sum((np.abs(term) for term in terms[-2:]), np.zeros(len(predicted)))
@@ -23,7 +23,7 @@ def by_series(terms: Sequence[Array], predicted: Array, jointed_moment: float) -
 
 
 def by_rounding(doubt: Array, steps: int) -> Array:
-    """What rounding may make of an error whose exact answer double precision allows `doubt`: at a
+    """The effect of rounding on an error whose exact answer double precision allows `doubt`: at a
     moment at which the inputs matter little, what steps have rounded before is still there."""
     return np.asarray(np.maximum.accumulate(doubt) * roundings(steps))
 

@@ -288,7 +288,7 @@ def _controlled(
     doubt: Mapping[str, Array],
     second: Trajectory | None,
 ) -> Mapping[str, Controlled]:
-    """What the solver does to each observable, as the second run shows."""
+    """The errors of a solver in each observable, as the second run shows."""
     if second is None:
         return {}
     truth, found = exact.observe(second.times), {}
@@ -311,7 +311,7 @@ def _series(
     nonlinear: float,
     scheme: Scheme,
 ) -> Prediction:
-    """What a series in the step predicts of an error at the samples, shape (n,)."""
+    """The prediction of a series in the step of an error at the samples, shape (n,)."""
     courses = [powers[p][name] for p in sorted(powers)]
     left = by_series(courses, total[name], scheme.jointed_moment) + by_rounding(doubt, steps)
     terms = {p: float(np.abs(terms[name]).max()) for p, terms in powers.items()}

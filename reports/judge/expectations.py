@@ -64,8 +64,8 @@ class Expectation:
 
 
 def expected(scene: str, method: str) -> Expectation:
-    """What the limits of a method's engine declare of a scene; or `pass`, or where a package brings
-    no theory `converges`."""
+    """The declared expectation, from the limits of the method's engine; or `pass`, or where a
+    package brings no theory `converges`."""
     if (known := limits_of(method).limit(scene, method)) is None:
         return Expectation("pass", "", _without_theory(scene, method))
     verdict, other = cast(Verdict, known.verdict), cast("Verdict | None", known.other)

@@ -140,9 +140,9 @@ def test_a_known_limit_that_a_package_declares_is_held_to_its_size(
 ) -> None:
     broken(site, OFF if size is None else limited(LIMIT.format(size=size)))
     with seen(site):
-        said = surprise_of_the_defect()
-    assert why in said
-    assert bool(said) == bool(why)
+        surprising = surprise_of_the_defect()
+    assert why in surprising
+    assert bool(surprising) == bool(why)
 
 
 def surprise_of_the_defect() -> str:
@@ -177,10 +177,10 @@ def test_a_package_has_its_limits_in_a_file_as_engines_of_ours_have(
     broken(site, FILED)
     (site / "limits.toml").write_text(limits.format(size=factor * SIZE), "utf-8")
     with seen(site):
-        said = surprise_of_the_defect()
+        surprising = surprise_of_the_defect()
         assert expected(SMALL, "tiny/euler").reason == "gravity is 1 % off"
-    assert ("a known limit, but its relative error is" in said) == (factor != 1.0)
-    assert bool(said) == (factor != 1.0)
+    assert ("a known limit, but its relative error is" in surprising) == (factor != 1.0)
+    assert bool(surprising) == (factor != 1.0)
 
 
 @pytest.mark.parametrize(
@@ -188,6 +188,7 @@ def test_a_package_has_its_limits_in_a_file_as_engines_of_ours_have(
     [
         (None, "FileNotFoundError"),
         (FILE, "the size of a known limit is 0.0"),
+        (SHOWN.replace('["tension"]', '"tension"'), "are 'tension', not a list"),
         (f"{FILE}sizes = 3", "unexpected keyword argument 'sizes'"),
         ("known_limits = 3", "its file of limits: TypeError"),
         ("known_limits", "its file of limits: TOMLDecodeError"),
