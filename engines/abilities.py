@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plumbob.analytic.errors.schemes import Scheme
+from plumbob.analytic.schemes import Scheme
 from plumbob.engines.method import Method
 from plumbob.models.scene import Case
 

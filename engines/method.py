@@ -9,8 +9,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal, Protocol, TypeVar
 
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import Scheme
 from plumbob.engines.trajectory import Stepping as Stepping
 from plumbob.engines.trajectory import Timed, Trajectory
 from plumbob.models.registry import added_system, find_system

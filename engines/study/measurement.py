@@ -11,11 +11,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from plumbob.analytic.errors.left_open import by_rounding, by_second_run, by_series, roundings
-from plumbob.analytic.errors.schemes import ADAPTIVE, Scheme
-from plumbob.analytic.errors.shared import Same, as_stepped, exactly, expected
-from plumbob.analytic.errors.theory import SteppedErrors, reaches
+from plumbob.analytic.left_open import by_rounding, by_second_run, by_series, roundings
 from plumbob.analytic.reference import Array, Reference, answering
+from plumbob.analytic.schemes import ADAPTIVE, Scheme
+from plumbob.analytic.shared import Same, as_stepped, exactly, expected
+from plumbob.analytic.theory import SteppedErrors, reaches
 from plumbob.engines.abilities import SchemeOfCase, SecondRun
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed

@@ -8,8 +8,8 @@ from itertools import product
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
