@@ -221,6 +221,9 @@ def _environment() -> Environment:
         "percent": notation.percent,  # 12 %: a whole number of them
         "short": notation.short,  # 1e-4: a step
         "seconds": notation.seconds,  # 12 ms
+        "metres": notation.metres,  # 1.2 mm, two digits
+        "duration": notation.duration,  # 2 ms
+        "in_cell": lambda text: BAR.sub(r"\\|", text),  # whose bars end no cell
         "plural": notation.plural,  # 3 feet
         "unit": in_unit,  # 12 µm
         "scene": lambda name: name.partition("/")[2],
