@@ -16,6 +16,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
+from plumbob.engines.abilities import UserModels
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import HEADINGS, SPEED, ContactAudit, Measured
 from plumbob.engines.audit.controls import KINDS
@@ -178,13 +179,12 @@ def trimmed_file(audit: Audit, source: Path, target: Path, keyframe: str | None)
     """Write the model `source` without what `audit` leaves out, and run it as it is read back;
     raises ParameterError where nothing is, or it cannot be written."""
     together = audit.trims.together if audit.trims else None
-    engine = find_engine("mujoco")
-    assert engine.write_trimmed is not None
-    assert engine.own_model is not None
+    models = find_engine("mujoco").ability(UserModels)
+    assert models is not None
     if together is None or audit.found is None or audit.model is None:
         raise ParameterError("write trimmed", str(target), "left away: nothing can be left out")
-    left_out = engine.write_trimmed(source, together.changes, target)
-    offered = [(left_out, engine.own_model(target, keyframe))]
+    left_out = models.write_trimmed(source, together.changes, target)
+    offered = [(left_out, models.model(target, keyframe))]
     steps = audit.found
     (read_back,) = tried(audit.model, audit.script, steps.own.parts, steps.index, offered)
     return replace(audit, written=(target.name, read_back))

@@ -8,7 +8,8 @@ from functools import cache
 
 import numpy as np
 
-from plumbob.engines.method import Method, Trimming
+from plumbob.engines.abilities import Trimming
+from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.convergence import (

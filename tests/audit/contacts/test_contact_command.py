@@ -11,8 +11,10 @@ from pathlib import Path
 import mujoco
 import pytest
 
+from plumbob.engines.abilities import UserModels
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.audit.contacts import ContactAudit
+from plumbob.engines.own_contacts import ContactModel
 from plumbob.reports.cli import main
 from plumbob.reports.view.audit.page import answered, page, rows
 from plumbob.tests.audit.contacts.bodies_on_planes import (
@@ -143,12 +145,20 @@ LEFT_OUT = {  # said: more in the world, more behind it
 }
 
 
+def _contacts(
+    model: mujoco.MjModel, keyframe: int | None = None, body: str | None = None
+) -> ContactModel:
+    models = ENGINE.ability(UserModels)
+    assert models is not None
+    return models.contacts(model, keyframe, body, None)
+
+
 @pytest.mark.parametrize("said", LEFT_OUT)
 def test_what_acts_on_the_body_and_is_left_out_is_said(said: str) -> None:
     world, more = LEFT_OUT[said]
     text = model_text(BOX + '<site name="s"/>', 0.02, floor=FLOOR + world, more=more)
     model = mujoco.MjModel.from_xml_string(text)
-    contacts = ENGINE.own_contacts(model, 0 if model.nkey else None, "base", None)  # type: ignore[misc]
+    contacts = _contacts(model, 0 if model.nkey else None, "base")
     assert "; ".join(contacts.notes) == said
 
 
@@ -157,7 +167,7 @@ def test_a_compensation_of_gravity_and_a_medium_are_left_out_too() -> None:
         'name="base"', 'name="base" gravcomp="1"'
     )
     model = mujoco.MjModel.from_xml_string(text.replace('gravcomp="1"', 'gravcomp="0.1"'))
-    contacts = ENGINE.own_contacts(model, None, None, None)  # type: ignore[misc]
+    contacts = _contacts(model)
     assert contacts.notes == ("the medium", "gravity compensation")
 
 
