@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.engines.method import ModelFields
+from plumbob.engines.abilities import ModelFields
 
 
 def model_fields(path: Path) -> ModelFields:
