@@ -112,15 +112,12 @@ def measure(
     local error is held to a `second` run, made here if none is given. Without `theory` its errors
     alone are measured, without bounds on them, which take longer than a run. Raises ParameterError,
     and NoAnswer where double precision does not hold the exact solution."""
-    scene = case.scene
-    blank = Measurement(scene.name, method.name, step, "unsupported")
-    if not installed(engine_of(method)):
-        return _with(
-            blank, status="missing", reason=f"{engine_of(method).package} is missing"
-        ), None
     engine = engine_of(method)
-    if not meant(method, scene):
-        return _with(blank, reason=f"{method.name} is not meant for {scene.name}"), None
+    blank = Measurement(case.scene.name, method.name, step, "unsupported")
+    if not installed(engine):
+        return _with(blank, status="missing", reason=f"{engine.package} is missing"), None
+    if not meant(method, case.scene):
+        return _with(blank, reason=f"{method.name} is not meant for {case.scene.name}"), None
     try:
         simulation = engine.prepare(case, method, step)
         model = engine.model_error(case, method, step) if theory else {}
@@ -142,18 +139,16 @@ def measure(
     if short := not_asked_for(case, method, step, run):
         return _with(blank, status="cut-short", reason=f"the run is cut short: {short}"), run
     if theory:
-        errors = _errors(
-            case, method, step, run, model, second or partial(confirming, case, method)
-        )
+        second = second or partial(confirming, case, method)
+        errors, drifts = _errors(case, method, step, run, model, second), _drifts(case, run)
     else:
-        errors = _differences(case, run)
-    drifts = _drifts(case, run) if theory else {}
+        errors, drifts = _differences(case, run), {}
     scheme = scheme_of(case, method)
     return _with(
         blank,
         status="done",
         errors=errors,
-        invariants={name: float(np.abs(drift).max()) for name, drift in drifts.items()},
+        invariants=drifts,
         channels={name: float(np.ptp(values)) for name, values in run.channels.items()},
         duration=float(run.times[-1]),
         steps=run.steps,
@@ -187,15 +182,16 @@ def _differences(case: Case, run: Trajectory) -> Mapping[str, ObservedError]:
     }
 
 
-def _drifts(case: Case, run: Trajectory) -> Mapping[str, Array]:
-    """The relative drifts of the invariants; none where the run leaves out what they are made
-    of."""
+def _drifts(case: Case, run: Trajectory) -> Mapping[str, float]:
+    """The largest relative drifts of the invariants; none where the run leaves out what they are
+    made of."""
     try:
-        return case.system.invariants(case.problem, run.observables)
+        drifts = case.system.invariants(case.problem, run.observables)
     except KeyError:
         if all(o.name in run.observables for o in case.system.observables):
             raise
         return {}
+    return {name: float(np.abs(drift).max()) for name, drift in drifts.items()}
 
 
 def _errors(
