@@ -48,7 +48,10 @@ def unexpected(study: Study, judgements: Judgements) -> list[str]:
         if (judged := judgements.get((scene.name, method.name))) is not None
         and (
             standing(scene, method, judged.whole) == "unexpected"
-            or (method.name == USER_METHOD and judged.whole.verdict not in ("pass", "converges"))
+            or (
+                method.name == USER_METHOD
+                and judged.whole.verdict not in ("predicted", "converges")
+            )
         )
     ]
 

@@ -78,7 +78,7 @@ def _unexpected(verdicts: Verdicts) -> list[str]:
         f"{scene} {method}"
         for (scene, method), judged in verdicts.items()
         if judged.mark == "unexpected"
-        or (method == USER_METHOD and judged.verdict not in ("pass", "converges"))
+        or (method == USER_METHOD and judged.verdict not in ("predicted", "converges"))
     ]
 
 

@@ -33,8 +33,8 @@ from plumbob.reports.view.site.claims import formed, galleries, hard_case
 from plumbob.reports.view.trimming import trimming
 
 ORDER: tuple[Verdict, ...] = (
-    "pass", "converges", "fail", "not-converging", "diverged", "cut-short", "pre-asymptotic",
-    "unsupported", "missing",
+    "predicted", "converges", "off-prediction", "inaccurate", "not-converging", "diverged",
+    "cut-short", "pre-asymptotic", "unsupported", "missing",
 )  # fmt: skip
 OF_ENGINES = "engines"  # the section of what holds for engines, whatever the system, and its page
 AT_FIRST = 1e-3  # relative: the cheapest method of each engine for this error is drawn at first
