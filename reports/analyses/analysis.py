@@ -73,9 +73,9 @@ def analysed(
             else:
                 results += _formed(analysis, arguments, empty)
         except Exception:
-            if not unexpected(study, judged):
+            if not (pairs := unexpected(study, judged)):
                 raise
-            results.append(empty)
+            results.append(replace(empty, claims=tuple((pair, False) for pair in pairs)))
     return tuple(results)
 
 
