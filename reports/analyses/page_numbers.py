@@ -7,7 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from plumbob.engines.method import Method, Settings
+from plumbob.engines.abilities import Settings, SettingsToPaste
+from plumbob.engines.method import Method
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
@@ -175,5 +176,5 @@ def _settings(engines: set[str]) -> Mapping[str, Settings]:
 
 
 def _written(method: Method) -> Settings | None:
-    write = engine_of(method).settings_text
-    return None if write is None else write(method, REFERENCE_STEP, None, FRICTION)
+    settings = engine_of(method).ability(SettingsToPaste)
+    return None if settings is None else settings.write(method, REFERENCE_STEP, None, FRICTION)

@@ -11,12 +11,13 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from plumbob.analytic.left_open import roundings
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.systems.capsule_setup import InWorld
 from plumbob.engines.study.convergence import ConvergenceStudy
-from plumbob.engines.study.measurement import Measurement, roundings
+from plumbob.engines.study.measurement import Measurement
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Case, Parameters, Scene
 from plumbob.reports.judge.tightness import Noticed

@@ -8,7 +8,8 @@ from sys import float_info
 
 import numpy as np
 
-from plumbob.engines.study.measurement import Measurement, ObservedError, roundings
+from plumbob.analytic.left_open import roundings
+from plumbob.engines.study.measurement import Measurement, ObservedError
 from plumbob.engines.study.results import Study
 from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.tolerance import Tolerance

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.method import Settings
+from plumbob.engines.abilities import Settings
 from plumbob.engines.study.codec import restored
 from plumbob.engines.study.results import Study
 from plumbob.reports.advice.recommend import Recommendation
