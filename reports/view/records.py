@@ -156,7 +156,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class ExactRecord:
-    """What is known of the exact motion of a scene, and drawn of it."""
+    """The exact motion of a scene, and what is computed from it."""
 
     motion: Motion
     facts: Mapping[str, Any]  # exactly known: numbers and texts

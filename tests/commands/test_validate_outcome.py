@@ -141,7 +141,7 @@ def test_a_limit_that_disappears_is_first_on_the_terminal(
         "  every error is within its tolerance",
         "  declared: a limit of old",
     ]
-    assert "pass (UNEXPECTED)" in found.out
+    assert "predicted (UNEXPECTED)" in found.out
     assert found.junit.attrib["failures"] == "1"
     assert "0 known limits, 1 unexpected" in found.out
 

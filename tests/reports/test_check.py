@@ -36,7 +36,9 @@ def test_what_is_not_expected_is_raised_with_its_runs(
 ) -> None:
     limit = KnownLimit("cone-*", "ode/rk4", "diverged", "a limit of old")
     declare(monkeypatch, limit)
-    with pytest.raises(AssertionError, match=r"pass, expected diverged \(a limit of old") as raised:
+    with pytest.raises(
+        AssertionError, match=r"predicted, expected diverged \(a limit of old"
+    ) as raised:
         check(CONE, "ode/rk4", step)
     assert "at 0.001: predicted" in str(raised.value)
     assert "theta: error" in str(raised.value)

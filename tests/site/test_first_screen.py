@@ -73,7 +73,7 @@ def _answers(study: Study) -> tuple[first_screen.Answer, ...]:
 
 @cache
 def _record() -> StudyRecord:
-    """What the pages of the whole profile take, whatever its numbers are."""
+    """The record of the whole profile, whatever its numbers are."""
     return study_record(replace(whole_profile.study(), convergence=()), {})
 
 

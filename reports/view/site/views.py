@@ -95,7 +95,7 @@ def system_view(
         system,
         described(system.name),
         galleries(study, system.name),
-        formed(study, records.verdicts, system.name),
+        formed(study, system.name),
         tuple(
             scene_view(study, records.scenes[scene.name], exact[scene.name], scene)
             for scene in scenes
