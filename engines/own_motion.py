@@ -56,7 +56,7 @@ class Field(Protocol):
 
 
 @dataclass(frozen=True)
-class Course:
+class Integration:
     """States at the ends of the periods, shape (periods + 1, n), not numbers from where it ended;
     how it was computed."""
 
@@ -72,7 +72,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Stepped:
-    """The model's own steps: states as in `Course`."""
+    """The model's own steps: states as in `Integration`."""
 
     integrator: str
     step: float  # [s]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plumbob.engines.audit.ensemble import Likely, likely
-from plumbob.engines.audit.reference import RESOLVED, Reference, certified, refined
+from plumbob.engines.audit.reference import RESOLVED, Certificate, certified, refined
 from plumbob.engines.audit.steps import (
     Balance,
     Compared,
@@ -39,7 +39,7 @@ class Audit:
     step: float  # [s]
     script: Script
     control: str  # what drives it: "zero", "sines", or a file's name
-    reference: Reference
+    reference: Certificate
     found: Compared | None  # None where there is no reference
     clamped: Mapping[str, int]
     notes: tuple[str, ...]

@@ -10,7 +10,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.own_motion import OwnModel, Script
-from plumbob.engines.study.cost import Cost, Key, Piece, in_turns
+from plumbob.engines.study.cost import Cost, Key, TimedSteps, in_turns
 from plumbob.engines.trajectory import Timed
 
 PIECE = 5e-3  # [s] of processor time, about, that is timed at once
@@ -66,5 +66,5 @@ def timed_periods(
 
 def costs_in_turns(timed: Mapping[Key, Timed]) -> Mapping[Key, Cost]:
     """The cost of a step of each."""
-    pieces = {key: Piece(run, 1.0) for key, run in timed.items()}
+    pieces = {key: TimedSteps(run, 1.0) for key, run in timed.items()}
     return in_turns(pieces, TURNS)[0]

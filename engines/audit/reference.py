@@ -21,7 +21,14 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.own_motion import Course, Field, NotCertifiable, OwnModel, Script, Undecided
+from plumbob.engines.own_motion import (
+    Field,
+    Integration,
+    NotCertifiable,
+    OwnModel,
+    Script,
+    Undecided,
+)
 
 TIGHT, LOOSE = 1e-10, 1e-8  # relative and absolute tolerances of the two smooth methods
 WIDTHS = (1e-5, 1e-6, 3e-7)  # [m] of the layer
@@ -50,11 +57,11 @@ class _Run:
 
 
 @dataclass(frozen=True)
-class Reference:
+class Certificate:
     """The continuous motion at the ends of the control periods, and how well it is known."""
 
-    course: Course
-    confirmed_by: Course | None
+    course: Integration
+    confirmed_by: Integration | None
     uncertainty: Array  # [m] largest distance of any body so far from the confirmation's, (n,)
     uncertainty_coordinates: Array  # [rad or m] the same in generalised coordinates
     positions: Array  # [m] of the bodies, shape (n, bodies, 3)
@@ -79,7 +86,7 @@ def certified(
     budget: float,
     clock: Clock = time.perf_counter,
     executor: Executor | None = None,
-) -> Reference:
+) -> Certificate:
     """The reference of `model` under `script`, computed within about `budget` [s] of wall time; its
     confirmation runs beside it in an `executor` of two processes or more, if given, with the same
     bits. Where nothing can be certified, its uncertainty is infinite after the start and `why` says
@@ -118,7 +125,7 @@ def certified(
 
 def _layered(
     model: OwnModel, script: Script, ends: float, clock: Clock, executor: Executor | None
-) -> tuple[Reference | None, str]:
+) -> tuple[Certificate | None, str]:
     """The motion with contacts that set in over layers, which shrink, and why one of them ended;
     none where fewer than two are computed."""
     done = _by_width(model, script, ends, clock, executor)
@@ -139,12 +146,12 @@ def _layered(
 
 def _by_width(
     model: OwnModel, script: Script, ends: float, clock: Clock, executor: Executor | None
-) -> dict[tuple[float, float], Course]:
+) -> dict[tuple[float, float], Integration]:
     """The motion by width of the layer and tolerance, until one of them has no duration."""
     runs = [*((width, IN_LAYER) for width in WIDTHS), (WIDTHS[-1], OTHER_IN_LAYER)]
     pace = 1 if executor is None else 2
     groups = [runs[i : i + pace] for i in range(0, len(runs), pace)]
-    done: dict[tuple[float, float], Course] = {}
+    done: dict[tuple[float, float], Integration] = {}
     for k, group in enumerate(groups):
         if not all(course.until > 0.0 for course in done.values()):
             break
@@ -157,7 +164,9 @@ def _by_width(
     return done
 
 
-def _in_layers(model: OwnModel, layers: Sequence[tuple[float, Course]], again: Course) -> Reference:
+def _in_layers(
+    model: OwnModel, layers: Sequence[tuple[float, Integration]], again: Integration
+) -> Certificate:
     """The motion of the last, narrowest, of `layers`; how far it is from the limit and what it
     differs by from `again`, at another tolerance, may add up."""
     widths = tuple(width for width, _ in layers)
@@ -193,12 +202,12 @@ def left_open(widths: Sequence[float], apart: Sequence[Array]) -> Array:
 def refined(
     model: OwnModel,
     script: Script,
-    reference: Reference,
+    reference: Certificate,
     error: float,
     budget: float,
     clock: Clock = time.perf_counter,
     executor: Executor | None = None,
-) -> Reference:
+) -> Certificate:
     """The reference of a smooth motion at finer tolerances, where it is not known to a fifth of the
     step's `error` [m] and a part of `budget` [s] suffices; else as it was."""
     other, index = reference.confirmed_by, len(script.controls)
@@ -221,7 +230,7 @@ def refined(
 
 def computed(
     model: OwnModel, script: Script, run: _Run, clock: Clock = time.perf_counter
-) -> Course:
+) -> Integration:
     """The motion of `model` under `script` by one method, for as long as it is given."""
     many = run.width > 0.0
     course = integrated(
@@ -238,7 +247,7 @@ def computed(
 
 def _beside(
     model: OwnModel, script: Script, runs: Sequence[_Run], clock: Clock, executor: Executor | None
-) -> list[Course]:
+) -> list[Integration]:
     """Some runs, each in a process of its own where there is an executor."""
     if executor is None:
         return [computed(model, script, run, clock) for run in runs]
@@ -274,7 +283,7 @@ def integrated(
     ends: float,
     clock: Clock,
     many: bool = False,
-) -> Course:
+) -> Integration:
     """The motion by an adaptive `method` of scipy's, begun anew with each control period; it gives
     up at `ends` by `clock`, where the step collapses, and, unless `many` are allowed, where events
     come too often."""
@@ -311,7 +320,7 @@ def integrated(
             states[k + 1], done = y, k + 1
     except NotCertifiable as reason:
         why, decided = str(reason), not isinstance(reason, Undecided)
-    return Course(
+    return Integration(
         states,
         done * script.period,
         f"{method} at {tolerance:g}",
@@ -327,7 +336,9 @@ def _chatters(events: list[float]) -> bool:
     return len(events) > CHATTER and events[-1] - events[-CHATTER - 1] < WITHIN
 
 
-def _compared(model: OwnModel, best: Course, other: Course, widths: tuple[float, ...]) -> Reference:
+def _compared(
+    model: OwnModel, best: Integration, other: Integration, widths: tuple[float, ...]
+) -> Certificate:
     """A reference from two computations: how far they are apart is its uncertainty."""
     here, there = model.positions(best.states), model.positions(other.states)
     apart = largest(np.linalg.norm(here - there, axis=2))
@@ -335,10 +346,10 @@ def _compared(model: OwnModel, best: Course, other: Course, widths: tuple[float,
     apart[1:] = np.maximum(apart, rounding)[1:]
     coordinates = largest(np.abs(model.coordinates(best.states, other.states)))
     why = best.why or other.why
-    return Reference(best, other, apart, coordinates, here, widths, why)
+    return Certificate(best, other, apart, coordinates, here, widths, why)
 
 
-def _joined(first: Reference, then: Reference) -> Reference:
+def _joined(first: Certificate, then: Certificate) -> Certificate:
     """The first reference as far as it is the better known, then the second."""
     known_first = np.isfinite(first.uncertainty)
     better = np.flatnonzero(known_first & (first.uncertainty <= then.uncertainty))
@@ -346,7 +357,7 @@ def _joined(first: Reference, then: Reference) -> Reference:
     assert first.confirmed_by is not None
     assert then.confirmed_by is not None
 
-    def course(before: Course, after: Course) -> Course:
+    def course(before: Integration, after: Integration) -> Integration:
         return replace(after, states=np.concatenate([before.states[:count], after.states[count:]]))
 
     def known(values: Array, later: Array) -> Array:
@@ -369,10 +380,10 @@ def largest(values: Array) -> Array:
     return np.asarray(np.maximum.accumulate(worst))
 
 
-def _none(model: OwnModel, script: Script, first: Course) -> Reference:
+def _none(model: OwnModel, script: Script, first: Integration) -> Certificate:
     unknown = np.full(len(script.controls) + 1, math.inf)
     unknown[0] = 0.0
-    return Reference(first, None, unknown, unknown, model.positions(first.states), (), first.why)
+    return Certificate(first, None, unknown, unknown, model.positions(first.states), (), first.why)
 
 
 def _up_to(script: Script, until: float) -> Script:
@@ -380,7 +391,7 @@ def _up_to(script: Script, until: float) -> Script:
     return replace(script, controls=script.controls[:count])
 
 
-def _cut(course: Course, script: Script, until: float) -> Course:
+def _cut(course: Integration, script: Script, until: float) -> Integration:
     """A course up to `until` [s], its states as many as the whole of `script` has, unknown beyond
     that."""
     states = np.full((len(script.controls) + 1, script.start.size), np.nan)

@@ -13,7 +13,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.costs import ALIKE, Ratio, costs_in_turns, ratio, timed_periods
-from plumbob.engines.audit.reference import RESOLVED, Reference, largest
+from plumbob.engines.audit.reference import RESOLVED, Certificate, largest
 from plumbob.engines.own_motion import OwnModel, Script
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.order import Order, fit_order
@@ -97,7 +97,7 @@ class Balance:
 def compared(
     model: OwnModel,
     script: Script,
-    reference: Reference,
+    reference: Certificate,
     budget: float,
     clock: Callable[[], float] = time.perf_counter,
     executor: Executor | None = None,
@@ -140,7 +140,7 @@ def compared(
 def halved(
     model: OwnModel,
     script: Script,
-    reference: Reference,
+    reference: Certificate,
     integrators: Sequence[str],
     budget: float,
     clock: Callable[[], float] = time.perf_counter,
@@ -172,7 +172,7 @@ def halved(
 
 
 def priced(
-    model: OwnModel, script: Script, reference: Reference, steps: Sequence[StepError]
+    model: OwnModel, script: Script, reference: Certificate, steps: Sequence[StepError]
 ) -> list[StepError]:
     """The same with the costs of those that did not end early, along the reference."""
     states = reference.course.states[: known(reference) + 1]
@@ -187,12 +187,12 @@ def priced(
     return [replace(s, cost=costs.get((s.integrator, str(s.parts)))) for s in steps]
 
 
-def known(reference: Reference) -> int:
+def known(reference: Certificate) -> int:
     """Index of the last control period at whose end the reference is known."""
     return int(np.flatnonzero(np.isfinite(reference.uncertainty))[-1])
 
 
-def tends(steps: Sequence[StepError], as_is: StepError, reference: Reference) -> int:
+def tends(steps: Sequence[StepError], as_is: StepError, reference: Certificate) -> int:
     """Index of the last control period up to which some step comes much nearer to the reference
     than the worst of the model's own and finer ones (its own may be near by luck), or as near as it
     is known, and the errors do not level off above that: what catches a reference of something
@@ -207,7 +207,7 @@ def tends(steps: Sequence[StepError], as_is: StepError, reference: Reference) ->
     return int(np.flatnonzero(good & mostly)[-1])
 
 
-def unlike(result: Compared, reference: Reference, script: Script) -> str:
+def unlike(result: Compared, reference: Certificate, script: Script) -> str:
     """Why the steps that were run do not tend to the reference."""
     index = known(reference)
     best = min(result.steps, key=lambda s: s.at(index))
@@ -240,7 +240,7 @@ def _level(steps: Sequence[StepError], as_is: StepError, floor: Array) -> Any:
     return np.all(levels, axis=0) if levels else np.zeros(len(as_is.errors), bool)
 
 
-def observed_order(steps: Sequence[StepError], reference: Reference, index: int) -> Order | None:
+def observed_order(steps: Sequence[StepError], reference: Certificate, index: int) -> Order | None:
     """Slope of log error against log step, of the errors that the reference resolves."""
     done = [s for s in steps if math.isfinite(s.at(index))]
     floor = float(reference.uncertainty[index]) * RESOLVED / 10.0  # as `fit_order` takes it
@@ -250,7 +250,7 @@ def observed_order(steps: Sequence[StepError], reference: Reference, index: int)
 
 
 def cheapest(
-    steps: Sequence[StepError], as_is: StepError, reference: Reference, index: int, target: float
+    steps: Sequence[StepError], as_is: StepError, reference: Certificate, index: int, target: float
 ) -> Cheapest | None:
     """The cheapest of all integrators whose error, with the reference's uncertainty, stays within
     `target` [m] at this step and every smaller one that was run; the model's own integrator, then
@@ -277,7 +277,7 @@ def cheapest(
     return Cheapest(target, best.integrator, best.step, best.at(index), cost)
 
 
-def horizon(result: Compared, reference: Reference, script: Script, target: float) -> float:
+def horizon(result: Compared, reference: Certificate, script: Script, target: float) -> float:
     """The first time [s] at which even the most accurate step that was run misses `target` [m], or
     the reference is not known to a fifth of it; infinite where neither happens."""
     best = np.min([s.errors for s in result.steps], axis=0)
@@ -302,7 +302,7 @@ def balances(model: OwnModel, steps: Array, reference: Array, index: int) -> tup
 
 
 def held(
-    model: OwnModel, script: Script, reference: Reference, integrator: str, parts: int
+    model: OwnModel, script: Script, reference: Certificate, integrator: str, parts: int
 ) -> StepError:
     """The errors of a run with `parts` steps of an integrator in a control period."""
     run = model.stepped(script, integrator, parts)

@@ -1,4 +1,4 @@
-"""What a step costs: measured alone, interleaved, against reference steps just before and after,
+"""Cost of a step: measured alone, interleaved, against reference steps just before and after,
 as medians."""
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ APART, HELD = 3.0, 5  # a factor, and how many pairs of a whole run and a piece 
 
 
 @dataclass(frozen=True)
-class Piece:
+class TimedSteps:
     """A simulation, and the first fraction of its duration that is timed."""
 
     simulation: Timed
@@ -43,7 +43,7 @@ class Piece:
         """Its steps alone."""
         return self.simulation.stepped(self.fraction)
 
-    def longer(self, run: Stepping, budget: float) -> Piece | None:
+    def longer(self, run: Stepping, budget: float) -> TimedSteps | None:
         """A longer piece where this one's `run` tells too little of what a step costs: it took
         less than half of `budget` [s], or too few steps."""
         if self.fraction >= 1.0 or not run.steps:
@@ -94,7 +94,7 @@ def costs(
     """Cost of each task (a scene, a method and a step), and the reference step's [ns per step].
     `budget` [s] limits how much of a long scene one round runs, by a trial unless a whole run of it
     is known in `runs`."""
-    ready: dict[Key, Piece] = {}
+    ready: dict[Key, TimedSteps] = {}
     for case, method, step in tasks:
         if not installed(engine_of(method)):
             continue
@@ -111,7 +111,7 @@ def costs(
 
 
 def in_turns(
-    pieces: Mapping[Key, Piece],
+    pieces: Mapping[Key, TimedSteps],
     repeats: int = 5,
     budget: float = 0.05,
     progress: Callable[[str], None] = lambda _: None,
@@ -144,7 +144,7 @@ def in_turns(
     }, unit
 
 
-def _whole_run(piece: Piece, ns_per_step: float, known: Stepping | None) -> float:
+def _whole_run(piece: TimedSteps, ns_per_step: float, known: Stepping | None) -> float:
     """Time of a step in a whole run over `ns_per_step` [ns], that of a step of a `piece`: where the
     run that is `known` says that they are APART, of HELD pairs of both, in turn, that nearest to 1,
     a whole run's at most what it computes for; else 1."""
@@ -184,7 +184,7 @@ def reference_step(steps: int = 2_000) -> Callable[[], float]:
 
 def _sized(
     case: Case, method: Method, step: float, budget: float, known: Stepping | None = None
-) -> Piece:
+) -> TimedSteps:
     """The scene, compiled, and the fraction of it that takes about `budget` seconds to step, found
     from what is `known` of a whole run, or else by a trial, or for an adaptive method by trials of
     longer and longer pieces; raises Unsupported."""
@@ -193,19 +193,19 @@ def _sized(
     if known is not None and known.steps:
         least = EVALUATIONS if adaptive else TRIAL
         steps = max(least, budget / max(known.seconds, 1e-9) * known.steps)
-        return Piece(simulation, min(1.0, steps / known.steps), least if adaptive else 1)
+        return TimedSteps(simulation, min(1.0, steps / known.steps), least if adaptive else 1)
     if not adaptive:
         fraction = min(1.0, TRIAL * step / duration)
         trial = simulation.stepped(fraction)
         pace = max(trial.seconds / max(trial.steps, 1), 1e-9)
-        return Piece(simulation, min(1.0, max(fraction, budget / pace * step / duration)))
+        return TimedSteps(simulation, min(1.0, max(fraction, budget / pace * step / duration)))
     fraction = 1.0 / PIECES
     while fraction < 1.0:
         run = simulation.stepped(fraction)
         if run.seconds >= budget and run.steps >= EVALUATIONS:
             break
         fraction = min(2.0 * fraction, 1.0)
-    return Piece(simulation, fraction)
+    return TimedSteps(simulation, fraction)
 
 
 def _agree(values: Sequence[float]) -> bool:

@@ -1,4 +1,4 @@
-"""What findings need beside the study's own runs, as data, and how each is made."""
+"""Runs that analyses need beside the study's own, as data, and how each is made."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class UndeclaredRun(LookupError):
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """What a study is going to run: from it a finding knows what else it needs."""
+    """The runs of a study before it is made: from it an analysis knows what else it needs."""
 
     profile: str  # "quick" or "full"
     scenes: tuple[Scene, ...]
@@ -100,7 +100,7 @@ Requests = Callable[[StudyPlan], Sequence[Request]]
 
 
 def nothing_more(plan: StudyPlan) -> Sequence[Request]:
-    """What a finding declares that shows the study's own runs alone."""
+    """No requests: those of an analysis of the study's own runs alone."""
     return ()
 
 
@@ -184,7 +184,7 @@ def _scene(request: RunRequest) -> Scene:
 
 
 def looked_up(extras: Mapping[Request, Result], request: Request) -> Result:
-    """What a study has for a request; raises UndeclaredRun where it was not declared."""
+    """The result that a study has for a request; raises UndeclaredRun where it was not declared."""
     try:
         return extras[request]
     except KeyError:

@@ -29,7 +29,7 @@ Status = Literal["done", "diverged", "cut-short", "unsupported", "missing"]
 
 @dataclass(frozen=True)
 class Prediction:
-    """What theory says the error of one observable is, sum_p C_p step^p, and its reach."""
+    """The predicted error of one observable, sum_p C_p step^p, and its reach."""
 
     largest: float  # largest magnitude over the samples
     end: float  # at the end, with its sign
@@ -50,7 +50,7 @@ class Prediction:
 
 @dataclass(frozen=True)
 class Controlled:
-    """What a solver that controls its local error does to an observable, as another on the same
+    """The error that a solver with a tolerance adds to an observable, as another on the same
     equations shows, whose tolerance is much smaller. An error that both have is not in it."""
 
     largest: float  # bound on the error, over the samples
@@ -83,7 +83,7 @@ class ObservedError:
 
 @dataclass(frozen=True)
 class Measurement:
-    """What a run of a scene with a method and a step gave: small, for a worker to return."""
+    """A measured run of a scene with a method and a step: small, for a worker to return."""
 
     scene: str
     method: str
@@ -166,7 +166,7 @@ def not_asked_for(case: Case, method: Method, step: float, run: Trajectory) -> s
 
 
 def scheme_of(case: Case, method: Method) -> Scheme:
-    """What a method does in a step of this case: its scheme, or another that its engine names."""
+    """The steps that a method takes of this case: its scheme, or another that its engine names."""
     named = engine_of(method).ability(SchemeOfCase)
     return method.scheme if named is None else named.of(case, method)
 
@@ -334,7 +334,7 @@ def _series(
 def _at_step(
     predicted: Array, error: Array, doubt: Array, own: Array | None, steps: int
 ) -> Prediction:
-    """What is predicted of an error at the samples, shape (n,), for this very step: rounding alone
+    """Prediction of an error at the samples, shape (n,), for this very step: rounding alone
     is left open; `doubt` is the uncertainty of the exact answer, `own` that of the stepped motion,
     where it has one."""
     left = by_rounding(doubt if own is None else own, steps)
@@ -357,13 +357,13 @@ def _with(blank: Measurement, **values: Any) -> Measurement:
 
 
 def floor(error: ObservedError, steps: int) -> float:
-    """What no smaller step can take from an error: the model-error bounds, what double precision
-    allows the exact answer, and the rounding of every step."""
+    """The part of an error that no smaller step removes: the model-error bounds, what double
+    precision allows the exact answer, and the rounding of every step."""
     return error.model_error + rounding(error, steps)
 
 
 def rounding(error: ObservedError, steps: int) -> float:
-    """What double precision allows the exact answer and the steps, without the model's error."""
+    """Bound on the rounding of the exact answer and of the steps, without the model's error."""
     return error.uncertainty * roundings(steps)
 
 

@@ -1,4 +1,4 @@
-"""What several stored studies say of one scene together: all runs with the installed versions."""
+"""Several stored studies of one scene as one: all runs with the installed versions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What engines' own readers take from model files (MJCF): of plumbob's models, and of a model that
+"""Readings of model files (MJCF) by engines' own readers: of plumbob's models, and of a model that
 has a number of its own for every field."""
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class ModelReading:
 
 @dataclass(frozen=True)
 class Number:
-    """What stands in a field, of the body, joint, geom or actuator of that name."""
+    """The numbers in a field, of the body, joint, geom or actuator of that name."""
 
     field: str
     name: str
@@ -56,7 +56,7 @@ class Number:
 
 @dataclass(frozen=True)
 class ModelRead:
-    """What an engine took from a model file."""
+    """The numbers that an engine took from a model file."""
 
     version: str  # of the engine
     refuses: str  # why it reads nothing, one line; else empty
@@ -79,7 +79,8 @@ def models_of(system: System) -> tuple[str, ...]:
 
 
 def read_model(reading: ModelReading) -> ModelRead | None:
-    """What the engine takes from the model; None where it is not installed, or reads none."""
+    """The numbers that the engine takes from the model; None where it is not installed, or reads
+    none."""
     engine = find_engine(reading.engine)
     if engine.ability(ModelReader) is None or not installed(engine):
         return None

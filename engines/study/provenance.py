@@ -28,7 +28,7 @@ ABSENT = "not installed"
 
 @dataclass(frozen=True)
 class Provenance:
-    """What a reader needs to repeat a study, or to doubt it."""
+    """Provenance of a study: all that is needed to repeat it, or to doubt it."""
 
     versions: Mapping[str, str] = field(default_factory=dict)
     machine: Mapping[str, str] = field(default_factory=dict)
@@ -64,7 +64,8 @@ def version_of(engine: Engine) -> str:
 
 
 def changed_since(stored: Provenance) -> tuple[str, ...]:
-    """What has another version here than in a stored study, as "mujoco 3.17.0, here 3.18.0"."""
+    """Packages with another version here than in a stored study, as "mujoco 3.17.0, here
+    3.18.0"."""
     return tuple(
         f"{package} {then}, here {now}"
         for package, then in stored.versions.items()

@@ -1,4 +1,4 @@
-"""What a study found: convergence of each method on each scene, costs, and the extra runs."""
+"""The results of a study: convergence of each method on each scene, costs, and the extra runs."""
 
 from __future__ import annotations
 
@@ -95,7 +95,8 @@ class Study:
         return system_of(next(s for s in self.scenes if s.name == scene)).observables
 
     def quantities(self, scene: str) -> Quantities:
-        """What a scene is about: observables with scales, the most telling one first."""
+        """The quantities of interest of a scene: observables with scales, the most telling one
+        first."""
         if scene in self.interest:
             return self.interest[scene]
         case = case_of(next(s for s in self.scenes if s.name == scene))
@@ -135,8 +136,8 @@ class Study:
         return found
 
     def reading(self, request: ModelReading) -> ModelRead | None:
-        """What a declared reading of a model gave; None where the engine was not installed. Raises
-        UndeclaredRun."""
+        """The result of a declared reading of a model; None where the engine was not installed.
+        Raises UndeclaredRun."""
         found = looked_up(self.extras, request)
         assert found is None or isinstance(found, ModelRead)
         return found

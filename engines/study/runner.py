@@ -64,7 +64,7 @@ _ADAPTIVE_WORK = 1e5  # equivalent number of steps for the tolerances of an adap
 
 
 def no_analyses(study: Study, workers: Workers) -> tuple[Analysed, ...]:
-    """What is worked out for a study without pages."""
+    """No analyses: those of a study without pages."""
     return ()
 
 

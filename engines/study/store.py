@@ -201,7 +201,7 @@ def studies_of(file: Path, scene: str) -> tuple[Study, ...]:
 
 
 def _of(study: Study, scene: str) -> Study:
-    """What a study says of one scene."""
+    """The part of a study that is about one scene."""
     return replace(
         study,
         scenes=tuple(s for s in study.scenes if s.name == scene),

@@ -66,8 +66,8 @@ def writing(file: Path) -> Iterator[sqlite3.Connection]:
 
 @contextmanager
 def transaction(store: sqlite3.Connection) -> Iterator[None]:
-    """What is written within is there as a whole, or not at all; one within another is part of
-    it."""
+    """A transaction: what is written within is there as a whole, or not at all; one within another
+    is part of it."""
     if store.in_transaction:
         yield
         return
@@ -137,7 +137,7 @@ def _tables(store: sqlite3.Connection) -> dict[str, tuple[str, str]]:
 
 @contextmanager
 def _one_line(file: Path) -> Iterator[None]:
-    """What SQLite says of a file, as a ParameterError."""
+    """An error of SQLite's as a ParameterError about the file."""
     try:
         yield
     except sqlite3.DatabaseError as error:
@@ -156,7 +156,7 @@ def decoding() -> Iterator[None]:
 
 
 def _needed(error: sqlite3.DatabaseError) -> str:
-    """What a file must be where SQLite raised this."""
+    """The condition on a file that an error of SQLite's tells to be broken."""
     if getattr(error, "sqlite_errorcode", 0) & 0xFF in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
         return "a file that no other process has locked (try again)"
     return f"{HOLDS} ({error})"

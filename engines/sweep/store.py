@@ -17,7 +17,7 @@ FILE = "sweeps.sqlite3"  # its name in a folder of results
 
 
 def key_of_sweep(asked: Sweep) -> str:
-    """What a sweep is known by: a hash of all that its figures depend on."""
+    """The key of a sweep: a hash of all that its figures depend on."""
     return key_of("sweep", asked, [versions_of(method) for method in asked.methods])
 
 

@@ -56,7 +56,7 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Chunk:
-    """What some neighbouring points gave."""
+    """The results of some neighbouring points."""
 
     errors: Array  # relative, shape (methods, steps, points); NaN: none, infinite: diverged
     reasons: Mapping[str, int] = field(default_factory=dict)  # {why there is none: how often}

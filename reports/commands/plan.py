@@ -94,7 +94,7 @@ def asked(to: list[str], track: Any, changes: Mapping[str, Any]) -> dict[str, An
 
 
 def described(found: Plan) -> dict[str, Any]:
-    """What there is to say of a plan, as plain data."""
+    """A plan as plain data."""
     distance, angle = found.error
     return {
         "start": asdict(found.start),
@@ -146,7 +146,7 @@ def run_plan(plan: Plan, scene: Scene, method: Method, step: float) -> PlanRun:
 
 
 def measured_data(plan: Plan, run: PlanRun) -> dict[str, Any]:
-    """What an engine makes of a plan, as plain data."""
+    """An engine's run of a plan, as plain data."""
     measured = run.found
     return {
         "name": measured.method,

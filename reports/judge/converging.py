@@ -26,7 +26,7 @@ LEFT = 0.5  # of the smallest error: what a smooth one may extrapolate to
 
 
 @dataclass(frozen=True)
-class Finding:
+class Convergence:
     """The verdict of the envelope: `converges`, `not-converging`, or neither, and why."""
 
     verdict: Literal["converges", "not-converging"] | None
@@ -44,32 +44,32 @@ class _Point:
     end: float
 
 
-def convergence(runs: Sequence[Measurement], quantities: Sequence[Quantity]) -> Finding:
+def convergence(runs: Sequence[Measurement], quantities: Sequence[Quantity]) -> Convergence:
     """Judge the runs of a method without theory, coarse to fine, by their relative errors."""
     points = [_point(m, quantities) for m in runs if m.status == "done"]
     octaves = _octaves([p for p in points if p is not None])
     above = [p for p in octaves if p.error > ROUND_OFFS * p.floor]
     if len(octaves) < OCTAVES:
-        return Finding(None, f"{len(octaves)} octaves of steps, and {OCTAVES} are needed")
+        return Convergence(None, f"{len(octaves)} octaves of steps, and {OCTAVES} are needed")
     least = f"the smallest error resolved is {min(p.error for p in octaves):.2g}, relative"
     if len(above) < len(octaves) and not above:
-        return Finding("converges", f"within {ROUND_OFFS:g} round-offs at every step; {least}")
+        return Convergence("converges", f"within {ROUND_OFFS:g} round-offs at every step; {least}")
     if octaves[-1] in above and _stalled(octaves):
         times = octaves[-1].error / octaves[-1].floor
         why = f"the relative error stays at {octaves[-1].error:.3g}, "
-        return Finding("not-converging", f"{why}{times:.2g} times the round-off level")
+        return Convergence("not-converging", f"{why}{times:.2g} times the round-off level")
     if len(above) < OCTAVES:
-        return Finding(None, f"{len(above)} octaves above the round-off level; {least}")
+        return Convergence(None, f"{len(above)} octaves above the round-off level; {least}")
     slope = _slope(above)
     if slope is None:
-        return Finding(None, f"the error does not fall as a power of the step; {least}")
+        return Convergence(None, f"the error does not fall as a power of the step; {least}")
     fine = [p for p in points if p is not None and p.error > ROUND_OFFS * p.floor]
     left = _extrapolated(fine[-3 * PER_OCTAVE :], max(1, round(slope[0])))
     if left is not None and left > LEFT * fine[-1].error:
         why = f"the error is smooth in the step, and leads to {left:.2g} and not to zero"
-        return Finding("not-converging", f"{why}; {least}")
+        return Convergence("not-converging", f"{why}; {least}")
     low, high = slope[1:]
-    return Finding("converges", f"of order {slope[0]:.2f} ({low:.2f} to {high:.2f}); {least}")
+    return Convergence("converges", f"of order {slope[0]:.2f} ({low:.2f} to {high:.2f}); {least}")
 
 
 def _point(run: Measurement, quantities: Sequence[Quantity]) -> _Point | None:

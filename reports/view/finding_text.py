@@ -241,7 +241,8 @@ def order_text(order: Mapping[str, float] | None) -> str:
 
 
 def _functions(parts: _Parts) -> dict[str, Any]:
-    """What makes a part of a text: cells, figures and statements, each with its place."""
+    """The functions that make parts of a text: cells, figures and statements, each with its
+    place."""
 
     def held(make: Callable[..., Cell | Figure | Statement]) -> Callable[..., str]:
         return lambda *values, **named: parts.held(make(*values, **named))

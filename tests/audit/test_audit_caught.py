@@ -15,7 +15,7 @@ from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_mod
 from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.reference import Reference, certified
+from plumbob.engines.audit.reference import Certificate, certified
 from plumbob.engines.audit.steps import HALVINGS
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, pendulum
@@ -91,7 +91,7 @@ def test_layer_that_is_too_wide_is_caught(monkeypatch: pytest.MonkeyPatch) -> No
     assert wide.uncertainty[-1] > 1e-3
 
 
-def certified_in_layers(monkeypatch: pytest.MonkeyPatch, widths: tuple[float, ...]) -> Reference:
+def certified_in_layers(monkeypatch: pytest.MonkeyPatch, widths: tuple[float, ...]) -> Certificate:
     monkeypatch.setattr(reference_module, "WIDTHS", widths)
     own = Layered(**parts_of(own_model(ball(0.13), "ball")))
     found = certified(own, script(own, duration=0.2), BUDGET)

@@ -11,7 +11,7 @@ import pytest
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import UserModels
 from plumbob.engines.adapters.mujoco import ENGINE
-from plumbob.engines.audit.reference import Reference, certified
+from plumbob.engines.audit.reference import Certificate, certified
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import scenes
@@ -75,7 +75,7 @@ def check(name: str, method: str, step: float, duration: float, period: float) -
     return float(certificate)
 
 
-def certificate_of(scene: AuditedScene, reference: Reference, name: str) -> Array:
+def certificate_of(scene: AuditedScene, reference: Certificate, name: str) -> Array:
     """How far the two computations of a reference are apart in an observable, so far: (n,)."""
     assert reference.confirmed_by is not None
     here = scene.observed(reference.course.states, name)

@@ -15,7 +15,7 @@ from plumbob.engines.audit import audit as audit_module
 from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.reference import Reference, certified
+from plumbob.engines.audit.reference import Certificate, certified
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.cli import main
 from plumbob.tests.audit.scenes_as_models import ball
@@ -78,7 +78,7 @@ def test_integrators_in_processes_give_the_same_errors(capsys: pytest.CaptureFix
     assert "jobs = '0': must be a whole number" in capsys.readouterr().err
 
 
-def same_bits(one: Reference, other: Reference) -> bool:
+def same_bits(one: Certificate, other: Certificate) -> bool:
     pairs = (
         (one.course.states, other.course.states), (one.uncertainty, other.uncertainty),
         (one.uncertainty_coordinates, other.uncertainty_coordinates),

@@ -103,7 +103,7 @@ def cost_of(
     patch: pytest.MonkeyPatch, milliseconds: Iterable[float], rules: Iterable[float]
 ) -> tuple[cost.Cost, float]:
     """What is made of these times, and the unit [ns]."""
-    piece, steps = cost.Piece(Slow(iter(milliseconds)), 0.25), iter(rules)
+    piece, steps = cost.TimedSteps(Slow(iter(milliseconds)), 0.25), iter(rules)
     patch.setattr(cost, "_sized", lambda *_: piece)
     patch.setattr(cost, "reference_step", lambda _: lambda: next(steps))
     task = system_of(SCENE).case(SCENE), find_method("mujoco/euler"), 1e-3

@@ -7,11 +7,11 @@ from typing import Any
 
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.engines.adapters.divergence import BEYOND
-from plumbob.engines.adapters.ode.turning import Turning
+from plumbob.engines.adapters.ode.turning import TurningEquation
 from plumbob.engines.method import Method
 
 
-def build(problem: Any, method: Method) -> Turning:
+def build(problem: Any, method: Method) -> TurningEquation:
     """I w' = (I w) x w with q' = q w/2 in the body's axes; `problem` is a FreeBody."""
     x, y, z = problem.inertia
     first, second, third = (y - z) / x, (z - x) / y, (x - y) / z
@@ -20,7 +20,7 @@ def build(problem: Any, method: Method) -> Turning:
         u, v, w = rate
         return [first * v * w, second * w * u, third * u * v]
 
-    return Turning(
+    return TurningEquation(
         acceleration,
         position=(1.0, 0.0, 0.0, 0.0),
         rate=tuple(problem.angular_velocity),

@@ -20,7 +20,7 @@ from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.ode.equation import Equation, State, builder
 from plumbob.engines.adapters.ode.integrators import Advance, integrator
-from plumbob.engines.adapters.ode.turning import Turning, turning_integrator
+from plumbob.engines.adapters.ode.turning import TurningEquation, turning_integrator
 from plumbob.engines.method import Method, Stepping
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
@@ -38,7 +38,9 @@ def prepared(case: Case, method: Method, step: float) -> FixedStepSimulation | A
         steps = sampling.step_count(case.scene.duration, step)
         equation = builder(case.system).build(case.problem, method)
         name = method.scheme.integrator
-        advance = turning_integrator(name) if isinstance(equation, Turning) else integrator(name)
+        advance = (
+            turning_integrator(name) if isinstance(equation, TurningEquation) else integrator(name)
+        )
         elapsed = time.perf_counter() - begin
         return FixedStepSimulation(equation, advance, steps, step, elapsed)
     if not SMALLEST <= positive("step", step) < 1.0:
@@ -184,7 +186,7 @@ class _Slope:
             x, v = y.tolist()
             return v, self.equation.acceleration(t, x, v)
         x, v = _parts(self.equation, y)
-        if isinstance(self.equation, Turning):
+        if isinstance(self.equation, TurningEquation):
             x, v = x.tolist(), v.tolist()
             return (*self.equation.velocity(x, v), *self.equation.acceleration(t, x, v))
         return np.concatenate([v, self.equation.acceleration(t, x, v)])

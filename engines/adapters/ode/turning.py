@@ -20,7 +20,7 @@ Quaternion = Sequence[float]
 Vector = Sequence[float]
 
 
-class Turning(Equation):
+class TurningEquation(Equation):
     """An `Equation` whose position is a quaternion and whose rate is an angular velocity; its
     acceleration maps time, position and rate to a sequence of three floats."""
 
@@ -69,7 +69,7 @@ def leapfrog(equation: Equation, state: State, first: int, last: int, h: float) 
 
 def rk4(equation: Equation, state: State, first: int, last: int, h: float) -> State:
     """The same of the classical Runge-Kutta method, for quaternion and rate together."""
-    assert isinstance(equation, Turning)
+    assert isinstance(equation, TurningEquation)
     half = 0.5 * h
     for n in range(first, last):
         t = n * h
@@ -82,7 +82,7 @@ def rk4(equation: Equation, state: State, first: int, last: int, h: float) -> St
     return state
 
 
-def _slopes(equation: Turning, time: float, state: State) -> State:
+def _slopes(equation: TurningEquation, time: float, state: State) -> State:
     x, v = state
     return equation.velocity(x, v), equation.acceleration(time, x, v)
 

@@ -25,7 +25,7 @@ ROUND = np.linspace(0.0, 2.0 * np.pi, 90)
 
 
 @dataclass(frozen=True)
-class Piece:
+class PathSegment:
     """Samples of the motion over one manoeuvre, each array of POINTS."""
 
     kind: str
@@ -51,7 +51,7 @@ class Path:
     """One plan, drawn."""
 
     plan: PlanNumbers
-    pieces: tuple[Piece, ...]
+    pieces: tuple[PathSegment, ...]
     poses: tuple[Pose, ...]  # before, between and after turns and lines
     circle_x: Array  # [m]: where the slider turns, in the body
     circle_y: Array
@@ -85,11 +85,11 @@ def numbers(study: Study) -> Path | None:
     )
 
 
-def _piece(plan: Plan, manoeuvre: Manoeuvre) -> Piece:
+def _piece(plan: Plan, manoeuvre: Manoeuvre) -> PathSegment:
     times = np.linspace(manoeuvre.start, manoeuvre.start + manoeuvre.duration, POINTS)
     state, slider = plan.motion.at(times), plan.slider(times)
     x, y = np.asarray(state.position).T
-    return Piece(manoeuvre.kind, times, x, y, state.heading, *slider.T)
+    return PathSegment(manoeuvre.kind, times, x, y, state.heading, *slider.T)
 
 
 def _pose(plan: Plan, time: float) -> Pose:

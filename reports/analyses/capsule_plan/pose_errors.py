@@ -82,8 +82,8 @@ def _after(plan: Plan, times: Array, error: Array, resting: Array) -> list[PoseE
 
 
 def by_kind(plan: Plan, after: PoseErrors) -> dict[str, PoseError]:
-    """What each kind of manoeuvre has added to the pose's error, a turn with its residual motion:
-    the error at rest again less the error before."""
+    """The part that each kind of manoeuvre has added to the pose's error, a turn with its residual
+    motion: the error at rest again less the error before."""
     total: dict[str, PoseError] = {}
     before, waiting = PoseError(0.0, 0.0, 0.0), ""
     for manoeuvre, now in zip(plan.manoeuvres, after, strict=False):

@@ -77,7 +77,7 @@ class Samples:
 
 
 @dataclass(frozen=True)
-class Course:
+class TurnCourse:
     """A turn over time, exact, to leading order and in the engines."""
 
     departures: tuple[Departure, ...]
@@ -101,13 +101,13 @@ def departure(epsilon: float) -> Departure:
     return Departure(epsilon, float(off.max()), float(phases[np.argmax(off)]), scaled)
 
 
-def numbers(study: Study) -> Course:
+def numbers(study: Study) -> TurnCourse:
     """Angles and paths of the turn that is drawn, with the engines' where the study has it."""
     manoeuvre = turn(DRAWN)
     times = PHASES * manoeuvre.half_time
     angles, place = exact_course(DRAWN, PHASES)
     runs = [(run.method, study.recording(run)) for run in requests(plan_of(study))]
-    return Course(
+    return TurnCourse(
         tuple(departure(epsilon) for epsilon in EPSILONS),
         PHASES,
         manoeuvre.slider_angles(times),

@@ -22,7 +22,7 @@ ANGLES = 300  # at which the source's worksheet has V
 
 @dataclass(frozen=True)
 class SourceClaims:
-    """What the source's claims are judged by."""
+    """Numbers that the source's claims are judged by."""
 
     body: Body
     rotations: Mapping[str, Rotation]
@@ -37,7 +37,7 @@ class SourceClaims:
 
 
 def numbers(study: Study) -> SourceClaims:
-    """What the claims are judged by, of the sources and the exact motions alone."""
+    """Numbers that the claims are judged by, of the sources and the exact motions alone."""
     turning = forms(ROTATING)
     return SourceClaims(
         turning.problem.body,

@@ -62,7 +62,7 @@ class Rotation:
 
 @dataclass(frozen=True)
 class SourceText:
-    """What the source's statements are judged by."""
+    """Numbers that the source's statements are judged by."""
 
     centre: float  # of the cone's mass, from the vertex [m]
     momentum: float  # at the start of Fig. 3 [kg m^2/s]
@@ -77,7 +77,7 @@ class SourceText:
 
 
 def numbers(study: Study) -> SourceText:
-    """What the statements are judged by, of the sources and the exact motions alone."""
+    """Numbers that the statements are judged by, of the sources and the exact motions alone."""
     resting, turning = forms(RESTING).correct, forms(ROTATING).correct
     problem = forms(ROTATING).problem
     others = (problem, replace(problem, pivot_y=0.0), replace(problem, platform_rate=10.0))

@@ -52,7 +52,8 @@ class FieldsRead:
 
     @property
     def known(self) -> Known:
-        """What it is known to read; of another engine, or one that refuses, what it reads here."""
+        """The fields that it is known to read; of another engine, or one that refuses, what it
+        reads here."""
         here = Known(self.version, self.read)
         return here if self.refuses else KNOWN.get(self.engine, here)
 
