@@ -210,15 +210,6 @@ def test_a_run_that_diverges_has_grown(
     assert {"run at 0.001"} == {row["what"] for row in rows}
 
 
-@pytest.mark.parametrize("text", ["-1%", "many", "nan", "inf%", ""])
-def test_a_limit_that_is_none(
-    text: str, study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    store.save(study, tmp_path / "a")
-    assert main(["compare", str(tmp_path / "a"), str(tmp_path / "a"), f"--fail-above={text}"]) == 2
-    assert capsys.readouterr().err.startswith(f"plumbob: fail-above = '{text}': must be ")
-
-
 def test_a_page_of_it(study: Study, compare: Compare, tmp_path: Path) -> None:
     """It says what moved, in the frame of all pages, with both studies' versions."""
     file = tmp_path / "compared.html"
@@ -256,8 +247,3 @@ def test_a_page_without_changes(study: Study, compare: Compare, tmp_path: Path) 
     assert "0 have an error that moved" in text
     assert "<table>" in text
     assert not Document(text).figures
-
-
-def test_a_page_is_an_html_file(study: Study, compare: Compare, tmp_path: Path) -> None:
-    assert compare(study, "--page", str(tmp_path / "page.txt"))[0] == 2
-    assert not (tmp_path / "page.txt").exists()

@@ -109,36 +109,3 @@ def test_without_scenes_the_line_is_run_at_four_headings() -> None:
     headings = {name for name in chosen if name.startswith("capsule-line/heading-")}
     assert headings == {f"capsule-line/heading-{angle:03d}" for angle in (0, 30, 45, 90)}
     assert {scene.name for scene in scenes("*", "quick")} <= chosen
-
-
-@pytest.mark.parametrize("words", [["validate"], ["run", PENDULUM], ["recommend", PENDULUM]])
-@pytest.mark.parametrize("text", [None, "notes", '<robot name="a"><link name="b"/></robot>'])
-def test_a_file_that_is_no_mjcf_gives_a_one_line_error(
-    words: list[str],
-    text: str | None,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    if text is not None:
-        Path("my.xml").write_text(text, "utf-8")
-    if words[0] == "recommend":
-        words = [*words, "--error", "1e-3"]
-    before = sorted(tmp_path.iterdir())
-    assert main([*words, "--like", "my.xml"]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.startswith("plumbob: like = 'my.xml': must be a MuJoCo model file")
-    assert captured.err.count("\n") == 1
-    assert sorted(tmp_path.iterdir()) == before
-
-
-@pytest.mark.parametrize(
-    "words", [["run", PENDULUM, "--step", "1e-3"], ["run", PENDULUM, "ode/rk4"]]
-)
-def test_run_wants_a_method_and_a_step(
-    words: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(words) == 2
-    assert "must be given" in capsys.readouterr().err

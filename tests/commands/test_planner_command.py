@@ -12,30 +12,6 @@ from plumbob.reports.cli import main
 from plumbob.reports.commands.plan import PLACES
 
 
-@pytest.mark.long(keep=3)
-@pytest.mark.parametrize(
-    ("name", "change"),
-    [
-        ("acceleration", "acceleration=12"),
-        ("radius", "radius=0.5"),
-        ("manoeuvres", "manoeuvres=3"),
-        ("manoeuvres", "stroke=1e-3"),
-        ("manoeuvres", "manoeuvres=100000"),
-        ("holding", "holding=1.1"),
-        ("stroke", "stroke=0"),
-        ("friction", "friction=0"),
-        ("supports", "supports=[[0.2, 0], [0.1, 0.1], [0.1, -0.1]]"),
-    ],
-)
-@pytest.mark.parametrize("track", ["free", "curve"])
-def test_the_parameter_that_rules_a_plan_out_is_named(
-    name: str, change: str, track: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    options = ["--set", change]
-    assert main(["plan", "--to", "-0.15", "2e-1", "-1.2", "--track", track, *options]) == 2
-    assert capsys.readouterr().err.startswith(f"plumbob: {name} = ")
-
-
 @pytest.mark.long
 def test_the_command_prints_manoeuvres_time_and_errors(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["plan", "--to", "0.05", "-1e-2", "0", "--track", "curve", "--set", "stroke=0.1"]
@@ -52,18 +28,6 @@ def test_the_command_prints_manoeuvres_time_and_errors(capsys: pytest.CaptureFix
     assert max(answer["position_error"], answer["heading_error"]) <= 1e-9
 
 
-@pytest.mark.parametrize(
-    "words",
-    [["--step", "1e-3"], ["--method", "mujoco/euler"], ["--set", "start=3"], ["--set", "mass=1"]],
-)
-def test_the_command_refuses_in_one_line(
-    words: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["plan", "--to", "0.1", "0", "0", *words]) == 2
-    out, err = capsys.readouterr()
-    assert (out, err.count("\n")) == ("", 1)
-
-
 def test_any_two_lines_of_the_curve(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["plan", "--to", "0.02", "0.01", "0", "--track", "curve", "--set", "legs=[3, 1]"]
     assert main([*words, "--arc", "longer"]) == 0
@@ -73,24 +37,6 @@ def test_any_two_lines_of_the_curve(capsys: pytest.CaptureFixture[str]) -> None:
     assert (answer["legs"], answer["arc"]) == ([3, 1], "shorter")
     assert answer["position_error"] < 1e-9
     assert 0.0 < answer["drive"]["driving_force_rms"] < answer["drive"]["driving_force_peak"]
-
-
-@pytest.mark.parametrize(
-    ("options", "name"),
-    [
-        (["--set", "legs=[1, 1]"], "legs"),
-        (["--set", "legs=[1, 4]"], "legs"),
-        (["--arc", "round"], "arc"),
-    ],
-)
-def test_a_curve_that_is_none_is_named(
-    options: list[str], name: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    for track in ("curve", "free"):  # on a free plane there is no curve to describe
-        assert main(["plan", "--to", "0.1", "0", "0", "--track", track, *options]) == 2
-        error = capsys.readouterr().err
-        assert error.startswith(f"plumbob: {name} = ")
-        assert ("left out" in error) == (track == "free")
 
 
 def test_help_names_every_parameter(capsys: pytest.CaptureFixture[str]) -> None:

@@ -84,36 +84,3 @@ def test_a_family_of_lines_takes_a_full_model_that_converges(
     assert line["choice"]["method"] == "mujoco/euler+coulomb"
     assert line["surrogate"]["method"] == "mujoco/euler+reduced"
     assert line["surrogate"]["surrogate"]
-
-
-@pytest.mark.parametrize(
-    ("words", "named"),
-    [
-        (["--error", "0"], "error"),
-        (["--error", "nan"], "error"),
-        (["--absolute", "-1"], "absolute"),
-        (["--error", "1e-3", "--observable", "theta"], "observable"),
-        (["--absolute", "1e-3", "--observable", "x"], "observable"),
-        (["--error", "1e-3", "--engine", "bullet"], "engine"),
-        (["--error", "1e-3", "--set", "gravity=-1"], "gravity"),
-        (["--error", "1e-3", "--set", "weight=1"], "weight"),
-        (["--error", "1e-3", "--stored"], "scene"),
-        ([], "--error"),
-        (["--error", "1", "--absolute", "1"], "--absolute"),
-    ],
-)
-@pytest.mark.usefixtures("few")
-def test_bad_input_is_one_line_and_nothing_is_written(
-    words: list[str], named: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / "out"
-    try:
-        code = main(["recommend", CONE, *words, "--out", str(out)])
-    except SystemExit as left:
-        code = int(left.code or 0)
-    assert code == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.count("\n") == 1
-    assert named in captured.err
-    assert not out.exists()

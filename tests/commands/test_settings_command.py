@@ -49,31 +49,6 @@ def test_text_and_json_agree(method: str, capsys: pytest.CaptureFixture[str]) ->
             assert line in text
 
 
-@pytest.mark.parametrize(
-    ("words", "named"),
-    [
-        ((METHOD,), "step"),
-        ((), "METHOD"),
-        ((METHOD, "--step", "0"), "step"),
-        ((METHOD, "--step", "1e-3", "--stiffness", "-1"), "stiffness"),
-        ((METHOD, "--step", "1e-3", "--stiffness", "2"), "stiffness"),
-        ((METHOD, "--step", "1e-3", "--friction", "0"), "friction"),
-        (("mujoco/euler", "--step", "1e-3", "--stiffness", "0.1"), "stiffness"),
-        (("mujoco/euler+planar", "--step", "1e-3"), "method"),
-        (("ode/rk4", "--step", "1e-3"), "method"),
-        (("ode/rk4", "--check", str(CAPSULE)), "method"),
-        (("--check", str(CAPSULE), "--step", "1e-3"), "step"),
-        (("--check", "no-such-file.xml"), "check"),
-    ],
-)
-def test_bad_input_is_one_line(
-    words: tuple[str, ...], named: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    code, out, err = _run(capsys, *words)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert err.startswith(f"plumbob: {named} = ")
-
-
 @pytest.mark.parametrize("variant", [0, 1])
 @pytest.mark.parametrize("method", [METHOD, "mujoco/rk4+coulomb", "mujoco/euler+coulomb+noslip"])
 def test_what_is_pasted_differs_in_nothing(

@@ -56,12 +56,6 @@ def test_json_has_every_digit_and_the_uncertainty(capsys: pytest.CaptureFixture[
         assert answer["observables"][name][0] == float(reference.observe(np.array([0.5]))[name][0])
 
 
-@pytest.mark.parametrize("name", list(systems()))
-def test_every_system_is_printed(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    names = case_of(scene(name)).reference.observe(np.zeros(1))
-    assert len(_row(capsys, name, "--times", "0.1")) == 1 + len(names)
-
-
 # Others of capsule-plan take up to ten seconds each to plan: with --profile full.
 QUICK_PLANS = tuple(
     f"capsule-plan/{name}" for name in ("near-free", "ahead-curve", "beside-curve-23-longer")
@@ -122,33 +116,6 @@ def test_figures_for_parameters_of_one_s_own(tmp_path: Path) -> None:
     assert re.search(r"inertia_yz(</th>)?\s*<td>0.01", page)
     for title in ("a: V(", "b: t(", "c: p(", "d: p(t)", "e: d"):
         assert title in page
-
-
-@pytest.mark.parametrize(
-    ("words", "name"),
-    [
-        (["cone-pendulum", "--angles", "0,x"], "angles"),
-        (["cone-pendulum", "--angles", "nan"], "angles"),
-        (["capsule-line", "--angles", "0"], "angles"),
-        (["capsule-line", "--figures", "out.html"], "figures"),
-        (["cone-pendulum", "--figures", "out.png"], "figures"),
-        (["cone-pendulum", "--figures", "no/such/folder/out.html"], "figures"),
-    ],
-)
-def test_what_cannot_be_shown_is_named(
-    words: list[str],
-    name: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert main(["solve", *words]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.count("\n") == 1
-    assert name in captured.err
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("command", ["solve", "run", "recommend"])

@@ -328,8 +328,3 @@ def test_an_accuracy_of_ones_own(validate: Validate, within: str, code: int) -> 
     assert found.failure(CONE, "ode/rk4") == ""
     failure = found.failure(CONE, "mujoco/euler")
     assert failure.startswith("fail, off the accuracy asked for: the relative error") == bool(code)
-
-
-def test_an_accuracy_that_is_no_number(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(("validate", "--scenes", CONE, "--methods", "ode/rk4", "--within", "-1")) == 2
-    assert "within" in capsys.readouterr().err

@@ -3,7 +3,6 @@ adapter builds from them, and their scenes."""
 
 from __future__ import annotations
 
-import math
 import re
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,6 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
-from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.capsule import whole
 from plumbob.engines.adapters.mujoco.contacts import (
     ARMATURE_RATIO,
@@ -202,39 +200,6 @@ def test_line_says_what_the_source_does() -> None:
     assert facts["stroke"] == pytest.approx(0.0817786125, rel=1e-14)
     assert facts["source_assumption"] == {"com_inside": True, "slider_inside": True}
     assert "t1" in facts["findings"]["eq_19"]
-
-
-def test_support_and_direction_exclude_each_other() -> None:
-    turned = scene("capsule-line/ca1", {"direction": 0.5})
-    assert "support" not in turned.parameters
-    again = scene("capsule-line/at-50", {"support": 3})
-    assert "direction" not in again.parameters
-    with pytest.raises(ParameterError, match=r"^direction = "):
-        scene("capsule-line", {"support": 1, "direction": 0.5})
-
-
-@pytest.mark.parametrize(
-    ("name", "changes", "message"),
-    [
-        ("capsule-line", {"support": 4}, "^support = 4"),
-        ("capsule-line", {"w2": 13.0}, r"^w2 = 13.0: must be at most f g/mu"),
-        (
-            "capsule-line",
-            {"start": 1.0},
-            "^start = 1.0: must be such that normal_force_2 is",
-        ),
-        ("capsule-line", {"w3": 1.0}, "^w3 = 1.0: must be one of"),
-        ("capsule-hold", {"fraction": 1.5}, "^fraction = 1.5"),
-        ("capsule-hold", {"slider": 3}, r"^slider = 3: must be a point"),
-        ("capsule-coast", {"heading_rate": math.nan}, "^heading_rate = "),
-        ("capsule-train", {"count": 0}, "^count = 0"),
-    ],
-)
-def test_impossible_parameters_are_refused_by_name(
-    name: str, changes: dict[str, Any], message: str
-) -> None:
-    with pytest.raises(ParameterError, match=message):
-        scene(name, changes)
 
 
 def test_picture_is_small() -> None:

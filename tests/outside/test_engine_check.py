@@ -176,13 +176,6 @@ def test_engines_of_ours_pass(name: str, capsys: pytest.CaptureFixture[str]) -> 
     assert "fail" not in capsys.readouterr().out
 
 
-def test_what_is_asked_for_has_to_be_there(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["check-engine", "none"]) == 2
-    assert "methods = 'none'" in capsys.readouterr().err
-    assert main(["check-engine", "pymunk/side", "--scenes", "free-body/*"]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
-
-
 SECOND_ORDER = ENGINE.replace("Scheme(EULER), 1", 'Scheme("own"), 2').replace(
     """                state[1] -= step * pendulum.gravity / pendulum.length * math.sin(state[0])
                 state[0] += step * state[1]

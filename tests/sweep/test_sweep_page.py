@@ -52,30 +52,6 @@ def test_the_command_of_a_worst_point_gives_its_error(
     assert again["relative_error"] == found["error"]
 
 
-BAD = {
-    "no interval": ["--vary", "heading=0:1"],
-    "an empty interval": ["--vary", "heading=1:1:3"],
-    "ratios from zero": ["--vary", "heading=0:1:3:log"],
-    "no count": ["--vary", "heading=0:1:0"],
-    "no number": ["--vary", "heading=a:1:3"],
-    "an unknown name": ["--vary", "colour=0:1:3"],
-    "too many points": ["--vary", "heading=0:1:99999999", "--vary", "friction=0.3:0.4:9"],
-    "no step": [*VARY, "--step", "0"],
-}
-
-
-@pytest.mark.parametrize("case", BAD)
-def test_what_cannot_be_swept_is_one_line(
-    case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / "out"
-    assert main([*SWEEP, *BAD[case], "--out", str(out)]) == 2
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert len(said.err.splitlines()) == 1
-    assert not out.exists()
-
-
 def drawn(counts: tuple[int, ...]) -> Swept:
     """A sweep of so many points whose errors are made up, one of them much the largest."""
     names = ("heading", "friction", "gravity")[: len(counts)]
