@@ -18,9 +18,11 @@ from plumbob.engines.method import Engine
 from plumbob.engines.registry import method
 from plumbob.engines.study import store
 from plumbob.engines.study.codec import from_json, to_json
+from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.cli import main
 from plumbob.reports.judge import benchmarks
+from plumbob.reports.judge.benchmarks import BenchmarkRun, Ratio
 from plumbob.tests.support.studies import made_up
 
 SMALL = "linear-pendulum/overdamped"  # of which the page shows few runs
@@ -67,6 +69,12 @@ def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     Path("stored").mkdir()
     study = made_up([(method("ode/rk4"), (1e-2, 1e-3), lambda step: step**4)])
     store.save(study, Path("stored") / store.FILE)
+    history = Path("history.jsonl")
+    ratio = Ratio("adapter over bare loop", 0.97, 1.0, 1.03, most=1.1)
+    benchmarks.add(BenchmarkRun(Provenance(), (ratio,)), history)
+    run = history.read_text("utf-8")
+    Path("cut.jsonl").write_text(run + run[:200], "utf-8")
+    Path("negative.jsonl").write_text(run.replace("0.97", "-0.97"), "utf-8")
     return tmp_path
 
 

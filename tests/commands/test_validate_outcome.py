@@ -33,7 +33,6 @@ from plumbob.tests.commands.outcomes import Outcome, break_engine, declare, vali
 
 CONE, LINE, TURN = "cone-pendulum/deep-well", "capsule-line/ca1", "capsule-turn/0.3"
 QUICK = "cone-pendulum/rotating-base"
-SMALL = "linear-pendulum/overdamped"  # of which the page shows few runs
 METHODS = "mujoco/euler,ode/rk4,exact/closed-form"
 
 
@@ -73,12 +72,6 @@ def test_all_as_expected(validate: Validate) -> None:
     assert closed.attrib["message"].startswith("unsupported: ")
     assert found.case(CONE, "ode/rk4").find("skipped") is None
     assert "UNEXPECTED" not in found.out
-
-
-def test_a_study_as_expected_has_its_page(whole: Validate) -> None:
-    found = whole(SMALL, METHODS)
-    assert found.code == 0
-    assert Path(found.out.splitlines()[-1].removeprefix("page: ")).is_file()
 
 
 def test_each_case_has_its_time_its_errors_and_its_order(validate: Validate) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -178,25 +179,45 @@ def run_of(problem: Fall | Throw, method: Method, step: float) -> Array:
     return np.array([values[-1] for values in run.observables.values()])
 
 
-@pytest.mark.long(keep=2)
-@pytest.mark.parametrize("method", ENGINE.methods, ids=lambda method: method.name)
-def test_several_coordinates_that_explode_diverge(method: Method) -> None:
-    # r'' = 6 r^2 in both coordinates, whose solution 1/(1 - t)^2 ends at t = 1: arrays overflow
-    # without an exception, and numpy's warnings about it are switched off
-    def exploding(time: float, place: Array, rate: Array) -> Array:
-        return 6 * place * place
+def exploding(time: float, place: Any, rate: Any) -> Any:
+    """theta'' = 6 theta^2, whose solution 1/(1 - t)^2 from (1, 2) ends at t = 1."""
+    return 6 * place * place
 
-    names, rates = ("x", "z"), ("velocity_x", "velocity_z")
-    equation = Equation(exploding, np.ones(2), 2 * np.ones(2), 10.0, names=names, rate_names=rates)
+
+def sine_of_much(time: float, place: float, rate: float) -> float:
+    """A force that overflows, for which math.sin then raises."""
+    return math.sin(place) + 1e3 * place
+
+
+DIVERGING = {
+    "one": Equation(exploding, 1.0, 2.0, 10.0),
+    "raises": Equation(sine_of_much, 1.0, 2.0, 10.0),
+    # arrays overflow without an exception, and numpy's warnings about it are switched off
+    "two": Equation(
+        exploding, np.ones(2), 2 * np.ones(2), 10.0, names=("x", "z"), rate_names=("u", "w")
+    ),
+}
+
+
+@pytest.mark.long(keep=6)
+@pytest.mark.parametrize("kind", DIVERGING)
+@pytest.mark.parametrize("method", ENGINE.methods, ids=lambda method: method.name)
+def test_divergence_is_a_result(method: Method, kind: str) -> None:
+    equation = DIVERGING[kind]
+    simulation: FixedStepSimulation | AdaptiveSimulation
     if method in FIXED:
         advance = integrator(method.scheme.integrator)
-        trajectory = FixedStepSimulation(equation, advance, 30_000, 1e-3, 0.0).run()
+        simulation = FixedStepSimulation(equation, advance, 30_000, 1e-3, 0.0)
+        assert kind != "raises" or simulation.stepped(1.0).steps == 0  # nothing to time
     else:
         solver = solver_called(method.settings["method"])
-        trajectory = AdaptiveSimulation(equation, solver, 1e-6, 30.0, 0.0).run()
+        simulation = AdaptiveSimulation(equation, solver, 1e-6, 30.0, 0.0)
+    trajectory = simulation.run()
     assert trajectory.diverged_at is not None
     assert len(trajectory.times) > 1
+    assert (trajectory.times < trajectory.diverged_at).all() or method in ADAPTIVE
     for values in trajectory.observables.values():
+        assert len(values) == len(trajectory.times)
         assert np.isfinite(values).all()
 
 

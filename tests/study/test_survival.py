@@ -99,9 +99,7 @@ def test_a_study_goes_on_after_a_signal(
     counts = Counter(disturbed.logged(out))
     assert set(counts.values()) == {1}
     assert len(counts) == 9  # two pairs, two extra runs, two readings of models, three costs
-    assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
-        disturbed.stored(undisturbed)
-    )
+    assert disturbed.figures(out) == disturbed.figures(undisturbed)
     assert [disturbed.rows(out, table) for table in ("study", "result")] == [1, 10]  # an analysis
     assert (out / "index.html").read_text() != OLD
 
@@ -130,9 +128,7 @@ def test_workers_are_killed_then_the_parent_then_all_are_interrupted(
     assert (out / "index.html").read_text() == OLD
     assert main(disturbed.words(out, 1)) == 0
     assert set(Counter(disturbed.logged(out)).values()) == {1}
-    assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
-        disturbed.stored(undisturbed)
-    )
+    assert disturbed.figures(out) == disturbed.figures(undisturbed)
 
 
 def test_a_second_process_waits_for_the_first(
@@ -146,9 +142,7 @@ def test_a_second_process_waits_for_the_first(
     assert disturbed.ended(first)[0] == ""
     assert first.returncode == 0
     assert disturbed.rows(out, "study") == 2
-    assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
-        disturbed.stored(undisturbed)
-    )
+    assert disturbed.figures(out) == disturbed.figures(undisturbed)
 
 
 @pytest.mark.long
@@ -171,9 +165,7 @@ def test_what_two_workers_die_of_is_named_and_tried_again(
     assert main(disturbed.words(out, 1)) == 0
     assert "goes on: " in capsys.readouterr().err
     assert disturbed.rows(out, "study") == 1
-    assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
-        disturbed.stored(undisturbed)
-    )
+    assert disturbed.figures(out) == disturbed.figures(undisturbed)
 
 
 @pytest.mark.long(keep=1)
@@ -190,9 +182,7 @@ def test_a_full_disk_loses_nothing(
     assert said in err
     assert (out / "index.html").read_text() == OLD
     assert main(disturbed.words(out, 1)) == 0
-    assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
-        disturbed.stored(undisturbed)
-    )
+    assert disturbed.figures(out) == disturbed.figures(undisturbed)
 
 
 def test_a_complete_study_is_measured_anew(undisturbed: Path, tmp_path: Path) -> None:
