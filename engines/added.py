@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import Scheme
 from plumbob.engines.method import (
     LIMITS,
     Engine,

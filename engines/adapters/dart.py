@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, Scheme
+from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.adapters.hinged_body import (
     PENDULUMS,
     HingedBody,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
+from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_errors
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import CAPSULE

@@ -11,10 +11,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import ADAPTIVE, Scheme
-from plumbob.analytic.errors.shared import Same, as_stepped, exactly, expected
-from plumbob.analytic.errors.theory import SteppedErrors, reaches
 from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.schemes import ADAPTIVE, Scheme
+from plumbob.analytic.shared import Same, as_stepped, exactly, expected
+from plumbob.analytic.theory import SteppedErrors, reaches
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.sampling import cut_short

@@ -11,8 +11,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from plumbob.analytic.errors.theory import no_theory
 from plumbob.analytic.parameters import ParameterError, positive
+from plumbob.analytic.theory import no_theory
 from plumbob.engines.method import Method, meant
 from plumbob.engines.study.cost import Cost, Key
 from plumbob.engines.study.measurement import Measurement, measure

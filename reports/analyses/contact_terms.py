@@ -43,11 +43,6 @@ def deflection_term(scene: str, contact: SoftContact) -> float:
 def stiction_drift(scene: str, contact: SoftContact) -> float:
     """Drift of regularised stiction while friction holds m w2 until t2 [m]: on three contacts, or
     on a joint's friction loss."""
-    parts = 1 if contact.normal is None else 3
-    return contact.slip_compliance / parts * _held(scene)
-
-
-def _held(scene: str) -> float:
-    """Force that friction holds, times how long [N s]."""
-    line = problem(scene).motion
-    return float(line.capsule.slider_mass * line.w2 * (line.t2 - line.t_star))
+    line, parts = problem(scene).motion, 1 if contact.normal is None else 3
+    held = line.capsule.slider_mass * line.w2 * (line.t2 - line.t_star)
+    return float(contact.slip_compliance / parts * held)

@@ -343,16 +343,6 @@ def accurate(judgement: Judgement, within: float) -> Judgement:
     return replace(judgement, verdict="fail", reason=why, inaccurate=True)
 
 
-def marked(scene: str, method: str, judgement: Judgement) -> str:
-    """The mark beside a verdict: `known`, `unexpected`, or nothing."""
-    try:
-        where, how = find_scene(scene), find_method(method)
-    except ParameterError:  # a scene no longer registered, or user settings
-        return "unexpected" if judgement.inaccurate else ""
-    means = standing(where, how, judgement)
-    return {"unexpected": "unexpected", "known limit": "known"}.get(means, "")
-
-
 def standing(scene: Scene, method: Method, judgement: Judgement) -> Standing:
     """A verdict's meaning to a reader: `known limit` is a declared one, `pre-asymptotic` and `not
     run` claim nothing."""

@@ -62,7 +62,7 @@ KEY = re.compile(r"([a-z][a-z ]*): ?")
 HELD = re.compile(r"\x02(\d+)\x03")  # the place of a part that is no text
 BAR = re.compile(r"(?<!\\)\|")
 UNITS = MappingProxyType(
-    {"µm": 1e6, "mm": 1e3, "nm": 1e9, "cm": 1e2, "%": 1e2, "ms": 1e3, "µs": 1e6}
+    {"µm": 1e6, "mm": 1e3, "nm": 1e9, "cm": 1e2, "%": 1e2, "ms": 1e3, "µs": 1e6, "kW": 1e-3}
 )
 
 

@@ -78,7 +78,7 @@ def validated(
 def without_pages(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let studies make no runs but their own, and draw no page."""
     monkeypatch.setattr("plumbob.reports.analyses.requests", lambda plan: ())
-    monkeypatch.setattr("plumbob.reports.analyses.analyses_of", lambda study, jobs: ())
+    monkeypatch.setattr("plumbob.reports.analyses.analyses_of", lambda study, jobs, judged: ())
     monkeypatch.setattr(
         "plumbob.reports.view.site.writing.write_page",
         lambda study, out, *more: out / "none",

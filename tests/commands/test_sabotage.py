@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
 from plumbob.engines import registry
 from plumbob.engines.method import Method, Simulation
 from plumbob.engines.study import measurement

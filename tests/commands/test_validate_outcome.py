@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from plumbob.analytic.errors.schemes import ADAPTIVE
+from plumbob.analytic.schemes import ADAPTIVE
 from plumbob.engines import registry
 from plumbob.engines.study.runner import pairs
 from plumbob.models.registry import scene as find_scene

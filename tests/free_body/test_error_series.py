@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.free_body.error_series import FreeBodyErrors, euler_drifts
-from plumbob.analytic.errors.schemes import (
+from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import (
     EULER,
     LEAPFROG,
     LINEARLY_IMPLICIT,
@@ -17,10 +18,9 @@ from plumbob.analytic.errors.schemes import (
     RK4_ADDED_RATES,
     Scheme,
 )
-from plumbob.analytic.errors.theory import Coefficients
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.free_body.problem import FreeBody, turned
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, composed
+from plumbob.analytic.theory import Coefficients
 from plumbob.engines.registry import engine_of, method
 from plumbob.engines.study.measurement import measure, scheme_of
 from plumbob.models.registry import case_of, scene

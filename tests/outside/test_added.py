@@ -299,7 +299,7 @@ def test_a_broken_system_costs_a_line(
             assert said.count("\n") == 1
 
 
-THEORY = "from plumbob.analytic.errors.theory import StepErrors\n"
+THEORY = "from plumbob.analytic.theory import StepErrors\n"
 RAISING = "if len(times) > 101: raise RuntimeError('no root')\n        "
 DEFECTS = {  # that no look at a few moments of a scene shows
     "reference": ("last = self.gravity", f"{RAISING}last = self.gravity"),

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import pytest
 
-from plumbob.analytic.errors.schemes import Scheme
+from plumbob.analytic.schemes import Scheme
 from plumbob.engines import registry
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.runner import most_steps

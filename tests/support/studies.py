@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cache
+
+import pytest
 
 from plumbob.engines.method import Method
 from plumbob.engines.registry import methods as find_methods
@@ -16,6 +19,9 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses import analyses_of, requests
+from plumbob.reports.analyses.page_numbers import verdicts_of
+from plumbob.reports.judge.study_verdicts import judge_study
+from plumbob.reports.view.records import Verdicts
 from plumbob.tests.sharing.shared import shared
 
 SCENE = "cone-pendulum/rotating-base"
@@ -69,6 +75,18 @@ def bits(run: Trajectory | None) -> object:
     arrays = {"": run.times, **run.observables, **run.channels}
     seen = [(name, array.dtype, array.tobytes()) for name, array in arrays.items()]
     return seen, run.steps, run.seconds, run.diverged_at, run.warnings
+
+
+def recorded(study: Study) -> Study:
+    """A study with the records that its pages take, in place of all analyses of it."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("plumbob.reports.analyses.section", lambda system: None)
+        return replace(study, analyses=analyses_of(study))
+
+
+def verdicts(study: Study) -> Verdicts:
+    """The verdicts on everything that a study measured, as pages take them."""
+    return verdicts_of(study, judge_study(study))
 
 
 def _run(method: Method, step: float, error: float) -> Measurement:

@@ -22,7 +22,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
 from pathlib import Path
 
-from plumbob.analytic.errors.schemes import ADAPTIVE
+from plumbob.analytic.schemes import ADAPTIVE
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods

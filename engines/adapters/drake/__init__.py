@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from plumbob.analytic.errors.schemes import ADAPTIVE, EULER, Scheme
+from plumbob.analytic.schemes import ADAPTIVE, EULER, Scheme
 from plumbob.engines.adapters.hinged_body import PENDULUMS, hinged_body, model_errors
 from plumbob.engines.adapters.three_feet import CAPSULE
 from plumbob.engines.method import Engine, Method, ModelFields, Simulation

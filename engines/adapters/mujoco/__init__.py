@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import (

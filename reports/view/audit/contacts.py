@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from plumbob.analytic.systems.sliding_body import Stance
 from plumbob.engines.audit.contacts import HEADINGS, PUSH, ContactAudit, Measured
 from plumbob.reports.view.audit.text import aligned, duration, length
 
@@ -47,15 +46,6 @@ def paste_command(audit: ContactAudit) -> str:
     )
 
 
-def steadiest(audit: ContactAudit) -> float:
-    """The largest friction coefficient, in two digits, at which it slides along any heading with
-    every load above 0."""
-    body = audit.standing
-    most = Stance(body.points, body.height).inside(np.zeros(2)) / body.height
-    digits = 10.0 ** (math.floor(math.log10(most)) - 1)
-    return math.floor(most / digits) * digits
-
-
 def per_cent(error: float, distance: float) -> str:
     """A signed error relative to a distance."""
     if not math.isfinite(error) or not distance:
@@ -88,7 +78,7 @@ def _compared_with(audit: ContactAudit) -> str:
         return f"{start}; Coulomb: it stops after {length(audit.exact)}, at any heading; {loads}"
     distances = audit.distances[~np.isnan(audit.distances)]
     if not any(audit.determined):
-        most = steadiest(audit)
+        most = audit.steadiest
         return f"{start}; not determined: {audit.why}; give --friction {most:g} or less"
     if not distances.size:
         return f"{start}; no distance to compare with: {audit.why}"

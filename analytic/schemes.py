@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final, Literal
 
-from plumbob.analytic.numerics.tableau import CLASSICAL, Tableau
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.tableau import CLASSICAL, Tableau
 
 EULER: Final = "semi-implicit-euler"  # the velocity first, then the position with the new velocity
 LEAPFROG: Final = "leapfrog"

@@ -12,9 +12,9 @@ from plumbob.analytic.systems.free_body.problem import turned
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
-from plumbob.reports.view.replay.cone import camera
-from plumbob.reports.view.replay.picture import Chart, Line, Picture, State, around, radians
-from plumbob.reports.view.replay.samples import Channels
+from plumbob.reports.analyses.replay.cone import camera
+from plumbob.reports.analyses.replay.picture import Chart, Line, Picture, State, around, radians
+from plumbob.reports.analyses.replay.samples import Channels
 
 CORNER = 1.0  # distance of the box's corners from its centre: the picture has no scale
 REACH = 1.3  # of the arrow of the largest angular velocity, and of the line along L

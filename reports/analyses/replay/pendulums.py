@@ -12,9 +12,9 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, systems
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Scene
+from plumbob.reports.analyses.replay.picture import Chart, Line, Picture, State, around, radians
+from plumbob.reports.analyses.replay.samples import Channels
 from plumbob.reports.view.notation import number
-from plumbob.reports.view.replay.picture import Chart, Line, Picture, State, around, radians
-from plumbob.reports.view.replay.samples import Channels
 
 COMPANIONS = MappingProxyType({"simple-pendulum": "linear-pendulum"})
 """Systems drawn together: the same start, without and with θ in place of sin θ."""

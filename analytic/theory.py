@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
 
 Coefficients = Mapping[int, Mapping[str, Array]]
 """{p: {observable: C_p(t), shape (n,)}} of an error sum_p C_p step^p, simulated minus exact."""

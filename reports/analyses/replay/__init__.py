@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from types import MappingProxyType
 from typing import Any
 
@@ -15,16 +15,17 @@ from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Scene
+from plumbob.reports.analyses.replay import observables
+from plumbob.reports.analyses.replay.body import body
+from plumbob.reports.analyses.replay.capsule import capsule
+from plumbob.reports.analyses.replay.cone import cone
+from plumbob.reports.analyses.replay.pendulums import companion, pendulum
+from plumbob.reports.analyses.replay.picture import Picture
+from plumbob.reports.analyses.replay.runs import DEFAULT_STEP, Role, shown_runs, shown_seconds
+from plumbob.reports.analyses.replay.samples import Channels, Samples, coded, floats, sampled
+from plumbob.reports.analyses.replay.strip import strip
 from plumbob.reports.view import notation
-from plumbob.reports.view.replay import observables
-from plumbob.reports.view.replay.body import body
-from plumbob.reports.view.replay.capsule import capsule
-from plumbob.reports.view.replay.cone import cone
-from plumbob.reports.view.replay.pendulums import companion, pendulum
-from plumbob.reports.view.replay.picture import Picture
-from plumbob.reports.view.replay.runs import DEFAULT_STEP, Role, shown_runs, shown_seconds
-from plumbob.reports.view.replay.samples import Channels, Samples, coded, floats, sampled
-from plumbob.reports.view.replay.strip import Strip, strip
+from plumbob.reports.view.records import Choice, Layer, Replay
 
 PICTURES = MappingProxyType(
     {"capsule": capsule, "cone_pendulum": cone, "free_body": body, "simple_pendulum": pendulum}
@@ -40,44 +41,6 @@ SPEEDS = tuple(
 LASTING = 8.0  # [s] of a replay at the speed that is chosen first
 VISIBLE = 0.1  # of the picture: how large the smallest errors are drawn at the largest factor
 MOST = 12  # powers of ten of the largest factor
-
-
-@dataclass(frozen=True)
-class Layer:
-    """One body of a replay: how it is drawn, its name, what the legend adds, its largest error over
-    the replay, and the one at its end."""
-
-    slot: str  # how it is drawn: exact, first, second or companion
-    name: str
-    words: str
-    largest: str = ""
-    end: str = ""
-
-
-@dataclass(frozen=True)
-class Choice:
-    """An entry of a list: its value, its text, whether it is chosen first."""
-
-    value: float
-    text: str
-    chosen: bool
-
-
-@dataclass(frozen=True)
-class Replay:
-    """A scene's replay as the page's template takes it."""
-
-    scene: str
-    anchor: str
-    text: str
-    seconds: float
-    whole: float  # duration of the scene [s]
-    layers: tuple[Layer, ...]
-    lacking: tuple[str, ...]  # runs that did not reach their end
-    speeds: tuple[Choice, ...]
-    factors: tuple[int, ...]
-    strip: Strip
-    data: str  # JSON for the script, which no HTML parser takes for a tag
 
 
 def replay(study: Study, scene: Scene) -> Replay:

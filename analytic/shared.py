@@ -9,9 +9,9 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import Scheme
-from plumbob.analytic.errors.theory import SteppedErrors
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
+from plumbob.analytic.theory import SteppedErrors
 
 KEPT = 64  # sets of samples: some ten step sizes, of a few problems
 Powers = Mapping[int, Mapping[str, Array]]  # {p: {observable: C_p step^p at the samples}}

@@ -10,8 +10,8 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.trajectory import Trajectory
+from plumbob.reports.analyses.replay.samples import Channels
 from plumbob.reports.view.notation import number, seconds
-from plumbob.reports.view.replay.samples import Channels
 
 Kind = Literal["pendulum", "cone", "capsule", "body", "chart"]
 State = Mapping[str, float]  # channels at one moment

@@ -9,8 +9,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.models.scene import Case
-from plumbob.reports.view.notation import number
-from plumbob.reports.view.replay.pendulums import (
+from plumbob.reports.analyses.replay.pendulums import (
     ANGLES,
     ROUND,
     SMOOTH,
@@ -21,7 +20,8 @@ from plumbob.reports.view.replay.pendulums import (
     phase,
     swing,
 )
-from plumbob.reports.view.replay.picture import Box, Chart, Line, Picture, State, around
+from plumbob.reports.analyses.replay.picture import Box, Chart, Line, Picture, State, around
+from plumbob.reports.view.notation import number
 
 # Where the camera stands: its direction from the cone, round the vertical and above the horizontal.
 AZIMUTH, ELEVATION = math.radians(25.0), math.radians(20.0)

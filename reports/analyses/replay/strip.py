@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.reports.view.replay.picture import Line, Picture, State, clock
-from plumbob.reports.view.replay.samples import Samples
+from plumbob.reports.analyses.replay.picture import Line, Picture, State, clock
+from plumbob.reports.analyses.replay.samples import Samples
+from plumbob.reports.view.records import Moment, Shape, Strip
 
 MOMENTS = (0.0, 0.19, 0.38, 0.61, 0.81, 1.0)  # of the replay; unequal, or a swing looks at rest
 WIDTH = 160.0  # of a picture, in its own units
@@ -17,36 +17,6 @@ LARGE = 0.15  # of the picture: how large the first run's largest error is drawn
 RADII: Mapping[str, float] = MappingProxyType(
     {"exact": 3.0, "first": 5.0, "second": 7.0, "companion": 4.0}
 )  # of the marked point
-
-
-@dataclass(frozen=True)
-class Shape:
-    """One body at one moment: what it is, its outline as an SVG path, its marked point."""
-
-    role: str
-    path: str
-    x: float
-    y: float
-    radius: float
-
-
-@dataclass(frozen=True)
-class Moment:
-    """A still picture at `time` [s], which `text` says with its unit."""
-
-    time: float
-    text: str
-    shapes: tuple[Shape, ...]
-
-
-@dataclass(frozen=True)
-class Strip:
-    """Still pictures of one replay, each `width` times `height`, errors drawn `factor` times."""
-
-    width: float
-    height: float
-    factor: int
-    moments: tuple[Moment, ...]
 
 
 def strip(

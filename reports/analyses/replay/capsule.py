@@ -14,7 +14,7 @@ from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.quantities import AT_REST
 from plumbob.models.scene import Case
-from plumbob.reports.view.replay.picture import (
+from plumbob.reports.analyses.replay.picture import (
     MARGIN,
     Box,
     Chart,
@@ -25,7 +25,7 @@ from plumbob.reports.view.replay.picture import (
     metres,
     radians,
 )
-from plumbob.reports.view.replay.samples import Channels
+from plumbob.reports.analyses.replay.samples import Channels
 
 Complex = npt.NDArray[np.complex128]
 SQUARE = (1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j)

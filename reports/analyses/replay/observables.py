@@ -7,9 +7,9 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
+from plumbob.reports.analyses.replay.picture import Chart, Line, Picture, State, around
+from plumbob.reports.analyses.replay.samples import Channels
 from plumbob.reports.view.notation import number
-from plumbob.reports.view.replay.picture import Chart, Line, Picture, State, around
-from plumbob.reports.view.replay.samples import Channels
 
 MOST = 3  # observables that are drawn
 
