@@ -3,6 +3,7 @@ adapter builds from them, and their scenes."""
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -33,36 +34,28 @@ def load(file: Path) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_path(str(file))
 
 
+SUPPORTS = [f"support_{i}{axis}" for i in range(3) for axis in "xy"]
+
+
 def numbers(model: mujoco.MjModel) -> dict[str, float]:
     """The numbers of the source's problem that a full model has."""
     body, slider = model.body("body"), model.body("slider")
-    places = [model.geom(f"support_{i}").pos[:2] for i in (1, 2, 3)]
+    places = [float(x) for i in (1, 2, 3) for x in model.geom(f"support_{i}").pos[:2]]
     return {
         "body_mass": body.mass[0],
         "slider_mass": slider.mass[0],
         "inertia": body.inertia[2],
         "gravity": -model.opt.gravity[2],
         "friction": model.pair_friction[0, 0],
-        **{
-            f"support_{i}{axis}": float(places[i][j])
-            for i in range(3)
-            for j, axis in enumerate("xy")
-        },
+        **dict(zip(SUPPORTS, places, strict=True)),
     }
 
 
 def wanted() -> dict[str, float]:
     """The same for the check values of physics.md."""
-    return {
-        **{name: getattr(CHECK, name) for name in ("body_mass", "slider_mass", "inertia")},
-        "gravity": CHECK.gravity,
-        "friction": CHECK.friction,
-        **{
-            f"support_{i}{axis}": CHECK.supports[i][j]
-            for i in range(3)
-            for j, axis in enumerate("xy")
-        },
-    }
+    names = ("body_mass", "slider_mass", "inertia", "gravity", "friction")
+    places = dict(zip(SUPPORTS, itertools.chain(*CHECK.supports), strict=True))
+    return {**{name: getattr(CHECK, name) for name in names}, **places}
 
 
 def test_numbers_are_the_check_values() -> None:

@@ -100,7 +100,7 @@ def test_a_study_goes_on_after_a_signal(
     assert set(counts.values()) == {1}
     assert len(counts) == 9  # two pairs, two extra runs, two readings of models, three costs
     assert disturbed.figures(out) == disturbed.figures(undisturbed)
-    assert [disturbed.rows(out, table) for table in ("study", "result")] == [1, 10]  # an analysis
+    assert [disturbed.rows(out, table) for table in ("study", "result")] == [1, 12]  # and those of pages
     assert (out / "index.html").read_text() != OLD
 
 

@@ -12,7 +12,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, lowest_normal_forces
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import closed_form
@@ -331,9 +330,3 @@ def test_the_order_of_the_legs_does_not_matter_and_the_pair_does(quick: bool) ->
     assert min(times, key=lambda pair: times[pair]) == ((2, 3), "shorter")
     assert max(times.values()) > 1.4 * min(times.values())
     assert plan(SCALENE, BESIDE, track="curve").duration == times[(1, 2), "shorter"]
-
-
-@pytest.mark.parametrize("legs", [(1, 1), (1, 4), (1,), (1, 2, 3), (1.0, 2), [1, 2], "12", 0])
-def test_legs_that_are_no_pair_are_refused(legs: object) -> None:
-    with pytest.raises(ParameterError, match="legs"):
-        plan(CHECK, PLACES["near"], track="curve", legs=legs)  # type: ignore[arg-type]
