@@ -23,6 +23,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.cli import main
 from plumbob.reports.judge import benchmarks
 from plumbob.reports.judge.benchmarks import BenchmarkRun, Ratio
+from plumbob.tests.support.fixture_types import Capture, Patch
 from plumbob.tests.support.studies import made_up
 
 SMALL = "linear-pendulum/overdamped"  # of which the page shows few runs
@@ -51,7 +52,7 @@ FILES = {
 
 
 @pytest.fixture
-def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def inputs(tmp_path: Path, monkeypatch: Patch) -> Path:
     """A working folder with files of every kind but the right one, and a small stored study."""
     monkeypatch.chdir(tmp_path)
     for folder in ("out", "with-pipes", "pipes/cone_pendulum", "links/cone_pendulum", "folders"):
@@ -79,9 +80,7 @@ def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("line", REFUSED)
-def test_it_is_one_line_and_nothing_is_written(
-    line: str, inputs: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_it_is_one_line_and_nothing_is_written(line: str, inputs: Path, capsys: Capture) -> None:
     begin = REFUSED[line]
     words = shlex.split(line)
     for name, value in ODD.items():
@@ -112,7 +111,7 @@ RUN = ("--step", "1e-3", "--set")
     ],
 )
 def test_a_run_that_cannot_begin_is_a_verdict(
-    scene: str, change: str, verdict: str, capsys: pytest.CaptureFixture[str]
+    scene: str, change: str, verdict: str, capsys: Capture
 ) -> None:
     assert main(("run", scene, "mujoco/euler+coulomb", *RUN, change)) == 1
     out, err = capsys.readouterr()
@@ -134,8 +133,8 @@ def test_a_study_without_a_run_has_a_page(
     method: str,
     verdict: str | None,
     tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    capsys: Capture,
+    monkeypatch: Patch,
 ) -> None:
     def there(engine: Engine) -> bool:
         return engine.name != "heyoka"
@@ -151,7 +150,7 @@ def test_a_study_without_a_run_has_a_page(
 
 
 def test_names_of_folders_may_hold_anything(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: Capture, monkeypatch: Patch
 ) -> None:
     out = str(tmp_path / os.fsdecode(b"a#1 \xff"))
     words = ["validate", "--scenes", SMALL, "--methods", "ode/rk4", "--out", out, "--jobs", "1"]
@@ -183,7 +182,7 @@ def test_a_store_that_cannot_be_read_back_is_bad_input(
     damage: str,
     stored: bytes,
     tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capture,
 ) -> None:
     (tmp_path / store.FILE).write_bytes(stored)
     _damaged(tmp_path / store.FILE, table, damage)
@@ -198,7 +197,7 @@ def test_a_store_that_cannot_be_read_back_is_bad_input(
 
 @pytest.mark.long
 def test_a_finding_whose_numbers_a_store_lacks_is_left_out_and_the_page_says_so(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: Capture
 ) -> None:
     """As one of another version, whose templates asked for other numbers."""
     chosen = ["--scenes", "cone-pendulum/deep-well", "--methods", "ode/rk4", "--jobs", "1"]
@@ -220,7 +219,7 @@ def test_a_finding_whose_numbers_a_store_lacks_is_left_out_and_the_page_says_so(
 
 
 def test_runs_of_a_study_that_is_not_there_are_bad_input(
-    stored: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    stored: bytes, tmp_path: Path, capsys: Capture
 ) -> None:
     (tmp_path / store.FILE).write_bytes(stored)
     with closing(sqlite3.connect(tmp_path / store.FILE)) as held, held:
@@ -236,7 +235,7 @@ def test_runs_of_a_study_that_is_not_there_are_bad_input(
     "text", [b"body text, results", b'"scene": "linear-pendulum'], ids=["definition", "value"]
 )
 def test_a_store_with_a_text_that_is_no_utf_8_is_bad_input(
-    text: bytes, stored: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    text: bytes, stored: bytes, tmp_path: Path, capsys: Capture
 ) -> None:
     assert text in stored
     (tmp_path / store.FILE).write_bytes(stored.replace(text, text[:-3] + b"\xff" + text[-2:]))
@@ -248,7 +247,7 @@ def test_a_store_with_a_text_that_is_no_utf_8_is_bad_input(
 
 @pytest.mark.parametrize("table", ["study", "result"])
 def test_an_unknown_field_in_a_store_is_left_out(
-    table: str, stored: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    table: str, stored: bytes, tmp_path: Path, capsys: Capture
 ) -> None:
     (tmp_path / store.FILE).write_bytes(stored)
     _damaged(tmp_path / store.FILE, table, "'{\"later\": 1, ' || substr(body, 2)")

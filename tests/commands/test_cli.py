@@ -12,9 +12,10 @@ import pytest
 from plumbob import __version__
 from plumbob.models.registry import systems
 from plumbob.reports.cli import main
+from plumbob.tests.support.fixture_types import Capture
 
 
-def _run(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
+def _run(capsys: Capture, *words: str) -> tuple[int, str, str]:
     try:
         code = main(words)
     except SystemExit as stop:  # what argparse does
@@ -38,7 +39,7 @@ def test_folders_of_the_same_names_do_no_harm(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", list(systems()))
-def test_solve_answers_every_system(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_solve_answers_every_system(name: str, capsys: Capture) -> None:
     code, out, _ = _run(capsys, "solve", name, "--json")
     answer = json.loads(out)
     assert code == 0
@@ -47,7 +48,7 @@ def test_solve_answers_every_system(name: str, capsys: pytest.CaptureFixture[str
     assert all(len(v) == len(answer["times"]) for v in answer["observables"].values())
 
 
-def test_run_answers_with_its_budget(capsys: pytest.CaptureFixture[str]) -> None:
+def test_run_answers_with_its_budget(capsys: Capture) -> None:
     code, out, _ = _run(capsys, "run", "cone-pendulum", "mujoco/rk4", "--step", "1e-3", "--json")
     answer = json.loads(out)
     assert code == 0
@@ -60,7 +61,7 @@ def test_run_answers_with_its_budget(capsys: pytest.CaptureFixture[str]) -> None
     assert answer["real_time_factor"] == pytest.approx(0.5 / computing, rel=1e-9)
 
 
-def test_run_says_the_error_at_the_end_with_its_sign(capsys: pytest.CaptureFixture[str]) -> None:
+def test_run_says_the_error_at_the_end_with_its_sign(capsys: Capture) -> None:
     words = ("run", "capsule-line", "mujoco/euler+reduced", "--step", "1e-3", "--json")
     answer = json.loads(_run(capsys, *words)[1])
     for name in ("displacement", "stroke_rate"):
@@ -70,9 +71,7 @@ def test_run_says_the_error_at_the_end_with_its_sign(capsys: pytest.CaptureFixtu
     assert answer["predicted"]["displacement"] == pytest.approx(-5.89e-7, rel=0.01)
 
 
-def test_export_copies_and_never_writes_over(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_export_copies_and_never_writes_over(capsys: Capture, tmp_path: Path) -> None:
     assert _run(capsys, "models", "export", str(tmp_path / "copies"))[0] == 0
     copy = tmp_path / "copies" / "cone_pendulum" / "cone_pendulum.xml"
     assert copy.read_bytes() == systems()["cone-pendulum"].mjcf.read_bytes()
@@ -84,7 +83,7 @@ def test_export_copies_and_never_writes_over(
     assert copy.read_text() == "<mujoco/>"
 
 
-def test_list_and_cite_name_everything(capsys: pytest.CaptureFixture[str]) -> None:
+def test_list_and_cite_name_everything(capsys: Capture) -> None:
     _, out, _ = _run(capsys, "list")
     for system in systems().values():
         assert all(scene.name in out for scene in system.scenes)
@@ -92,12 +91,12 @@ def test_list_and_cite_name_everything(capsys: pytest.CaptureFixture[str]) -> No
     assert "Sudakov" in out
 
 
-def test_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_version_is_printed(capsys: Capture) -> None:
     code, out, _ = _run(capsys, "--version")
     assert (code, out) == (0, f"plumbob {__version__}\n")
 
 
-def test_run_marks_the_row_that_decided(capsys: pytest.CaptureFixture[str]) -> None:
+def test_run_marks_the_row_that_decided(capsys: Capture) -> None:
     line = ["run", "capsule-line/heading-030"]
     assert main([*line, "mujoco/euler", "--step", "1e-3"]) == 0
     marked = [row for row in capsys.readouterr().out.splitlines() if "<-" in row]

@@ -23,6 +23,7 @@ from hypothesis import strategies as st
 
 from plumbob.engines.study import store
 from plumbob.reports.cli import COMMANDS, main, parser
+from plumbob.tests.support.fixture_types import Capture
 
 SEARCH = os.environ.get("HYPOTHESIS_PROFILE", "") == "search"
 EXAMPLES = 2500 if SEARCH else 8
@@ -130,7 +131,7 @@ def test_no_command_line_is_a_defect(
     seed: int,
     folder: Path,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capture,
 ) -> None:
     monkeypatch.chdir(folder)
     words = _words(command, random.Random(seed))
@@ -182,7 +183,7 @@ def test_no_damaged_study_is_a_defect(
     folder: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capture,
 ) -> None:
     file = tmp_path / store.FILE
     file.write_bytes((folder / "out" / store.FILE).read_bytes())

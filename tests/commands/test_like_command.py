@@ -16,6 +16,7 @@ from plumbob.reports.cli import main
 from plumbob.reports.commands.arguments.like import SCENES, beside, own_method
 from plumbob.reports.view import notation
 from plumbob.tests.commands.outcomes import without_findings, without_pages
+from plumbob.tests.support.fixture_types import Capture
 
 PENDULUM, LINE = "cone-pendulum/rotating-base", "capsule-line/heading-030"
 METHODS = "mujoco/euler+coulomb,ode/rk4"
@@ -33,7 +34,7 @@ def written(folder: Path, integrator: str) -> str:
 
 
 def test_validate_reports_the_error_and_better_methods(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     without_findings(monkeypatch)
     like, out = written(tmp_path, "Euler"), str(tmp_path / "out")
@@ -54,7 +55,7 @@ def test_validate_reports_the_error_and_better_methods(
 
 @pytest.mark.long
 def test_the_same_of_a_file_with_rk4(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     without_pages(monkeypatch)
     like, out = written(tmp_path, "RK4"), str(tmp_path / "out")
@@ -93,7 +94,7 @@ def test_others_are_measured_at_the_users_step(tmp_path: Path) -> None:
     assert beside(scene, far) == scene
 
 
-def test_run_takes_the_files_step(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_run_takes_the_files_step(tmp_path: Path, capsys: Capture) -> None:
     like = written(tmp_path, "RK4")
     assert main(["run", LINE, "--like", like, "--json"]) == 0
     (one,) = [json.loads(capsys.readouterr().out)]

@@ -31,15 +31,14 @@ from plumbob.tests.commands.outcomes import (
     with_prepare,
     without_pages,
 )
+from plumbob.tests.support.fixture_types import Capture, Patch
 
 PENDULUM, LINE = "simple-pendulum/free-small", "capsule-line/ca1"
 Validate = Callable[[str, str], Outcome]
 
 
 @pytest.fixture
-def validate(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> Validate:
+def validate(tmp_path: Path, capsys: Capture, monkeypatch: Patch) -> Validate:
     """A `validate` of a scene and method."""
     without_pages(monkeypatch)
     return partial(validated, tmp_path, capsys)
@@ -71,7 +70,7 @@ def red(found: Outcome, scene: str, method: str) -> bool:
 )
 def test_a_parameter_that_is_read_wrongly(
     validate: Validate,
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: Patch,
     scene: str,
     method: str,
     parameter: str,
@@ -84,7 +83,7 @@ def test_a_parameter_that_is_read_wrongly(
 
 @pytest.mark.parametrize("factor", [1.0, 2.5, 0.4])
 def test_a_known_limit_that_grows_or_shrinks(
-    validate: Validate, monkeypatch: pytest.MonkeyPatch, factor: float
+    validate: Validate, monkeypatch: Patch, factor: float
 ) -> None:
     def scaled(case: Case, run: Trajectory) -> Trajectory:
         exact = case.reference.observe(run.times)
@@ -104,7 +103,7 @@ def test_a_known_limit_that_grows_or_shrinks(
     ],
 )
 def test_friction_that_is_read_wrongly_hides_in_no_known_limit(
-    validate: Validate, monkeypatch: pytest.MonkeyPatch, scene: str, method: str, factor: float
+    validate: Validate, monkeypatch: Patch, scene: str, method: str, factor: float
 ) -> None:
     misread(monkeypatch, "mujoco", {"friction": factor})
     found = validate(scene, method)
@@ -113,9 +112,7 @@ def test_friction_that_is_read_wrongly_hides_in_no_known_limit(
     assert not red(validate(scene, method), scene, method)
 
 
-def test_a_method_that_loses_its_theory(
-    validate: Validate, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_method_that_loses_its_theory(validate: Validate, monkeypatch: Patch) -> None:
     """Its error still falls with the step; that no theory covers it is declared of nobody here."""
     engines = dict(registry.built_in())
     engines["mujoco"] = replace(engines["mujoco"], scheme=lambda case, method: Scheme("own"))
@@ -158,16 +155,14 @@ def right_where_listed(prepare: Prepare, case: Case, method: Method, step: float
     ],
 )
 def test_a_solver_that_is_right_at_times(
-    validate: Validate, monkeypatch: pytest.MonkeyPatch, broken: Broken, method: str
+    validate: Validate, monkeypatch: Patch, broken: Broken, method: str
 ) -> None:
     """At small tolerances alone, by another tolerance than it is given, and at listed steps."""
     with_prepare(monkeypatch, method.partition("/")[0], lambda prepare: partial(broken, prepare))
     assert red(validate(CONE, method), CONE, method)
 
 
-def test_a_prediction_with_its_sign_flipped(
-    validate: Validate, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_prediction_with_its_sign_flipped(validate: Validate, monkeypatch: Patch) -> None:
     held = measurement._held
 
     def flipped(predicted: Array, *rest: Any) -> measurement.Prediction:
@@ -191,7 +186,7 @@ def test_nothing_is_red_without_sabotage(validate: Validate) -> None:
 )
 def test_an_observable_that_an_engine_drops(
     validate: Validate,
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: Patch,
     scene: str,
     method: str,
     observable: str,
@@ -232,13 +227,13 @@ SABOTAGES: Mapping[str, Callable[[Trajectory], Trajectory]] = MappingProxyType(
 )
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("kind", SABOTAGES)
 def test_findings_survive_what_an_engine_returns(
     kind: str,
     tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    capsys: Capture,
+    monkeypatch: Patch,
 ) -> None:
     """A verdict says it, and there is a page, with the findings on other engines."""
     changed_runs(monkeypatch, "mujoco", lambda case, run: SABOTAGES[kind](run))

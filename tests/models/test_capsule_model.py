@@ -19,14 +19,13 @@ from plumbob.engines.adapters.mujoco.contacts import (
     tilt_inertia,
 )
 from plumbob.engines.adapters.mujoco.options import collected
-from plumbob.models.registry import scene, scenes, system_of, systems
+from plumbob.models.registry import scene, scenes, system_of
 from plumbob.models.scene import Scene
 from plumbob.tests.support.random_capsules import CHECK, LINE
 
 FOLDER = Path(__file__).parents[2] / "models" / "tripod_capsule"
 FULL, REDUCED, PLANAR = (FOLDER / f"{name}.xml" for name in ("tripod_capsule", "reduced", "planar"))
 STEP = 1e-4  # that the files are written for
-CAPSULES = [name for name in systems() if name.startswith("capsule-")]
 
 
 def load(file: Path) -> mujoco.MjModel:
@@ -146,22 +145,6 @@ def test_free_inertias_are_possible_and_large_enough(pytestconfig: pytest.Config
             across >= capsule.weight / capsule.gravity / 3 * np.square(capsule.supports).sum() / 2
         )
         assert armature(problem.setup) >= ARMATURE_RATIO * capsule.slider_mass
-
-
-@pytest.mark.long(keep=3)
-@pytest.mark.parametrize("name", CAPSULES)
-def test_scenes_describe_problems_and_facts(name: str) -> None:
-    system = systems()[name]
-    assert any(case.profile == "quick" for case in system.scenes)
-    for case in system.scenes:
-        if _slow(case):
-            continue  # These take seconds each, and the planner's tests make all of them.
-        problem = system.problem(case.parameters)
-        facts = system.facts(problem)
-        assert facts.get("t_rest", 0.0) <= case.duration * (1 + 1e-12)
-        seen = system.reference(problem).observe(np.array([0.0, case.duration]))
-        assert {o.name for o in system.observables} <= set(seen)
-        assert all(np.isfinite(values).all() for values in seen.values())
 
 
 def test_line_says_what_the_source_does() -> None:

@@ -28,6 +28,7 @@ from plumbob.tests.outside.installed_packages import (
     install_folder,
     seen,
 )
+from plumbob.tests.support.fixture_types import Capture, Patch
 
 ROOT = Path(__file__).parents[2]
 SYSTEM = (PACKAGES / "falling_body" / "falling_body.py").read_text("utf-8")
@@ -59,7 +60,7 @@ def test_the_readme_shows_the_package_of_the_tests() -> None:
     assert len(ENGINE.splitlines()) <= 40
 
 
-def test_both_are_listed(both: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_both_are_listed(both: Path, capsys: Capture) -> None:
     assert main(["list"]) == 0
     out, err = capsys.readouterr()
     assert re.search(r"^  tiny/euler +semi-implicit-euler, order 1$", out, re.MULTILINE)
@@ -69,7 +70,7 @@ def test_both_are_listed(both: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 @pytest.mark.long
 def test_both_are_measured_judged_and_recommended(
-    both: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    both: Path, tmp_path: Path, monkeypatch: Patch, capsys: Capture
 ) -> None:
     """With worker processes, which find the packages by themselves, and a page."""
     monkeypatch.setenv("PYTHONPATH", str(both), prepend=":")
@@ -169,7 +170,7 @@ LEFT_OUT = {
 
 @pytest.mark.parametrize("kind", LEFT_OUT)
 def test_a_broken_engine_costs_a_line(
-    kind: str, site: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    kind: str, site: Path, monkeypatch: Patch, capfd: Capture
 ) -> None:
     """The rest is listed; whoever asks for it is informed why not, with exit code 2."""
     if kind == "hangs":
@@ -198,7 +199,7 @@ def test_a_broken_engine_costs_a_line(
 
 @pytest.mark.parametrize("printing", ["print('hello')", "import os; os.write(1, b'hello')"])
 def test_what_an_import_prints_is_a_line_on_stderr(
-    printing: str, site: Path, capfd: pytest.CaptureFixture[str]
+    printing: str, site: Path, capfd: Capture
 ) -> None:
     broken(site, f"{printing}\n{ENGINE}")
     with seen(site):
@@ -209,18 +210,14 @@ def test_what_an_import_prints_is_a_line_on_stderr(
     assert err == "plumbob: their-package 1.0 prints when it is imported: hello\n"
 
 
-def test_two_packages_with_one_name_are_left_out(
-    both: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_two_packages_with_one_name_are_left_out(both: Path, capsys: Capture) -> None:
     broken(both, ENGINE)
     with seen(both):
         assert main(["run", SWING, "tiny/euler", "--step", "1e-3"]) == 2
     assert "more than one package adds 'tiny'" in capsys.readouterr().err
 
 
-def test_the_name_of_an_engine_of_ours_is_taken(
-    site: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_name_of_an_engine_of_ours_is_taken(site: Path, capsys: Capture) -> None:
     broken(site, ENGINE.replace("tiny", "ode"), name="ode")
     with seen(site):
         assert main(["list", "methods"]) == 0
@@ -243,8 +240,8 @@ def test_an_engine_that_raises_is_a_verdict(
     why: str,
     site: Path,
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    monkeypatch: Patch,
+    capsys: Capture,
 ) -> None:
     """The study goes on: its other methods have their verdicts, and the exit code is 1."""
     broken(site, ENGINE.replace("return stepped(case, step, build)", WRONG_RUNS[why]))
@@ -256,7 +253,7 @@ def test_an_engine_that_raises_is_a_verdict(
     assert found.failure(SWING, "ode/euler") == ""
 
 
-def test_a_printing_run_leaves_stdout_alone(site: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_printing_run_leaves_stdout_alone(site: Path, capfd: Capture) -> None:
     broken(site, ENGINE.replace("        state = [", "        print('hello')\n        state = ["))
     with seen(site):
         assert main(["run", SWING, "tiny/euler", "--step", "1e-2", "--json"]) == 0
@@ -277,9 +274,7 @@ BROKEN_SYSTEMS = {
 
 
 @pytest.mark.parametrize("kind", BROKEN_SYSTEMS)
-def test_a_broken_system_costs_a_line(
-    kind: str, site: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_broken_system_costs_a_line(kind: str, site: Path, capsys: Capture) -> None:
     text, why = BROKEN_SYSTEMS[kind]
     text = text.replace("speed / 0}", "1 / 0 * speed}")
     broken(site, text, entry_points.SYSTEMS, "falling-body")
@@ -312,8 +307,8 @@ def test_a_defect_in_an_added_system_costs_its_pieces(
     kind: str,
     site: Path,
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    monkeypatch: Patch,
+    capsys: Capture,
 ) -> None:
     """They are named with the reason; what else was asked for has its verdict, and there is a page
     where nothing of the system could be held to its exact motion."""
@@ -348,9 +343,7 @@ sys.exit(code)
 
 
 @pytest.mark.long
-def test_no_package_is_loaded_whose_methods_are_not_chosen(
-    site: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_package_is_loaded_whose_methods_are_not_chosen(site: Path, monkeypatch: Patch) -> None:
     broken(site, "raise RuntimeError\n")
     monkeypatch.setenv("PYTHONPATH", str(site), prepend=":")
     done = subprocess.run([sys.executable, "-c", LAZY], check=True, capture_output=True, text=True)

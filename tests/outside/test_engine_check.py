@@ -13,6 +13,7 @@ from plumbob.models import entry_points
 from plumbob.reports.cli import main
 from plumbob.reports.judge.engine_check import CHECKS
 from plumbob.tests.outside.installed_packages import PACKAGES, install, install_folder, seen
+from plumbob.tests.support.fixture_types import Capture
 
 ENGINE = (PACKAGES / "tiny_engine" / "tiny_engine.py").read_text("utf-8")
 RETURN = "return stepped(case, step, build)"
@@ -128,9 +129,7 @@ DEFECTS = {
 }
 
 
-def outcome(
-    site: Path, text: str, capsys: pytest.CaptureFixture[str]
-) -> tuple[int, dict[str, dict[str, str]]]:
+def outcome(site: Path, text: str, capsys: Capture) -> tuple[int, dict[str, dict[str, str]]]:
     """Exit code and checks of an engine with this text."""
     install(site, "theirs", {entry_points.ENGINES: {"tiny": "theirs:ENGINE"}}, theirs=text)
     with seen(site):
@@ -140,9 +139,7 @@ def outcome(
 
 @pytest.mark.long(keep=4)
 @pytest.mark.parametrize("defect", DEFECTS)
-def test_a_defect_turns_its_check_red(
-    defect: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_defect_turns_its_check_red(defect: str, tmp_path: Path, capsys: Capture) -> None:
     check, text, why = DEFECTS[defect]
     code, found = outcome(tmp_path, text, capsys)
     assert code == 1
@@ -155,7 +152,7 @@ def test_every_check_has_a_defect_that_it_sees() -> None:
 
 
 def test_the_example_passes_with_a_line_a_check(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     install_folder(tmp_path / "site", "tiny_engine")
     monkeypatch.chdir(tmp_path)
@@ -171,7 +168,7 @@ def test_the_example_passes_with_a_line_a_check(
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ["ode/leapfrog", "ode/dop853", "mujoco/euler", "pymunk/tight"])
-def test_engines_of_ours_pass(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_engines_of_ours_pass(name: str, capsys: Capture) -> None:
     assert main(["check-engine", name, "--scenes", "*/free-small"]) == 0
     assert "fail" not in capsys.readouterr().out
 
@@ -190,7 +187,7 @@ SECOND_ORDER = ENGINE.replace("Scheme(EULER), 1", 'Scheme("own"), 2').replace(
 
 @pytest.mark.parametrize("late", [False, True])
 def test_a_late_sample_reduces_the_order_of_a_better_method(
-    late: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    late: bool, tmp_path: Path, capsys: Capture
 ) -> None:
     wrong = "for _ in range(first - (first == 0), last):"
     text = SECOND_ORDER.replace(FIRST, wrong) if late else SECOND_ORDER

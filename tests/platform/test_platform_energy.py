@@ -65,12 +65,6 @@ def test_the_parts_are_those_of_the_source() -> None:
     assert found.rotation[0] == pytest.approx(turning / 2)
 
 
-def test_a_platform_at_rest_does_no_work() -> None:
-    found = energies(replace(TURNING, platform_rate=0.0), *TURNING.reference.state(TIMES))
-    assert not found.work.any()
-    assert not found.coupling.any()
-
-
 @pytest.mark.parametrize("pendulum", [TURNING, SKEW])
 def test_the_torque_of_the_drive_is_the_rate_of_the_angular_momentum(
     pendulum: ConePendulum,

@@ -30,6 +30,7 @@ from plumbob.models.registry import case_of, scene, scenes, systems
 from plumbob.models.scene import Case, System
 from plumbob.reports.judge import verdict
 from plumbob.reports.judge.study_verdicts import judge_study
+from plumbob.tests.support.fixture_types import Patch
 from plumbob.tests.support.studies import bits
 
 SCENE = "cone-pendulum/deep-well"
@@ -138,7 +139,7 @@ def test_a_stored_study_is_the_study(study: Study, tmp_path: Path) -> None:
     assert math.isnan(back.reference_step)
 
 
-def test_a_run_of_the_study_itself_is_not_made_again(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_of_the_study_itself_is_not_made_again(monkeypatch: Patch) -> None:
     (own,), (how,) = scenes(SCENE), methods("ode/rk4")
     engine, prepared = engine_of(how), list[float]()
 
@@ -166,7 +167,7 @@ def test_two_processes_make_the_same(study: Study) -> None:
         assert untimed(study.recording(request)) == untimed(both.recording(request))
 
 
-def test_a_problem_is_made_once_and_a_run_judged_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_problem_is_made_once_and_a_run_judged_once(monkeypatch: Patch) -> None:
     """Each verdict is computed once, for all that use it."""
     calls: Counter[str] = Counter()
     system = systems()["cone-pendulum"]
@@ -202,7 +203,7 @@ def test_a_problem_is_made_once_and_a_run_judged_once(monkeypatch: pytest.Monkey
 
 
 def test_validate_judges_each_run_once(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    monkeypatch: Patch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     from plumbob.reports.cli import main
 

@@ -28,10 +28,10 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scenes
 from plumbob.models.scene import Quantity
 from plumbob.reports.cli import main
+from plumbob.tests.support.fixture_types import Capture
 from plumbob.tests.support.studies import bits
 
 SCENE = "cone-pendulum/deep-well"
-Capture = pytest.CaptureFixture[str]
 
 
 @pytest.fixture(scope="module")

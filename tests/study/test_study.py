@@ -26,6 +26,7 @@ from plumbob.engines.study.runner import most_steps, run_study
 from plumbob.engines.workers import Task, Workers
 from plumbob.models.registry import case_of, scene, scenes, system_of
 from plumbob.models.scene import Case
+from plumbob.tests.support.fixture_types import Patch
 
 SCENES = "cone-pendulum/rotating-base,cone-pendulum/deep-well"
 METHODS = "mujoco/euler,ode/rk4"
@@ -107,7 +108,7 @@ def test_rounding_alone_leaves_open_what_the_floor_is_made_of() -> None:
 
 
 def test_a_cost_is_taken_at_the_step_that_errors_are_shown_at(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: Patch,
 ) -> None:
     asked: list[float] = []
 
@@ -174,6 +175,7 @@ def test_no_step_is_run_beside_those_that_are_asked_for() -> None:
     assert [m.step for m in asked.measurements] == [1e-4, 5e-5]
 
 
+@pytest.mark.long
 def test_costs_of_a_scene_are_measured_in_turns_by_the_worker_that_knows_it() -> None:
     class Watched(Workers):
         def results(self, tasks: Sequence[Task], *how: Any) -> Iterator[tuple[Task, Any]]:
@@ -189,7 +191,7 @@ def test_costs_of_a_scene_are_measured_in_turns_by_the_worker_that_knows_it() ->
 
 
 def test_an_engine_that_is_not_there_is_missing_and_nothing_else(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: Patch,
 ) -> None:
     monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
     chosen = scene("cone-pendulum")
@@ -198,9 +200,7 @@ def test_an_engine_that_is_not_there_is_missing_and_nothing_else(
     assert "mujoco" in found.reason
 
 
-def test_a_step_far_too_large_diverges_as_a_result(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_step_far_too_large_diverges_as_a_result(tmp_path: Path, monkeypatch: Patch) -> None:
     monkeypatch.chdir(tmp_path)
     chosen = scene("cone-pendulum", {"platform_rate": 900.0})
     found, _ = measure(case_of(chosen), method("mujoco/euler"), 0.05)

@@ -15,14 +15,13 @@ from plumbob.engines.sweep.sweep import Swept, sweep_of
 from plumbob.reports.cli import main
 from plumbob.reports.view.sweep.page import MOST, figures, render
 from plumbob.reports.view.sweep.text import lines
+from plumbob.tests.support.fixture_types import Capture
 
 SWEEP = ["sweep", "capsule-line", "mujoco/euler", "mujoco/euler+coulomb", "--jobs", "1"]
 VARY = ["--vary", "heading=0:1.5:3", "--vary", "friction=0.3:0.6:2:log"]
 
 
-def test_a_sweep_is_printed_written_and_kept(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_sweep_is_printed_written_and_kept(tmp_path: Path, capsys: Capture) -> None:
     table = tmp_path / "all.csv"
     words = [*SWEEP, *VARY, "--out", str(tmp_path), "--csv", str(table)]
     assert main([*words, "--json"]) == 0
@@ -40,9 +39,7 @@ def test_a_sweep_is_printed_written_and_kept(
 
 
 @pytest.mark.long
-def test_the_command_of_a_worst_point_gives_its_error(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_of_a_worst_point_gives_its_error(tmp_path: Path, capsys: Capture) -> None:
     words = ["worst", "capsule-line", "mujoco/euler+coulomb", "--within", "friction=0.3:0.4"]
     assert main([*words, "--budget", "5", "--out", str(tmp_path), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)

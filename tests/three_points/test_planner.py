@@ -22,7 +22,6 @@ from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
 from plumbob.analytic.systems.planner.result import Plan, pose_error
 from plumbob.analytic.systems.planner.style import quickest
 from plumbob.analytic.systems.planner.tracks import ArcName, Curve, FreePlane
-from plumbob.analytic.systems.planner.turns import computed_turn
 from plumbob.analytic.systems.slider_path import ArcPiece, SliderPath, StraightPiece, arc, straight
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.models.registry import scene
@@ -220,16 +219,6 @@ def test_lines_take_about_as_long_as_is_estimated(track: str) -> None:
     assert estimate == pytest.approx(planned("ahead", track).duration, rel=0.05)
 
 
-def test_a_weaker_drive_turns_less_in_more_time() -> None:
-    limits = Limits()
-    full = quickest(CHECK, limits)
-    weaker = replace(full, turn=0.8 * full.turn_acceleration(limits, 1.0))
-    track = FreePlane(CHECK, limits)
-    at_limit, below = (computed_turn(track, style, 0.3, 1.0) for style in (full, weaker))
-    assert abs(below.heading) < abs(at_limit.heading)
-    assert below.duration > at_limit.duration
-
-
 def quickened(path: SliderPath, factor: float) -> SliderPath:
     """The same path in less time: every acceleration times `factor`."""
     pieces = [p for p in path.pieces if isinstance(p, (ArcPiece, StraightPiece))]
@@ -288,16 +277,6 @@ def test_what_is_said_of_a_plan_s_error() -> None:
     said = described(replace(made, goal=elsewhere))
     assert said["position_error"] == pytest.approx(0.5, abs=1e-9)
     assert said["heading_error"] == pytest.approx(0.1, abs=1e-9)
-
-
-@pytest.mark.long
-def test_a_plan_does_not_depend_on_the_axes() -> None:
-    goal, turned = PLACES["near"], 1.234
-    place = goal.place * complex(math.cos(turned), math.sin(turned)) + 3.0
-    start = RestPose(3.0, 0.0, turned)
-    moved = plan(CHECK, RestPose(place.real, place.imag, goal.heading + turned), start=start)
-    assert moved.duration == pytest.approx(planned("near", "free").duration, rel=1e-9)
-    assert max(moved.error) <= REACHED
 
 
 def test_a_pose_already_taken_needs_no_manoeuvre() -> None:
