@@ -21,9 +21,11 @@ from plumbob.reports.judge.expectations import surprise
 from plumbob.reports.judge.verdict import judge_convergence
 from plumbob.tests.commands.outcomes import validated, without_pages
 from plumbob.tests.outside.installed_packages import (
+    DEFECTS,
     ENGINE,
     PACKAGES,
     broken,
+    changed,
     install,
     install_folder,
     seen,
@@ -149,33 +151,19 @@ def test_a_known_limit_that_a_package_declares_is_held_to_its_size(
         assert bool(said) == bool(why)
 
 
-LEFT_OUT = {
-    "limit's size": (limited(LIMIT.format(size=0.0)), "the size of a known limit is 0.0"),
-    "limit's method": (limited(LIMIT.format(size=1.0).replace("/euler", "/rk4")), "'tiny/rk4'"),
-    "limit's verdict": (limited(LIMIT.format(size=1.0).replace('"fail"', '"pass"')), "is 'pass'"),
-    "limit": (limited("3"), "int in place of a plumbob KnownLimit"),
-    "raises": ("import plumbob_has_no_such_module\n", "ModuleNotFoundError on import: No module"),
-    "exits": ("raise SystemExit(3)\n", "SystemExit on import: 3"),
-    "hangs": ("while True:\n    pass\n", "its import takes more than 0.5 s"),
-    "no engine": ("ENGINE = 'tiny'\n", "str in place of a plumbob Engine"),
-    "no attribute": ("", "AttributeError on import"),
-    "other name": (ENGINE.replace('"tiny"', '"huge"'), "the engine is called 'huge'"),
-    "method": (ENGINE.replace('"tiny/euler"', '"huge/euler"'), "is not called tiny/..."),
-    "order": (ENGINE.replace("Scheme(EULER), 1,", "Scheme(EULER), None,"), "its order is None"),
-    "scheme": (ENGINE.replace("Scheme(EULER)", "'euler'"), "its scheme is str, not a Scheme"),
-    "systems": (ENGINE.replace('-*",)', '-*")'), "systems is str, not a tuple of patterns"),
-    "prepare": (ENGINE.replace("prepare=prepare", "prepare=3"), "its prepare is no function"),
-}
-
-
-@pytest.mark.parametrize("kind", LEFT_OUT)
+@pytest.mark.parametrize("kind", DEFECTS["engines"])
 def test_a_broken_engine_costs_a_line(
     kind: str, site: Path, monkeypatch: Patch, capfd: Capture
 ) -> None:
     """The rest is listed; whoever asks for it is informed why not, with exit code 2."""
     if kind == "hangs":
         monkeypatch.setattr(entry_points, "LONGEST", 0.5)
-    text, why = LEFT_OUT[kind]
+    defect = DEFECTS["engines"][kind]
+    if "right" in defect:
+        text = changed(ENGINE, defect["right"], defect["wrong"])
+    else:
+        text = defect["text"] if "text" in defect else limited(defect["limit"])
+    why = defect["why"]
     broken(site, text)
     with seen(site):
         assert main(["list", "methods"]) == 0
@@ -263,20 +251,11 @@ def test_a_printing_run_leaves_stdout_alone(site: Path, capfd: Capture) -> None:
     assert err == ""
 
 
-BROKEN_SYSTEMS = {
-    "no system": (SYSTEM.replace("SYSTEM = System(", "SYSTEM = dict("), "dict in place of"),
-    "other name": (SYSTEM.replace('name="falling-body"', 'name="fall"'), "is called 'fall'"),
-    "default": (SYSTEM.replace('default="from-rest"', 'default="none"'), "no scene is called"),
-    "problem": (SYSTEM.replace('"drag_rate": 0.5', '"drag_rate": 0.0'), "drag_rate = 0.0: must"),
-    "observable": (SYSTEM.replace('"speed": speed}', '"rate": speed}'), "KeyError: 'speed'"),
-    "not finite": (SYSTEM.replace('"speed": speed}', '"speed": speed / 0}'), "ZeroDivisionError"),
-}
-
-
-@pytest.mark.parametrize("kind", BROKEN_SYSTEMS)
-def test_a_broken_system_costs_a_line(kind: str, site: Path, capsys: Capture) -> None:
-    text, why = BROKEN_SYSTEMS[kind]
-    text = text.replace("speed / 0}", "1 / 0 * speed}")
+@pytest.mark.parametrize("defect", DEFECTS["systems"].values(), ids=DEFECTS["systems"])
+def test_a_broken_system_costs_a_line(
+    defect: dict[str, str], site: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text, why = changed(SYSTEM, defect["right"], defect["wrong"]), defect["why"]
     broken(site, text, entry_points.SYSTEMS, "falling-body")
     with seen(site):
         assert main(["list", "systems"]) == 0
@@ -296,13 +275,13 @@ def test_a_broken_system_costs_a_line(kind: str, site: Path, capsys: Capture) ->
 
 THEORY = "from plumbob.analytic.theory import StepErrors\n"
 RAISING = "if len(times) > 101: raise RuntimeError('no root')\n        "
-DEFECTS = {  # that no look at a few moments of a scene shows
+UNSEEN = {  # that no look at a few moments of a scene shows
     "reference": ("last = self.gravity", f"{RAISING}last = self.gravity"),
     "theory": ("family=", "errors=lambda body: StepErrors(lambda *about: [].pop()),\n    family="),
 }
 
 
-@pytest.mark.parametrize("kind", DEFECTS)
+@pytest.mark.parametrize("kind", UNSEEN)
 def test_a_defect_in_an_added_system_costs_its_pieces(
     kind: str,
     site: Path,
@@ -312,11 +291,10 @@ def test_a_defect_in_an_added_system_costs_its_pieces(
 ) -> None:
     """They are named with the reason; what else was asked for has its verdict, and there is a page
     where nothing of the system could be held to its exact motion."""
-    right, wrong = DEFECTS[kind]
-    assert right in SYSTEM
+    right, wrong = UNSEEN[kind]
     points = {entry_points.SYSTEMS: {"falling-body": "theirs:SYSTEM"}}
     equation = (PACKAGES / "falling_body" / "falling_body_ode.py").read_text("utf-8")
-    text = f"{THEORY}{SYSTEM.replace(right, wrong)}"
+    text = f"{THEORY}{changed(SYSTEM, right, wrong)}"
     install(site, "their-package", points, theirs=text, falling_body_ode=equation)
     words = ["--methods", "ode/euler", "--jobs", "1", "--out", str(tmp_path / "out")]
     if kind == "theory":

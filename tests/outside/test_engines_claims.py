@@ -13,10 +13,9 @@ from plumbob.engines.study import cost
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models import entry_points
 from plumbob.tests.commands.outcomes import validated, without_pages
-from plumbob.tests.outside.installed_packages import PACKAGES, install, seen
+from plumbob.tests.outside.installed_packages import ENGINE, install, seen
 from plumbob.tests.support.fixture_types import Capture
 
-ENGINE = (PACKAGES / "tiny_engine" / "tiny_engine.py").read_text("utf-8")
 SMALL = "simple-pendulum/free-small"
 CLAIMING = """
 from dataclasses import replace

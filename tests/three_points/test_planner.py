@@ -103,17 +103,20 @@ def test_every_pose_is_reached_at_rest_within_the_limits(name: str, track: str) 
 @pytest.mark.parametrize(("name", "track"), CASES)
 def test_the_body_rests_between_manoeuvres_and_in_slow_ones(name: str, track: str) -> None:
     made = planned(name, track)
-    moving = np.array([one.kind == "wait" for one in made.manoeuvres])
-    slow = [k for k, one in enumerate(made.manoeuvres) if one.kind == "slow"]
+    kinds = np.array([one.kind for one in made.manoeuvres])
+    resting, slow = kinds != "wait", kinds == "slow"
     before = made.motion.at(np.array([one.start for one in made.manoeuvres]))
     after = made.motion.at(made.ends)
     # A start is rounded by several ulp of the duration, and the body then accelerates at some 1e3
     # rad/s^2 or m/s^2.
     still = 5e3 * np.spacing(made.duration)
-    assert np.abs(before.velocity[~moving]).max() <= still
-    assert np.abs(before.angular_velocity[~moving]).max() <= still
-    assert np.abs(after.position[slow] - before.position[slow]).max() <= still
-    assert np.abs(after.heading[slow] - before.heading[slow]).max() <= still
+    for change in (
+        before.velocity[resting],
+        before.angular_velocity[resting],
+        (after.position - before.position)[slow],
+        (after.heading - before.heading)[slow],
+    ):
+        assert np.abs(change).max() <= still
 
 
 def parts_of_curve(made: Plan, place: Array) -> tuple[Array, Array]:
