@@ -93,8 +93,10 @@ def _words(command: str, chosen: random.Random) -> list[str]:
             likely = 1.0
         if chosen.random() > likely or action.dest == "profile":
             continue
-        count = {"?": 1, "*": 2, "+": 1, None: 1}.get(action.nargs, action.nargs)
-        values = [_value(action, chosen, command) for _ in range(int(count or 0))]
+        count = action.nargs
+        if not isinstance(count, int):
+            count = 2 if count == "*" else 1
+        values = [_value(action, chosen, command) for _ in range(count)]
         words += [*(action.option_strings[-1:]), *values]
     return words
 
