@@ -7,6 +7,7 @@ import numpy as np
 
 from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
 from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
+from plumbob.engines.abilities import ContactRecord
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 from plumbob.reports.analyses.measurements import case, problem
@@ -23,8 +24,8 @@ def step_term(scene: str, step: float) -> float:
 def contact_of(scene: str, method: str, step: float) -> SoftContact:
     """The record of a method's contacts at `step` [s]."""
     chosen = find_method(method)
-    model = engine_of(chosen).contact_model
-    contact = None if model is None else model(case(scene), chosen, step)
+    record = engine_of(chosen).ability(ContactRecord)
+    contact = None if record is None else record.of(case(scene), chosen, step)
     assert isinstance(contact, SoftContact), method
     return contact
 

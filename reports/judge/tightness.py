@@ -8,7 +8,8 @@ from sys import float_info
 
 import numpy as np
 
-from plumbob.engines.study.measurement import Measurement, ObservedError, roundings
+from plumbob.analytic.left_open import roundings
+from plumbob.engines.study.measurement import Measurement, ObservedError
 from plumbob.engines.study.results import Study
 from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.tolerance import Tolerance
@@ -80,7 +81,7 @@ def slacks(study: Study, judged: Judgements) -> Iterator[Slack]:
     """Every observable that is held to a tolerance in a run that passes."""
     for c in study.convergence:
         for run, verdict in zip(c.measurements, judged[c.scene, c.method].runs, strict=True):
-            if verdict.verdict == "pass":
+            if verdict.verdict == "predicted":
                 for name, held in verdict.tolerances.items():
                     yield _slack(run, name, held)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from plumbob.engines.method import Settings, Snippet
+from plumbob.engines.abilities import Settings, Snippet
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
 
 SHOWN = (  # methods, and what for

@@ -11,12 +11,12 @@ from xml.etree import ElementTree
 import pytest
 
 from plumbob.engines import registry
-from plumbob.engines.method import Method, Simulation, Stepping, Unsupported
+from plumbob.engines.known_limits import Limits
+from plumbob.engines.method import KnownLimit, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 from plumbob.reports.cli import main
 from plumbob.reports.judge import expectations
-from plumbob.reports.judge.expectations import Expectation
 from plumbob.tests.support.fixture_types import Patch
 
 Prepare = Callable[[Case, Method, float], Simulation]
@@ -157,6 +157,11 @@ def changed_runs(
     with_prepare(monkeypatch, name, wrong)
 
 
-def declare(monkeypatch: Patch, *entries: Expectation) -> None:
-    """Put these expectations before the others."""
-    monkeypatch.setattr(expectations, "EXPECTATIONS", (*entries, *expectations.EXPECTATIONS))
+def declare(monkeypatch: Patch, *limits: KnownLimit) -> None:
+    """Put these limits before those of every engine."""
+
+    def with_these(method: str) -> Limits:
+        declared = registry.limits_of(method)
+        return replace(declared, known_limits=(*limits, *declared.known_limits))
+
+    monkeypatch.setattr(expectations, "limits_of", with_these)

@@ -181,7 +181,7 @@ def test_a_cost_that_moved_is_listed(
 def test_a_verdict_that_changes_is_listed(study: Study, compare: Compare) -> None:
     code, out = compare(changed(study, errors_times(1.5)))
     assert code == 1
-    assert "mujoco/euler: verdict pass -> fail" in out
+    assert "mujoco/euler: verdict predicted -> off-prediction" in out
     assert "mujoco/rk4+coulomb" not in out
 
 

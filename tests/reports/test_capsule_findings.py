@@ -219,15 +219,16 @@ def test_drift_of_stiction() -> None:
 
 
 def test_repeated_manoeuvres() -> None:
-    found, _ = findings_of("capsule-train", study("capsule-train/ten", 1e-3))
-    error, predicted = column(found.tables[0], "relative"), column(found.tables[0], "predicted")
-    reduced = "mujoco/euler+reduced"
-    assert error[reduced] == pytest.approx(predicted[reduced], rel=0.01)
-    assert error["mujoco/euler+coulomb"] < 1.2e-4
-    assert error["mujoco/euler"] > 0.02
     ran = study("capsule-train/ten", 1e-3)
+    found = capsule_train.numbers(ran)
+    assert found is not None
+    totals = {total.method: total for total in found.totals}
+    reduced = totals["mujoco/euler+reduced"]
+    assert reduced.error == pytest.approx(reduced.predicted, rel=0.01)
+    assert totals["mujoco/euler+coulomb"].error < 1.2e-4
+    assert totals["mujoco/euler"].error > 0.02
     costs = {(c.scene, c.method): Cost(1e3, 1e3, 1e3, 1.0, 0.0, 5) for c in ran.convergence}
-    timed, _ = findings_of("capsule-train", replace(ran, costs=costs))
+    timed = finding(capsule_train.TOTAL, replace(ran, costs=costs))
     assert {line[-1].text for line in timed.tables[0].rows} == {"320 µs"}  # 320 steps of 1 µs
     assert findings_of("capsule-train", nothing()) == []
 
@@ -297,13 +298,11 @@ def test_the_reference_refuses_what_tips() -> None:
 
 
 def test_engines_at_the_fastest_manoeuvres() -> None:
-    ran = declared(measured("capsule-train/ten", mean_speed.METHODS, 1e-3), capsule_train.requests)
-    found = mean_speed.finding(ran)
-    assert "0.054 m/s" in found.summary
-    exact, engines = found.tables
-    speeds = [float(line[2].text) for line in exact.rows]
-    assert speeds == sorted(speeds)
-    errors = column(engines, "relative error")
-    assert len(errors) == len(mean_speed.METHODS)
-    for name, error in errors.items():  # contacts that deflect, at the limit of friction
-        assert abs(error) < 2e-3, name
+    ran = declared(measured("capsule-train/ten", mean_speed.METHODS, 1e-3), mean_speed.requests)
+    found = mean_speed.numbers(ran)
+    assert found is not None
+    assert found.limit == pytest.approx(0.054, abs=5e-4)
+    assert found.checked < found.pushed < found.limit < found.most
+    assert [run.method for run in found.runs] == [*mean_speed.METHODS]
+    for run in found.runs:  # contacts that deflect, at the limit of friction
+        assert abs(run.error) < 2e-3, run.method

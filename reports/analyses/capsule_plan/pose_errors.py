@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -13,8 +14,7 @@ from plumbob.analytic.systems.planner.result import Plan
 from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.registry import scene
-from plumbob.models.tripod_capsule.plan import planned
+from plumbob.reports.analyses.capsule_plan.plans import PlanNumbers, plan_numbers, plan_of
 from plumbob.reports.analyses.measurements import case
 
 STILL = 1e-12  # [m/s] and [rad/s]: the exact motion is at rest
@@ -35,9 +35,13 @@ class PoseError:
         """Distance of C from where it is to be [m]."""
         return float(np.hypot(self.x, self.y))
 
-    def since(self, before: PoseError) -> PoseError:
-        """What has been added since `before`."""
-        return PoseError(self.x - before.x, self.y - before.y, self.heading - before.heading)
+    def since(self, before: PoseError, so_far: PoseError) -> PoseError:
+        """`so_far`, and what has been added since `before`."""
+        return PoseError(
+            so_far.x + (self.x - before.x),
+            so_far.y + (self.y - before.y),
+            so_far.heading + (self.heading - before.heading),
+        )
 
 
 PoseErrors = tuple[PoseError | None, ...]
@@ -87,27 +91,9 @@ def by_kind(plan: Plan, after: PoseErrors) -> dict[str, PoseError]:
         if now is None:
             waiting = kind
             continue
-        so_far, gained = total.get(kind, PoseError(0.0, 0.0, 0.0)), now.since(before)
-        total[kind] = PoseError(
-            so_far.x + gained.x, so_far.y + gained.y, so_far.heading + gained.heading
-        )
+        total[kind] = now.since(before, total.get(kind, PoseError(0.0, 0.0, 0.0)))
         before, waiting = now, ""
     return total
-
-
-def plan_of(name: str) -> Plan:
-    """The plan of a scene."""
-    return planned(scene(name).parameters)
-
-
-def command(name: str, method: str = "", step: str = "") -> str:
-    """What prints the plan of a scene, and with a method the errors of an engine's run of it."""
-    found = plan_of(name)
-    to = f"{found.goal.x:g} {found.goal.y:g} {found.goal.heading:.17g}"
-    legs = "" if found.legs == (1, 2) else f" --set 'legs={list(found.legs)}'"
-    arc = "" if found.arc == "shorter" else f" --arc {found.arc}"
-    run = f" --method {method} --step {step}" if method else ""
-    return f"plumbob plan --to {to} --track {found.track}{legs}{arc}{run}"
 
 
 def run_of(name: str, method: str, step: float) -> ExtraRun:
@@ -115,17 +101,50 @@ def run_of(name: str, method: str, step: float) -> ExtraRun:
     return ExtraRun(name, method, step, run_duration(plan_of(name), step))
 
 
-def errors_of(study: Study, name: str, method: str, step: float) -> PoseErrors | None:
-    """Pose errors of a scene's plan run open-loop; None where it does not reach its end."""
-    if (found := study.recording(run_of(name, method, step))) is None or len(found.times) < 2:
+@dataclass(frozen=True)
+class AtRest:
+    """The error after a manoeuvre at whose end the body is at rest."""
+
+    time: float  # [s]
+    kind: str
+    error: PoseError
+
+
+@dataclass(frozen=True)
+class OpenRun:
+    """A plan run open-loop to its end: the errors, and what each kind of manoeuvre added."""
+
+    scene: str
+    plan: PlanNumbers
+    method: str
+    after: tuple[AtRest, ...]
+    parts: Mapping[str, PoseError]
+
+    @property
+    def end(self) -> PoseError:
+        """The error at the end."""
+        return self.after[-1].error
+
+
+def open_runs(
+    study: Study, names: Iterable[str], methods: Iterable[str], step: float
+) -> tuple[OpenRun, ...]:
+    """The plans of scenes that methods ran with `step` [s], but those that do not reach an end."""
+    every = (_open_run(study, run_of(n, m, step)) for n, m in product(names, methods))
+    return tuple(run for run in every if run is not None)
+
+
+def _open_run(study: Study, request: ExtraRun) -> OpenRun | None:
+    name, plan = request.scene, plan_of(request.scene)
+    if (recorded := study.recording(request)) is None or len(recorded.times) < 2:
         return None
-    after = pose_errors(plan_of(name), case(name).reference, found)
-    return after if after[-1] is not None else None
-
-
-def errors_at_end(
-    study: Study, names: Sequence[str], methods: Sequence[str], step: float
-) -> Mapping[tuple[str, str], PoseError]:
-    """The pose's errors at the end, by scene and method, of those that reach their end."""
-    every = {(n, m): errors_of(study, n, m, step) for n in names for m in methods}
-    return {key: last for key, found in every.items() if found and (last := found[-1])}
+    errors = pose_errors(plan, case(name).reference, recorded)
+    after = [
+        AtRest(float(end), manoeuvre.kind, error)
+        for end, manoeuvre, error in zip(plan.ends, plan.manoeuvres, errors, strict=True)
+        if error is not None
+    ]
+    if errors[-1] is None:
+        return None
+    parts = by_kind(plan, errors)
+    return OpenRun(name, plan_numbers(plan), request.method, tuple(after), parts)
