@@ -17,6 +17,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 from plumbob.reports.cli import main
 from plumbob.reports.judge import expectations
+from plumbob.tests.support.fixture_types import Patch
 
 Prepare = Callable[[Case, Method, float], Simulation]
 
@@ -75,7 +76,7 @@ def validated(
     return Outcome(code, said.out, ElementTree.parse(file).getroot())
 
 
-def without_pages(monkeypatch: pytest.MonkeyPatch) -> None:
+def without_pages(monkeypatch: Patch) -> None:
     """Let studies make no runs but their own, and draw no page."""
     monkeypatch.setattr("plumbob.reports.analyses.requests", lambda plan: ())
     monkeypatch.setattr("plumbob.reports.analyses.analyses_of", lambda study, jobs, judged: ())
@@ -85,21 +86,19 @@ def without_pages(monkeypatch: pytest.MonkeyPatch) -> None:
     )
 
 
-def without_findings(monkeypatch: pytest.MonkeyPatch) -> None:
+def without_findings(monkeypatch: Patch) -> None:
     """Let pages say of each system what they say of every one, and studies make no other runs."""
     monkeypatch.setattr("plumbob.reports.analyses.section", lambda system: None)
 
 
-def with_prepare(
-    monkeypatch: pytest.MonkeyPatch, name: str, made: Callable[[Prepare], Prepare]
-) -> None:
+def with_prepare(monkeypatch: Patch, name: str, made: Callable[[Prepare], Prepare]) -> None:
     """Let the engine of this name prepare what `made` makes of its own way to."""
     engine = registry.built_in()[name]
     broken = {**registry.built_in(), name: replace(engine, prepare=made(engine.prepare))}
     monkeypatch.setattr(registry, "built_in", lambda: MappingProxyType(broken))
 
 
-def break_engine(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+def break_engine(monkeypatch: Patch, name: str) -> None:
     """Let this engine refuse every model."""
 
     def refuse(case: Case, method: Method, step: float) -> Simulation:
@@ -108,7 +107,7 @@ def break_engine(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     with_prepare(monkeypatch, name, lambda prepare: refuse)
 
 
-def misread(monkeypatch: pytest.MonkeyPatch, name: str, factors: Mapping[str, float]) -> None:
+def misread(monkeypatch: Patch, name: str, factors: Mapping[str, float]) -> None:
     """Let this engine read parameters as so many times their values."""
 
     def wrong(prepare: Prepare) -> Prepare:
@@ -145,7 +144,7 @@ class Changed:
 
 
 def changed_runs(
-    monkeypatch: pytest.MonkeyPatch, name: str, change: Callable[[Case, Trajectory], Trajectory]
+    monkeypatch: Patch, name: str, change: Callable[[Case, Trajectory], Trajectory]
 ) -> None:
     """Let this engine's runs come back as `change` makes them."""
 
@@ -158,7 +157,7 @@ def changed_runs(
     with_prepare(monkeypatch, name, wrong)
 
 
-def declare(monkeypatch: pytest.MonkeyPatch, *limits: KnownLimit) -> None:
+def declare(monkeypatch: Patch, *limits: KnownLimit) -> None:
     """Put these limits before those of every engine."""
 
     def with_these(method: str) -> Limits:

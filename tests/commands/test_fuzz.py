@@ -10,6 +10,7 @@ import os
 import random
 import signal
 import sqlite3
+import tomllib
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from functools import cache
@@ -22,111 +23,18 @@ from hypothesis import strategies as st
 
 from plumbob.engines.study import store
 from plumbob.reports.cli import COMMANDS, main, parser
+from plumbob.tests.support.fixture_types import Capture
 
 SEARCH = os.environ.get("HYPOTHESIS_PROFILE", "") == "search"
 EXAMPLES = 2500 if SEARCH else 8
 # The scene of the stored study: of the second the page shows 3 runs beside the study's, not 71.
 STORED = "simple-pendulum/free-large" if SEARCH else "linear-pendulum/overdamped"
 LONGEST = 60  # [s] for one command
-SCENES = (
-    "simple-pendulum",
-    "simple-pendulum/free-large",
-    "cone-pendulum",
-    "capsule-line",
-    "capsule-turn/0.3",
-)
-METHODS = (
-    "ode/dop853",
-    "mujoco/euler",
-    "mujoco/rk4",
-    "pymunk/default",
-    "exact/closed-form",
-    "ode/rk4",
-)
-NUMBERS = (
-    "0",
-    "1",
-    "-1",
-    "0.01",
-    "1e-3",
-    "1e300",
-    "1e-300",
-    "nan",
-    "inf",
-    "-0.0",
-    "1e999",
-    "0x10",
-    "²",
-    "1_0",
-    "٣",
-    "1e",
-    "--",
-    " 1",
-    "9" * 25,
-)
-TEXTS = (
-    "",
-    "*",
-    "ä",
-    "\ud800",
-    "a b",
-    "-",
-    "--json",
-    "=",
-    "#",
-    "'",
-    "%s",
-    "x" * 3000,
-    "\n",
-    "../..",
-    "nothing",
-)
-CHANGES = (
-    "gravity=9.8",
-    "theta=2.9",
-    "heading=1",
-    "friction=0.35",
-    "gravity=nan",
-    "gravity=1e308",
-    "theta=-1e-308",
-    "mass=[1,2]",
-    "gravity",
-    "=1",
-    "gravity={}",
-    'gravity="1"',
-    "supports=[[0,0],[1,1],[2,2]]",
-    "colour=1",
-    "theta=1e17",
-    "length=1e-200",
-    "gravity=[[[[",
-    "gravity=true",
-    "gravity=null",
-    "support=2",
-    "start=[1]",
-)
-BOXES = (
-    "theta=0.1:0.2:2",
-    "heading=0:1:2",
-    "theta=0:1",
-    "theta=1:0:3",
-    "theta=0:nan:2",
-    "=::",
-    "theta=0:1:2:log",
-    ":",
-)
-FILES = (
-    "there.xml",
-    "bad.xml",
-    "empty.xml",
-    "bytes.xml",
-    "folder",
-    "fifo",
-    "missing/file",
-    "/dev/null",
-    "dangling",
-    "store.sqlite3",
-)
-SLOW = ("validate", "audit", "recommend", "worst", "sweep")  # kept to one small scene and method
+WORDS = tomllib.loads(Path(__file__).with_name("fuzz.toml").read_text("utf-8"))
+ODD = {"BYTE": "\ud800", "LONG": "x" * 3000}  # what stands for them in that file
+VALUES = {name: values for names, values in WORDS["values"].items() for name in names.split()}
+ANY = [*WORDS["texts"], *WORDS["numbers"], *VALUES["changes"], *VALUES["file"]]
+SLOW = ["validate", "audit", "recommend", "worst", "sweep"]  # kept to one small scene and method
 
 
 @pytest.fixture(scope="module")
@@ -165,25 +73,15 @@ def _value(action: argparse.Action, chosen: random.Random, command: str) -> str:
     if action.choices and chosen.random() < 0.8:
         return str(chosen.choice(list(action.choices)))
     name = action.dest
+    values: list[str] = VALUES.get(name, WORDS["numbers"])
     if chosen.random() < 0.08:
-        return chosen.choice((*TEXTS, *NUMBERS, *CHANGES, *FILES))
-    if name in ("scene", "scenes"):
-        return chosen.choice(SCENES[:2] if command in SLOW else SCENES)
-    if name in ("method", "methods"):
-        return chosen.choice(METHODS[:3] if command in SLOW else METHODS)
-    if name == "changes":
-        return chosen.choice(CHANGES)
-    if name in ("vary", "within") and command in ("sweep", "worst"):
-        return chosen.choice(BOXES)
-    if name in ("budget", "duration"):
-        return chosen.choice(("3", "1", "0.1", "0", "x"))
-    if name in ("out", "folders", "a", "b", "old", "new", "first", "second"):
-        return chosen.choice(
-            ("out", "folder", "made", "fifo", "there.xml", "out#1", "out#²", "out#9")
-        )
-    if name in ("like", "file", "model", "junitxml", "check", "single", "csv", "ctrl"):
-        return chosen.choice(FILES)
-    return chosen.choice(NUMBERS)
+        values = ANY
+    elif name == "within" and command != "worst":
+        values = WORDS["numbers"]
+    elif name in ("scene", "scenes", "method", "methods") and command in SLOW:
+        values = values[:2]
+    value = chosen.choice(values)
+    return ODD.get(value, value)
 
 
 def _words(command: str, chosen: random.Random) -> list[str]:
@@ -195,11 +93,10 @@ def _words(command: str, chosen: random.Random) -> list[str]:
             likely = 1.0
         if chosen.random() > likely or action.dest == "profile":
             continue
-        counts = {None: 1, 0: 0, "?": 1, "*": 2, "+": 1}
-        count = action.nargs if isinstance(action.nargs, int) else counts.get(action.nargs, 1)
-        if isinstance(action, argparse._StoreTrueAction):
-            count = 0
-        values = [_value(action, chosen, command) for _ in range(int(count))]
+        count = action.nargs
+        if not isinstance(count, int):
+            count = 2 if count == "*" else 1
+        values = [_value(action, chosen, command) for _ in range(count)]
         words += [*(action.option_strings[-1:]), *values]
     return words
 
@@ -236,7 +133,7 @@ def test_no_command_line_is_a_defect(
     seed: int,
     folder: Path,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capture,
 ) -> None:
     monkeypatch.chdir(folder)
     words = _words(command, random.Random(seed))
@@ -256,31 +153,16 @@ def _damage(file: Path, chosen: random.Random) -> None:
         file.write_bytes(data[: chosen.choice((None, None, chosen.randrange(len(data))))])
         return
     with closing(sqlite3.connect(file)) as opened, opened:
-        tables = [
-            n for (n,) in opened.execute("select name from sqlite_master where type = 'table'")
-        ]
-        table = chosen.choice(sorted(tables))
-        columns = [row[1] for row in opened.execute(f"pragma table_info({table})")]
-        column = chosen.choice(columns)
+        tables = opened.execute("select name from sqlite_master where type = 'table'").fetchall()
+        table = chosen.choice(sorted(name for (name,) in tables))
+        columns = opened.execute(f"pragma table_info({table})").fetchall()
+        column = chosen.choice([row[1] for row in columns])
         (before,) = opened.execute(f"select {column} from {table}").fetchone() or ("",)
         text = str(before)
         at = chosen.randrange(len(text) + 1)
-        after = chosen.choice(
-            (
-                None,
-                0,
-                "",
-                "{}",
-                "[]",
-                "null",
-                b"\xff\xfe",
-                text[:at],
-                text[:at] + "9" + text[at:],
-                text.replace("0", "NaN", 1),
-                text.replace(":", ":-", 1),
-                text.replace('"', "", 1),
-            )
-        )
+        changed = (text[:at], text[:at] + "9" + text[at:])
+        swapped = (text.replace(*pair, 1) for pair in (("0", "NaN"), (":", ":-"), ('"', "")))
+        after = chosen.choice([None, 0, "", "{}", "[]", "null", b"\xff\xfe", *changed, *swapped])
         try:
             opened.execute(f"update {table} set {column} = ?", (after,))
         except sqlite3.IntegrityError:
@@ -303,7 +185,7 @@ def test_no_damaged_study_is_a_defect(
     folder: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capture,
 ) -> None:
     file = tmp_path / store.FILE
     file.write_bytes((folder / "out" / store.FILE).read_bytes())

@@ -16,6 +16,7 @@ from plumbob.reports.cli import main
 from plumbob.reports.commands.arguments.like import SCENES, beside, own_method
 from plumbob.reports.view import notation
 from plumbob.tests.commands.outcomes import without_findings, without_pages
+from plumbob.tests.support.fixture_types import Capture
 
 PENDULUM, LINE = "cone-pendulum/rotating-base", "capsule-line/heading-030"
 METHODS = "mujoco/euler+coulomb,ode/rk4"
@@ -33,7 +34,7 @@ def written(folder: Path, integrator: str) -> str:
 
 
 def test_validate_reports_the_error_and_better_methods(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     without_findings(monkeypatch)
     like, out = written(tmp_path, "Euler"), str(tmp_path / "out")
@@ -54,7 +55,7 @@ def test_validate_reports_the_error_and_better_methods(
 
 @pytest.mark.long
 def test_the_same_of_a_file_with_rk4(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     without_pages(monkeypatch)
     like, out = written(tmp_path, "RK4"), str(tmp_path / "out")
@@ -93,7 +94,7 @@ def test_others_are_measured_at_the_users_step(tmp_path: Path) -> None:
     assert beside(scene, far) == scene
 
 
-def test_run_takes_the_files_step(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_run_takes_the_files_step(tmp_path: Path, capsys: Capture) -> None:
     like = written(tmp_path, "RK4")
     assert main(["run", LINE, "--like", like, "--json"]) == 0
     (one,) = [json.loads(capsys.readouterr().out)]
@@ -109,36 +110,3 @@ def test_without_scenes_the_line_is_run_at_four_headings() -> None:
     headings = {name for name in chosen if name.startswith("capsule-line/heading-")}
     assert headings == {f"capsule-line/heading-{angle:03d}" for angle in (0, 30, 45, 90)}
     assert {scene.name for scene in scenes("*", "quick")} <= chosen
-
-
-@pytest.mark.parametrize("words", [["validate"], ["run", PENDULUM], ["recommend", PENDULUM]])
-@pytest.mark.parametrize("text", [None, "notes", '<robot name="a"><link name="b"/></robot>'])
-def test_a_file_that_is_no_mjcf_gives_a_one_line_error(
-    words: list[str],
-    text: str | None,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    if text is not None:
-        Path("my.xml").write_text(text, "utf-8")
-    if words[0] == "recommend":
-        words = [*words, "--error", "1e-3"]
-    before = sorted(tmp_path.iterdir())
-    assert main([*words, "--like", "my.xml"]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.startswith("plumbob: like = 'my.xml': must be a MuJoCo model file")
-    assert captured.err.count("\n") == 1
-    assert sorted(tmp_path.iterdir()) == before
-
-
-@pytest.mark.parametrize(
-    "words", [["run", PENDULUM, "--step", "1e-3"], ["run", PENDULUM, "ode/rk4"]]
-)
-def test_run_wants_a_method_and_a_step(
-    words: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(words) == 2
-    assert "must be given" in capsys.readouterr().err

@@ -10,6 +10,7 @@ import pytest
 
 from plumbob.engines.study import store
 from plumbob.reports.cli import main
+from plumbob.tests.support.fixture_types import Capture
 
 # Two systems with recordings of each engine, whose findings need few runs of their own.
 SCENES = "linear-pendulum/overdamped,capsule-coast/translation"
@@ -46,9 +47,7 @@ def test_the_page_is_the_same_to_the_byte_without_engines(out: Path) -> None:
 
 
 @pytest.mark.long
-def test_any_study_by_its_number(
-    out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_any_study_by_its_number(out: Path, tmp_path: Path, capsys: Capture) -> None:
     study = store.load(out / store.FILE, 1)
     assert study is not None
     assert [store.save(study, tmp_path / store.FILE) for _ in range(2)] == [1, 2]
@@ -60,17 +59,7 @@ def test_any_study_by_its_number(
         assert capsys.readouterr().err.startswith("plumbob: study = ")
 
 
-def test_without_a_store_nothing_is_written(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["report", str(tmp_path)]) == 2
-    assert "must be where `plumbob validate` has stored a study" in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_single_file_has_what_the_site_has(
-    out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_single_file_has_what_the_site_has(out: Path, tmp_path: Path, capsys: Capture) -> None:
     before = {path.name for path in out.iterdir()}
     file = tmp_path / "study.html"
     assert main(["report", str(out), "--single", str(file)]) == 0
@@ -80,15 +69,3 @@ def test_a_single_file_has_what_the_site_has(
     for scene in SCENES.split(","):
         assert f'<template data-page="{scene.replace("/", "-")}">' in text
     assert {path.name for path in out.iterdir()} == before
-
-
-@pytest.mark.parametrize("name", ["study.txt", "no-such-folder/study.html", "folder.html"])
-def test_a_single_file_that_cannot_be_written_is_bad_input(
-    name: str, out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "folder.html").mkdir()
-    assert main(["report", str(out), "--single", str(tmp_path / name)]) == 2
-    err = capsys.readouterr().err
-    assert err.startswith("plumbob: single = ")
-    assert err.count("\n") == 1
-    assert [path.name for path in tmp_path.iterdir()] == ["folder.html"]

@@ -11,26 +11,18 @@ import pytest
 
 from plumbob.models.registry import case_of, scene, scenes, systems
 from plumbob.reports.cli import main
+from plumbob.tests.support.fixture_types import Capture
 
 
-def _row(capsys: pytest.CaptureFixture[str], *words: str) -> list[str]:
+def _row(capsys: Capture, *words: str) -> list[str]:
     assert main(["solve", *words]) == 0
     return capsys.readouterr().out.splitlines()[-1].replace(" ± ", "±").split()
 
 
-def test_a_time_that_leaves_no_digit(capsys: pytest.CaptureFixture[str]) -> None:
-    time, *values = _row(capsys, "cone-pendulum", "--times", "0.5,1e15")
-    assert float(time) == 1e15
-    assert len(values) == 2
-    for text in values:
-        value, _, uncertainty = text.partition("±")
-        assert float(uncertainty) > 0.1 * abs(float(value))
-
-
-@pytest.mark.parametrize("time", ["0.5", "20", "1e3", "1e6"])
+@pytest.mark.parametrize("time", ["0.5", "20", "1e3", "1e6", "1e15"])
 @pytest.mark.parametrize("name", ["cone-pendulum", "simple-pendulum", "capsule-line"])
 def test_a_digit_is_printed_where_the_uncertainty_leaves_it(
-    name: str, time: str, capsys: pytest.CaptureFixture[str]
+    name: str, time: str, capsys: Capture
 ) -> None:
     reference = case_of(scene(name)).reference
     at = np.array([float(time)])
@@ -46,7 +38,7 @@ def test_a_digit_is_printed_where_the_uncertainty_leaves_it(
         assert 0.999 * uncertainty <= last  # trailing zeros are left out
 
 
-def test_json_has_every_digit_and_the_uncertainty(capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_has_every_digit_and_the_uncertainty(capsys: Capture) -> None:
     assert main(["solve", "cone-pendulum", "--times", "0.5,1e15", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     reference = case_of(scene("cone-pendulum")).reference
@@ -54,12 +46,6 @@ def test_json_has_every_digit_and_the_uncertainty(capsys: pytest.CaptureFixture[
     for name, values in answer["uncertainty"].items():
         assert values[0] == float(alone[name][0])  # whatever the later time is
         assert answer["observables"][name][0] == float(reference.observe(np.array([0.5]))[name][0])
-
-
-@pytest.mark.parametrize("name", list(systems()))
-def test_every_system_is_printed(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    names = case_of(scene(name)).reference.observe(np.zeros(1))
-    assert len(_row(capsys, name, "--times", "0.1")) == 1 + len(names)
 
 
 # Others of capsule-plan take up to ten seconds each to plan: with --profile full.
@@ -71,9 +57,7 @@ ALL = [one.name for one in scenes("*")]
 
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("system", list(systems()))
-def test_every_scene_is_printed(
-    system: str, capsys: pytest.CaptureFixture[str], pytestconfig: pytest.Config
-) -> None:
+def test_every_scene_is_printed(system: str, capsys: Capture, pytestconfig: pytest.Config) -> None:
     own = [name for name in ALL if name.startswith(f"{system}/")]
     if system == "capsule-plan" and pytestconfig.getoption("profile") != "full":
         own = [name for name in own if name in QUICK_PLANS]
@@ -83,18 +67,23 @@ def test_every_scene_is_printed(
         lines = _printed(capsys, name)
         assert lines[0].startswith(f"{name}: {case.scene.summary}")
         facts = [line.strip().partition(":")[0] for line in lines]
-        for key, value in case.system.facts(case.problem).items():
+        seen = case.reference.observe(np.array([0.0, case.scene.duration]))
+        assert {observable.name for observable in case.system.observables} <= set(seen)
+        assert all(np.isfinite(values).all() for values in seen.values())
+        printed = case.system.facts(case.problem)
+        assert printed.get("t_rest", 0.0) <= case.scene.duration * (1 + 1e-12)
+        for key, value in printed.items():
             assert key in facts or value in (None, "", [], {}), (name, key)
 
 
-def _printed(capsys: pytest.CaptureFixture[str], name: str) -> list[str]:
+def _printed(capsys: Capture, name: str) -> list[str]:
     assert main(["solve", name, "--times", "0.05"]) == 0
     out, err = capsys.readouterr()
     assert err == ""
     return out.splitlines()
 
 
-def test_angles_are_the_parameter(capsys: pytest.CaptureFixture[str]) -> None:
+def test_angles_are_the_parameter(capsys: Capture) -> None:
     """The source's own form: t(theta), p(theta), theta_dot and phase."""
     answer = ["solve", "cone-pendulum", "--angles", "0,3.1,-1"]
     assert main(answer) == 0
@@ -124,35 +113,8 @@ def test_figures_for_parameters_of_one_s_own(tmp_path: Path) -> None:
         assert title in page
 
 
-@pytest.mark.parametrize(
-    ("words", "name"),
-    [
-        (["cone-pendulum", "--angles", "0,x"], "angles"),
-        (["cone-pendulum", "--angles", "nan"], "angles"),
-        (["capsule-line", "--angles", "0"], "angles"),
-        (["capsule-line", "--figures", "out.html"], "figures"),
-        (["cone-pendulum", "--figures", "out.png"], "figures"),
-        (["cone-pendulum", "--figures", "no/such/folder/out.html"], "figures"),
-    ],
-)
-def test_what_cannot_be_shown_is_named(
-    words: list[str],
-    name: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert main(["solve", *words]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.count("\n") == 1
-    assert name in captured.err
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.parametrize("command", ["solve", "run", "recommend"])
-def test_help_names_every_parameter(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_help_names_every_parameter(command: str, capsys: Capture) -> None:
     with pytest.raises(SystemExit):
         main([command, "--help"])
     _, _, end = capsys.readouterr().out.partition("parameters that --set takes:")

@@ -28,11 +28,18 @@ from plumbob.reports.judge.expectations import (
 )
 from plumbob.reports.judge.verdict import NO_STEP_FITS, Judgement, Verdict
 from plumbob.reports.view import notation
-from plumbob.tests.commands.outcomes import Outcome, break_engine, declare, validated, without_pages
+from plumbob.tests.commands.outcomes import (
+    Outcome,
+    break_engine,
+    declare,
+    validated,
+    without_findings,
+    without_pages,
+)
+from plumbob.tests.support.fixture_types import Patch
 
 CONE, LINE, TURN = "cone-pendulum/deep-well", "capsule-line/ca1", "capsule-turn/0.3"
 QUICK = "cone-pendulum/rotating-base"
-SMALL = "linear-pendulum/overdamped"  # of which the page shows few runs
 METHODS = "mujoco/euler,ode/rk4,exact/closed-form"
 
 
@@ -46,7 +53,7 @@ def whole(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Validate:
 
 
 @pytest.fixture
-def validate(whole: Validate, monkeypatch: pytest.MonkeyPatch) -> Validate:
+def validate(whole: Validate, monkeypatch: Patch) -> Validate:
     """The same without the page, and without the runs that only the page shows."""
     without_pages(monkeypatch)
     return whole
@@ -74,12 +81,6 @@ def test_all_as_expected(validate: Validate) -> None:
     assert "UNEXPECTED" not in found.out
 
 
-def test_a_study_as_expected_has_its_page(whole: Validate) -> None:
-    found = whole(SMALL, METHODS)
-    assert found.code == 0
-    assert Path(found.out.splitlines()[-1].removeprefix("page: ")).is_file()
-
-
 def test_each_case_has_its_time_its_errors_and_its_order(validate: Validate) -> None:
     found = validate(f"{CONE},{LINE}", "mujoco/euler,ode/rk4")
     assert all(float(case.attrib["time"]) > 0.0 for case in found.junit.findall("testcase"))
@@ -94,9 +95,10 @@ def test_each_case_has_its_time_its_errors_and_its_order(validate: Validate) -> 
 
 @pytest.mark.long
 def test_an_engine_that_refuses_every_model_is_unexpected(
-    whole: Validate, monkeypatch: pytest.MonkeyPatch
+    whole: Validate, monkeypatch: Patch
 ) -> None:
     break_engine(monkeypatch, "mujoco")
+    without_findings(monkeypatch)
     found = whole(f"{CONE},{LINE}", "mujoco/euler,mujoco/euler+coulomb,ode/rk4")
     assert found.code == 1
     for scene, method in ((CONE, "mujoco/euler"), (LINE, "mujoco/euler+coulomb")):
@@ -131,7 +133,7 @@ def test_a_closed_form_that_appears_is_reported(scene: str) -> None:
 
 
 def test_a_limit_that_disappears_is_first_on_the_terminal(
-    validate: Validate, monkeypatch: pytest.MonkeyPatch
+    validate: Validate, monkeypatch: Patch
 ) -> None:
     declare(monkeypatch, KnownLimit("cone-*", "ode/rk4", "off-prediction", "a limit of old"))
     found = validate(CONE, "mujoco/euler,ode/rk4")
@@ -147,7 +149,7 @@ def test_a_limit_that_disappears_is_first_on_the_terminal(
 
 
 def test_an_engine_that_is_missing_leaves_the_study_incomplete(
-    validate: Validate, monkeypatch: pytest.MonkeyPatch
+    validate: Validate, monkeypatch: Patch
 ) -> None:
     monkeypatch.setattr(
         "plumbob.engines.study.measurement.installed", lambda engine: engine.name != "mujoco"
@@ -199,7 +201,7 @@ def test_verbose_adds_reasons_intervals_and_costs(validate: Validate) -> None:
 RUN = ("run", CONE, "ode/rk4", "--step", "1e-3")
 
 
-def test_run_of_an_unexpected_verdict_is_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_run_of_an_unexpected_verdict_is_exit_code_1(monkeypatch: Patch) -> None:
     assert main(RUN) == 0
     declare(monkeypatch, KnownLimit("cone-*", "ode/rk4", "off-prediction", "a limit of old"))
     assert main(RUN) == 1
@@ -209,7 +211,7 @@ def test_run_of_what_is_declared_unsupported_is_as_expected() -> None:
     assert main(("run", TURN, "exact/closed-form", "--step", "1e-10")) == 0
 
 
-def test_run_of_a_missing_engine_is_exit_code_3(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_run_of_a_missing_engine_is_exit_code_3(monkeypatch: Patch) -> None:
     monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
     assert main(RUN) == 3
 
@@ -283,7 +285,7 @@ def test_a_known_limit_has_a_size(factor: float) -> None:
     assert as_expected(changed, how, study)  # no size is known of it
 
 
-def test_a_known_limit_without_a_size_is_unexpected(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_known_limit_without_a_size_is_unexpected(monkeypatch: Patch) -> None:
     monkeypatch.setattr(
         expectations, "limits_of", lambda name: replace(registry.limits_of(name), sizes={})
     )
@@ -315,7 +317,7 @@ def test_every_solver_of_the_quick_profile_has_the_sizes_of_its_errors() -> None
         assert {1e-3, 1e-4, 1e-5, 1e-6} <= held[pair].keys()
 
 
-def test_a_second_verdict_that_is_expected_has_a_size_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_second_verdict_that_is_expected_has_a_size_too(monkeypatch: Patch) -> None:
     how = registry.method("mujoco/rk4")
     declare(
         monkeypatch, KnownLimit(QUICK, how.name, "predicted", "at times", other="off-prediction")
@@ -335,8 +337,3 @@ def test_an_accuracy_of_ones_own(validate: Validate, within: str, code: int) -> 
     assert failure.startswith("inaccurate, off the accuracy asked for: the relative error") == bool(
         code
     )
-
-
-def test_an_accuracy_that_is_no_number(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(("validate", "--scenes", CONE, "--methods", "ode/rk4", "--within", "-1")) == 2
-    assert "within" in capsys.readouterr().err

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
@@ -97,18 +96,3 @@ def test_engines_with_another_mass(method: str) -> None:
         assert verdict_of(run_of(how, forced(MASS), STEP, wrong)[0], how) == "off-prediction"
     weak = forced(MASS, 0.999)
     assert verdict_of(run_of(how, forced(MASS), STEP, weak)[0], how) == "off-prediction"
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"mass": 0.0}, "mass = 0.0"),
-        ({"mass": -1.0, "damping": 1.0}, "mass = -1.0"),
-        ({"damping": 0.1, "damping_rate": 0.1}, "damping = 0.1: .*left out where damping_rate"),
-        ({"force": 0.1, "forcing_amplitude": 1.0}, "force = 0.1: .*forcing_amplitude is given"),
-        ({"damping": -0.1}, "damping"),
-    ],
-)
-def test_bad_input_is_named(changes: dict[str, float], message: str) -> None:
-    with pytest.raises(ParameterError, match=message):
-        case_of(find_scene(FORCED, changes))

@@ -12,8 +12,6 @@ from plumbob.engines.study.measurement import measure, relative_error, worst
 from plumbob.models.registry import case_of, scene, scenes, systems
 from plumbob.models.scene import Quantity, Scene
 
-EVERY = scenes()
-
 
 def about(chosen: Scene) -> dict[str, Quantity]:
     case = case_of(chosen)

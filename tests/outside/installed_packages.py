@@ -16,6 +16,7 @@ from plumbob.models import entry_points
 from plumbob.models import registry as models
 
 PACKAGES = Path(__file__).parent / "packages"
+DEFECTS = tomllib.loads((Path(__file__).parent / "defects.toml").read_text("utf-8"))
 ENGINE = (PACKAGES / "tiny_engine" / "tiny_engine.py").read_text("utf-8")
 
 
@@ -47,6 +48,12 @@ def broken(site: Path, text: str, group: str = entry_points.ENGINES, name: str =
     """Install a package that adds `name` with a module of this text."""
     what = "ENGINE" if group == entry_points.ENGINES else "SYSTEM"
     install(site, "their-package", {group: {name: f"theirs:{what}"}}, theirs=text)
+
+
+def changed(text: str, right: str, wrong: str) -> str:
+    """The text of a module with one piece of it replaced."""
+    assert right in text
+    return text.replace(right, wrong)
 
 
 @contextmanager

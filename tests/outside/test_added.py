@@ -23,13 +23,16 @@ from plumbob.reports.judge.expectations import expected, surprise
 from plumbob.reports.judge.verdict import judge_convergence
 from plumbob.tests.commands.outcomes import validated, without_pages
 from plumbob.tests.outside.installed_packages import (
+    DEFECTS,
     ENGINE,
     PACKAGES,
     broken,
+    changed,
     install,
     install_folder,
     seen,
 )
+from plumbob.tests.support.fixture_types import Capture, Patch
 
 ROOT = Path(__file__).parents[2]
 SYSTEM = (PACKAGES / "falling_body" / "falling_body.py").read_text("utf-8")
@@ -61,7 +64,7 @@ def test_the_readme_shows_the_package_of_the_tests() -> None:
     assert len(ENGINE.splitlines()) <= 40
 
 
-def test_both_are_listed(both: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_both_are_listed(both: Path, capsys: Capture) -> None:
     assert main(["list"]) == 0
     out, err = capsys.readouterr()
     assert re.search(r"^  tiny/euler +semi-implicit-euler, order 1$", out, re.MULTILINE)
@@ -71,7 +74,7 @@ def test_both_are_listed(both: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 @pytest.mark.long
 def test_both_are_measured_judged_and_recommended(
-    both: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    both: Path, tmp_path: Path, monkeypatch: Patch, capsys: Capture
 ) -> None:
     """With worker processes, which find the packages by themselves, and a page."""
     monkeypatch.setenv("PYTHONPATH", str(both), prepend=":")
@@ -219,36 +222,19 @@ def test_limits_of_our_engines_are_held_to_the_same_rules(name: str) -> None:
     assert wrong_limits(built_in()[name]) == ""
 
 
-LEFT_OUT = {
-    "limit's size": (limited(LIMIT.format(size=0.0)), "the size of a known limit is 0.0"),
-    "limit's method": (limited(LIMIT.format(size=1.0).replace("/euler", "/rk4")), "'tiny/rk4'"),
-    "limit's verdict": (
-        limited(LIMIT.format(size=1.0).replace('"off-prediction"', '"predicted"')),
-        "is 'predicted'",
-    ),
-    "limit": (limited("3"), "int in place of a plumbob KnownLimit"),
-    "raises": ("import plumbob_has_no_such_module\n", "ModuleNotFoundError on import: No module"),
-    "exits": ("raise SystemExit(3)\n", "SystemExit on import: 3"),
-    "hangs": ("while True:\n    pass\n", "its import takes more than 0.5 s"),
-    "no engine": ("ENGINE = 'tiny'\n", "str in place of a plumbob Engine"),
-    "no attribute": ("", "AttributeError on import"),
-    "other name": (ENGINE.replace('"tiny"', '"huge"'), "the engine is called 'huge'"),
-    "method": (ENGINE.replace('"tiny/euler"', '"huge/euler"'), "is not called tiny/..."),
-    "order": (ENGINE.replace("Scheme(EULER), 1,", "Scheme(EULER), None,"), "its order is None"),
-    "scheme": (ENGINE.replace("Scheme(EULER)", "'euler'"), "its scheme is str, not a Scheme"),
-    "systems": (ENGINE.replace('-*",)', '-*")'), "systems is str, not a tuple of patterns"),
-    "prepare": (ENGINE.replace("prepare=prepare", "prepare=3"), "its prepare is no function"),
-}
-
-
-@pytest.mark.parametrize("kind", LEFT_OUT)
+@pytest.mark.parametrize("kind", DEFECTS["engines"])
 def test_a_broken_engine_costs_a_line(
-    kind: str, site: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    kind: str, site: Path, monkeypatch: Patch, capfd: Capture
 ) -> None:
     """The rest is listed; whoever asks for it is informed why not, with exit code 2."""
     if kind == "hangs":
         monkeypatch.setattr(entry_points, "LONGEST", 0.5)
-    text, why = LEFT_OUT[kind]
+    defect = DEFECTS["engines"][kind]
+    if "right" in defect:
+        text = changed(ENGINE, defect["right"], defect["wrong"])
+    else:
+        text = defect["text"] if "text" in defect else limited(defect["limit"])
+    why = defect["why"]
     broken(site, text)
     with seen(site):
         assert main(["list", "methods"]) == 0
@@ -272,7 +258,7 @@ def test_a_broken_engine_costs_a_line(
 
 @pytest.mark.parametrize("printing", ["print('hello')", "import os; os.write(1, b'hello')"])
 def test_what_an_import_prints_is_a_line_on_stderr(
-    printing: str, site: Path, capfd: pytest.CaptureFixture[str]
+    printing: str, site: Path, capfd: Capture
 ) -> None:
     broken(site, f"{printing}\n{ENGINE}")
     with seen(site):
@@ -283,18 +269,14 @@ def test_what_an_import_prints_is_a_line_on_stderr(
     assert err == "plumbob: their-package 1.0 prints when it is imported: hello\n"
 
 
-def test_two_packages_with_one_name_are_left_out(
-    both: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_two_packages_with_one_name_are_left_out(both: Path, capsys: Capture) -> None:
     broken(both, ENGINE)
     with seen(both):
         assert main(["run", SWING, "tiny/euler", "--step", "1e-3"]) == 2
     assert "more than one package adds 'tiny'" in capsys.readouterr().err
 
 
-def test_the_name_of_an_engine_of_ours_is_taken(
-    site: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_name_of_an_engine_of_ours_is_taken(site: Path, capsys: Capture) -> None:
     broken(site, ENGINE.replace("tiny", "ode"), name="ode")
     with seen(site):
         assert main(["list", "methods"]) == 0
@@ -317,8 +299,8 @@ def test_an_engine_that_raises_is_a_verdict(
     why: str,
     site: Path,
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    monkeypatch: Patch,
+    capsys: Capture,
 ) -> None:
     """The study goes on: its other methods have their verdicts, and the exit code is 1."""
     broken(site, ENGINE.replace("return stepped(case, step, build)", WRONG_RUNS[why]))
@@ -330,7 +312,7 @@ def test_an_engine_that_raises_is_a_verdict(
     assert found.failure(SWING, "ode/euler") == ""
 
 
-def test_a_printing_run_leaves_stdout_alone(site: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_printing_run_leaves_stdout_alone(site: Path, capfd: Capture) -> None:
     broken(site, ENGINE.replace("        state = [", "        print('hello')\n        state = ["))
     with seen(site):
         assert main(["run", SWING, "tiny/euler", "--step", "1e-2", "--json"]) == 0
@@ -340,22 +322,11 @@ def test_a_printing_run_leaves_stdout_alone(site: Path, capfd: pytest.CaptureFix
     assert err == ""
 
 
-BROKEN_SYSTEMS = {
-    "no system": (SYSTEM.replace("SYSTEM = System(", "SYSTEM = dict("), "dict in place of"),
-    "other name": (SYSTEM.replace('name="falling-body"', 'name="fall"'), "is called 'fall'"),
-    "default": (SYSTEM.replace('default="from-rest"', 'default="none"'), "no scene is called"),
-    "problem": (SYSTEM.replace('"drag_rate": 0.5', '"drag_rate": 0.0'), "drag_rate = 0.0: must"),
-    "observable": (SYSTEM.replace('"speed": speed}', '"rate": speed}'), "KeyError: 'speed'"),
-    "not finite": (SYSTEM.replace('"speed": speed}', '"speed": speed / 0}'), "ZeroDivisionError"),
-}
-
-
-@pytest.mark.parametrize("kind", BROKEN_SYSTEMS)
+@pytest.mark.parametrize("defect", DEFECTS["systems"].values(), ids=DEFECTS["systems"])
 def test_a_broken_system_costs_a_line(
-    kind: str, site: Path, capsys: pytest.CaptureFixture[str]
+    defect: dict[str, str], site: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    text, why = BROKEN_SYSTEMS[kind]
-    text = text.replace("speed / 0}", "1 / 0 * speed}")
+    text, why = changed(SYSTEM, defect["right"], defect["wrong"]), defect["why"]
     broken(site, text, entry_points.SYSTEMS, "falling-body")
     with seen(site):
         assert main(["list", "systems"]) == 0
@@ -375,27 +346,26 @@ def test_a_broken_system_costs_a_line(
 
 THEORY = "from plumbob.analytic.theory import StepErrors\n"
 RAISING = "if len(times) > 101: raise RuntimeError('no root')\n        "
-DEFECTS = {  # that no look at a few moments of a scene shows
+UNSEEN = {  # that no look at a few moments of a scene shows
     "reference": ("last = self.gravity", f"{RAISING}last = self.gravity"),
     "theory": ("family=", "errors=lambda body: StepErrors(lambda *about: [].pop()),\n    family="),
 }
 
 
-@pytest.mark.parametrize("kind", DEFECTS)
+@pytest.mark.parametrize("kind", UNSEEN)
 def test_a_defect_in_an_added_system_costs_its_pieces(
     kind: str,
     site: Path,
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    monkeypatch: Patch,
+    capsys: Capture,
 ) -> None:
     """They are named with the reason; what else was asked for has its verdict, and there is a page
     where nothing of the system could be held to its exact motion."""
-    right, wrong = DEFECTS[kind]
-    assert right in SYSTEM
+    right, wrong = UNSEEN[kind]
     points = {entry_points.SYSTEMS: {"falling-body": "theirs:SYSTEM"}}
     equation = (PACKAGES / "falling_body" / "falling_body_ode.py").read_text("utf-8")
-    text = f"{THEORY}{SYSTEM.replace(right, wrong)}"
+    text = f"{THEORY}{changed(SYSTEM, right, wrong)}"
     install(site, "their-package", points, theirs=text, falling_body_ode=equation)
     words = ["--methods", "ode/euler", "--jobs", "1", "--out", str(tmp_path / "out")]
     if kind == "theory":
@@ -422,9 +392,7 @@ sys.exit(code)
 
 
 @pytest.mark.long
-def test_no_package_is_loaded_whose_methods_are_not_chosen(
-    site: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_package_is_loaded_whose_methods_are_not_chosen(site: Path, monkeypatch: Patch) -> None:
     broken(site, "raise RuntimeError\n")
     monkeypatch.setenv("PYTHONPATH", str(site), prepend=":")
     done = subprocess.run([sys.executable, "-c", LAZY], check=True, capture_output=True, text=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from plumbob.models import entry_points
 from plumbob.reports.cli import main
 from plumbob.tests.commands.outcomes import validated, without_pages
 from plumbob.tests.outside.installed_packages import ENGINE, broken, install, seen
+from plumbob.tests.support.fixture_types import Patch
 
 SWING = "simple-pendulum/free-large"
 
@@ -34,10 +36,12 @@ ENDS = {
 
 
 @pytest.mark.long(keep=1)
-@pytest.mark.parametrize("group", [entry_points.ENGINES, entry_points.SYSTEMS])
-@pytest.mark.parametrize("kind", ENDS)
+@pytest.mark.parametrize(
+    ("kind", "group"),
+    [*((kind, entry_points.ENGINES) for kind in ENDS), ("crash", entry_points.SYSTEMS)],
+)
 def test_an_import_that_ends_the_process_costs_a_line(
-    kind: str, group: str, site: Path, monkeypatch: pytest.MonkeyPatch
+    kind: str, group: str, site: Path, monkeypatch: Patch
 ) -> None:
     """Beside another that is broken, too: what was asked for is answered, or its lack is."""
     text, why = ENDS[kind]
@@ -63,29 +67,42 @@ def test_an_import_that_ends_the_process_costs_a_line(
     assert not (site / "out").exists()
 
 
-@pytest.mark.parametrize(
-    "line",
-    ["return stepped(case, step, build)", "return Built(advance, lambda"],
-    ids=["prepare", "run"],
-)
+PLACES = {
+    "prepare": ("return stepped(case, step, build)", "    "),
+    "run": ("return Built(advance, lambda", "        "),
+}
+WITHOUT_PAGES = """
+import sys
+from pytest import MonkeyPatch
+from plumbob.reports.cli import main
+from plumbob.tests.commands.outcomes import without_pages
+without_pages(MonkeyPatch())
+if __name__ == "__main__":
+    sys.exit(main())
+"""
+
+
+@pytest.fixture(params=PLACES)
+def ending(request: pytest.FixtureRequest, site: Path, monkeypatch: Patch) -> Callable[[str], None]:
+    """Installs an engine with a statement in one of its functions."""
+    line, indent = PLACES[request.param]
+
+    def installed(statement: str) -> None:
+        broken(site, ENGINE.replace(line, f"{statement}\n{indent}{line}"))
+        monkeypatch.setenv("PYTHONPATH", str(site), prepend=":")  # of the process that runs it
+
+    return installed
+
+
 def test_an_engine_that_exits_is_a_verdict(
-    line: str,
+    ending: Callable[[str], None],
     site: Path,
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: Patch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    broken(
-        site,
-        ENGINE.replace(
-            line,
-            f"raise SystemExit(0)\n        {line}".replace(
-                "\n        return stepped", "\n    return stepped"
-            ),
-        ),
-    )
+    ending("raise SystemExit(0)")
     without_pages(monkeypatch)
-    monkeypatch.setenv("PYTHONPATH", str(site), prepend=":")  # of the process that runs it
     with seen(site):
         found = validated(tmp_path, capsys, SWING, "tiny,ode/euler")
         assert main(["run", SWING, "tiny/euler", "--step", "1e-2"]) == 1
@@ -94,19 +111,14 @@ def test_an_engine_that_exits_is_a_verdict(
     assert found.failure(SWING, "ode/euler") == ""
 
 
-@pytest.mark.parametrize(
-    ("line", "before"),
-    [("return stepped(case, step, build)", "    "), ("return Built(advance, lambda", "        ")],
-    ids=["prepare", "run"],
-)
+@pytest.mark.long(keep=1)
 def test_an_engine_that_ends_the_process_costs_its_runs(
-    line: str, before: str, site: Path, monkeypatch: pytest.MonkeyPatch
+    ending: Callable[[str], None], site: Path
 ) -> None:
-    broken(site, ENGINE.replace(line, f"__import__('os')._exit(0)\n{before}{line}"))
-    monkeypatch.setenv("PYTHONPATH", str(site), prepend=":")
+    ending("__import__('os')._exit(0)")
     study = ["validate", "--scenes", SWING, "--methods", "tiny", "--jobs", "1"]
     for words in (["run", SWING, "tiny/euler", "--step", "1e-2"], [*study, "--out", str(site)]):
-        command = [sys.executable, "-m", "plumbob", *words]
+        command = [sys.executable, "-c", WITHOUT_PAGES, *words]
         ran = subprocess.run(command, check=False, capture_output=True, text=True)
         assert ran.returncode in (1, 3)
         assert "missing" in ran.stdout

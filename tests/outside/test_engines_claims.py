@@ -13,9 +13,9 @@ from plumbob.engines.study import cost
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models import entry_points
 from plumbob.tests.commands.outcomes import validated, without_pages
-from plumbob.tests.outside.installed_packages import PACKAGES, install, seen
+from plumbob.tests.outside.installed_packages import ENGINE, install, seen
+from plumbob.tests.support.fixture_types import Capture
 
-ENGINE = (PACKAGES / "tiny_engine" / "tiny_engine.py").read_text("utf-8")
 SMALL = "simple-pendulum/free-small"
 CLAIMING = """
 from dataclasses import replace
@@ -64,7 +64,7 @@ def claiming(site: Path, run: str = "run", seconds: str = "timed.seconds") -> No
 
 @pytest.mark.parametrize("kind", RUNS)
 def test_a_run_is_the_one_that_was_asked_for(
-    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     run, why = RUNS[kind]
     claiming(tmp_path / "site", run)
@@ -86,7 +86,7 @@ def test_a_step_costs_what_it_takes_in_a_whole_run(
     believed: bool,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capture,
 ) -> None:
     claiming(tmp_path / "site", seconds=f"{factor} * timed.seconds")
     without_pages(monkeypatch)

@@ -92,14 +92,6 @@ def test_a_wrong_sign_of_the_weight_at_the_top_would_show() -> None:
     assert light.spread < rest.spread
 
 
-def test_far_above_the_barrier_the_deviation_is_the_potential_s() -> None:
-    a, b, c, speed = 40.0, 30.0, 36.0, 500.0
-    found = uniformity.from_below(TrigonometricPotential(a, b, c), 0.9, np.array(speed))
-    expected = math.sqrt(a * a / 8 + b * b / 2 + c * c / 2) / (0.9 * speed**2)
-    # the next order is V/(I speed^2)
-    assert float(found.deviation) == pytest.approx(expected, rel=4 * 100.0 / (0.9 * speed**2))
-
-
 def test_no_rotation_no_measure() -> None:
     found = uniformity.from_below(floats(TURNING), STEEL.inertia_x, np.array([3.0, 37.0]))
     assert np.isnan(found.deviation[0])

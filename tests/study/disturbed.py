@@ -121,19 +121,19 @@ def sent(process: subprocess.Popen[str], number: signal.Signals, target: str) ->
             os.kill(pid, number)
 
 
-def errors(study: Study) -> dict[tuple[str, str], list[object]]:
-    """The figures of a study that do not depend on how long it took."""
-    return {
-        (c.scene, c.method): [(m.step, m.status, m.steps, m.errors) for m in c.measurements]
-        for c in study.convergence
-    }
-
-
 def stored(out: Path) -> Study:
     """The newest study of a folder."""
     found = load(out / FILE)
     assert found is not None
     return found
+
+
+def figures(out: Path) -> dict[tuple[str, str], list[object]]:
+    """The figures of the newest study of a folder that do not depend on how long it took."""
+    return {
+        (c.scene, c.method): [(m.step, m.status, m.steps, m.errors) for m in c.measurements]
+        for c in stored(out).convergence
+    }
 
 
 def is_whole(out: Path) -> bool:

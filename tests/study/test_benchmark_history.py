@@ -12,13 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plumbob.engines.registry import method as find_method
-from plumbob.engines.study import store
 from plumbob.engines.study.provenance import Provenance
 from plumbob.reports.cli import main
 from plumbob.reports.judge import benchmarks
 from plumbob.reports.judge.benchmarks import BenchmarkRun, Ratio, add, in_turn, ratio, stored
-from plumbob.tests.support.studies import made_up
 
 MADE = Provenance(
     {"mujoco": "3.17.0"}, {"processor": "a"}, "2026-01-01 00:00 UTC", "make benchmark"
@@ -107,34 +104,3 @@ def test_quartiles_that_overlap_have_not_moved(tmp_path: Path) -> None:
         assert benchmarks.moved(first, BenchmarkRun(MADE, (other,)), 1.25) == ()
     apart = replace(LOOP, low=1.1, median=1.3, high=1.4)
     assert benchmarks.moved(first, BenchmarkRun(MADE, (apart,)), 1.25) == ((LOOP, apart),)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "what"),
-    [
-        ("#4", "", "from 1 to 3"),
-        ("#0", "", "number"),
-        ("", "missing.jsonl", "a file of benchmarks"),
-        ("", "other", "a file of benchmarks, as the other one is"),
-        ("", "damaged", "line 2"),
-        ("", "negative", "line 1"),
-    ],
-)
-def test_bad_input_is_one_line(
-    old: str, new: str, what: str, history: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    first, *_ = history.read_text("utf-8").splitlines()
-    for name, text in (
-        ("damaged", f"{first}\n{first[:200]}\n"),
-        ("negative", first.replace("0.97", "-0.97")),
-    ):
-        (history.parent / name).write_text(text, "utf-8")
-    target = history if new in ("", "#4") else history.parent / new
-    if new == "other":
-        target.mkdir()
-        store.save(made_up([(find_method("ode/rk4"), (1e-3,), lambda h: h)]), target / store.FILE)
-    assert main(["compare", f"{history}{old}", str(target)]) == 2
-    err = capsys.readouterr().err
-    assert what in err
-    assert err.count("\n") == 1
-    assert main(["compare", str(history), str(history), "--page", "x.html"]) == 2

@@ -18,6 +18,7 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study import cost
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
+from plumbob.tests.support.fixture_types import Patch
 
 SCENE = find_scene("simple-pendulum/free-large")  # 50 s
 
@@ -68,9 +69,7 @@ class Clock:
         ("closed_form", "exact/closed-form", 1e-15),
     ],
 )
-def test_waiting_is_no_cost(
-    module: str, method: str, step: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_waiting_is_no_cost(module: str, method: str, step: float, monkeypatch: Patch) -> None:
     pytest.importorskip("heyoka" if module == "heyoka" else "plumbob")
     chosen = find_method(method)
     simulation = engine_of(chosen).prepare(case_of(SCENE), chosen, step)
@@ -100,7 +99,7 @@ class Slow:
 
 
 def cost_of(
-    patch: pytest.MonkeyPatch, milliseconds: Iterable[float], rules: Iterable[float]
+    patch: Patch, milliseconds: Iterable[float], rules: Iterable[float]
 ) -> tuple[cost.Cost, float]:
     """What is made of these times, and the unit [ns]."""
     piece, steps = cost.TimedSteps(Slow(iter(milliseconds)), 0.25), iter(rules)
@@ -127,7 +126,7 @@ def test_a_cost_is_computing_time_over_steps_with_its_quartiles(
     median: float,
     low: float,
     high: float,
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: Patch,
 ) -> None:
     one, unit = cost_of(monkeypatch, milliseconds, repeat(500.0))
     assert unit == 500.0
@@ -136,7 +135,7 @@ def test_a_cost_is_computing_time_over_steps_with_its_quartiles(
     assert (one.compile_seconds, one.repeats) == (0.5, len(milliseconds))
 
 
-def test_a_machine_that_becomes_slower_changes_no_cost(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_machine_that_becomes_slower_changes_no_cost(monkeypatch: Patch) -> None:
     """All of it takes three times as long from the second round on, or grows slower evenly."""
     one, unit = cost_of(monkeypatch, (3.0, 9.0, 9.0), (500.0, 500.0, 2500.0, 500.0))
     assert (one.ratio, unit) == pytest.approx((6.0, 500.0))
@@ -192,7 +191,7 @@ def test_turns_end_where_they_agree_and_go_on_where_one_is_slow() -> None:
         assert not trimming_.agree(slow)
 
 
-def test_a_slow_turn_changes_no_saving(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_slow_turn_changes_no_saving(monkeypatch: Patch) -> None:
     seconds = np.array([[5.0, 4.0, 3.0], [20.0, 16.0, 12.0], [5.0, 4.0, 3.0], [10.0, 8.0, 6.0]])
     monkeypatch.setattr(trimming_, "_timed_in_turn", lambda *_: (seconds, np.zeros((3, 2))))
     found = trimming(case_of(SCENE), find_method("mujoco/euler"), 1e-4, steps=1000)

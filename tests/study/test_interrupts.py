@@ -12,14 +12,6 @@ import pytest
 
 from plumbob.engines.workers import Workers, interrupts_held
 
-
-def test_processes_never_see_an_interrupt() -> None:
-    with Workers(1) as pool:
-        blocked = pool.submit(signal.pthread_sigmask, signal.SIG_BLOCK, ())
-        assert signal.SIGINT in blocked.result()
-        assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
-
-
 BEGINS = """
 import signal
 from plumbob.engines.workers import Task, Workers

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -34,8 +35,28 @@ DRAG = 0.6  # [1/s]
 LAUNCH = np.array([3.0, 5.0])  # [m/s]
 
 
+class Exact:
+    """What a problem's own answer says beside its state."""
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """A few roundings of each."""
+        return {n: 4 * 2.0**-52 * np.abs(v) for n, v in self.observe(times).items()}
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """The exact state; see the problems."""
+        raise NotImplementedError
+
+    def leading_error(self, scheme: Any, times: Array) -> Mapping[int, Mapping[str, Array]]:
+        """Theory has none."""
+        return {}
+
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """The fall stays linear for the errors here."""
+        return 0.0
+
+
 @dataclass(frozen=True)
-class Fall:
+class Fall(Exact):
     """A body that falls from rest under quadratic drag, to a terminal speed."""
 
     def observe(self, times: Array) -> Mapping[str, Array]:
@@ -57,7 +78,7 @@ class Fall:
 
 
 @dataclass(frozen=True)
-class Throw:
+class Throw(Exact):
     """A body thrown in a plane under linear drag: two coordinates."""
 
     declared: bool  # whether the equation declares its damping rate
@@ -89,29 +110,6 @@ class Throw:
         )
 
 
-@dataclass(frozen=True)
-class Exact:
-    """The exact answer of either."""
-
-    problem: Fall | Throw
-
-    def observe(self, times: Array) -> Mapping[str, Array]:
-        """The exact state; see the problem."""
-        return self.problem.observe(times)
-
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """A few roundings of each."""
-        return {n: 4 * 2.0**-52 * np.abs(v) for n, v in self.observe(times).items()}
-
-    def leading_error(self, scheme: Any, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Theory has none."""
-        return {}
-
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """The fall stays linear for the errors here."""
-        return 0.0
-
-
 PROBLEMS = (Fall(), Throw(declared=True), Throw(declared=False))
 
 
@@ -130,7 +128,7 @@ def case(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Cas
         scenes=(),
         default="",
         problem=lambda parameters: problem,
-        reference=Exact,
+        reference=lambda problem: problem,
         invariants=lambda problem, observables: {},
         facts=lambda problem: {},
         mjcf=Path(),
@@ -178,25 +176,45 @@ def run_of(problem: Fall | Throw, method: Method, step: float) -> Array:
     return np.array([values[-1] for values in run.observables.values()])
 
 
-@pytest.mark.long(keep=2)
-@pytest.mark.parametrize("method", ENGINE.methods, ids=lambda method: method.name)
-def test_several_coordinates_that_explode_diverge(method: Method) -> None:
-    # r'' = 6 r^2 in both coordinates, whose solution 1/(1 - t)^2 ends at t = 1: arrays overflow
-    # without an exception, and numpy's warnings about it are switched off
-    def exploding(time: float, place: Array, rate: Array) -> Array:
-        return 6 * place * place
+def exploding(time: float, place: Any, rate: Any) -> Any:
+    """theta'' = 6 theta^2, whose solution 1/(1 - t)^2 from (1, 2) ends at t = 1."""
+    return 6 * place * place
 
-    names, rates = ("x", "z"), ("velocity_x", "velocity_z")
-    equation = Equation(exploding, np.ones(2), 2 * np.ones(2), 10.0, names=names, rate_names=rates)
+
+def sine_of_much(time: float, place: float, rate: float) -> float:
+    """A force that overflows, for which math.sin then raises."""
+    return math.sin(place) + 1e3 * place
+
+
+DIVERGING = {
+    "one": Equation(exploding, 1.0, 2.0, 10.0),
+    "raises": Equation(sine_of_much, 1.0, 2.0, 10.0),
+    # arrays overflow without an exception, and numpy's warnings about it are switched off
+    "two": Equation(
+        exploding, np.ones(2), 2 * np.ones(2), 10.0, names=("x", "z"), rate_names=("u", "w")
+    ),
+}
+
+
+@pytest.mark.long(keep=6)
+@pytest.mark.parametrize("kind", DIVERGING)
+@pytest.mark.parametrize("method", ENGINE.methods, ids=lambda method: method.name)
+def test_divergence_is_a_result(method: Method, kind: str) -> None:
+    equation = DIVERGING[kind]
+    simulation: FixedStepSimulation | AdaptiveSimulation
     if method in FIXED:
         advance = integrator(method.scheme.integrator)
-        trajectory = FixedStepSimulation(equation, advance, 30_000, 1e-3, 0.0).run()
+        simulation = FixedStepSimulation(equation, advance, 30_000, 1e-3, 0.0)
+        assert kind != "raises" or simulation.stepped(1.0).steps == 0  # nothing to time
     else:
         solver = solver_called(method.settings["method"])
-        trajectory = AdaptiveSimulation(equation, solver, 1e-6, 30.0, 0.0).run()
+        simulation = AdaptiveSimulation(equation, solver, 1e-6, 30.0, 0.0)
+    trajectory = simulation.run()
     assert trajectory.diverged_at is not None
     assert len(trajectory.times) > 1
+    assert (trajectory.times < trajectory.diverged_at).all() or method in ADAPTIVE
     for values in trajectory.observables.values():
+        assert len(values) == len(trajectory.times)
         assert np.isfinite(values).all()
 
 

@@ -28,6 +28,8 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scenes
 from plumbob.models.scene import Quantity
 from plumbob.reports.cli import main
+from plumbob.tests.support.fixture_types import Capture
+from plumbob.tests.support.studies import bits
 
 SCENE = "cone-pendulum/deep-well"
 
@@ -42,15 +44,16 @@ def _save(study: Study, file: Path) -> int:
     return store.save(study, file)
 
 
-def test_a_study_comes_back_as_it_was(study: Study, tmp_path: Path) -> None:
-    number = _save(study, tmp_path / store.FILE)
-    back = store.load(tmp_path / store.FILE, number)
+def _kept(study: Study, file: Path) -> Study:
+    """What comes back of a study that is stored."""
+    back = store.load(file, _save(study, file))
     assert back is not None
-    assert back.convergence == study.convergence
-    assert back.costs == study.costs
-    assert back.methods == study.methods
-    assert [s.name for s in back.scenes] == [s.name for s in study.scenes]
-    assert back.reference_step == study.reference_step
+    return back
+
+
+def test_a_study_comes_back_as_it_was(study: Study, tmp_path: Path) -> None:
+    back = _kept(study, tmp_path / store.FILE)
+    assert replace(back, scenes=study.scenes, extras=study.extras) == study
 
 
 def test_the_studies_of_a_scene(study: Study, tmp_path: Path) -> None:
@@ -129,190 +132,97 @@ def test_one_scene_is_read_though_another_is_damaged(stored: bytes, tmp_path: Pa
 
 def test_a_recording_comes_back_as_it_was() -> None:
     values = {"theta": np.array([0.1, math.nan]), "theta_dot": np.array([-0.0, math.inf])}
-    run = Trajectory(
-        np.array([0.0, 0.1]),
-        values,
-        {"contacts": np.array([3.0, 4.0])},
-        steps=7,
-        seconds=0.25,
-        diverged_at=0.3,
-        warnings=("NaN", "unstable"),
-    )
-    back = from_json(to_json(run), Trajectory)
-    assert (back.steps, back.seconds, back.diverged_at) == (7, 0.25, 0.3)
-    assert back.warnings == run.warnings
-    np.testing.assert_array_equal(back.times, run.times)
-    for part in ("observables", "channels"):
-        assert getattr(back, part).keys() == getattr(run, part).keys()
-        for name, array in getattr(run, part).items():
-            np.testing.assert_array_equal(getattr(back, part)[name], array)
-
-
-def test_a_file_that_is_no_store(tmp_path: Path) -> None:
-    (tmp_path / store.FILE).write_text("what is this" * 200)
-    with pytest.raises(ParameterError, match="store"):
-        store.load(tmp_path / store.FILE)
-
-
-@pytest.mark.parametrize(("schema", "which"), [(0, "an older"), (store.SCHEMA + 1, "a newer")])
-def test_a_store_of_another_version_is_one_line(
-    schema: int, which: str, study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / store.FILE
-    _save(study, file)
-    with closing(sqlite3.connect(file)) as opened:
-        opened.execute(f"pragma user_version = {schema}")
-    for words in (
-        ["recommend", SCENE, "--error", "1e-6", "--out", str(tmp_path), "--stored"],
-        ["report", str(tmp_path)],
-        ["compare", str(file), str(file)],
-        ["validate", "--scenes", SCENE, "--out", str(tmp_path)],  # before anything is run
-    ):
-        assert main(words) == 2
-        captured = capsys.readouterr()
-        assert captured.out == ""
-        assert captured.err.count("\n") == 1
-        assert which in captured.err
+    channels = {"contacts": np.array([3.0, 4.0])}
+    times, said = np.array([0.0, 0.1]), ("NaN", "unstable")
+    run = Trajectory(times, values, channels, 7, 0.25, diverged_at=0.3, warnings=said)
+    assert bits(from_json(to_json(run), Trajectory)) == bits(run)
 
 
 def test_every_kind_of_float_comes_back(study: Study, tmp_path: Path) -> None:
     found = study.convergence[0]
-    first = found.measurements[0]
     odd = (math.nan, math.inf, -math.inf, 5e-324, 0.1 + 0.2, -0.0, 1.7976931348623157e308)
-    errors = {
-        str(i): ObservedError(value, value, 0.0, 1.0, {"a reason": value})
-        for i, value in enumerate(odd)
-    }
-    strange = replace(first, errors=errors)
-    kept = replace(study, convergence=(replace(found, measurements=(strange,)),))
-    back = store.load(tmp_path / "new", _save(kept, tmp_path / "new"))
-    assert back is not None
-    assert repr(back.convergence) == repr(kept.convergence)
+    errors = {str(x): ObservedError(x, x, 0.0, 1.0, {"a reason": x}) for x in odd}
+    strange = replace(found, measurements=(replace(found.measurements[0], errors=errors),))
+    kept = replace(study, convergence=(strange,))
+    assert repr(_kept(kept, tmp_path / "new").convergence) == repr(kept.convergence)
 
 
 def test_every_scene_and_method_comes_back(study: Study, tmp_path: Path) -> None:
-    # without scales of plans, each of which would have to be planned first
+    """And a user's settings; without scales of plans, each of which would be planned first."""
+    contact = {"solref": (0.02, 1.0), "condim": 3}
+    settings = {"integrator": "euler", "contact": contact}
+    own = replace(methods()[0], name="mujoco/mine", step_sizes=(2e-3, 1e-3), settings=settings)
     interest = {scene.name: (Quantity("x", 1.0 / 3.0),) for scene in scenes()}
-    whole = replace(study, scenes=scenes(), methods=methods(), observed={}, interest=interest)
-    back = store.load(tmp_path / "new", _save(whole, tmp_path / "new"))
-    assert back is not None
-    assert back.methods == whole.methods
-    assert back.scenes == whole.scenes
-    assert back.interest == interest
+    every = (own, *methods())
+    whole = replace(study, scenes=scenes(), methods=every, observed={}, interest=interest)
+    back = _kept(whole, tmp_path / "new")
+    assert (back.methods, back.scenes, back.interest) == (every, whole.scenes, interest)
 
 
 def test_observables_and_scales_are_stored_where_a_study_has_none(
     study: Study, tmp_path: Path
 ) -> None:
-    _save(replace(study, observed={}, interest={}), tmp_path / "new")
-    back = store.load(tmp_path / "new")
-    assert back is not None
+    back = _kept(replace(study, observed={}, interest={}), tmp_path / "new")
     assert (back.observed, back.interest) == (study.observed, study.interest)
 
 
-def test_compare_reports_what_changed(
-    study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    _save(study, tmp_path / "a")
-    _save(study, tmp_path / "b")
-    assert main(["compare", str(tmp_path / "a"), str(tmp_path / "b")]) == 0
-    assert "nothing has moved" in capsys.readouterr().out
-    worse = []
-    for c in study.convergence:
-        runs = []
-        for m in c.measurements:
-            errors = {n: replace(e, largest=1.01 * e.largest) for n, e in m.errors.items()}
-            runs.append(replace(m, errors=errors) if c.method == "ode/rk4" else m)
-        worse.append(replace(c, measurements=tuple(runs)))
-    _save(replace(study, convergence=tuple(worse)), tmp_path / "b")
-    assert main(["compare", str(tmp_path / "a"), str(tmp_path / "b#2")]) == 1  # and so a verdict
-    out = capsys.readouterr().out
-    assert "ode/rk4: theta error at" in out
-    assert "ode/rk4: verdict predicted -> off-prediction" in out
-    assert "mujoco/euler: theta error" not in out
-    assert main(["compare", str(tmp_path / "a"), str(tmp_path / "c")]) == 2
-
-
+@pytest.mark.parametrize(("error", "code", "said"), [("1e-6", 0, "use"), ("1e-30", 1, "the best")])
 def test_recommend_answers_from_what_is_stored(
-    study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    error: str, code: int, said: str, study: Study, tmp_path: Path, capsys: Capture
 ) -> None:
     _save(study, tmp_path / store.FILE)
-    assert main(["recommend", SCENE, "--error", "1e-6", "--out", str(tmp_path), "--stored"]) == 0
+    assert main(_asked(tmp_path, error)) == code
     captured = capsys.readouterr()
-    assert "use" in captured.out
+    assert said in captured.out
     assert captured.err == ""
-    assert main(["recommend", SCENE, "--error", "1e-30", "--out", str(tmp_path), "--stored"]) == 1
-    assert "the best" in capsys.readouterr().out
-    assert main(["recommend", SCENE, "--error", "-1", "--out", str(tmp_path), "--stored"]) == 2
 
 
-def _asked(folder: Path, *words: str) -> list[str]:
-    return ["recommend", SCENE, "--error", "1e-6", "--out", str(folder), "--stored", *words]
+def _asked(folder: Path, error: str, *words: str) -> list[str]:
+    return ["recommend", SCENE, "--error", error, "--out", str(folder), "--stored", *words]
 
 
 def test_recommend_leaves_other_versions_out_and_names_them(
-    study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    study: Study, tmp_path: Path, capsys: Capture
 ) -> None:
     here = provenance("plumbob validate")
     old = replace(here, date="1999-12-31 00:00 UTC", versions={**here.versions, "mujoco": "2.0.0"})
     store.save(replace(study, provenance=old), tmp_path / store.FILE)
-    assert main(_asked(tmp_path, "--json")) == 0
+    assert main(_asked(tmp_path, "1e-6", "--json")) == 0
     captured = capsys.readouterr()
     answer = json.loads(captured.out)
     assert answer["choice"]["method"] == "ode/rk4"
     assert [c["method"].partition("/")[0] for c in answer["by_engine"]] == ["ode"]
     (line,) = captured.err.splitlines()
     assert "runs measured with mujoco 2.0.0 (1999-12-31 00:00 UTC) left out" in line
-    assert main(_asked(tmp_path, "--engine", "mujoco")) == 1  # nothing of it counts
+    assert main(_asked(tmp_path, "1e-6", "--engine", "mujoco")) == 1  # nothing of it counts
 
 
 def test_a_later_smaller_study_changes_no_answer(
-    study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    study: Study, tmp_path: Path, capsys: Capture
 ) -> None:
-    store.save(replace(study, provenance=provenance("")), tmp_path / store.FILE)
-    assert main(_asked(tmp_path, "--json")) == 0
-    before = json.loads(capsys.readouterr().out)
-    smaller = replace(
-        study,
-        methods=tuple(m for m in study.methods if m.name == "mujoco/euler"),
-        convergence=tuple(
-            replace(c, measurements=c.measurements[:2])
-            for c in study.convergence
-            if c.method == "mujoco/euler"
-        ),
-        costs={},
-        provenance=provenance(""),
-    )
-    store.save(smaller, tmp_path / store.FILE)
-    assert main(_asked(tmp_path, "--json")) == 0
-    after = json.loads(capsys.readouterr().out)
-    assert after["choice"] == before["choice"]
-    assert after["by_engine"] == before["by_engine"]
+    first = replace(study, provenance=provenance(""))
+    euler, answers = study.convergence[0], []
+    fewer = replace(euler, measurements=euler.measurements[:2])
+    for one in (first, replace(first, methods=study.methods[:1], convergence=(fewer,), costs={})):
+        _save(one, tmp_path / store.FILE)
+        assert main(_asked(tmp_path, "1e-6", "--json")) == 0
+        answer = json.loads(capsys.readouterr().out)
+        answers.append((answer["choice"], answer["by_engine"]))
+    assert answers[0] == answers[1]
 
 
 def test_costs_are_the_median_ratio_to_the_reference_step(study: Study) -> None:
     key = (SCENE, "ode/rk4")
     slow = replace(study, reference_step=3.0 * study.reference_step)
-    wild = replace(
-        study, costs={k: replace(c, ratio=9.0 * c.ratio) for k, c in study.costs.items()}
-    )
-    one = only(study)
-    both = merged([one, only(slow), only(wild)])
+    tenfold = {k: replace(c, ratio=9.0 * c.ratio) for k, c in study.costs.items()}
+    both = merged([study, slow, replace(study, costs=tenfold)])
     assert both is not None
-    assert both.costs[key].ratio == study.costs[key].ratio
-    assert both.costs[key].ns_per_step == pytest.approx(one.costs[key].ratio * study.reference_step)
-    changed = replace(one.scenes[0], parameters={**one.scenes[0].parameters, "gravity": 1.0})
-    assert merged([one], changed) is None
-
-
-def only(study: Study) -> Study:
-    """What a study says of one scene."""
-    return replace(
-        study,
-        scenes=tuple(s for s in study.scenes if s.name == SCENE),
-        convergence=tuple(c for c in study.convergence if c.scene == SCENE),
-        costs={key: cost for key, cost in study.costs.items() if key[0] == SCENE},
-    )
+    ratio = study.costs[key].ratio
+    assert both.costs[key].ratio == ratio
+    assert both.costs[key].ns_per_step == pytest.approx(ratio * study.reference_step)
+    (cone,) = study.scenes
+    changed = replace(cone, parameters={**cone.parameters, "gravity": 1.0})
+    assert merged([study], changed) is None
 
 
 HEAVY = ("scipy", "mujoco", "pymunk", "numpy_quaddtype", "plotly", "jinja2", "rich")
@@ -335,16 +245,3 @@ def test_recommend_loads_no_engine(study: Study, tmp_path: Path) -> None:
     )
     assert "use " in answer.stdout
     assert answer.stdout.splitlines()[-1] == "0"
-
-
-def test_a_users_settings_come_back_as_they_were(study: Study, tmp_path: Path) -> None:
-    own = replace(
-        study.methods[0],
-        name="mujoco/mine",
-        step_sizes=(2e-3, 1e-3),
-        settings={"integrator": "euler", "contact": {"solref": (0.02, 1.0), "condim": 3}},
-    )
-    number = _save(replace(study, methods=(own,), convergence=(), costs={}), tmp_path / store.FILE)
-    back = store.load(tmp_path / store.FILE, number)
-    assert back is not None
-    assert back.methods == (own,)

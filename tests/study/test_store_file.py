@@ -13,6 +13,7 @@ import pytest
 from plumbob.engines.registry import method
 from plumbob.engines.study import store, store_file
 from plumbob.reports.cli import main
+from plumbob.tests.support.fixture_types import Capture
 from plumbob.tests.support.studies import SCENE, made_up
 
 WRITERS = (("validate", "--scenes", SCENE, "--methods", "ode/rk4", "--jobs", "1", "--out"),)
@@ -81,7 +82,7 @@ def test_what_is_no_store_is_one_line_and_stays_as_it_is(
     words: tuple[str, ...],
     whole: bytes,
     tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capture,
 ) -> None:
     file = tmp_path / store.FILE
     make, said = BAD[kind]
@@ -92,9 +93,7 @@ def test_what_is_no_store_is_one_line_and_stays_as_it_is(
     assert list(tmp_path.iterdir()) == [file]
 
 
-def _refused(
-    words: tuple[str, ...], file: Path, said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def _refused(words: tuple[str, ...], file: Path, said: str, capsys: Capture) -> None:
     given = [str(file) if word == "STORE" else word for word in words]
     assert main([*given, str(file.parent)]) == 2
     captured = capsys.readouterr()
@@ -116,7 +115,7 @@ def test_a_locked_store_is_said_to_be_locked(
     words: tuple[str, ...],
     whole: bytes,
     tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capture,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(store_file, "PATIENCE", 0.01)
@@ -130,7 +129,7 @@ def test_a_locked_store_is_said_to_be_locked(
 def test_a_read_only_store_is_read_and_not_written(
     whole: bytes,
     tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capture,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     file = tmp_path / store.FILE

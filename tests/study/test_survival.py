@@ -19,6 +19,7 @@ from plumbob.engines.study.checkpoint import Checkpoint
 from plumbob.engines.study.results import TaskResult
 from plumbob.reports.cli import main
 from plumbob.tests.study import disturbed
+from plumbob.tests.support.fixture_types import Capture, Patch
 
 OLD = "the page of an older study"
 
@@ -58,7 +59,7 @@ def _forked(out: Path, words: Sequence[str], limit: int = 0) -> tuple[int, str]:
     return os.waitstatus_to_exitcode(status), (out / "said").read_text()
 
 
-def _counting(monkeypatch: pytest.MonkeyPatch, out: Path, ends: int = 0, number: int = 0) -> None:
+def _counting(monkeypatch: Patch, out: Path, ends: int = 0, number: int = 0) -> None:
     """Note each result that is kept; at the one of number `ends` comes the signal `number`."""
     usual = Checkpoint.keep
 
@@ -80,8 +81,8 @@ def test_a_study_goes_on_after_a_signal(
     moment: int,
     out: Path,
     undisturbed: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    capsys: Capture,
+    monkeypatch: Patch,
 ) -> None:
     words = disturbed.words(out, 1)
     with monkeypatch.context() as patched:
@@ -99,10 +100,9 @@ def test_a_study_goes_on_after_a_signal(
     counts = Counter(disturbed.logged(out))
     assert set(counts.values()) == {1}
     assert len(counts) == 9  # two pairs, two extra runs, two readings of models, three costs
-    assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
-        disturbed.stored(undisturbed)
-    )
-    assert [disturbed.rows(out, table) for table in ("study", "result")] == [1, 10]  # an analysis
+    assert disturbed.figures(out) == disturbed.figures(undisturbed)
+    # with an analysis, and what pages take
+    assert [disturbed.rows(out, table) for table in ("study", "result")] == [1, 12]
     assert (out / "index.html").read_text() != OLD
 
 
@@ -130,13 +130,12 @@ def test_workers_are_killed_then_the_parent_then_all_are_interrupted(
     assert (out / "index.html").read_text() == OLD
     assert main(disturbed.words(out, 1)) == 0
     assert set(Counter(disturbed.logged(out)).values()) == {1}
-    assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
-        disturbed.stored(undisturbed)
-    )
+    assert disturbed.figures(out) == disturbed.figures(undisturbed)
 
 
+@pytest.mark.long
 def test_a_second_process_waits_for_the_first(
-    out: Path, undisturbed: Path, capsys: pytest.CaptureFixture[str]
+    out: Path, undisturbed: Path, capsys: Capture
 ) -> None:
     first = disturbed.begun(out, 1)
     disturbed.until(lambda: len(disturbed.logged(out)) > 0, first)
@@ -146,17 +145,15 @@ def test_a_second_process_waits_for_the_first(
     assert disturbed.ended(first)[0] == ""
     assert first.returncode == 0
     assert disturbed.rows(out, "study") == 2
-    assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
-        disturbed.stored(undisturbed)
-    )
+    assert disturbed.figures(out) == disturbed.figures(undisturbed)
 
 
 @pytest.mark.long
 def test_what_two_workers_die_of_is_named_and_tried_again(
     out: Path,
     undisturbed: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    capsys: Capture,
+    monkeypatch: Patch,
 ) -> None:
     with monkeypatch.context() as patched:
         patched.setattr(runner, "_pair", disturbed.fatal)
@@ -171,9 +168,7 @@ def test_what_two_workers_die_of_is_named_and_tried_again(
     assert main(disturbed.words(out, 1)) == 0
     assert "goes on: " in capsys.readouterr().err
     assert disturbed.rows(out, "study") == 1
-    assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
-        disturbed.stored(undisturbed)
-    )
+    assert disturbed.figures(out) == disturbed.figures(undisturbed)
 
 
 @pytest.mark.long(keep=1)
@@ -182,7 +177,7 @@ def test_what_two_workers_die_of_is_named_and_tried_again(
     [(30_000, "store = "), (90_000, "store = "), (2_000_000, "the study is stored: `plumbob re")],
 )
 def test_a_full_disk_loses_nothing(
-    limit: int, said: str, out: Path, undisturbed: Path, capsys: pytest.CaptureFixture[str]
+    limit: int, said: str, out: Path, undisturbed: Path, capsys: Capture
 ) -> None:
     code, err = _forked(out, disturbed.words(out, 1), limit)
     assert code == 2
@@ -190,9 +185,7 @@ def test_a_full_disk_loses_nothing(
     assert said in err
     assert (out / "index.html").read_text() == OLD
     assert main(disturbed.words(out, 1)) == 0
-    assert disturbed.errors(disturbed.stored(out)) == disturbed.errors(
-        disturbed.stored(undisturbed)
-    )
+    assert disturbed.figures(out) == disturbed.figures(undisturbed)
 
 
 def test_a_complete_study_is_measured_anew(undisturbed: Path, tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
+from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses import analyses_of, requests
@@ -66,6 +67,14 @@ def made_up(
     }
     methods = tuple(method for method, _, _ in errors)
     return Study("quick", (scene,), methods, convergence, costs, NS, {"errors": 1.0, "costs": 1.0})
+
+
+def bits(run: Trajectory | None) -> object:
+    """All that a recording says, equal only to what is the same to the last bit."""
+    assert run is not None
+    arrays = {"": run.times, **run.observables, **run.channels}
+    seen = [(name, array.dtype, array.tobytes()) for name, array in arrays.items()]
+    return seen, run.steps, run.seconds, run.diverged_at, run.warnings
 
 
 def recorded(study: Study) -> Study:

@@ -111,21 +111,6 @@ def test_a_foreign_file_is_left_alone(kind: str, tmp_path: Path) -> None:
     assert (file.read_bytes() if file.is_file() else b"") == before
 
 
-@pytest.mark.parametrize(
-    ("sides", "changes", "name"),
-    [
-        ([Side("supports", 0.0, 1.0)], {}, "vary"),
-        ([Side("heading", 0.0, 1.0), Side("heading", 0.0, 2.0)], {}, "vary"),
-        ([HEADING], {"heading": 1.0}, "set"),
-        ([Side("colour", 0.0, 1.0)], {}, "colour"),
-    ],
-)
-def test_a_box_that_is_none(sides: list[Side], changes: dict[str, float], name: str) -> None:
-    with pytest.raises(ParameterError) as raised:
-        box("capsule-line", changes, sides)
-    assert raised.value.name == name
-
-
 def test_a_sweep_without_an_answer_says_why() -> None:
     around = box("capsule-line", {}, [Side("friction", 0.01, 0.02)])
     with pytest.raises(ParameterError, match="w2 must be at most"):

@@ -15,14 +15,13 @@ from plumbob.engines.sweep.sweep import Swept, sweep_of
 from plumbob.reports.cli import main
 from plumbob.reports.view.sweep.page import MOST, figures, render
 from plumbob.reports.view.sweep.text import lines
+from plumbob.tests.support.fixture_types import Capture
 
 SWEEP = ["sweep", "capsule-line", "mujoco/euler", "mujoco/euler+coulomb", "--jobs", "1"]
 VARY = ["--vary", "heading=0:1.5:3", "--vary", "friction=0.3:0.6:2:log"]
 
 
-def test_a_sweep_is_printed_written_and_kept(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_sweep_is_printed_written_and_kept(tmp_path: Path, capsys: Capture) -> None:
     table = tmp_path / "all.csv"
     words = [*SWEEP, *VARY, "--out", str(tmp_path), "--csv", str(table)]
     assert main([*words, "--json"]) == 0
@@ -40,9 +39,7 @@ def test_a_sweep_is_printed_written_and_kept(
 
 
 @pytest.mark.long
-def test_the_command_of_a_worst_point_gives_its_error(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_of_a_worst_point_gives_its_error(tmp_path: Path, capsys: Capture) -> None:
     words = ["worst", "capsule-line", "mujoco/euler+coulomb", "--within", "friction=0.3:0.4"]
     assert main([*words, "--budget", "5", "--out", str(tmp_path), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
@@ -50,30 +47,6 @@ def test_the_command_of_a_worst_point_gives_its_error(
     main([*found["command"].split()[1:], "--json"])
     again = json.loads(capsys.readouterr().out)
     assert again["relative_error"] == found["error"]
-
-
-BAD = {
-    "no interval": ["--vary", "heading=0:1"],
-    "an empty interval": ["--vary", "heading=1:1:3"],
-    "ratios from zero": ["--vary", "heading=0:1:3:log"],
-    "no count": ["--vary", "heading=0:1:0"],
-    "no number": ["--vary", "heading=a:1:3"],
-    "an unknown name": ["--vary", "colour=0:1:3"],
-    "too many points": ["--vary", "heading=0:1:99999999", "--vary", "friction=0.3:0.4:9"],
-    "no step": [*VARY, "--step", "0"],
-}
-
-
-@pytest.mark.parametrize("case", BAD)
-def test_what_cannot_be_swept_is_one_line(
-    case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / "out"
-    assert main([*SWEEP, *BAD[case], "--out", str(out)]) == 2
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert len(said.err.splitlines()) == 1
-    assert not out.exists()
 
 
 def drawn(counts: tuple[int, ...]) -> Swept:

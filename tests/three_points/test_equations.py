@@ -11,10 +11,8 @@ from plumbob.analytic.systems.three_points.equations import (
     mechanics,
     sliding_rates,
 )
-from plumbob.models.registry import case_of, scene
 from plumbob.tests.support.random_capsules import CHECK
 
-ROUNDING = 1e-13  # relative: series of 25 terms, at places that Newton's method finds
 CHANGE = 1e-6  # central differences: 1e-12 of the third derivative, and 1e-10 of rounding
 
 
@@ -34,17 +32,3 @@ def test_derivatives_by_the_velocities_are_those_of_small_changes(
         )
         slope = (more - less) / (2.0 * CHANGE)
         np.testing.assert_allclose(derivative[:, :, k], slope, rtol=1e-7, atol=1e-7)
-
-
-def test_all_segments_at_once_are_the_segments_one_by_one() -> None:
-    motion = case_of(scene("capsule-turn/pivot-short")).problem.motion.single
-    assert {segment.mode for segment in motion.segments} == {"slide", "pivot", "rest"}
-    for segment in motion.segments:
-        if segment.coefficients is None:
-            continue
-        local = np.linspace(segment.start, segment.end, 7)[1:-1]
-        *_, rate, _, psi, _, _ = segment.states(local).T
-        seen = motion.at(local + motion.path.breakpoints[segment.piece])
-        size = float(np.abs(segment.coefficients[:, 2]).sum())
-        assert seen.heading == pytest.approx(psi, abs=ROUNDING)
-        assert seen.angular_velocity == pytest.approx(rate, abs=ROUNDING * max(size, 1.0))

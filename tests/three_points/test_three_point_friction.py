@@ -177,22 +177,6 @@ def test_extrapolation_takes_most_of_the_error_away() -> None:
     assert np.abs(found.pose - exact).max() < 0.1 * np.abs(finer - exact).max()
 
 
-def test_a_thousandth_part_of_a_plan_is_a_plan() -> None:
-    """Twenty line manoeuvres with slow returns give twenty times the displacement."""
-    w1, w2, t1 = 3 * LIMIT, 0.8 * LIMIT, 0.03
-    out = line_stroke((0.0, 0.0), 0.4, w1, w2, t1)
-    stroke = math.hypot(*out.end)
-    slow = 0.5 * LIMIT
-    half = math.sqrt(stroke / slow)
-    back = line_stroke(out.end, 0.4 + math.pi, slow, slow, half)
-    path = concatenate(*(part for _ in range(20) for part in (out, back)))
-    moved = three_point_motion(CHECK, path).at(np.array([path.duration]))
-    step = LineManoeuvre(CHECK, w1, w2, t1, 0.4).displacement
-    expected = 20 * step * np.array([math.cos(0.4), math.sin(0.4)])
-    np.testing.assert_allclose(moved.position[0], expected, rtol=0, atol=1e-13)
-    assert abs(moved.heading[0]) <= 1e-13
-
-
 @pytest.mark.parametrize(
     ("wrong", "least"),
     [

@@ -15,6 +15,7 @@ from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, RestPo
 from plumbob.analytic.systems.planner.style import Style, quickest
 from plumbob.analytic.systems.planner.tracks import ROUND, FreePlane, Track
 from plumbob.analytic.systems.planner.turns import Turn, computed_turn, turns_to
+from plumbob.tests.support.fixture_types import Patch
 from plumbob.tests.support.random_capsules import CHECK
 
 REACHED = 1e-11  # the plan is exact: the errors of the reference remain
@@ -53,9 +54,7 @@ def test_a_pose_is_reached_whatever_the_mass_ratio(request: pytest.FixtureReques
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("wanted", [0.2, -0.2])
-def test_a_turn_the_wrong_way_is_made_up_for(
-    wanted: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_turn_the_wrong_way_is_made_up_for(wanted: float, monkeypatch: Patch) -> None:
     """By turns from one place, where the turns after the first go the other way."""
     mirrored: list[Turn] = []
 
@@ -73,7 +72,7 @@ def test_a_turn_the_wrong_way_is_made_up_for(
     assert sum(one.heading for one in made) == pytest.approx(wanted, abs=1e-12)
 
 
-def test_turns_that_do_not_turn_the_body_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_turns_that_do_not_turn_the_body_are_refused(monkeypatch: Patch) -> None:
     def none(*given: Any) -> Turn:
         return replace(computed_turn(*given), heading=0.0)
 
@@ -82,14 +81,14 @@ def test_turns_that_do_not_turn_the_body_are_refused(monkeypatch: pytest.MonkeyP
         plan(CHECK, RestPose(0.0, 0.0, 0.2), Limits(stroke=0.06))
 
 
-def test_turns_that_do_not_end_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_turns_that_do_not_end_are_refused(monkeypatch: Patch) -> None:
     monkeypatch.setattr(turns, "exact_turn", lambda *given: None)
     with pytest.raises(ParameterError, match=r"^manoeuvres = 5: "):
         plan(CHECK, RestPose(0.0, 0.0, 0.2), Limits(stroke=0.06, manoeuvres=5))
 
 
 @pytest.mark.long
-def test_a_plan_that_misses_its_pose_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_plan_that_misses_its_pose_is_refused_by_name(monkeypatch: Patch) -> None:
     """Here nothing is near enough."""
     monkeypatch.setattr("plumbob.analytic.systems.planner.construction.CLOSED", 1e-25)
     with pytest.raises(ParameterError, match=r"to = .* a pose that a plan reaches: .* rad away"):

@@ -58,9 +58,7 @@ def test_a_worker_without_memory_costs_its_piece(
     label = f"{disturbed.SCENE} {disturbed.STARVED}"
     assert f"given up: {label}: out of memory, 2 times" in capsys.readouterr().err
     assert main(disturbed.words(tmp_path, jobs)) == 0
-    assert disturbed.errors(disturbed.stored(tmp_path)) == disturbed.errors(
-        disturbed.stored(undisturbed)
-    )
+    assert disturbed.figures(tmp_path) == disturbed.figures(undisturbed)
 
 
 def test_a_study_goes_on(
@@ -96,9 +94,7 @@ def test_a_study_goes_on(
     assert disturbed.group(study.pid) == []
     # A piece may be kept, and its process end before the list has it; none is there twice.
     assert set(Counter(disturbed.logged(tmp_path)).values()) == {1}
-    assert disturbed.errors(disturbed.stored(tmp_path)) == disturbed.errors(
-        disturbed.stored(undisturbed)
-    )
+    assert disturbed.figures(tmp_path) == disturbed.figures(undisturbed)
     hidden = {name for name in os.listdir(tmp_path) if name.startswith((".studies", "studies."))}
     # A study that is killed between its end and its pages leaves its lock to the next one.
     assert hidden - ({f".{FILE}.lock"} if whole and number == signal.SIGKILL else set()) == {FILE}
