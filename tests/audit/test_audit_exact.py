@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import time
-
 import mujoco
 import numpy as np
 import pytest
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.audit.reference import Reference, certified
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
@@ -119,17 +116,3 @@ def rate_of_friction(scene: AuditedScene) -> float:
     normal = set(data.contact.efc_address)
     (rate,) = {round(float(r), 9) for i, r in enumerate(rates) if i not in normal}
     return rate
-
-
-def test_budget_bounds_the_reference() -> None:
-    """With no time, nothing is certified; the reason is given."""
-    scene = scene_as_model("cone-pendulum/rotating-base", "mujoco/euler", 0.002, 0.5)
-    begin = time.perf_counter()
-    now = iter(range(10**9))
-    found = certified(scene.model, scene.script(0.5, 0.02), 1.0, lambda: begin + next(now))
-    assert found.until == 0.0
-    assert "the time given for it ended" in found.why
-
-
-def test_engine_declares_an_audit() -> None:
-    assert ENGINE.own_model is not None

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model import picture as picture_module
-from plumbob.engines.audit.audit import Audit, audited
+from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.controls import script
 from plumbob.engines.own_motion import Touching
 from plumbob.reports.advice.work_precision import front
@@ -24,16 +24,14 @@ from plumbob.reports.view.audit.page import (
     laid_out,
     page_name,
     render,
-    write_audit_page,
 )
 from plumbob.reports.view.audit.text import rows
-from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, ready
+from plumbob.tests.audit.scenes_as_models import PENDULUM, audit_of, ball, ready
 
 
 @pytest.fixture(name="found", scope="module")
 def _found() -> Audit:
-    model = ready(ball(0.12))
-    return audited(model, script(model, duration=0.2), "rest", 20.0)
+    return audit_of(ball(0.12), duration=0.2)
 
 
 @pytest.mark.long
@@ -113,12 +111,6 @@ def test_a_machine_that_cannot_draw_gives_no_picture(monkeypatch: pytest.MonkeyP
     model = ball(0.12)
     monkeypatch.setattr("sys.executable", "/bin/false")
     assert picture_module.picture(model, model.qpos0) is None
-
-
-def test_page_is_written_whole(found: Audit, tmp_path: Path) -> None:
-    path = write_audit_page(found, tmp_path / "new", "")
-    assert path == tmp_path / "new" / "audit-model.html"
-    assert [p.name for p in path.parent.iterdir()] == [path.name]
 
 
 def test_command_writes_the_page(

@@ -19,7 +19,7 @@ from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.cli import main
-from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, pendulum
+from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendulum
 
 BALL = '<body pos="0 0 {}"><freejoint/><geom size=".1"/></body>'
 
@@ -83,24 +83,13 @@ def test_a_plugin_with_a_state_of_its_own_is_refused() -> None:
         refused(WithPluginState(pendulum()))
 
 
-def test_a_plugin_whose_state_is_an_activation_is_not() -> None:
-    """MuJoCo's own PID controller: its integral is part of the state that is integrated."""
-    text = """<mujoco><extension><plugin plugin="mujoco.pid"/></extension>
-      <worldbody><body><joint name="j"/><geom size=".1" pos=".1 0 0"/></body></worldbody>
-      <actuator><plugin plugin="mujoco.pid" joint="j" actdim="1"><config key="ki" value="1"/>
-      <config key="imax" value="1"/><config key="kp" value="1"/></plugin></actuator></mujoco>"""
-    model = mujoco.MjModel.from_xml_string(text)
-    assert model.na == 1
-    refused(model)
-
-
 def test_too_many_contacts_in_the_layer_are_not_blended() -> None:
     """A box of a hair's depth has four contacts within the layer, two such have eight."""
     box = '<body pos="{} 0 .0999999"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
     plane = '<geom type="plane" size="5 5 1"/>'
     for count in (1, 2):
         text = f"<mujoco><worldbody>{plane}{''.join(map(box.format, range(count)))}"
-        own = own_model(mujoco.MjModel.from_xml_string(f"{text}</worldbody></mujoco>"), "boxes")
+        own = own_model(compiled(f"{text}</worldbody></mujoco>"), "boxes")
         if count == 1:
             own.field(1e-5)(0.0, own.state)
             continue

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -25,6 +24,7 @@ from plumbob.tests.audit.contacts.bodies_on_planes import (
     model_text,
     texts,
 )
+from plumbob.tests.audit.scenes_as_models import compiled
 from plumbob.tests.mujoco.test_settings import BODIES
 
 # The rest is of third order: 2 % of v dt/2 covers it at 2 ms, where tilts are largest.
@@ -34,7 +34,7 @@ TURN = 3e-3  # relative: of a disc whose loads change by 5e-3 at most as it slid
 
 
 def audited(text: str, **options: object) -> ContactAudit:
-    return audit_contacts(mujoco.MjModel.from_xml_string(text), **options)  # type: ignore[arg-type]
+    return audit_contacts(compiled(text), **options)  # type: ignore[arg-type]
 
 
 @pytest.fixture(name="found", scope="module", params=texts())

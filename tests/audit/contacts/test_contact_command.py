@@ -8,7 +8,6 @@ from dataclasses import replace
 from html import unescape
 from pathlib import Path
 
-import mujoco
 import pytest
 
 from plumbob.engines.adapters.mujoco import ENGINE
@@ -23,6 +22,7 @@ from plumbob.tests.audit.contacts.bodies_on_planes import (
     model_text,
     texts,
 )
+from plumbob.tests.audit.scenes_as_models import compiled
 
 BOX = '<geom name="box" type="box" size=".1 .2 .02"/>'
 BALL = '<geom name="ball" size=".1"/>'
@@ -148,7 +148,7 @@ LEFT_OUT = {  # said: more in the world, more behind it
 def test_what_acts_on_the_body_and_is_left_out_is_said(said: str) -> None:
     world, more = LEFT_OUT[said]
     text = model_text(BOX + '<site name="s"/>', 0.02, floor=FLOOR + world, more=more)
-    model = mujoco.MjModel.from_xml_string(text)
+    model = compiled(text)
     contacts = ENGINE.own_contacts(model, 0 if model.nkey else None, "base", None)  # type: ignore[misc]
     assert "; ".join(contacts.notes) == said
 
@@ -157,7 +157,7 @@ def test_a_compensation_of_gravity_and_a_medium_are_left_out_too() -> None:
     text = model_text(BOX, 0.02, 'density="1000"').replace(
         'name="base"', 'name="base" gravcomp="1"'
     )
-    model = mujoco.MjModel.from_xml_string(text.replace('gravcomp="1"', 'gravcomp="0.1"'))
+    model = compiled(text.replace('gravcomp="1"', 'gravcomp="0.1"'))
     contacts = ENGINE.own_contacts(model, None, None, None)  # type: ignore[misc]
     assert contacts.notes == ("the medium", "gravity compensation")
 

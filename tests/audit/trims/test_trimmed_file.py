@@ -6,7 +6,6 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -24,7 +23,7 @@ from plumbob.reports.commands.arguments.values import plain
 from plumbob.reports.commands.audit import as_data, trimmed_file
 from plumbob.reports.view.audit.text import rows
 from plumbob.tests.audit.robots.robot_files import folder
-from plumbob.tests.audit.scenes_as_models import ready
+from plumbob.tests.audit.scenes_as_models import own_steps, ready
 
 # Digits that MuJoCo's own writer rounds: a range in degrees that is reached, a spring's length.
 DIGITS = """<?xml version="1.0"?>
@@ -48,16 +47,6 @@ DIGITS = """<?xml version="1.0"?>
 WALL = '<geom name="wall" type="box" size=".1 .1 .1" pos="3 0 0" contype="1"/>'
 
 
-def moved(path: Path, steps: int = 300) -> Any:
-    """States at MuJoCo's own steps of a file."""
-    model = mujoco.MjModel.from_xml_path(str(path))
-    data, found = mujoco.MjData(model), []
-    for _ in range(steps):
-        mujoco.mj_step(model, data)
-        found.append(np.concatenate([data.qpos, data.qvel]))
-    return np.array(found)
-
-
 def never_touching(path: Path, *names: str) -> Change:
     """Collisions of these geoms off."""
     model = mujoco.MjModel.from_xml_path(str(path))
@@ -79,7 +68,7 @@ def test_digits_of_the_file_stay(tmp_path: Path) -> None:
     source.write_text(DIGITS.format(wall=WALL), "utf-8")
     changes = (never_touching(source, "wall"), SENSORS)
     assert write_trimmed(source, changes, target) == changes
-    assert np.array_equal(moved(source), moved(target))
+    assert np.array_equal(own_steps(source), own_steps(target))
     text = target.read_text("utf-8")
     assert text.replace(
         'pos="3 0 0" contype="0" conaffinity="0"/>', 'pos="3 0 0" contype="1"/>'
@@ -149,7 +138,7 @@ def test_what_is_said_is_what_the_file_does(same: bool, tmp_path: Path) -> None:
     source.write_text(DIGITS.format(wall=WALL), "utf-8")
     changes = (SENSORS if same else SPRINGS,)
     found = trimmed_file(audited(source, changes), source, target, None)
-    assert np.array_equal(moved(source, 150), moved(target, 150)) == same
+    assert np.array_equal(own_steps(source, 150), own_steps(target, 150)) == same
     said = dict(rows(found))["trimmed file"]
     assert said.startswith("less.xml, read back, moves ")
     assert ("to the last bit" in said) == same
@@ -184,5 +173,5 @@ def test_files_of_gymnasium(name: str, every: bool, tmp_path: Path) -> None:
     offered = [(left_out, ready(target))]
     (said,) = tried(model, motion, parts, len(motion.controls), offered)
     steps = parts * len(motion.controls)
-    assert np.array_equal(moved(source, steps), moved(target, steps)) == said.same_bits
+    assert np.array_equal(own_steps(source, steps), own_steps(target, steps)) == said.same_bits
     assert said.same_bits or every
