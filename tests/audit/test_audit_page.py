@@ -17,7 +17,6 @@ from plumbob.engines.adapters.mujoco.own_model import picture as picture_module
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.controls import script
 from plumbob.engines.own_motion import Touching
-from plumbob.reports.advice.work_precision import front
 from plumbob.reports.cli import main
 from plumbob.reports.view.audit.page import (
     contact_timeline,
@@ -75,16 +74,6 @@ def test_contacts_are_looked_for_at_each_own_step() -> None:
     found = model.touching(script(model, duration=0.04))
     assert found.times == pytest.approx(0.001 * np.arange(40))
     assert found.pairs == {}
-
-
-def test_front_leaves_out_what_is_worse(found: Audit) -> None:
-    assert found.found is not None
-    index = found.found.index
-    points = [(s.ns_per_second, s.at(index)) for s in found.found.steps if s.ns_per_second]
-    kept = front(points, lambda point: point)
-    for ns, error in points:
-        better = [p for p in points if p[0] < ns and p[1] < error]
-        assert ((ns, error) in kept) <= (not better)
 
 
 def test_a_picture_is_on_the_page_where_there_is_one(found: Audit) -> None:

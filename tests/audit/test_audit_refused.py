@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -21,24 +22,8 @@ from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.cli import main
 from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendulum
 
-BALL = '<body pos="0 0 {}"><freejoint/><geom size=".1"/></body>'
-
-
-def with_option(option: str, body: str = BALL.format(1)) -> str:
-    return f"<mujoco><option {option}</option><worldbody>{body}</worldbody></mujoco>"
-
-
-REFUSED = {
-    "sleeping bodies": with_option('><flag sleep="enable"/>'),
-    "the noslip solver": with_option('noslip_iterations="3">'),
-    "no degree of freedom": "<mujoco><worldbody><geom size='1'/></worldbody></mujoco>",
-    "an actuator with a delay": PENDULUM.format(integrator="Euler").replace(
-        'joint="hinge" ctrl', 'joint="hinge" delay="0.02" nsample="3" ctrl'
-    ),
-    "a flex with damping": """<mujoco><worldbody>
-      <flexcomp name="f" type="grid" count="3 3 1" spacing=".1 .1 .1" radius=".01" dim="2">
-      <elasticity young="1e4" damping="1"/></flexcomp></worldbody></mujoco>""",
-}
+CASES = tomllib.loads(Path(__file__).with_name("refused.toml").read_text("utf-8"))
+REFUSED, HOSTILE = CASES["refused"], CASES["hostile"]
 
 
 @pytest.mark.parametrize("reason", REFUSED)
@@ -105,51 +90,12 @@ def test_solver_at_its_cap_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> N
     assert "the constraint solver stops at 1 iterations" in found.why
 
 
-HOSTILE = {
-    "no file": ["none.xml"],
-    "a pipe": ["pipe"],
-    "a device": ["/dev/zero"],
-    "a folder": ["folder"],
-    "no XML": ["text.xml"],
-    "URDF": ["urdf.xml"],
-    "an empty file": ["empty.xml"],
-    "a keyframe that is not there": ["my.xml", "--keyframe", "3"],
-    "a negative keyframe": ["my.xml", "--keyframe=-1"],
-    "a superscript as keyframe": ["my.xml", "--keyframe", "²"],
-    "a control that is no word": ["my.xml", "--ctrl", "cosines"],
-    "a control file that is not there": ["my.xml", "--ctrl", "none.csv"],
-    "a pipe of controls": ["my.xml", "--ctrl", "pipe.csv"],
-    "a folder of controls": ["my.xml", "--ctrl", "folder.csv"],
-    "controls of words": ["my.xml", "--ctrl", "words.csv"],
-    "no controls": ["my.xml", "--ctrl", "empty.csv"],
-    "controls of two columns": ["my.xml", "--ctrl", "wide.csv"],
-    "controls that are no numbers": ["my.xml", "--ctrl", "nan.csv"],
-    "an archive that is none": ["my.xml", "--ctrl", "text.npz"],
-    "an archive without controls": ["my.xml", "--ctrl", "other.npz"],
-    "an archive of objects": ["my.xml", "--ctrl", "objects.npz"],
-    "controls of three dimensions": ["my.xml", "--ctrl", "cube.npz"],
-    "complex controls": ["my.xml", "--ctrl", "complex.npz"],
-    "a period of zero": ["my.xml", "--ctrl-period", "0"],
-    "a duration of nothing": ["my.xml", "--duration", "nan"],
-    "an endless duration": ["my.xml", "--duration", "inf"],
-    "a duration of ages": ["my.xml", "--duration", "1e15"],
-    "a period of ages": ["my.xml", "--ctrl-period", "1e300"],
-    "a negative budget": ["my.xml", "--budget", "-1"],
-    "an accuracy of words": ["my.xml", "--absolute", "good"],
-    "a step of nothing": ["no_step.xml"],
-    "a file without permission": ["secret.xml"],
-}
-
-
 @pytest.fixture(name="files")
 def _files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     text = PENDULUM.format(integrator="Euler")
-    written = {
-        "my.xml": text, "text.xml": "hello", "urdf.xml": "<robot name='r'/>", "empty.xml": "",
-        "words.csv": "a,b\n", "empty.csv": "", "wide.csv": "1,2\n", "nan.csv": "nan\n1\n",
-        "text.npz": "hello", "no_step.xml": text.replace('"0.01"', '"nan"'), "secret.xml": text,
-    }  # fmt: skip
+    models = {"my.xml": text, "secret.xml": text, "no_step.xml": text.replace('"0.01"', '"nan"')}
+    written = CASES["files"] | models
     for name, content in written.items():
         Path(name).write_text(content, "utf-8")
     Path("secret.xml").chmod(0)

@@ -60,7 +60,7 @@ if __name__ == "__main__":
     record(
         FILE,
         lambda: {name: motion(*case) for name, case in CASES.items()},
-        longest=0.4,
+        longest=0.2,
         digits=25,
         bound=1e-26,
     )

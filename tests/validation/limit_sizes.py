@@ -2,7 +2,7 @@
 write reports/judge/known_limits.toml.
 
     python -m plumbob.tests.validation.limit_sizes [--profile full] [--scenes GLOB] [--methods GLOB]
-        [--missing] [--jobs N]
+        [--missing]
 
 Runs each pair of a scene and a method that a limit is declared for, at the steps of the quick
 profile, and each with a solver that chooses its steps; what is in the file and was not chosen stays
@@ -15,10 +15,8 @@ from __future__ import annotations
 
 import argparse
 import math
-import multiprocessing
 import sys
 from collections.abc import Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
 from pathlib import Path
 
@@ -133,19 +131,16 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--scenes", default="*")
     parser.add_argument("--methods", default="*")
     parser.add_argument("--missing", action="store_true")
-    parser.add_argument("--jobs", type=int, default=1)
     chosen = parser.parse_args(arguments)
     held: dict[tuple[str, str], Size | Errors] = {**sizes(), **errors_of_solvers()}
     asked = limits(chosen.scenes, chosen.methods, chosen.profile)
     if chosen.missing:
         asked = [(s, m) for s, m in asked if (s.name, m.name) not in held]
-    with ProcessPoolExecutor(chosen.jobs, multiprocessing.get_context("spawn")) as pool:
-        for done in as_completed([pool.submit(of_pair, pair) for pair in asked]):
-            scene, method, size = done.result()
-            if size is not None:
-                held[scene, method] = size
-                write(held)  # what is measured stays, however the rest ends
-            print(scene, method, size or "no run", flush=True)
+    for scene, method, size in map(of_pair, asked):
+        if size is not None:
+            held[scene, method] = size
+            write(held)  # what is measured stays, however the rest ends
+        print(scene, method, size or "no run", flush=True)
     write(held)
     print(f"{len(asked)} measured, {len(held)} in {FILE}")
     return 0
