@@ -102,17 +102,23 @@ def test_a_machine_that_cannot_draw_gives_no_picture(monkeypatch: pytest.MonkeyP
     assert picture_module.picture(model, model.qpos0) is None
 
 
-def test_command_writes_the_page(
+def test_command_writes_the_page_and_names_the_model_as_it_was_given(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("rod.xml").write_text(PENDULUM.format(integrator="Euler"), "utf-8")
-    short = ["audit", "rod.xml", "--duration", "0.1", "--budget", "5"]
+    Path("arm").mkdir()
+    Path("arm/rod.xml").write_text(PENDULUM.format(integrator="Euler"), "utf-8")
+    short = ["audit", "arm/rod.xml", "--duration", "0.1", "--budget", "5"]
     assert main([*short, "--out", "pages"]) == 0
-    assert capsys.readouterr().err.strip() == "pages/audit-rod.html"
-    assert "plumbob audit rod.xml --duration 0.1" in Path("pages/audit-rod.html").read_text("utf-8")
-    assert main([*short, "--out", "rod.xml"]) == 2
-    assert capsys.readouterr().err.startswith("plumbob: out = 'rod.xml'")
+    printed = capsys.readouterr()
+    assert printed.err.strip() == "pages/audit-rod.html"
+    assert printed.out.startswith("rod.xml ")
+    page = Path("pages/audit-rod.html").read_text("utf-8")
+    assert "plumbob audit arm/rod.xml --duration 0.1" in page
+    assert main([*short, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["model"] == "arm/rod.xml"
+    assert main([*short, "--out", "arm/rod.xml"]) == 2
+    assert capsys.readouterr().err.startswith("plumbob: out = 'arm/rod.xml'")
 
 
 def test_pages_of_files_of_one_name_are_two(tmp_path: Path) -> None:
@@ -128,17 +134,3 @@ def test_pages_of_files_of_one_name_are_two(tmp_path: Path) -> None:
     assert names == ["audit-robot.html", "audit-ur5e-robot.html", "audit-robot.html"]
     (tmp_path / "audit-robot.html").write_text("a page that says nothing of its model", "utf-8")
     assert page_name("robot.xml", tmp_path, ".html") == "audit-robot.html"
-
-
-@pytest.mark.long
-def test_the_model_is_named_as_it_was_given(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("arm").mkdir()
-    Path("arm/robot.xml").write_text(PENDULUM.format(integrator="Euler"), "utf-8")
-    short = ["audit", "arm/robot.xml", "--duration", "0.1", "--budget", "5"]
-    assert main([*short, "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["model"] == "arm/robot.xml"
-    assert main(short) == 0
-    assert capsys.readouterr().out.startswith("robot.xml ")

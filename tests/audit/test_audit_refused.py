@@ -23,21 +23,47 @@ from plumbob.reports.cli import main
 from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendulum
 
 CASES = tomllib.loads(Path(__file__).with_name("refused.toml").read_text("utf-8"))
-REFUSED, HOSTILE = CASES["refused"], CASES["hostile"]
+HOSTILE = CASES["hostile"]
 
 
-@pytest.mark.parametrize("reason", REFUSED)
-def test_refused_by_name(
-    reason: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:  # fmt: skip
-    path = tmp_path / "my.xml"
-    path.write_text(REFUSED[reason], "utf-8")
-    mujoco.MjModel.from_xml_path(str(path))
-    assert main(["audit", str(path), "--budget", "5"]) == 2
+BY_REASON = [(reason, text, ["--budget", "5"]) for reason, text in CASES["refused"].items()]
+BY_REASON += [(reason, text, ["--contacts"]) for reason, text in CASES["refused_contacts"].items()]
+BOX = CASES["refused_contacts"]["no gravity"].replace(' gravity="0 0 0"', "")
+OPTIONS = [(words.split(" "), reason) for words, reason in CASES["bad_options"].items()]
+
+
+def one_line(words: list[str], reason: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """The command ends with exit code 2, and with a line that has the reason in it."""
+    assert main(["audit", *words]) == 2
     printed = capsys.readouterr()
     assert printed.out == ""
-    assert printed.err.count("\n") == 1
+    assert printed.err.startswith("plumbob: ")
+    assert printed.err.count("\n") == 1, printed.err
     assert reason in printed.err
+
+
+@pytest.mark.parametrize(("reason", "text", "words"), BY_REASON)
+def test_refused_by_name(
+    reason: str, text: str, words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "my.xml"
+    path.write_text(text, "utf-8")
+    mujoco.MjModel.from_xml_path(str(path))
+    one_line([str(path), *words], reason, capsys)
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [*OPTIONS, (["--speed", "1"], "speed = '1': must be given with --contacts")],
+)
+def test_bad_options_of_contacts_are_one_line(
+    words: list[str], reason: str, files: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("my.xml").write_text(BOX, "utf-8")
+    before = sorted(files.iterdir())
+    contacts = ["--contacts"] if (words, reason) in OPTIONS else []
+    one_line(["my.xml", *contacts, *words], reason, capsys)
+    assert sorted(files.iterdir()) == before
 
 
 def test_callback_is_refused() -> None:
@@ -119,11 +145,7 @@ def test_hostile_input_is_one_line(
     case: str, files: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = sorted(files.rglob("*"))
-    assert main(["audit", *HOSTILE[case]]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert printed.err.startswith("plumbob: ")
-    assert printed.err.count("\n") == 1, printed.err
+    one_line(HOSTILE[case], "", capsys)
     assert sorted(files.rglob("*")) == before
 
 

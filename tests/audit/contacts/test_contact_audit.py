@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from plumbob.engines.adapters.mujoco import settings_to_paste, user_contacts
+from plumbob.engines.adapters.mujoco import user_contacts
 from plumbob.engines.adapters.mujoco.own_model import rigid_piece
 from plumbob.engines.audit import contacts
 from plumbob.engines.audit.contacts import HEADINGS, ContactAudit
@@ -147,24 +148,27 @@ def test_a_wrong_moment_of_inertia_is_seen(
     assert spoilt.turn != pytest.approx(flat.exact_turn, rel=2 * TURN)
 
 
-@pytest.mark.usefixtures("two_steps")
-def test_softer_contacts_than_those_said_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = settings_to_paste.own_pair
-    monkeypatch.setattr(
-        user_contacts, "own_pair",
-        lambda *given: {**(pair := right(*given)), "solref": 0.75 * np.asarray(pair["solref"])},
-    )  # fmt: skip
-    assert missed(audited(texts()["four-legged stand"])) > 2 * REST
+def softer(right: Any) -> Any:
+    return lambda *given: {**(pair := right(*given)), "solref": 0.75 * np.asarray(pair["solref"])}
+
+
+def rougher(right: Any) -> Any:
+    return lambda self: {foot: 1.001 * friction for foot, friction in right(self).items()}
 
 
 @pytest.mark.usefixtures("two_steps")
-def test_another_friction_than_that_of_the_feet_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = user_contacts.MujocoContacts.frictions
-    monkeypatch.setattr(
-        user_contacts.MujocoContacts, "frictions",
-        lambda self: {foot: 1.001 * friction for foot, friction in right(self).items()},
-    )  # fmt: skip
-    assert missed(audited(texts()["four-footed box"])) > 2 * REST
+@pytest.mark.parametrize(
+    ("place", "name", "wrong", "body"),
+    [
+        (user_contacts, "own_pair", softer, "four-legged stand"),
+        (user_contacts.MujocoContacts, "frictions", rougher, "four-footed box"),
+    ],
+)
+def test_other_contacts_than_those_said_are_seen(
+    place: Any, name: str, wrong: Any, body: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(place, name, wrong(getattr(place, name)))
+    assert missed(audited(texts()[body])) > 2 * REST
 
 
 @pytest.mark.usefixtures("two_steps")

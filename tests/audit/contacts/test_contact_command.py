@@ -27,84 +27,11 @@ from plumbob.tests.audit.scenes_as_models import compiled
 BOX = '<geom name="box" type="box" size=".1 .2 .02"/>'
 BALL = '<geom name="ball" size=".1"/>'
 STEP = 'timestep="0.002"'
-REFUSED = {
-    "no plane that its free body can touch": model_text(BOX, 0.02, floor=""),
-    "no plane that its": model_text(
-        BOX, 0.02, floor=FLOOR.replace("/>", ' contype="2" conaffinity="2"/>')
-    ),
-    "no free body": f"<mujoco><worldbody>{FLOOR}<body><joint/>{BOX}</body></worldbody></mujoco>",
-    "gravity that is not normal to its plane (floor)": model_text(
-        BOX, 0.02, f'{STEP} gravity="1 0 -9.81"'
-    ),
-    "no gravity": model_text(BOX, 0.02, f'{STEP} gravity="0 0 0"'),
-    "fewer than three points that are not on one line (ball): it tips or rolls": model_text(
-        BALL, 0.1
-    ),
-    "no friction (condim 1)": model_text(BOX.replace("/>", ' condim="1"/>'), 0.02, floor=(
-        FLOOR.replace("/>", ' condim="1"/>')
-    )),
-    "the body falls over": model_text(
-        BOX + '<geom size=".1" mass="50" pos=".3 0 .1" contype="0" conaffinity="0"/>', 0.02
-    ),
-    "two coefficients": model_text(
-        BOX, 0.02, more='<contact><pair geom1="floor" geom2="box" friction=".3 .5"/></contact>'
-    ),
-    "overrides the settings of every contact": model_text(BOX, 0.02).replace(
-        f"<option {STEP}/>", f'<option {STEP}><flag override="enable"/></option>'
-    ),
-    "contacts may be disabled": model_text(BOX, 0.02).replace(
-        f"<option {STEP}/>", f'<option {STEP}><flag contact="disable"/></option>'
-    ),
-}  # fmt: skip
 
 
 @pytest.fixture(name="found", scope="module")
 def _found() -> ContactAudit:
     return audited_once(texts()["four-footed box"])
-
-
-@pytest.mark.parametrize("reason", REFUSED)
-def test_refused_by_name(
-    reason: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:  # fmt: skip
-    path = tmp_path / "my.xml"
-    path.write_text(REFUSED[reason], "utf-8")
-    assert main(["audit", str(path), "--contacts"]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert printed.err.count("\n") == 1
-    assert reason in printed.err
-
-
-@pytest.mark.parametrize(
-    ("options", "reason"),
-    [
-        (["--body", "none"], "body = 'none': must be a free body: base"),
-        (["--keyframe", "7"], "keyframe = '7': must be one of none"),
-        (["--speed", "0"], "speed = 0.0: must be"),
-        (["--speed", "fast"], "speed = 'fast': must be"),
-        (["--friction", "-1"], "friction = -1.0: must be"),
-        (["--duration", "2"], "duration = '2': must be left out with --contacts"),
-        (["--ctrl", "sines"], "ctrl = 'sines': must be left out with --contacts"),
-        (["--write-trimmed", "new.xml"], "write trimmed = 'new.xml': must be left out"),
-        (["--out", "my.xml"], "out = 'my.xml': must be a folder"),
-    ],
-)
-def test_bad_options_are_one_line(
-    options: list[str],
-    reason: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("my.xml").write_text(model_text(BOX, 0.02), "utf-8")
-    assert main(["audit", "my.xml", "--contacts", *options]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert printed.err.count("\n") == 1
-    assert reason in printed.err
-    assert [p.name for p in tmp_path.iterdir()] == ["my.xml"]
 
 
 LOAD = (
@@ -166,15 +93,6 @@ def test_notes_are_a_line_of_the_answer(found: ContactAudit) -> None:
     assert "left out" not in dict(contact_rows(found))
     noted = replace(found, notes=("the weld of base and load", "tendon rope"))
     assert dict(contact_rows(noted))["left out"] == "the weld of base and load; tendon rope"
-
-
-def test_options_of_the_contact_audit_need_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "my.xml"
-    path.write_text(model_text(BOX, 0.02), "utf-8")
-    assert main(["audit", str(path), "--speed", "1"]) == 2
-    assert "speed = '1': must be given with --contacts" in capsys.readouterr().err
 
 
 @pytest.mark.long
