@@ -85,14 +85,6 @@ def test_wrong_weights_within_the_layer_are_seen(monkeypatch: pytest.MonkeyPatch
     assert found.until < DURATION or apart(found)[-1] > found.uncertainty
 
 
-def test_more_contacts_than_the_layer_takes_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(field_module, "MOST_IN_LAYER", 0)
-    found = foot("pyramidal")
-    assert found.found is None
-    assert "contacts chatter" in found.reference.why
-    assert "1 contacts begin within" in found.reference.why
-
-
 @pytest.mark.parametrize("power", [*POWERS, 0.4, 1.0])
 def test_what_layers_leave_open_is_the_way_to_their_limit(power: float) -> None:
     """Of motions at a distance from it that goes as a power of the width."""

@@ -48,8 +48,3 @@ def test_starts_beside_each_other_give_the_same_means() -> None:
         beside = likely(model, motion, 20, 60.0, executor=executor)
         assert likely(model, motion, 20, 0.0, executor=executor) is None
     assert beside == likely(model, motion, 20, 60.0)
-
-
-def test_no_time_is_no_answer() -> None:
-    model = ready(ball())
-    assert likely(model, script(model, duration=0.1), 20, 0.0) is None

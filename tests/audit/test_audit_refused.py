@@ -210,11 +210,6 @@ def test_no_reference_is_an_answer(capsys: pytest.CaptureFixture[str], files: Pa
     assert "none: the time given for it ended" in printed.out
 
 
-def test_unknown_keyframe_is_refused() -> None:
-    with pytest.raises(ParameterError, match="keyframe"):
-        plumbob.audit(pendulum(), keyframe="home")
-
-
 SPEC = mujoco.MjSpec.from_string(PENDULUM.format(integrator="Euler"))
 
 

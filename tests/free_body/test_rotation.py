@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 from dataclasses import replace
 from typing import Any
 
@@ -18,9 +17,10 @@ from plumbob.analytic.numerics.quad import double, quad
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, composed
-from plumbob.tests.free_body.recorded import CASES, FILE
+from plumbob.tests.free_body.recorded import FILE
+from plumbob.tests.support.extrapolation import recorded
 
-TABLE = json.loads(FILE.read_text("utf-8"))
+CASES = recorded(FILE)
 NAMES = (*RATES, *ATTITUDE)
 
 
@@ -33,9 +33,10 @@ def seen(body: FreeBody, times: object) -> np.ndarray:
 def errors(name: str, change: float = 0.0) -> tuple[FreeBody, np.ndarray, np.ndarray]:
     """The body of a recorded case, its first moment changed relatively, the times, and its errors
     beside the record, shape (7, n)."""
-    (x, y, z), rates, times = CASES[name]
-    body, at = FreeBody(x * (1 + change), y, z, rates), np.array(times)
-    return body, at, np.abs(seen(body, at) - np.array(TABLE[name], dtype=float).T)
+    case = CASES[name]
+    x, y, z = case.constants
+    body, at = FreeBody(x * (1 + change), y, z, case.start), np.array(case.times)
+    return body, at, np.abs(seen(body, at) - np.array(case.states, dtype=float).T)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -59,13 +60,11 @@ def test_the_table_notices_a_digit() -> None:
 def test_uncertainty_is_not_excessive(name: str) -> None:
     # against each input changed alone, by much more than a unit in the last place: three times that
     # holds the roundings on the way and of the times too, which are as large as those of the inputs
-    moments, rates, _ = CASES[name]
-    body, at = FreeBody(*moments, rates), np.linspace(0.0, 60.0, 241)
-    change, total = 1e-11, np.zeros((7, 241))
-    for i in range(6):
-        x, y, z, u, v, w = (
-            value * (1.0 + change * (i == j)) for j, value in enumerate((*moments, *rates))
-        )
+    inputs = np.array([*CASES[name].constants, *CASES[name].start])
+    at, change, total = np.linspace(0.0, 60.0, 241), 1e-11, np.zeros((7, 241))
+    body = FreeBody(*inputs[:3].tolist(), inputs[3:].tolist())
+    for moved in inputs * (1.0 + change * np.eye(6)):
+        x, y, z, u, v, w = moved.tolist()
         total += np.abs(seen(FreeBody(x, y, z, (u, v, w)), at) - seen(body, at)) * ULP / change
     claimed = np.stack([body.uncertainty(at)[n] for n in NAMES])
     for said, found in zip(claimed, total, strict=True):

@@ -7,7 +7,8 @@ gmpy2's numbers: an independent method, with neither formula nor arithmetic of w
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -55,28 +56,47 @@ def states(motion: Motion, longest: float) -> list[State]:
     return reached
 
 
+@dataclass(frozen=True)
+class Recorded:
+    """A motion's constants, its start, times [s], and the state at each of them in many digits."""
+
+    constants: tuple[float, ...]
+    start: tuple[float, ...]
+    times: tuple[float, ...]
+    states: tuple[tuple[str, ...], ...]
+
+
+def recorded(file: Path) -> dict[str, Recorded]:
+    """The motions of a file."""
+    table = json.loads(file.read_text("utf-8"))
+    return {
+        name: Recorded(**{field: tuple(values) for field, values in case.items()})
+        for name, case in table.items()
+    }
+
+
 def record(
     file: Path,
-    motions: Callable[[], Mapping[str, Motion]],
+    motion: Callable[[Recorded], Motion],
     longest: float,
     digits: int,
     bound: float,
     shown: Callable[[Motion, State], State] = lambda _, state: state,
 ) -> None:
-    """Write `shown` of each state in so many digits; steps of `longest` [s] and of 0.7 times that
-    have to agree within `bound`, relatively."""
+    """Write the states of each motion of a file anew: `shown` of each in so many digits; steps of
+    `longest` [s] and of 0.7 times that have to agree within `bound`, relatively."""
     table = {}
     with gmpy2.context(gmpy2.get_context(), precision=200):
-        for name, motion in motions().items():
-            first, second = states(motion, longest), states(motion, 0.7 * longest)
+        for name, case in recorded(file).items():
+            equation = motion(case)
+            first, second = states(equation, longest), states(equation, 0.7 * longest)
             apart = max(
                 float(abs(x - y) / (1 + abs(x)))
                 for one, other in zip(first, second, strict=True)
                 for x, y in zip(one, other, strict=True)
             )
             assert apart < bound, (name, apart)
-            table[name] = [
-                [f"{value:.{digits}g}" for value in shown(motion, state)] for state in second
-            ]
+            written = [[f"{value:.{digits}g}" for value in shown(equation, x)] for x in second]
+            table[name] = {**asdict(case), "states": written}
             print(name, apart, flush=True)
     file.write_text(json.dumps(table, indent=1) + "\n", "utf-8")
