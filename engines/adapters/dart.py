@@ -16,7 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, Scheme
+from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.engines.abilities import ModelFields, ModelReader, SchemeOfCase
 from plumbob.engines.adapters.hinged_body import (
     PENDULUMS,
     HingedBody,
@@ -35,7 +36,7 @@ from plumbob.engines.adapters.three_feet import (
     nearest_turn,
     three_feet,
 )
-from plumbob.engines.method import Engine, Method, ModelFields, Simulation
+from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True, implicit_spring=True)
@@ -264,7 +265,6 @@ ENGINE = Engine(
     METHODS,
     prepare,
     model_error,
-    scheme=scheme,
     optional=True,
-    model_fields=model_fields,
+    abilities=(SchemeOfCase(scheme), ModelReader(model_fields)),
 )

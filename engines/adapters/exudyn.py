@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_errors

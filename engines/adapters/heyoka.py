@@ -14,11 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import ADAPTIVE, Scheme
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import ADAPTIVE, Scheme
+from plumbob.engines.abilities import SecondRun
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.sampling import SAMPLES
 from plumbob.engines.trajectory import Trajectory
@@ -159,5 +160,11 @@ def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping
 
 
 ENGINE = Engine(
-    "heyoka", "heyoka", METHODS, prepare, model_error, optional=True, confirming=confirming
+    "heyoka",
+    "heyoka",
+    METHODS,
+    prepare,
+    model_error,
+    optional=True,
+    abilities=(SecondRun(confirming),),
 )

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported

@@ -10,11 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
+from plumbob.analytic.schemes import EULER, RK4, Scheme
+from plumbob.engines.abilities import ModelFields, ModelReader
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_errors
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import CAPSULE
-from plumbob.engines.method import Engine, Method, ModelFields, Simulation, Unsupported
+from plumbob.engines.method import Engine, Method, Simulation, Unsupported
 from plumbob.models.scene import Case
 
 NO_CONTACTS = (
@@ -148,5 +149,5 @@ ENGINE = Engine(
     prepare,
     model_error,
     optional=True,
-    model_fields=model_fields,
+    abilities=(ModelReader(model_fields),),
 )

@@ -19,7 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, Scheme
+from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.engines.abilities import ModelFields, ModelReader, SchemeOfCase
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_errors
 from plumbob.engines.adapters.stepping import Built, Read, stepped
 from plumbob.engines.adapters.three_feet import (
@@ -32,7 +33,7 @@ from plumbob.engines.adapters.three_feet import (
     nearest_turn,
     three_feet,
 )
-from plumbob.engines.method import Engine, Method, ModelFields, Simulation, Unsupported
+from plumbob.engines.method import Engine, Method, Simulation, Unsupported
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start")
@@ -330,7 +331,6 @@ ENGINE = Engine(
     METHODS,
     prepare,
     model_error,
-    scheme=scheme,
     optional=True,
-    model_fields=model_fields,
+    abilities=(SchemeOfCase(scheme), ModelReader(model_fields)),
 )

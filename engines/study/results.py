@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from plumbob.engines.method import Method, Trimming
+from plumbob.engines.abilities import Trimming
+from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import SEED, ConvergenceStudy
 from plumbob.engines.study.cost import Cost, Key
 from plumbob.engines.study.extra_runs import (

@@ -22,8 +22,8 @@ from plumbob.engines.study.measurement import (
 )
 from plumbob.models.scene import Observable, Quantity
 from plumbob.reports.judge.converging import convergence
+from plumbob.reports.judge.not_read import not_read
 from plumbob.reports.judge.tolerance import Tolerance, exceeded, starts_off, tolerance, too_wide
-from plumbob.reports.judge.unjudged import declared, undeclared
 
 Verdict = Literal[
     "pass", "converges", "fail", "not-converging", "diverged", "cut-short", "unsupported",
@@ -144,9 +144,9 @@ class _Run:
         """Observables without a tolerance where others have one, each with the reason."""
         if self.found.status != "done" or not self.tolerances:
             return {}
-        known = declared(self.found.scene, self.found.method)
+        known = not_read(self.found.scene, self.found.method)
         return {
-            name: known[name].reason if name in known else self._silent(name)
+            name: known[name] if name in known else self._silent(name)
             for name in self.units
             if name not in self.tolerances
         }
@@ -172,8 +172,8 @@ def _leaves_out(run: _Run) -> Judgement | None:
 
 
 def _dropped(run: Measurement, observables: Sequence[str]) -> Judgement | None:
-    missing = [name for name in observables if name not in run.errors]
-    names = undeclared(run.scene, run.method, missing, left_out=True)
+    declared = not_read(run.scene, run.method)
+    names = [name for name in observables if name not in run.errors and name not in declared]
     if run.status != "done":
         return None
     why = f"{LEAVES_OUT} {', '.join(names)}" if names else starts_off(run)
@@ -334,18 +334,18 @@ def _stays(several: _Runs) -> Judgement | None:
 
 
 def _claims_too_much(several: _Runs) -> Judgement | None:
-    """To pass, every observable is judged in some run, or declared to be judged in none; and what
-    is declared so is not judged after all."""
+    """To pass, every observable that the engine gives is judged in some run; and none is that it
+    is declared not to give."""
     passed = next((run for run in reversed(several.runs) if run.verdict == "pass"), None)
     if passed is None:
         return None
-    scene, method = several.found[0].scene, several.found[0].method
     names = [n for n in several.observables if any(n in m.errors for m in several.found)]
-    silent = undeclared(scene, method, (n for n in names if n in several.unjudged), left_out=False)
+    silent = [name for name in names if name in several.unjudged]
     if silent:
         why = several.unjudged[silent[0]]
         return Judgement("fail", passed.tolerances, f"{', '.join(silent)}: not judged, {why}")
-    judged = [name for name in declared(scene, method) if name not in several.unjudged]
+    declared = not_read(several.found[0].scene, several.found[0].method)
+    judged = [name for name in declared if name not in several.unjudged]
     if judged:
         why = f"{', '.join(judged)}: judged, and declared to be not"
         return Judgement("fail", passed.tolerances, why)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from plumbob.engines.method import Method, Trimming, meant
+from plumbob.engines.abilities import Trimming
+from plumbob.engines.method import Method, meant
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.extra_runs import StudyPlan, TrimmingRun
 from plumbob.engines.study.results import Study

@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.abilities import UserModels
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
 from plumbob.engines.audit.audit import Audit, audited
@@ -127,7 +128,8 @@ def own_steps(path: Path, steps: int = 300) -> Array:
 
 def ready(model: Any, keyframe: int | None = None) -> MujocoModel:
     """A model, or a file, as the engine gets it ready."""
-    assert ENGINE.own_model is not None
-    found = ENGINE.own_model(model, keyframe)
+    models = ENGINE.ability(UserModels)
+    assert models is not None
+    found = models.model(model, keyframe)
     assert isinstance(found, MujocoModel)
     return found

@@ -13,7 +13,7 @@ from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_mod
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable
-from plumbob.reports.view.audit.text import rows
+from plumbob.reports.view.audit.page import answered, rows
 from plumbob.tests.audit.scenes_as_models import audit_of, compiled, recast
 
 BUDGET = 60.0  # [s], far more than these take
@@ -122,9 +122,9 @@ def test_nothing_moves_is_said_of_a_whole_motion_alone() -> None:
     own = own_model(compiled(resting), "arm")
     still = audit_of(own, duration=0.2)
     assert still.still
-    assert dict(rows(still))["your error"] == "none: nothing moves under this control"
+    assert dict(rows(answered(still)))["your error"] == "none: nothing moves under this control"
     ending = audit_of(recast(Ending, own), duration=0.2)
-    said = dict(rows(ending))
+    said = dict(rows(answered(ending)))
     assert ending.until == pytest.approx(0.1)
     assert ending.error == 0.0
     assert "nothing moves" not in said["your error"]

@@ -13,10 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from plumbob.analytic.errors.schemes import EULER, Scheme
 from plumbob.analytic.errors.sliding_motion.sliding_errors import coasting_errors
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.capsule import Capsule, Point, normal_forces
 from plumbob.analytic.systems.manoeuvres.residual_motion import (
     ResidualMotion,

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.analytic.errors.smooth_motion.energy_drift import energy_drift_rate
+from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.pendulums.rod_tension import tension
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import engine_of, methods

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure

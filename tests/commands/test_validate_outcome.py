@@ -10,15 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from plumbob.analytic.errors.schemes import ADAPTIVE
+from plumbob.analytic.schemes import ADAPTIVE
 from plumbob.engines import registry
+from plumbob.engines.method import KnownLimit
 from plumbob.engines.study.runner import pairs
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes
 from plumbob.reports.cli import main
 from plumbob.reports.judge import expectations
 from plumbob.reports.judge.expectations import (
-    Expectation,
     as_expected,
     expected,
     refused,
@@ -26,7 +26,6 @@ from plumbob.reports.judge.expectations import (
     standing,
     surprise,
 )
-from plumbob.reports.judge.known_limits import errors_of_solvers, sizes, stored
 from plumbob.reports.judge.verdict import NO_STEP_FITS, Judgement, Verdict
 from plumbob.reports.view import notation
 from plumbob.tests.commands.outcomes import Outcome, break_engine, declare, validated, without_pages
@@ -134,7 +133,7 @@ def test_a_closed_form_that_appears_is_reported(scene: str) -> None:
 def test_a_limit_that_disappears_is_first_on_the_terminal(
     validate: Validate, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    declare(monkeypatch, Expectation("cone-*", "ode/rk4", "fail", "a limit of old"))
+    declare(monkeypatch, KnownLimit("cone-*", "ode/rk4", "fail", "a limit of old"))
     found = validate(CONE, "mujoco/euler,ode/rk4")
     assert found.code == 1
     assert found.out.splitlines()[:3] == [
@@ -159,7 +158,7 @@ def test_an_engine_that_is_missing_leaves_the_study_incomplete(
     assert missing is not None
     assert missing.attrib["message"] == "missing: mujoco is missing"
     # A surprise outweighs what is missing.
-    declare(monkeypatch, Expectation("cone-*", "ode/rk4", "fail", "a limit of old"))
+    declare(monkeypatch, KnownLimit("cone-*", "ode/rk4", "fail", "a limit of old"))
     assert validate(CONE, "mujoco/euler,ode/rk4").code == 1
 
 
@@ -202,7 +201,7 @@ RUN = ("run", CONE, "ode/rk4", "--step", "1e-3")
 
 def test_run_of_an_unexpected_verdict_is_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
     assert main(RUN) == 0
-    declare(monkeypatch, Expectation("cone-*", "ode/rk4", "fail", "a limit of old"))
+    declare(monkeypatch, KnownLimit("cone-*", "ode/rk4", "fail", "a limit of old"))
     assert main(RUN) == 1
 
 
@@ -249,7 +248,7 @@ def test_what_is_accepted_of_a_scene_that_is_not_hard(
     ],
 )
 def test_what_is_accepted_of_a_known_limit(verdict: Verdict, cut: bool, accepted: bool) -> None:
-    known = sizes()[LINE, "mujoco/euler"]
+    known = registry.limits_of("mujoco/euler").sizes[LINE, "mujoco/euler"]
     found = Judgement(verdict, {}, "a reason", cut, errors={known.fine: known.size})
     how = registry.method("mujoco/euler")
     assert as_expected(find_scene(LINE), how, found) == accepted
@@ -261,7 +260,7 @@ def test_a_known_limit_has_a_size(factor: float) -> None:
     """As expected within 2 % for a study with the versions that it was measured with, and within a
     factor of two with others, and for one run."""
     how, line = registry.method("mujoco/euler"), find_scene(LINE)
-    known = sizes()[LINE, "mujoco/euler"]
+    known = registry.limits_of("mujoco/euler").sizes[LINE, "mujoco/euler"]
     accepted = 0.5 <= factor <= 2.0
     study = Judgement(
         "not-converging",
@@ -271,7 +270,7 @@ def test_a_known_limit_has_a_size(factor: float) -> None:
         versions={"mujoco": "3.16.0"},
     )
     assert as_expected(line, how, study) == accepted
-    same = replace(study, versions=stored()["measured_with"])
+    same = replace(study, versions=registry.limits_of(how.name).measured_with)
     assert as_expected(line, how, same) == (0.98 <= factor <= 1.02)
     if not accepted:
         assert f"known to be {known.size:.3g}, within a factor of 2" in surprise(line, how, study)
@@ -285,7 +284,9 @@ def test_a_known_limit_has_a_size(factor: float) -> None:
 
 
 def test_a_known_limit_without_a_size_is_unexpected(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(expectations, "sizes", lambda: {})
+    monkeypatch.setattr(
+        expectations, "limits_of", lambda name: replace(registry.limits_of(name), sizes={})
+    )
     found = Judgement("not-converging", {}, "", errors={1e-4: 0.1})
     how = registry.method("mujoco/euler")
     assert surprise(find_scene(LINE), how, found).endswith("no size of it is known")
@@ -297,8 +298,9 @@ def test_every_known_limit_of_the_quick_profile_has_a_size() -> None:
         for scene, method in pairs(scenes("*", "quick"), registry.methods())
         if expected(scene.name, method.name).limit
     }
-    assert limits <= sizes().keys()
-    assert all(expected(*pair).limit for pair in sizes())  # none is left over
+    sizes = {pair for name in registry.built_in() for pair in registry.limits_of(name).sizes}
+    assert limits <= sizes
+    assert all(expected(*pair).limit for pair in sizes)  # none is left over
 
 
 def test_every_solver_of_the_quick_profile_has_the_sizes_of_its_errors() -> None:
@@ -307,14 +309,15 @@ def test_every_solver_of_the_quick_profile_has_the_sizes_of_its_errors() -> None
         for scene, method in pairs(scenes("*", "quick"), registry.methods("ode/*"))
         if method.scheme.integrator == ADAPTIVE
     }
-    assert solvers <= errors_of_solvers().keys()
+    held = registry.limits_of("ode").solvers
+    assert solvers <= held.keys()
     for pair in solvers:  # the loosest are far above the round-off level, with every solver
-        assert {1e-3, 1e-4, 1e-5, 1e-6} <= errors_of_solvers()[pair].keys()
+        assert {1e-3, 1e-4, 1e-5, 1e-6} <= held[pair].keys()
 
 
 def test_a_second_verdict_that_is_expected_has_a_size_too(monkeypatch: pytest.MonkeyPatch) -> None:
     how = registry.method("mujoco/rk4")
-    declare(monkeypatch, Expectation(QUICK, how.name, "pass", "at times", other="fail"))
+    declare(monkeypatch, KnownLimit(QUICK, how.name, "pass", "at times", other="fail"))
     failed = Judgement("fail", {}, "", errors={1e-3: 0.1})
     assert surprise(find_scene(QUICK), how, failed).endswith("no size of it is known")
     assert as_expected(find_scene(QUICK), how, Judgement("pass", {}, ""))

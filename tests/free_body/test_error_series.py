@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.free_body.error_series import FreeBodyErrors, euler_drifts
-from plumbob.analytic.errors.schemes import (
+from plumbob.analytic.schemes import (
     EULER,
     LEAPFROG,
     LINEARLY_IMPLICIT,

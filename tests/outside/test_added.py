@@ -11,13 +11,15 @@ from pathlib import Path
 
 import pytest
 
+from plumbob.engines.added import wrong_limits
+from plumbob.engines.registry import built_in
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.models import entry_points
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.cli import main
-from plumbob.reports.judge.expectations import surprise
+from plumbob.reports.judge.expectations import expected, surprise
 from plumbob.reports.judge.verdict import judge_convergence
 from plumbob.tests.commands.outcomes import validated, without_pages
 from plumbob.tests.outside.installed_packages import (
@@ -138,14 +140,80 @@ def test_a_known_limit_that_a_package_declares_is_held_to_its_size(
 ) -> None:
     broken(site, OFF if size is None else limited(LIMIT.format(size=size)))
     with seen(site):
-        scene, method = find_scene(SMALL), find_method("tiny/euler")
-        found = convergence_study(scene, method, 2000)
-        about = system_of(scene).quantities(case_of(scene))
-        judged = judge_convergence(found, system_of(scene), method, about)
-        assert judged.verdict == "fail"
-        said = surprise(scene, method, judged)
-        assert why in said
-        assert bool(said) == bool(why)
+        surprising = surprise_of_the_defect()
+    assert why in surprising
+    assert bool(surprising) == bool(why)
+
+
+def surprise_of_the_defect() -> str:
+    """Why the failure of the engine with a defect is not expected."""
+    scene, method = find_scene(SMALL), find_method("tiny/euler")
+    study = convergence_study(scene, method, 2000)
+    about = system_of(scene).quantities(case_of(scene))
+    judged = judge_convergence(study, system_of(scene), method, about)
+    assert judged.verdict == "fail"
+    return surprise(scene, method, judged)
+
+
+FILED = OFF.replace("import math\n", "import math\nfrom pathlib import Path\n", 1).replace(
+    "    not_read=", '    limits=Path(__file__).with_name("limits.toml"),\n    not_read='
+)
+README = (ROOT / "engines" / "README.md").read_text("utf-8")
+SHOWN = README[README.index("[[known_limits]]") :].partition("```")[0]
+FILE = SHOWN.partition("size = ")[0]
+SIZES = """
+[measured_with]
+their-package = "1.0"
+[sizes."simple-pendulum/free-small"]
+"tiny/euler" = {{ size = {size}, coarse = 1, fine = 0, low = 1, high = 2, coarsest = 1 }}
+"""
+
+
+@pytest.mark.parametrize("factor", [1.0, 3.0])
+@pytest.mark.parametrize("limits", [SHOWN.replace("1.2", "{size}"), FILE + SIZES])
+def test_a_package_has_its_limits_in_a_file_as_engines_of_ours_have(
+    limits: str, factor: float, site: Path
+) -> None:
+    broken(site, FILED)
+    (site / "limits.toml").write_text(limits.format(size=factor * SIZE), "utf-8")
+    with seen(site):
+        surprising = surprise_of_the_defect()
+        assert expected(SMALL, "tiny/euler").reason == "gravity is 1 % off"
+    assert ("a known limit, but its relative error is" in surprising) == (factor != 1.0)
+    assert bool(surprising) == (factor != 1.0)
+
+
+@pytest.mark.parametrize(
+    ("limits", "why"),
+    [
+        (None, "FileNotFoundError"),
+        (FILE, "the size of a known limit is 0.0"),
+        (SHOWN.replace('["tension"]', '"tension"'), "are 'tension', not a list"),
+        (f"{FILE}sizes = 3", "unexpected keyword argument 'sizes'"),
+        ("known_limits = 3", "its file of limits: TypeError"),
+        ("known_limits", "its file of limits: TOMLDecodeError"),
+        (FILE.replace("reason", "because"), "unexpected keyword argument 'because'"),
+        (FILE.replace("tiny/", "huge/"), "('huge/euler',), which is none of its methods"),
+        (f'{FILE}size = 1.0\nother = "never"', "is 'never', not one of"),
+    ],
+)
+def test_a_broken_file_of_limits_costs_the_engine(
+    limits: str | None, why: str, site: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    broken(site, FILED)
+    if limits is not None:
+        (site / "limits.toml").write_text(limits, "utf-8")
+    with seen(site):
+        assert main(["list", "methods"]) == 0
+    out, err = capsys.readouterr()
+    assert "tiny" not in out
+    assert why in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", built_in())
+def test_limits_of_our_engines_are_held_to_the_same_rules(name: str) -> None:
+    assert wrong_limits(built_in()[name]) == ""
 
 
 LEFT_OUT = {
@@ -299,7 +367,7 @@ def test_a_broken_system_costs_a_line(
             assert said.count("\n") == 1
 
 
-THEORY = "from plumbob.analytic.errors.theory import StepErrors\n"
+THEORY = "from plumbob.analytic.theory import StepErrors\n"
 RAISING = "if len(times) > 101: raise RuntimeError('no root')\n        "
 DEFECTS = {  # that no look at a few moments of a scene shows
     "reference": ("last = self.gravity", f"{RAISING}last = self.gravity"),

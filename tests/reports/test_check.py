@@ -6,9 +6,9 @@ import pytest
 
 from plumbob import check
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.method import KnownLimit
 from plumbob.reports.cli import main
-from plumbob.reports.judge import expectations
-from plumbob.reports.judge.expectations import Expectation
+from plumbob.tests.commands.outcomes import declare
 
 CONE, LINE, TURN = "cone-pendulum/deep-well", "capsule-line/ca1", "capsule-turn/0.3"
 
@@ -34,8 +34,8 @@ def test_a_known_limit_at_one_step_is_as_expected() -> None:
 def test_what_is_not_expected_is_raised_with_its_runs(
     step: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    limit = Expectation("cone-*", "ode/rk4", "diverged", "a limit of old")
-    monkeypatch.setattr(expectations, "EXPECTATIONS", (limit,))
+    limit = KnownLimit("cone-*", "ode/rk4", "diverged", "a limit of old")
+    declare(monkeypatch, limit)
     with pytest.raises(AssertionError, match=r"pass, expected diverged \(a limit of old") as raised:
         check(CONE, "ode/rk4", step)
     assert "at 0.001: pass" in str(raised.value)

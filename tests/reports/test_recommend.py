@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import Prediction

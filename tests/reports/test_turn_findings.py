@@ -1,4 +1,4 @@
-"""Statements of the page on turns, spins and plans hold."""
+"""Statements of the page on turns and spins hold."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ import pytest
 
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses import capsule_coast, capsule_plan, plan_legs
+from plumbob.reports.analyses import capsule_coast
 from plumbob.reports.analyses.analysis import plain
-from plumbob.reports.analyses.capsule_line import source
-from plumbob.reports.analyses.capsule_plan import SHOWN
+from plumbob.reports.analyses.capsule_line.source import ANY_LINE
 from plumbob.reports.analyses.capsule_turn import (
     body_angle,
     course,
@@ -23,8 +22,6 @@ from plumbob.reports.analyses.capsule_turn import (
 )
 from plumbob.reports.analyses.capsule_turn.turns import name_of, requests, turn
 from plumbob.reports.analyses.measurements import problem
-from plumbob.reports.analyses.plan_errors import plan_of
-from plumbob.reports.analyses.plan_path import gallery
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.finding_text import written
 from plumbob.tests.support.declared import declared, finding, measured, nothing
@@ -140,45 +137,6 @@ def test_spin() -> None:
     assert len(found.default) == len(steps)
 
 
-@pytest.mark.long
-def test_plans(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(capsule_plan, "QUICK", (FEET,))
-    given = declared(measured(SHOWN, (FEET,)), capsule_plan.requests)
-    (table,) = known(capsule_plan.poses(given)).tables
-    (line,) = (dict(zip(table.heads, row, strict=True)) for row in table.rows)
-    assert float(line["error of the reference [m]"].text) < 1e-6
-    assert float(line["naive over best"].text) > 1.3
-    _, drawn = gallery(plan_of(SHOWN))
-    assert len(drawn) == 3
-    found = known(capsule_plan.open_loop(given))
-    for row in found.tables[0].rows:
-        distance, slow = float(row[2].text), float(row[-2].text)
-        assert distance < 2e-4
-        assert slow < 1e-4 * distance
-    assert capsule_plan.poses(study("capsule-turn/0.3", (EULER,))) is None
-
-
-@pytest.mark.long
-def test_plans_along_any_two_lines(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(capsule_plan, "QUICK", (FEET,))
-    shown = plan_legs.SCENES[1]
-    ran = declared(measured(shown, (FEET,)), capsule_plan.requests)
-    found = known(plan_legs.finding(ran))
-    exact, engines = found.tables
-    assert len({line[0].text for line in exact.rows}) == 6  # 3 pairs of lines, 2 arcs
-    assert all(float(line[n].text) < 1e-12 for line in exact.rows for n in (4, 5))
-    assert [line[1].text for line in engines.rows] == [*plan_legs.METHODS] * 3
-    for line in engines.rows:
-        distance, heading = float(line[2].text), float(line[3].text)
-        assert distance < 5e-4
-        assert abs(heading) < (5e-4 if line[1].text == FEET else 5e-3)  # Euler's leak in a turn
-    assert found.commands[0].endswith("--track curve --set 'legs=[2, 3]' --arc longer")
-    # the quick profile's curve is one of the six, and its naive plan goes along it too
-    assert plan_of(shown).duration == pytest.approx(plan_legs.plans()[3].duration, rel=1e-12)
-    assert (capsule_plan.naive(shown).legs, capsule_plan.naive(shown).arc) == ((2, 3), "longer")
-    assert plan_legs.finding(study("capsule-turn/0.3", (EULER,))) is None
-
-
 def test_what_a_turn_leaves_at_its_stop() -> None:
     found = left_over.numbers(study("capsule-turn/0.3", (EULER, FEET)))
     assert found.shown.rate == pytest.approx(0.655, abs=5e-4)
@@ -245,7 +203,6 @@ def test_chernousko_is_cited_for_what_he_says() -> None:
     to forces."""
     statements = finding(exact_motion.TOUCH, nothing()).statements
     assert [one.place for one in statements] == ["(1)"]
-    given = declared(nothing(), source.requests)
-    argued = " ".join(source.any_line(given).paragraphs)
+    argued = " ".join(finding(ANY_LINE, declared(nothing(), ANY_LINE.requests)).paragraphs)
     assert "N₂ = N₃" not in argued
     assert "inversely proportional to their arms, for any triangle" in argued

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.shared import Same, expected
+from plumbob.analytic.shared import Same, expected
 from plumbob.engines.method import Stepping
-from plumbob.engines.registry import engine_of, methods
+from plumbob.engines.registry import engine_of, limits_of, methods
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.sampling import sampled, step_count
 from plumbob.engines.study import measurement
@@ -20,7 +20,6 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge import expectations
-from plumbob.reports.judge.known_limits import sizes
 from plumbob.reports.judge.tolerance import tolerance
 from plumbob.reports.judge.verdict import judge, judge_convergence
 
@@ -109,4 +108,4 @@ def test_no_failure_is_expected_without_a_size() -> None:
     for scene, method in pairs(scenes("*", "quick"), methods()):
         wanted = expectations.expected(scene.name, method.name)
         if {wanted.verdict, wanted.other} & {"fail", "not-converging"}:
-            assert (scene.name, method.name) in sizes()
+            assert (scene.name, method.name) in limits_of(method.name).sizes

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.shared import Same, exactly
+from plumbob.analytic.shared import Same, exactly
 from plumbob.engines.registry import engine_of, installed, method
 from plumbob.engines.study.measurement import Measurement, confirming, measure
 from plumbob.models.registry import case_of, scene

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines.adapters.mujoco import ENGINE, model_error, prepare
 from plumbob.engines.adapters.mujoco.contacts import PROFILES, profile
 from plumbob.engines.adapters.mujoco.simulation import compiled

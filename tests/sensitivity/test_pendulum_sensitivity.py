@@ -9,11 +9,11 @@ import pytest
 
 from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
 from plumbob.analytic.errors.smooth_motion.pendulum_errors import RodErrors
-from plumbob.analytic.errors.theory import ErrorTheory
 from plumbob.analytic.reference import Reference
 from plumbob.analytic.systems.pendulums.rod_tension import RodMotion
 from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, system_of

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import pytest
 
-from plumbob.analytic.errors.schemes import Scheme
-from plumbob.analytic.errors.theory import Coefficients, ErrorTheory, SteppedErrors
 from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.schemes import Scheme
+from plumbob.analytic.theory import Coefficients, ErrorTheory, SteppedErrors
 from plumbob.engines.method import Method, meant
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method

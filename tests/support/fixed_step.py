@@ -6,9 +6,9 @@ from math import cos, sin
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import LEAPFROG, RK4, Scheme
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import LEAPFROG, RK4, Scheme
 
 
 def run(

@@ -28,13 +28,13 @@ from plumbob.analytic.errors.free_body.steps import (
     step_of,
     unit,
 )
-from plumbob.analytic.errors.schemes import Scheme
-from plumbob.analytic.errors.theory import Coefficients, SteppedErrors
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, composed
+from plumbob.analytic.theory import Coefficients, SteppedErrors
 
 STAGES = 10  # Gauss nodes of a panel
 PANEL = 0.75  # [rad] that the body may turn in a panel

@@ -23,14 +23,14 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER as EULER
-from plumbob.analytic.errors.schemes import RK4 as RK4
 from plumbob.analytic.errors.sliding_motion.implicit_friction import (
     FrictionProblem,
     Slip,
     after_friction,
 )
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER as EULER
+from plumbob.analytic.schemes import RK4 as RK4
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.equations import Mechanics, mechanics

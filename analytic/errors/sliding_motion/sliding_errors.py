@@ -8,7 +8,6 @@ from typing import Literal
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.analytic.errors.sliding_motion.discontinuities import (
     GRID,
     rk4_stop,
@@ -17,6 +16,7 @@ from plumbob.analytic.errors.sliding_motion.discontinuities import (
 )
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.capsule import by_support, load_slopes
 from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre

@@ -24,7 +24,6 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.errors.smooth_motion.rotor_steps import (
     RotorStep,
     StepSeries,
@@ -33,13 +32,14 @@ from plumbob.analytic.errors.smooth_motion.rotor_steps import (
     simplest,
 )
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import stepped_errors
-from plumbob.analytic.errors.theory import Coefficients, SteppedErrors
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.numerics.rotor.variational import Response, TangentFlow, together
 from plumbob.analytic.numerics.truncated_series import constant
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
+from plumbob.analytic.theory import Coefficients, SteppedErrors
 
 
 def leading_error(

@@ -32,12 +32,12 @@ from numpy.polynomial import legendre
 
 from plumbob.analytic.errors.smooth_motion.global_error import flow_until
 from plumbob.analytic.errors.smooth_motion.rotor_steps import StepSeries, exact
-from plumbob.analytic.errors.theory import Coefficients
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.variational import STAGES, Response, TangentFlow, together
 from plumbob.analytic.numerics.truncated_series import constant, product, raised, sine_cosine
 from plumbob.analytic.reference import Array
+from plumbob.analytic.theory import Coefficients
 
 TERMS = 4
 DEGREE = TERMS + 2  # the opening is divided by h twice on its way to the tension

@@ -28,7 +28,6 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, LEAPFROG, STEPPED, TABLEAUX, Scheme
 from plumbob.analytic.errors.smooth_motion.stepped_orbit import (
     Function,
     Orbit,
@@ -38,11 +37,12 @@ from plumbob.analytic.errors.smooth_motion.stepped_orbit import (
     orbit,
     seen_by,
 )
-from plumbob.analytic.errors.theory import SteppedErrors
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.tableau import Tableau, along
 from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.schemes import EULER, LEAPFROG, STEPPED, TABLEAUX, Scheme
+from plumbob.analytic.tableau import Tableau, along
+from plumbob.analytic.theory import SteppedErrors
 
 MOST_STEPS = 2_000_000  # of a run: a few seconds
 FORCE_ROUNDINGS = 8.0  # of a force, whose parts an engine adds up along its own way

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from plumbob.engines.method import ModelFields
+from plumbob.engines.abilities import ModelFields
 
 
 def model_fields(path: Path) -> ModelFields:

@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.abilities import FileCheck
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.contacts import (
     IMPEDANCE,
@@ -22,7 +23,7 @@ from plumbob.engines.adapters.mujoco.contacts import (
 )
 from plumbob.engines.adapters.mujoco.settings_to_paste import OWN_STIFFNESS, own_pair
 from plumbob.engines.adapters.mujoco.user_file import read_model
-from plumbob.engines.method import FileCheck, Method, time_step
+from plumbob.engines.method import Method, time_step
 
 CLOSE = 1e-6  # relative difference of values that are the same but for the digits written
 REACH = 1e-2  # of the mean size of a body: what is this near the floor at the start is in contact

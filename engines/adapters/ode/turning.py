@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4
+from plumbob.analytic.schemes import EULER, LEAPFROG, RK4
 from plumbob.engines.adapters.ode.equation import Equation, State
 from plumbob.engines.adapters.ode.integrators import MOST_CORRECTIONS
 
