@@ -62,7 +62,8 @@ def test_uncertainty_is_not_excessive(name: str) -> None:
     # holds the roundings on the way and of the times too, which are as large as those of the inputs
     inputs = np.array([*CASES[name].constants, *CASES[name].start])
     at, change, total = np.linspace(0.0, 60.0, 241), 1e-11, np.zeros((7, 241))
-    body = FreeBody(*inputs[:3].tolist(), inputs[3:].tolist())
+    x, y, z, *rates = inputs.tolist()
+    body = FreeBody(x, y, z, rates)
     for moved in inputs * (1.0 + change * np.eye(6)):
         x, y, z, u, v, w = moved.tolist()
         total += np.abs(seen(FreeBody(x, y, z, (u, v, w)), at) - seen(body, at)) * ULP / change
