@@ -73,7 +73,7 @@ def _wrong_limit(limit: Any, methods: Sequence[str], limits: Limits) -> str:
         return f"a known limit is of {limit.methods!r}, which is none of its methods"
     if limit.verdict not in LIMITS:
         return f"{of[0]}: a known limit is {limit.verdict!r}, not one of {', '.join(LIMITS)}"
-    if limit.other not in (None, "pass", *LIMITS):
+    if limit.other not in (None, "predicted", *LIMITS):
         return f"{of[0]}: another verdict is {limit.other!r}, not one of {', '.join(LIMITS)}"
     if not (isinstance(limit.reason, str) and limit.reason.strip()):
         return f"{of[0]}: a known limit has no reason"

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import lru_cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal, Protocol, TypeVar
 
 from plumbob.analytic.parameters import ParameterError
@@ -92,7 +93,15 @@ class Simulation(Timed, Protocol):
         ...
 
 
-LIMITS = ("not-converging", "fail", "diverged", "pre-asymptotic", "unsupported", "converges")
+LIMITS = (
+    "not-converging",
+    "off-prediction",
+    "diverged",
+    "pre-asymptotic",
+    "unsupported",
+    "converges",
+)
+_RENAMED = MappingProxyType({"pass": "predicted", "fail": "off-prediction"})
 Patterns = str | tuple[str, ...]
 """Shell patterns of names, or after "!" of those that are left out."""
 
@@ -110,7 +119,7 @@ def fits(name: str, patterns: Patterns) -> bool:
 
 @dataclass(frozen=True)
 class KnownLimit:
-    """A verdict that is expected of an engine's methods on scenes, in place of `pass`."""
+    """A verdict that is expected of an engine's methods on scenes, in place of `predicted`."""
 
     scenes: Patterns
     methods: Patterns
@@ -120,6 +129,15 @@ class KnownLimit:
     """Relative error, known within a factor of two: the median over the finest five runs of the
     quick profile; of no meaning where the verdict is `unsupported` or `converges`."""
     other: str | None = None  # a verdict that is also expected: which depends on the step sizes
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "verdict", present(self.verdict))
+        object.__setattr__(self, "other", self.other and present(self.other))
+
+
+def present(verdict: str) -> str:
+    """A verdict by its present name; earlier ones are understood."""
+    return _RENAMED.get(verdict, verdict) if isinstance(verdict, str) else verdict
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,9 @@ class Analysed:
     system: str  # or "engines"
     scene: str  # of a hard one, or ""
     numbers: Any  # None: left out, since runs of the study are not as expected
-    claims: tuple[tuple[str, bool], ...] = ()  # checks: why each would not hold, whether it does
+    claims: tuple[tuple[str, bool], ...] = ()
+    """Checks: why each would not hold, and whether it does; without numbers, the pairs of scene and
+    method whose verdicts are unexpected."""
 
 
 @dataclass(frozen=True)

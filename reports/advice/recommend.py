@@ -31,7 +31,13 @@ from plumbob.reports.advice.work_precision import Point, converging, of_method, 
 from plumbob.reports.judge.study_verdicts import Judgements
 
 DEFAULT_METHOD, DEFAULT_STEP = DEFAULT
-UNTRUSTED = ("fail", "not-converging", "diverged", "cut-short")  # verdicts that rule a method out
+UNTRUSTED = (
+    "off-prediction",
+    "inaccurate",
+    "not-converging",
+    "diverged",
+    "cut-short",
+)  # verdicts that rule a method out
 UNJUDGED = "pre-asymptotic"  # the verdict that leaves it to the curve of errors
 EXACT = "closed-form"  # the scheme of what is no simulation, and is not recommended as one
 _DIGITS = 2  # of an interpolated step, rounded down

@@ -70,9 +70,9 @@ def analysed(
             claims = tuple((claim.text, bool(claim.holds)) for claim in analysis.claims(numbers))
             results.append(replace(left_out, numbers=plain(numbers), claims=claims))
         except Exception:
-            if not unexpected(study, judged):
+            if not (pairs := unexpected(study, judged)):
                 raise
-            results.append(left_out)
+            results.append(replace(left_out, claims=tuple((pair, False) for pair in pairs)))
     return tuple(results)
 
 

@@ -100,7 +100,7 @@ def verdict_on(study: Study, series: ConvergenceStudy, judged: Judgements) -> Pa
         standing(scene, method, both.whole),
         wanted.verdict,
         wanted.reason,
-        wanted.verdict != "pass" and wanted.allows(both.whole),
+        wanted.verdict != "predicted" and wanted.allows(both.whole),
         min(both.whole.errors.values(), default=None),
         tuple(_run(run, study.leading(scene.name).name) for run in both.runs),
         both.whole.unjudged,
@@ -123,9 +123,9 @@ def _budgets(
     held = [(m, run) for m, run in runs if run.tolerances]
     if not held:
         return 0.0, ()
-    m, run = next((pair for pair in held if pair[1].verdict == "fail"), held[-1])
+    m, run = next((pair for pair in held if pair[1].verdict == "off-prediction"), held[-1])
     units = {o.name: o.unit for o in study.observables(series.scene)}
-    shown = [next(iter(units))] if run.verdict != "fail" else list(units)
+    shown = [next(iter(units))] if run.verdict != "off-prediction" else list(units)
     return m.step, tuple(_budget(m, run, name, units) for name in run.tolerances if name in shown)
 
 
@@ -136,9 +136,9 @@ def _budget(run: Measurement, judged: Judgement, name: str, units: Mapping[str, 
 
 
 def _sensitivity(study: Study, scene: Scene, judged: Judgements) -> Sensitivity | None:
-    """None where no verdict is `pass`, or nothing can be changed."""
+    """None where no verdict is `predicted`, or nothing can be changed."""
     series = [c for c in study.convergence if c.scene == scene.name]
-    passed = [c for c in series if judged[c.scene, c.method].whole.verdict == "pass"]
+    passed = [c for c in series if judged[c.scene, c.method].whole.verdict == "predicted"]
     sensitivities = Sensitivities(scene)
     if not passed or not sensitivities.slopes:
         return None

@@ -320,12 +320,12 @@ def order(subject: Subject) -> str:
     if method.order is None:
         raise NotChecked("it chooses its steps: no order")
     slopes: dict[str, float] = {}
-    good = [s for s in subject.scenes if expected(s.name, method.name).verdict == "pass"]
+    good = [s for s in subject.scenes if expected(s.name, method.name).verdict == "predicted"]
     for scene in good[:TRIED]:
         study = convergence_study(scene, method, most_steps(scene, "quick"))
         case = case_of(scene)
         judgement = judge_convergence(study, case.system, method, case.system.quantities(case))
-        right = judgement.verdict in ("pass", "converges", "pre-asymptotic")
+        right = judgement.verdict in ("predicted", "converges", "pre-asymptotic")
         _hold(right, f"{scene.name}: {judgement.verdict}, {judgement.reason}")
         if study.order is None or judgement.verdict == "pre-asymptotic":
             continue

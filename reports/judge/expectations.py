@@ -26,7 +26,7 @@ from plumbob.reports.judge.tolerance import STARTS_OFF, TOO_WIDE
 from plumbob.reports.judge.verdict import LEAVES_OUT, NO_STEP_FITS, Judgement, Verdict
 
 NO_LIMITS = (LEAVES_OUT, STARTS_OFF, TOO_WIDE)  # reasons of a failure that no limit admits
-INACCURATE = "fail, off the accuracy asked for"
+INACCURATE = "inaccurate, off the accuracy asked for"
 # Calibrated: what an error at a drawn step, or tolerance, may be times those at listed ones, where
 # no theory says more. Of 1752 draws of the quick profile, by the seeds 1 to 4, the largest were 2.2
 # and 6.6 (`python -m plumbob.tests.validation.drawn_steps 1 4`); seed 5 has one of 2.6.
@@ -46,7 +46,7 @@ class Expectation:
     @property
     def limit(self) -> bool:
         """Whether it admits a known limit, the error of which has a size."""
-        return not {self.verdict, self.other} <= {"pass", "converges", "unsupported", None}
+        return not {self.verdict, self.other} <= {"predicted", "converges", "unsupported", None}
 
     def allows(self, judgement: Judgement) -> bool:
         """Whether a verdict is an expected one. Of a convergence study cut short, a failure is also
@@ -57,17 +57,17 @@ class Expectation:
             return False
         allowed = {self.verdict, self.other}
         if judgement.cut and "not-converging" in allowed:
-            allowed.add("fail")
+            allowed.add("off-prediction")
         if judgement.cut and self.verdict == "pre-asymptotic":
-            allowed.discard("pass")
+            allowed.discard("predicted")
         return judgement.verdict in allowed
 
 
 def expected(scene: str, method: str) -> Expectation:
-    """The declared expectation, from the limits of the method's engine; or `pass`, or where a
+    """The declared expectation, from the limits of the method's engine; or `predicted`, or where a
     package brings no theory `converges`."""
     if (known := limits_of(method).limit(scene, method)) is None:
-        return Expectation("pass", "", _without_theory(scene, method))
+        return Expectation("predicted", "", _without_theory(scene, method))
     verdict, other = cast(Verdict, known.verdict), cast("Verdict | None", known.other)
     return Expectation(verdict, known.reason, other, known.size)
 
@@ -97,7 +97,7 @@ def surprise(scene: Scene, method: Method, judgement: Judgement) -> str:
     """Why a verdict on a convergence study is not the expected one; empty where it is. An engine
     that is not installed is no surprise, nor is a verdict on a user's own settings, of which
     nothing is expected, unless the accuracy that was asked for is missed."""
-    if judgement.inaccurate:
+    if judgement.verdict == "inaccurate":
         return INACCURATE
     if method.name == USER_METHOD or judgement.verdict == "missing":
         return ""
@@ -148,12 +148,12 @@ def run_surprise(scene: Scene, method: Method, judgement: Judgement) -> str:
     error is larger; and it may be too large for the theory, or smaller than all steps of a study
     that are. The error of a known limit lies within a factor of two of what its study spans."""
     wanted, short = expected(scene.name, method.name), replace(judgement, cut=True)
-    if judgement.inaccurate:
+    if judgement.verdict == "inaccurate":
         return INACCURATE
     if method.name == USER_METHOD or judgement.verdict in ("pre-asymptotic", "missing"):
         return ""
     passes = {wanted.verdict, wanted.other} & {"pre-asymptotic", "not-converging"}
-    if judgement.verdict == "pass" and passes:
+    if judgement.verdict == "predicted" and passes:
         return ""
     return _verdicts(wanted, short) or _other_size(scene, method, judgement, wanted, run=True)
 
@@ -180,7 +180,7 @@ def _other_size(
     if method.control == "tolerance":
         held = limits_of(method.name).solvers.get((scene.name, method.name), {})
         return not_those(held, judgement.errors, known_within(method, judgement.versions))
-    if not wanted.limit or judgement.verdict == "pass":
+    if not wanted.limit or judgement.verdict == "predicted":
         return ""
     known = limits_of(method.name).sizes.get((scene.name, method.name))
     if known is None and wanted.size:
@@ -204,12 +204,12 @@ def _changed(scene: Scene) -> bool:
 
 
 def accurate(judgement: Judgement, within: float) -> Judgement:
-    """The judgement, as `fail` where the relative error of the finest run exceeds `within`."""
+    """The judgement, `inaccurate` where the relative error of the finest run exceeds `within`."""
     if not judgement.errors or judgement.errors[finest := min(judgement.errors)] <= within:
         return judgement
     error = f"the relative error is {judgement.errors[finest]:.2g} at {finest:g}"
     why = f"{error}, and {within:g} was asked for"
-    return replace(judgement, verdict="fail", reason=why, inaccurate=True)
+    return replace(judgement, verdict="inaccurate", reason=why)
 
 
 def standing(scene: Scene, method: Method, judgement: Judgement) -> Standing:
@@ -219,7 +219,7 @@ def standing(scene: Scene, method: Method, judgement: Judgement) -> Standing:
         return "unexpected"
     if judgement.verdict in ("unsupported", "missing"):
         return "not run"
-    if method.name == USER_METHOD or judgement.verdict == "pass":
+    if method.name == USER_METHOD or judgement.verdict == "predicted":
         return "as expected"
     if expected(scene.name, method.name).limit:
         return "known limit"

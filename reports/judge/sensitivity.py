@@ -124,9 +124,9 @@ class Sensitivities:
         """For each parameter the smallest change that fails a run of `series`: at some moment it
         moves an observable by more than is allowed there, beside what the run differs by already.
         Without parameters that move nothing that is judged; empty where the verdict is not
-        `pass`."""
+        `predicted`."""
         least: dict[Parameter, Noticed] = {}
-        if judged.whole.verdict != "pass":
+        if judged.whole.verdict != "predicted":
             return least
         for run, verdict in zip(series.measurements, judged.runs, strict=True):
             for name, held in verdict.tolerances.items():

@@ -33,8 +33,8 @@ def judge_study(study: Study, within: float | None = None) -> Judgements:
     for c in study.convergence:
         result = judged(c, observed[c.scene], methods[c.method], study.quantities(c.scene))
         claims = _of_its_cost(study.costs.get((c.scene, c.method)))
-        whole = result.whole if within is None else accurate(result.whole, within)
-        judgement = replace(whole, claims=claims, versions=study.provenance.versions)
+        judgement = result.whole if within is None else accurate(result.whole, within)
+        judgement = replace(judgement, claims=claims, versions=study.provenance.versions)
         verdicts[c.scene, c.method] = replace(result, whole=judgement)
     return verdicts
 
@@ -48,7 +48,10 @@ def unexpected(study: Study, judgements: Judgements) -> list[str]:
         if (judged := judgements.get((scene.name, method.name))) is not None
         and (
             standing(scene, method, judged.whole) == "unexpected"
-            or (method.name == USER_METHOD and judged.whole.verdict not in ("pass", "converges"))
+            or (
+                method.name == USER_METHOD
+                and judged.whole.verdict not in ("predicted", "converges")
+            )
         )
     ]
 

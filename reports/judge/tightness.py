@@ -81,7 +81,7 @@ def slacks(study: Study, judged: Judgements) -> Iterator[Slack]:
     """Every observable that is held to a tolerance in a run that passes."""
     for c in study.convergence:
         for run, verdict in zip(c.measurements, judged[c.scene, c.method].runs, strict=True):
-            if verdict.verdict == "pass":
+            if verdict.verdict == "predicted":
                 for name, held in verdict.tolerances.items():
                     yield _slack(run, name, held)
 

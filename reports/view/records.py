@@ -121,7 +121,7 @@ class PairVerdict:
     standing: Standing
     expected: Verdict
     declared: str  # the reason of what is expected
-    as_declared: bool  # a verdict other than `pass` that is expected
+    as_declared: bool  # a verdict other than `predicted` that is expected
     smallest: float | None  # relative error of all runs
     runs: tuple[RunVerdict, ...] = ()
     unjudged: Mapping[str, str] = field(default_factory=dict)  # {observable: why}
@@ -156,12 +156,12 @@ class Motion:
 
 @dataclass(frozen=True)
 class ExactRecord:
-    """What is known of the exact motion of a scene, and drawn of it."""
+    """The exact motion of a scene, and what is computed from it."""
 
     motion: Motion
     facts: Mapping[str, Any]  # exactly known: numbers and texts
     replay: Replay
-    sensitivity: Sensitivity | None  # None where no verdict is `pass`
+    sensitivity: Sensitivity | None  # None where no verdict is `predicted`
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ NOTE = (
     "change moves an observable, at some moment, by more than is allowed there, beside the present "
     "difference. Relative changes, or in SI units where the parameter is zero. Hover for the "
     "observable and the step that notice it. A dash: no change up to the parameter's own size is "
-    "noticed, as a rule because the motion does not depend on it. Where the verdict is not `pass`, "
-    "hover for the reason."
+    "noticed, as a rule because the motion does not depend on it. Where the verdict is not "
+    "`predicted`, hover for the reason."
 )
 
 
@@ -30,7 +30,7 @@ def table(
         if verdict.verdict in ("unsupported", "missing"):
             continue
         name = Cell(method, "method")
-        if verdict.verdict != "pass":
+        if verdict.verdict != "predicted":
             text, why = _why(verdict)
             rows.append(row(name, Cell(text, "none", why, span=len(sensitivity.parameters))))
             continue

@@ -125,7 +125,7 @@ def test_a_method_that_loses_its_theory(
     monkeypatch.setattr(registry, "built_in", lambda: MappingProxyType(engines))
     found = validate(CONE, "mujoco/euler")
     assert red(found, CONE, "mujoco/euler")
-    assert found.failure(CONE, "mujoco/euler").startswith("converges, expected pass")
+    assert found.failure(CONE, "mujoco/euler").startswith("converges, expected predicted")
 
 
 Broken = Callable[[Prepare, Case, Method, float], Simulation]

@@ -119,11 +119,11 @@ def test_two_engines_with_one_scheme_have_one_error() -> None:
 def test_the_verdict_is_two_sided(name: str) -> None:
     of, how, step = case(), method(name), 1e-3
     right, _ = measure(of, how, step)
-    assert judge(right, of.system, how).verdict == "pass"
+    assert judge(right, of.system, how).verdict == "predicted"
     for factor in (1.0 + 1e-3, 1.0 - 1e-3):  # the engine runs a body of another moment
         body = replace(of.problem, inertia_x=of.problem.inertia_x * factor)
         wrong, _ = measure(replace(of, problem=body), how, step)
-        assert judge(wrong, of.system, how).verdict == "fail"
+        assert judge(wrong, of.system, how).verdict == "off-prediction"
 
 
 @pytest.mark.parametrize("scheme", [EULER, LINEARLY_IMPLICIT, LEAPFROG, RK4_ADDED_RATES])

@@ -68,7 +68,7 @@ def test_euler_leaks_what_theory_says(epsilon: float) -> None:
 )
 def test_turns_are_as_predicted(name: str, parts: int, method: str) -> None:
     found, _ = run(f"capsule-turn/{name}", method, step_of(f"capsule-turn/{name}", parts))
-    assert verdict(found, method) == "pass"
+    assert verdict(found, method) == "predicted"
 
 
 @pytest.mark.parametrize("method", [EULER, RK4])
@@ -78,7 +78,7 @@ def test_spin_and_translation_at_once(method: str) -> None:
     coefficient, finest = {EULER: (-2.191, 1e-4), RK4: (0.3964, 2e-4)}[method]
     for step, within in ((1e-3, 0.02), (finest, 2e-3)):
         found, _ = run("capsule-coast/spin", method, step)
-        assert verdict(found, method) == "pass"
+        assert verdict(found, method) == "predicted"
         assert found.errors["heading"].end == pytest.approx(coefficient * step, rel=within)
 
 
@@ -122,7 +122,7 @@ def test_a_plan_open_loop() -> None:
     # the pose at its end, with errors of a millimetre and a thousandth of a radian at the coarsest
     # step
     found, _ = run("capsule-plan/near-free", RK4, 1e-3)
-    assert verdict(found, RK4) == "pass"
+    assert verdict(found, RK4) == "predicted"
     assert abs(found.errors["heading"].end) < 1e-3
     assert np.hypot(found.errors["x"].end, found.errors["y"].end) < 1e-3
 
@@ -178,7 +178,7 @@ def test_a_wrong_parameter_is_seen(wrong: dict[str, Any]) -> None:
     name = "capsule-turn/0.3"
     step = step_of(name, 800)
     found, _ = run(name, RK4, step, other=scene(name, wrong))
-    assert verdict(found, RK4) == "fail"
+    assert verdict(found, RK4) == "off-prediction"
 
 
 @pytest.mark.long(keep=2)
@@ -196,11 +196,11 @@ def test_an_unloaded_support_and_a_heavy_slider_are_predicted(
 ) -> None:
     """And what friction off by 1 %, or gravity by 1e-4, makes of them is not."""
     step, right = scene(name).steps[part], scene(name).parameters[wrong]
-    assert verdict(run(name, method, step)[0], method) == "pass"
+    assert verdict(run(name, method, step)[0], method) == "predicted"
     off = {"friction": 1e-2, "gravity": 1e-4}[wrong]
     for sign in (-1, 1):
         other = scene(name, {wrong: right * (1 + sign * off)})
-        assert verdict(run(name, method, step, other=other)[0], method) == "fail"
+        assert verdict(run(name, method, step, other=other)[0], method) == "off-prediction"
 
 
 @pytest.mark.parametrize(("method", "least", "most"), [(EULER, 0.6, 0.7), (RK4, 0.98, 1.0)])

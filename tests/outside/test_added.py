@@ -109,11 +109,14 @@ def test_a_defect_of_an_added_engine_is_a_failure(right: str, wrong: str, site: 
 
     assert right in ENGINE
     broken(site, ENGINE.replace(right, wrong))
-    with seen(site), pytest.raises(AssertionError, match=r"(fail|not-converging), expected pass"):
+    with (
+        seen(site),
+        pytest.raises(AssertionError, match=r"(off-prediction|not-converging), expected predicted"),
+    ):
         check(SWING, "tiny/euler")
 
 
-LIMIT = 'KnownLimit("*/free-small", "tiny/euler", "fail", "gravity is 1 % off", {size})'
+LIMIT = 'KnownLimit("*/free-small", "tiny/euler", "off-prediction", "gravity is 1 % off", {size})'
 OFF = ENGINE.replace("pendulum.gravity /", "1.01 * pendulum.gravity /").replace(
     "import Engine, Method", "import Engine, KnownLimit, Method"
 )
@@ -132,7 +135,7 @@ def limited(limit: str) -> str:
         (SIZE, ""),
         (3.0 * SIZE, "a known limit, but its relative error is"),
         (SIZE / 3.0, "a known limit, but its relative error is"),
-        (None, "expected pass"),
+        (None, "expected predicted"),
     ],
 )
 def test_a_known_limit_that_a_package_declares_is_held_to_its_size(
@@ -151,7 +154,7 @@ def surprise_of_the_defect() -> str:
     study = convergence_study(scene, method, 2000)
     about = system_of(scene).quantities(case_of(scene))
     judged = judge_convergence(study, system_of(scene), method, about)
-    assert judged.verdict == "fail"
+    assert judged.verdict == "off-prediction"
     return surprise(scene, method, judged)
 
 
@@ -219,7 +222,10 @@ def test_limits_of_our_engines_are_held_to_the_same_rules(name: str) -> None:
 LEFT_OUT = {
     "limit's size": (limited(LIMIT.format(size=0.0)), "the size of a known limit is 0.0"),
     "limit's method": (limited(LIMIT.format(size=1.0).replace("/euler", "/rk4")), "'tiny/rk4'"),
-    "limit's verdict": (limited(LIMIT.format(size=1.0).replace('"fail"', '"pass"')), "is 'pass'"),
+    "limit's verdict": (
+        limited(LIMIT.format(size=1.0).replace('"off-prediction"', '"predicted"')),
+        "is 'predicted'",
+    ),
     "limit": (limited("3"), "int in place of a plumbob KnownLimit"),
     "raises": ("import plumbob_has_no_such_module\n", "ModuleNotFoundError on import: No module"),
     "exits": ("raise SystemExit(3)\n", "SystemExit on import: 3"),
@@ -401,7 +407,7 @@ def test_a_defect_in_an_added_system_costs_its_pieces(
     assert code == 3, said.err
     assert f"given up: {FALL} ode/euler: the system of the package" in said.err
     if kind == "theory":
-        assert re.search(r"ode/euler +pass", said.out)
+        assert re.search(r"ode/euler +predicted", said.out)
     else:
         assert (tmp_path / "out" / "index.html").is_file()
 

@@ -48,7 +48,7 @@ def test_the_error_of_feet_is_as_predicted(name: str, parts: float, part: float)
     """Within the error of the step plus the model-error bound, which is much smaller (except where
     a growing load overcomes friction, and iterations stall)."""
     found, _ = run(name, "feet", step_of(name, parts))
-    assert verdict(found, "feet") == "pass"
+    assert verdict(found, "feet") == "predicted"
     leading = next(iter(found.errors.values()))
     assert leading.predicted is not None
     assert sum(leading.model.values()) <= part * leading.predicted.largest
@@ -88,7 +88,7 @@ def test_bare_pivots_do_not_converge_in_the_plane(name: str) -> None:
 def red(name: str, step: float, **changes: Any) -> bool:
     """Whether a run that is wrong by `changes` fails."""
     found, _ = run(name, "feet", step, other=scene(name), **changes)
-    return verdict(found, "feet") == "fail"
+    return verdict(found, "feet") == "off-prediction"
 
 
 @pytest.mark.parametrize(
@@ -173,7 +173,7 @@ def test_a_switch_at_the_very_end_of_a_step(
     step = starts / (round(starts / 5e-5) + late)
     duration = step * math.ceil(problem.motion.duration / step + 1)
     found, _ = measure(case_of(replace(short, duration=duration)), how, step)
-    assert judge(found, system, how).verdict == "pass"
+    assert judge(found, system, how).verdict == "predicted"
     place = found.errors["x"]
     assert place.predicted is not None
     assert place.predicted.for_this_step

@@ -99,7 +99,7 @@ def test_a_rounding_of_zero_is_no_failure() -> None:
     assert 0.0 < heading.largest < level < 1e-13
     assert exceeded(found, "heading", allowed, units) is None
     shown = judge(found, system, how)
-    assert shown.verdict == "fail"  # of the displacement
+    assert shown.verdict == "off-prediction"  # of the displacement
     c = ConvergenceStudy(scene.name, how.name, (found,))
     study = replace(nothing(), scenes=(scene,), methods=(how,), convergence=(c,))
     both = verdict_on(study, c, {(scene.name, how.name): Judged(shown, (shown,))})
@@ -125,7 +125,7 @@ def test_a_run_off_its_prediction_is_shown_as_such() -> None:
     (scene,) = [s for s in quick().scenes if s.name == SCENE]
     system, method = system_of(scene), by_name()["mujoco/euler"]
     both = judged(wrong, system, method)
-    assert both.whole.verdict == "fail"
+    assert both.whole.verdict == "off-prediction"
     found = {"mujoco/euler": verdict_on(quick(), wrong, {(SCENE, "mujoco/euler"): both})}
     shown = texts(tables.budgets(system.observables, [wrong], found, by_name()))
     assert "the sum: within, but EXCEEDED" in "; ".join(shown["reason"] + shown["term"])

@@ -41,15 +41,15 @@ def test_a_parameter_that_is_a_millionth_off_is_seen(
     name: str, parameter: str, solver: str
 ) -> None:
     tightest = method(solver).step_sizes[-1]
-    assert verdict(run(name, solver, tightest), name, solver) == "pass"
+    assert verdict(run(name, solver, tightest), name, solver) == "predicted"
     wrong = run(name, solver, tightest, **{parameter: 1 + 1e-6})
-    assert verdict(wrong, name, solver) == "fail"
+    assert verdict(wrong, name, solver) == "off-prediction"
 
 
 @pytest.mark.parametrize("solver", ["ode/dop853", "ode/lsoda", "heyoka/taylor"])
 def test_at_the_smallest_tolerances_a_billionth_is_seen(solver: str) -> None:
     wrong = run(SWING, solver, method(solver).step_sizes[-1], gravity=1 + 1e-9)
-    assert verdict(wrong, SWING, solver) == "fail"
+    assert verdict(wrong, SWING, solver) == "off-prediction"
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
@@ -64,7 +64,7 @@ def test_a_second_run_that_is_no_better_bounds_nothing() -> None:
     case, how = case_of(scene(SWING)), method("ode/dop853")
     same = measure(case, how, 1e-8)[1]
     held, _ = measure(case, how, 1e-8, lambda: same)
-    assert judge(held, case.system, how).verdict == "fail"
+    assert judge(held, case.system, how).verdict == "off-prediction"
     left, _ = measure(case, how, 1e-8, lambda: None)
     assert judge(left, case.system, how).verdict == "pre-asymptotic"
 

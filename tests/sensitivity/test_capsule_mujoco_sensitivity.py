@@ -42,9 +42,9 @@ FINE = ("euler+coulomb", "euler+coulomb+noslip", "euler+reduced", "rk4+coulomb")
 @pytest.mark.parametrize("name", ["friction", "slider_mass", "w1", "gravity"])
 def test_a_parameter_error_of_a_ten_thousandth(name: str, method: str) -> None:
     right = scene("capsule-line/ca1")
-    assert verdict(run(right.name, method, 1e-3)[0], method) == "pass"
+    assert verdict(run(right.name, method, 1e-3)[0], method) == "predicted"
     wrong = scene(right.name, {name: right.parameters[name] * (1 + 1e-4)})
-    assert verdict(run(right.name, method, 1e-3, other=wrong)[0], method) == "fail"
+    assert verdict(run(right.name, method, 1e-3, other=wrong)[0], method) == "off-prediction"
 
 
 @pytest.mark.parametrize("method", ["rk4+coulomb", "rk4+reduced"])
@@ -77,7 +77,7 @@ def test_loads_swapped_between_two_supports(method: str) -> None:
     right = scene("capsule-line/at-123")
     one, two, three = right.parameters["supports"]
     wrong = scene(right.name, {"supports": (one, three, two)})
-    assert verdict(run(right.name, method, 1e-3, other=wrong)[0], method) == "fail"
+    assert verdict(run(right.name, method, 1e-3, other=wrong)[0], method) == "off-prediction"
 
 
 def test_the_reaction_on_the_body_dropped() -> None:
@@ -100,8 +100,8 @@ def test_a_step_twice_as_large_is_seen() -> None:
         name: replace(error, largest=coarse.errors[name].largest)
         for name, error in fine.errors.items()
     }
-    assert judge(fine, LINE, method).verdict == "pass"
-    assert judge(replace(fine, errors=pretended), LINE, method).verdict == "fail"
+    assert judge(fine, LINE, method).verdict == "predicted"
+    assert judge(replace(fine, errors=pretended), LINE, method).verdict == "off-prediction"
 
 
 def tight(found: Measurement, name: str) -> float:
@@ -133,7 +133,7 @@ def test_the_slider_follows_its_control_but_for_its_armature() -> None:
 
 def test_heights_shift_loads_along_the_line_and_leave_the_motion() -> None:
     low, high = (run("capsule-line/at-123", f"euler+{n}", 1e-4)[0] for n in ("coulomb", "tall"))
-    assert verdict(high, "euler+tall") == "pass"
+    assert verdict(high, "euler+tall") == "predicted"
     assert high.errors["normal_force_2"].largest > 1.0  # f h (M + m) g of 0.19 N m
     assert low.errors["normal_force_2"].largest < 1e-3
     assert abs(high.errors["displacement"].end - low.errors["displacement"].end) < 2e-8
@@ -145,7 +145,7 @@ def test_the_planar_model_splits_the_weight_equally() -> None:
     assert np.ptp(forces, axis=0).max() < 1e-4  # of 4.25 N, while slip grows
     assert found.errors["normal_force_3"].largest > 0.9
     assert found.errors["heading"].largest > 5e-4
-    assert verdict(found, "euler+planar") == "fail"
+    assert verdict(found, "euler+planar") == "off-prediction"
     full, _ = run("capsule-line/off-centroid", "euler+coulomb", 1e-4)
     assert full.errors["heading"].largest < 2e-8
 
@@ -157,11 +157,11 @@ def test_the_reduced_model_sees_friction_off_by_little(
 ) -> None:
     name = "capsule-line/ca1"
     right, _ = run(name, method, step)
-    assert verdict(right, method) == "pass"
+    assert verdict(right, method) == "predicted"
     for sign in (1, -1):
         wrong = scene(name, {"friction": 0.3 * (1 + sign * part)})
         found, _ = run(name, method, step, other=wrong)
-        assert verdict(found, method) == "fail"
+        assert verdict(found, method) == "off-prediction"
 
 
 @pytest.mark.long(keep=2)
@@ -279,7 +279,7 @@ def test_any_body_moves_as_predicted(given: dict[str, Any], method: str, fine: f
     how = next(m for m in ENGINE.methods if m.name == f"mujoco/{method}")
     found, _ = measure(case_of(case), how, given["t1"] / fine)
     judgement = judge(found, LINE, how)
-    assert judgement.verdict == "pass", judgement.reason
+    assert judgement.verdict == "predicted", judgement.reason
 
 
 def test_an_unscaled_solver_tolerance_has_no_effect() -> None:

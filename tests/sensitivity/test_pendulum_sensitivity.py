@@ -61,8 +61,8 @@ def test_a_parameter_error_of_a_millionth(name: str, parameter: str) -> None:
     wrong = find_scene(name, {parameter: value * (1 + 1e-6)})
     wrong_case = case_of(wrong)
     other = wrong_case.reference, wrong_case.errors
-    assert verdict(name, "ode/rk4", step) == "pass"
-    assert verdict(name, "ode/rk4", step, other) == "fail"
+    assert verdict(name, "ode/rk4", step) == "predicted"
+    assert verdict(name, "ode/rk4", step, other) == "off-prediction"
 
 
 def early(problem: SimplePendulum, time: float) -> Exact:
@@ -82,8 +82,8 @@ def early(problem: SimplePendulum, time: float) -> Exact:
 def test_a_push_half_a_step_early(system: str, case: str, method: str) -> None:
     name, step = f"{system}/{case}", 5e-3
     problem = system_of(find_scene(name)).problem(find_scene(name).parameters)
-    assert verdict(name, method, step, early(problem, 0.0)) == "pass"
-    assert verdict(name, method, step, early(problem, step / 2)) == "fail"
+    assert verdict(name, method, step, early(problem, 0.0)) == "predicted"
+    assert verdict(name, method, step, early(problem, step / 2)) == "off-prediction"
 
 
 @pytest.mark.parametrize("parameter", ["length", "damping_rate", "forcing_amplitude"])
@@ -94,5 +94,5 @@ def test_pymunk_s_spring(parameter: str) -> None:
     wrong = find_scene(name, {parameter: right.parameters[parameter] * 1.01})
     wrong_case = case_of(wrong)
     other = wrong_case.reference, wrong_case.errors
-    assert verdict(name, "pymunk/spring", step) == "pass"
-    assert verdict(name, "pymunk/spring", step, other) == "fail"
+    assert verdict(name, "pymunk/spring", step) == "predicted"
+    assert verdict(name, "pymunk/spring", step, other) == "off-prediction"

@@ -73,7 +73,7 @@ def _answers(study: Study) -> tuple[first_screen.Answer, ...]:
 
 @cache
 def _record() -> StudyRecord:
-    """What the pages of the whole profile take, whatever its numbers are."""
+    """The record of the whole profile, whatever its numbers are."""
     return study_record(replace(whole_profile.study(), convergence=()), {})
 
 
@@ -212,10 +212,10 @@ def test_an_error_that_crosses_zero_is_shown_beside_it(
 
 def test_a_step_too_large_for_the_theory_is_marked_as_such(study: Study) -> None:
     found = _at_steps(study, {2e-3: 0.3, 1e-3: 0.2, 5e-4: 0.05})
-    passes, large = RunVerdict("pass", ""), RunVerdict("pre-asymptotic", "")
+    passes, large = RunVerdict("predicted", ""), RunVerdict("pre-asymptotic", "")
     for middle, sign in ((passes, "="), (large, "?")):
         runs = (passes, middle, passes)
-        judged = PairVerdict("pass", "", "as expected", "pass", "", False, None, runs)
+        judged = PairVerdict("predicted", "", "as expected", "predicted", "", False, None, runs)
         one = replace(found, method=CONVERGENT)
         shown = matrix.shown(study, one, find_method(CONVERGENT), judged)
         assert shown.cell().text == f"{sign} 20 %"

@@ -91,7 +91,7 @@ def test_every_scene_method_and_number_is_in_a_table(documents: dict[Path, Docum
         assert scene.name in said
     for method in study.methods:
         assert method.name in said
-    for name in ("pass", "19.655093168750", "13.389704809267", "19.729447983"):
+    for name in ("predicted", "19.655093168750", "13.389704809267", "19.729447983"):
         assert name in said
 
 
@@ -319,7 +319,17 @@ def test_a_cell_that_is_text_alone_is_what_every_cell_is() -> None:
     """Rows write the plain ones themselves, in a third of the time."""
     parts: Any = filled_pages._environment().get_template("parts.html.jinja")
     made = parts.make_module({"styles": {}, "href": str})
-    kinds = ("", "number", "reason", "total", "number total", "text", "scene", "method", "pass")
+    kinds = (
+        "",
+        "number",
+        "reason",
+        "total",
+        "number total",
+        "text",
+        "scene",
+        "method",
+        "predicted",
+    )
     cells = [
         Cell(text, kind, hint, link, span)
         for text in ("", "a/b <c>")

@@ -6,28 +6,26 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
-from plumbob.engines.method import USER_METHOD
-from plumbob.engines.study.results import Study
+from plumbob.engines.study.results import Analysed, Study
 from plumbob.reports.view.content import Figure, Finding, Table
 from plumbob.reports.view.finding_text import findings_of
-from plumbob.reports.view.records import Verdicts
 
 MOST_NAMED = 3  # pairs of scene and method
 NOT_SHOWN = "not shown"
 
 
-def formed(study: Study, verdicts: Verdicts, of: str) -> tuple[Finding, ...]:
+def formed(study: Study, of: str) -> tuple[Finding, ...]:
     """The findings on a system, or of "engines". In place of those that the runs of the study do
     not allow, whose verdicts are unexpected, one says so; and so does one in place of those whose
     templates ask for numbers that are not stored."""
     from jinja2 import UndefinedError
 
-    shown, failed, older = list[Finding](), 0, list[str]()
+    shown, failed, older = list[Finding](), list[Analysed](), list[str]()
     for analysis in study.analyses:
         if analysis.system != of or analysis.place != "finding":
             continue
         if analysis.numbers is None:
-            failed += 1
+            failed.append(analysis)
             continue
         try:
             shown += findings_of(analysis)
@@ -35,7 +33,7 @@ def formed(study: Study, verdicts: Verdicts, of: str) -> tuple[Finding, ...]:
             older.append(f"{analysis.template} ({error.message})")
     lost = []
     if failed:
-        lost.append(_left_out(failed, _unexpected(verdicts), of))
+        lost.append(_left_out(len(failed), [pair for pair, _ in failed[0].claims], of))
     if older:
         lost.append(_without_numbers(older, of))
     return (*as_measured(shown), *lost)
@@ -69,17 +67,6 @@ def as_measured(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     """Findings as a study shows them: one whose figures are not what its words say is no longer
     claimed, says which figures those are, and judges no statement of a source."""
     return tuple(_as_measured(finding) for finding in findings)
-
-
-def _unexpected(verdicts: Verdicts) -> list[str]:
-    """Scenes and methods whose verdicts are unexpected, and users' own methods whose errors are not
-    as predicted."""
-    return [
-        f"{scene} {method}"
-        for (scene, method), judged in verdicts.items()
-        if judged.mark == "unexpected"
-        or (method == USER_METHOD and judged.verdict not in ("pass", "converges"))
-    ]
 
 
 def _left_out(count: int, pairs: Sequence[str], of: str) -> Finding:

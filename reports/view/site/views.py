@@ -33,8 +33,8 @@ from plumbob.reports.view.site.claims import formed, galleries, hard_case
 from plumbob.reports.view.trimming import trimming
 
 ORDER: tuple[Verdict, ...] = (
-    "pass", "converges", "fail", "not-converging", "diverged", "cut-short", "pre-asymptotic",
-    "unsupported", "missing",
+    "predicted", "converges", "off-prediction", "inaccurate", "not-converging", "diverged",
+    "cut-short", "pre-asymptotic", "unsupported", "missing",
 )  # fmt: skip
 OF_ENGINES = "engines"  # the section of what holds for engines, whatever the system, and its page
 AT_FIRST = 1e-3  # relative: the cheapest method of each engine for this error is drawn at first
@@ -95,7 +95,7 @@ def system_view(
         system,
         described(system.name),
         galleries(study, system.name),
-        formed(study, records.verdicts, system.name),
+        formed(study, system.name),
         tuple(
             scene_view(study, records.scenes[scene.name], exact[scene.name], scene)
             for scene in scenes

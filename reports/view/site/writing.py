@@ -123,8 +123,8 @@ def _views(study: Study, records: Records, every: matrix.Every) -> list[SystemVi
 def _common(
     study: Study, records: Records, views: Sequence[SystemView], every: matrix.Every
 ) -> dict[str, Any]:
-    """What every page may show."""
-    on_engines = formed(study, records.verdicts, OF_ENGINES)
+    """Values that every page may show, by name."""
+    on_engines = formed(study, OF_ENGINES)
     findings = [*(finding for view in views for finding in view.findings), *on_engines]
     answers = first_screen.answers(study, records.study)
     shown = {answer.pasted.settings.method for answer in answers}
