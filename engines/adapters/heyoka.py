@@ -109,25 +109,31 @@ def _turning(case: Case, tolerance: float) -> TaylorSimulation:
     body, duration = case.problem, case.scene.duration
     begin = time.perf_counter()
     build: Any = heyoka.taylor_adaptive
+    start = (1.0, 0.0, 0.0, 0.0, *body.angular_velocity)
+    integrator = build(_free_body(body.inertia), list(start), tol=tolerance)
+    seconds = time.perf_counter() - begin
+    return TaylorSimulation(integrator, start, duration, seconds, names=(*ATTITUDE, *RATES))
+
+
+def _free_body(inertia: tuple[float, float, float]) -> list[tuple[Any, Any]]:
+    """Rates of the quaternion and of the angular velocity, in the body's axes."""
+    import heyoka
+
     w, x, y, z, *rates = heyoka.make_vars("w", "x", "y", "z", "u", "v", "r")
     u, v, r = rates
-    first, second, third = body.inertia
+    first, second, third = inertia
     halves = (
         -x * u - y * v - z * r,
         w * u + y * r - z * v,
         w * v - x * r + z * u,
         w * r + x * v - y * u,
     )
-    equations = [(name, 0.5 * slope) for name, slope in zip((w, x, y, z), halves, strict=True)]
-    equations += [
+    return [
+        *((name, 0.5 * slope) for name, slope in zip((w, x, y, z), halves, strict=True)),
         (u, (second - third) / first * (v * r)),
         (v, (third - first) / second * (r * u)),
         (r, (first - second) / third * (u * v)),
     ]
-    start = (1.0, 0.0, 0.0, 0.0, *body.angular_velocity)
-    integrator = build(equations, list(start), tol=tolerance)
-    seconds = time.perf_counter() - begin
-    return TaylorSimulation(integrator, start, duration, seconds, names=(*ATTITUDE, *RATES))
 
 
 def confirming(method: Method) -> tuple[Method, float]:

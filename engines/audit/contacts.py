@@ -180,13 +180,11 @@ def contacts_audited(
             f"{standing.body} rests on fewer than three points that are not on one line "
             f"({', '.join(standing.feet)}): it tips or rolls"
         )
-    reach = float(np.hypot(*standing.points.T).mean())
-    spin = speed / reach
-    friction = standing.coefficient
+    spin = speed / float(np.hypot(*standing.points.T).mean())
     determined = tuple(stance.slides(max(standing.friction), h) for h in HEADINGS)
     why = undetermined(standing, determined)
     why_turn = why or undetermined_turn(standing, stance.inside(np.zeros(2)))
-    exact = None if why else stopping_distance(speed, friction, standing.gravity)
+    exact = None if why else stopping_distance(speed, standing.coefficient, standing.gravity)
     exact_turn = None if why_turn else turn(standing, speed, spin)
     as_written, why_not = _halvings(model, "own", speed, spin, fits)
     as_pasted, why_not_pasted = _halvings(model, "pasted", speed, spin, fits)

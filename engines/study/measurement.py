@@ -112,15 +112,12 @@ def measure(
     local error is held to a `second` run, made here if none is given. Without `theory` its errors
     alone are measured, without bounds on them, which take longer than a run. Raises ParameterError,
     and NoAnswer where double precision does not hold the exact solution."""
-    scene = case.scene
-    blank = Measurement(scene.name, method.name, step, "unsupported")
-    if not installed(engine_of(method)):
-        return _with(
-            blank, status="missing", reason=f"{engine_of(method).package} is missing"
-        ), None
     engine = engine_of(method)
-    if not meant(method, scene):
-        return _with(blank, reason=f"{method.name} is not meant for {scene.name}"), None
+    blank = Measurement(case.scene.name, method.name, step, "unsupported")
+    if not installed(engine):
+        return _with(blank, status="missing", reason=f"{engine.package} is missing"), None
+    if not meant(method, case.scene):
+        return _with(blank, reason=f"{method.name} is not meant for {case.scene.name}"), None
     try:
         simulation = engine.prepare(case, method, step)
         model = engine.model_error(case, method, step) if theory else {}
@@ -142,18 +139,16 @@ def measure(
     if short := not_asked_for(case, method, step, run):
         return _with(blank, status="cut-short", reason=f"the run is cut short: {short}"), run
     if theory:
-        errors = _errors(
-            case, method, step, run, model, second or partial(confirming, case, method)
-        )
+        second = second or partial(confirming, case, method)
+        errors, drifts = _errors(case, method, step, run, model, second), _drifts(case, run)
     else:
-        errors = _differences(case, run)
-    drifts = _drifts(case, run) if theory else {}
+        errors, drifts = _differences(case, run), {}
     scheme = scheme_of(case, method)
     return _with(
         blank,
         status="done",
         errors=errors,
-        invariants={name: float(np.abs(drift).max()) for name, drift in drifts.items()},
+        invariants=drifts,
         channels={name: float(np.ptp(values)) for name, values in run.channels.items()},
         duration=float(run.times[-1]),
         steps=run.steps,
@@ -187,15 +182,16 @@ def _differences(case: Case, run: Trajectory) -> Mapping[str, ObservedError]:
     }
 
 
-def _drifts(case: Case, run: Trajectory) -> Mapping[str, Array]:
-    """The relative drifts of the invariants; none where the run leaves out what they are made
-    of."""
+def _drifts(case: Case, run: Trajectory) -> Mapping[str, float]:
+    """The largest relative drifts of the invariants; none where the run leaves out what they are
+    made of."""
     try:
-        return case.system.invariants(case.problem, run.observables)
+        drifts = case.system.invariants(case.problem, run.observables)
     except KeyError:
         if all(o.name in run.observables for o in case.system.observables):
             raise
         return {}
+    return {name: float(np.abs(drift).max()) for name, drift in drifts.items()}
 
 
 def _errors(
@@ -206,25 +202,21 @@ def _errors(
     model: Mapping[str, Mapping[str, float]],
     second: Second,
 ) -> Mapping[str, ObservedError]:
-    exact, names = case.reference, [o.name for o in case.system.observables]
     forces = {o.name for o in case.system.observables if o.force}
     times, scheme = run.times.tobytes(), scheme_of(case, method)
-    truth, doubt = exactly(Same(exact), times)
-    powers, total, nonlinear = expected(Same(exact), Same(case.errors), scheme, step, times)
-    errors = {n: run.observables[n] - truth[n] for n in names if n in run.observables}
-    predicted = {
-        name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear, scheme)
-        for name, error in errors.items()
-        if name in total
-    }
+    truth, doubt = exactly(Same(case.reference), times)
+    names = [o.name for o in case.system.observables if o.name in run.observables]
+    errors = {name: run.observables[name] - truth[name] for name in names}
+    predicted = _by_series(case, scheme, step, run, errors, doubt)
     stepped = SteppedErrors({})
     if method.control == "step" and not (
         predicted and all(reaches(p.terms, p.largest, p.nonlinearity) for p in predicted.values())
     ):
         stepped = as_stepped(Same(case.errors), scheme, step, times)
-    own = stepped.uncertainty or {}
-    adaptive = scheme.integrator == ADAPTIVE
-    controlled = _controlled(exact, run, errors, doubt, second()) if adaptive else {}
+    roundings = stepped.uncertainty or {}
+    controlled: Mapping[str, Controlled] = {}
+    if scheme.integrator == ADAPTIVE:
+        controlled = _controlled(case.reference, run, errors, doubt, second())
     return {
         name: ObservedError(
             largest=float(np.abs(error).max()),
@@ -232,13 +224,34 @@ def _errors(
             uncertainty=float(doubt[name].max()),
             scale=float(np.abs(truth[name]).max()),
             model=dict(model.get(name, {})),
-            predicted=_at_step(stepped.errors[name], error, doubt[name], own.get(name), run.steps)
+            predicted=_at_step(
+                stepped.errors[name], error, doubt[name], roundings.get(name), run.steps
+            )
             if name in stepped.errors
             else predicted.get(name),
             controlled=controlled.get(name),
             start=0.0 if name in forces else abs(float(error[0])),
         )
         for name, error in errors.items()
+    }
+
+
+def _by_series(
+    case: Case,
+    scheme: Scheme,
+    step: float,
+    run: Trajectory,
+    errors: Mapping[str, Array],
+    doubt: Mapping[str, Array],
+) -> Mapping[str, Prediction]:
+    """The errors that the theory's series predict, beside those measured."""
+    powers, total, nonlinear = expected(
+        Same(case.reference), Same(case.errors), scheme, step, run.times.tobytes()
+    )
+    return {
+        name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear, scheme)
+        for name, error in errors.items()
+        if name in total
     }
 
 

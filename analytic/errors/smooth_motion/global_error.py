@@ -129,11 +129,23 @@ def expansion(flow: TangentFlow, scheme: RotorStep, terms: int = 2) -> Mapping[i
     for order in range(first, last + 1, stride):
         m = order + 1
         stepped = scheme.advance(step, *(series[: m + 1] for series in state))
-        source = np.stack([a[m] - b[m] for a, b in zip(stepped, flown, strict=True)], axis=-1)
-        for lower, response in responses.items():
-            j = m - lower
-            source -= response.at_nodes(derivative=j)[..., 0] / math.factorial(j)
-        responses[order] = flow.respond(np.zeros((2, 1)), source[..., None])
+        responses[order] = respond(flow, stepped, flown, m, responses)
         for i in (0, 1):
             state[i][order] = responses[order].at_nodes()[:, :, i, 0]
     return responses
+
+
+def respond(
+    flow: TangentFlow,
+    stepped: Sequence[Array],
+    flown: Sequence[Array],
+    m: int,
+    lower: Mapping[int, Response],
+) -> Response:
+    """Response to coefficient `m` of what a step leaves of the exact motion, less what the `lower`
+    orders' responses explain of it."""
+    source = np.stack([a[m] - b[m] for a, b in zip(stepped, flown, strict=True)], axis=-1)
+    for order, response in lower.items():
+        j = m - order
+        source -= response.at_nodes(derivative=j)[..., 0] / math.factorial(j)
+    return flow.respond(np.zeros((2, 1)), source[..., None])
