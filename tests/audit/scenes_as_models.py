@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import time
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -12,6 +14,8 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import UserModels
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
+from plumbob.engines.audit.audit import Audit, audited
+from plumbob.engines.audit.controls import script
 from plumbob.engines.own_motion import Script
 from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import case_of
@@ -81,12 +85,45 @@ def ball(
     text = BALL.format(
         height=height, integrator=integrator, solref=solref, friction=friction, flags=flags
     )
-    return mujoco.MjModel.from_xml_string(text)
+    return compiled(text)
 
 
 def pendulum(integrator: str = "Euler") -> Any:
     """A compiled rod on a hinge, with a motor."""
-    return mujoco.MjModel.from_xml_string(PENDULUM.format(integrator=integrator))
+    return compiled(PENDULUM.format(integrator=integrator))
+
+
+def compiled(text: str) -> Any:
+    """A model of the text of its file."""
+    return mujoco.MjModel.from_xml_string(text)
+
+
+def audit_of(
+    model: Any, control: str = "rest", keyframe: Any = None, budget: float = 60.0, **motion: float
+) -> Audit:
+    """The audit of a model, compiled or ready, or of the text of its file; by default in far more
+    processor time [s] than it takes."""
+    if isinstance(model, str):
+        model = compiled(model)
+    own = model if isinstance(model, MujocoModel) else own_model(model, "model", keyframe)
+    return audited(own, script(own, control, **motion), control, budget, time.process_time)
+
+
+def recast(kind: Any, model: MujocoModel, **more: Any) -> Any:
+    """A model as one of another class, with the fields that it has more."""
+    return kind(**{f.name: getattr(model, f.name) for f in fields(MujocoModel)}, **more)
+
+
+def own_steps(path: Path, steps: int = 300) -> Array:
+    """States at MuJoCo's own steps of a file, from its first keyframe if it has one."""
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data, states = mujoco.MjData(model), []
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
+        states.append(np.concatenate([data.qpos, data.qvel]))
+    return np.array(states)
 
 
 def ready(model: Any, keyframe: int | None = None) -> MujocoModel:

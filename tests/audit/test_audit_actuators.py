@@ -5,18 +5,16 @@ from __future__ import annotations
 import copy
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
-from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.view.audit.page import answered, rows
-from plumbob.tests.audit.test_audit_caught import parts_of
+from plumbob.tests.audit.scenes_as_models import audit_of, compiled, recast
 
 BUDGET = 60.0  # [s], far more than these take
 DURATION = 0.5  # [s]
@@ -53,7 +51,7 @@ ACTUATORS = {
 
 
 def arm(actuator: str) -> MujocoModel:
-    return own_model(mujoco.MjModel.from_xml_string(ARM.format(actuator)), "arm")
+    return own_model(compiled(ARM.format(actuator)), "arm")
 
 
 @pytest.mark.parametrize("name", ACTUATORS)
@@ -103,16 +101,6 @@ def test_a_plugins_slew_limit_is_refused(controls: str) -> None:
 
 
 @dataclass(frozen=True)
-class Leaking(MujocoModel):
-    """A model whose continuous motion has forces that look a step ahead."""
-
-    def field(self, width: float = 0.0) -> ContinuousField:
-        model = without_step(copy.copy(self.effective))
-        model.opt.timestep, model.actuator_actearly[:] = self.step, True
-        return ContinuousField(model, self.start, width)
-
-
-@dataclass(frozen=True)
 class Ending(MujocoModel):
     """A model whose continuous motion is lost soon."""
 
@@ -129,32 +117,15 @@ class EndsSoon(ContinuousField):
         return super().__call__(t, y)
 
 
-def audit_of(own: MujocoModel, control: str) -> tuple[Audit, dict[str, str]]:
-    found = audited(own, script(own, control, DURATION), control, BUDGET)
-    return found, dict(rows(answered(found)))
-
-
-def test_a_field_with_the_step_is_no_reference_and_says_so() -> None:
-    own = arm(ACTUATORS["a filter that looks ahead"])
-    found, said = audit_of(own, "sines")
-    assert found.complete
-    assert found.resolved
-    found, said = audit_of(Leaking(**parts_of(own)), "sines")
-    assert found.until < DURATION / 2
-    assert "own steps do not tend to what was integrated" in found.reference.why
-    assert found.reference.why in said["reference"]
-    with pytest.raises(AssertionError, match="own steps do not tend"):
-        found.assert_within(metres=1.0)
-
-
 def test_nothing_moves_is_said_of_a_whole_motion_alone() -> None:
     resting = ARM.replace('"0.002"', '"0.002" gravity="0 0 0"').format("")
-    own = own_model(mujoco.MjModel.from_xml_string(resting), "arm")
-    found, said = audit_of(own, "rest")
-    assert found.still
-    assert said["your error"] == "none: nothing moves under this control"
-    found, said = audit_of(Ending(**parts_of(own)), "rest")
-    assert found.until == pytest.approx(0.1)
-    assert found.error == 0.0
+    own = own_model(compiled(resting), "arm")
+    still = audit_of(own, duration=0.2)
+    assert still.still
+    assert dict(rows(answered(still)))["your error"] == "none: nothing moves under this control"
+    ending = audit_of(recast(Ending, own), duration=0.2)
+    said = dict(rows(answered(ending)))
+    assert ending.until == pytest.approx(0.1)
+    assert ending.error == 0.0
     assert "nothing moves" not in said["your error"]
     assert "then: it ends here" in said["reference"]

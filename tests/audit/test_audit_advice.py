@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 import re
 import time
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -31,7 +30,7 @@ from plumbob.engines.method import Stepping
 from plumbob.engines.study import cost as cost_module
 from plumbob.engines.study.cost import Cost
 from plumbob.reports.view.audit.page import answered, rows
-from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, pendulum, ready
+from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendulum, ready, recast
 
 
 @pytest.fixture(name="found", scope="module")
@@ -57,7 +56,7 @@ def test_the_option_said_does_what_was_measured(found: Audit) -> None:
     for name, then, now in re.findall(r'(\w+)="(\S+)" in place of (\S+)', said):
         assert f'{name}="{now}"' in text
         text = text.replace(f'{name}="{now}"', f'{name}="{then}"')
-    other = own_model(mujoco.MjModel.from_xml_string(text), "rod")
+    other = own_model(compiled(text), "rod")
     parts = round(found.script.period / other.step)
     again = held(other, found.script, found.reference, other.integrator, parts)
     best = next(c for c in found.found.cheapest if c.target == 1e-3)
@@ -175,8 +174,7 @@ class Clocked(MujocoModel):
 def test_costs_are_warm_and_beside_reference_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     """A time that is taken once, and cold, decides nothing, whatever the length of a run."""
     monkeypatch.setattr(cost_module, "reference_step", lambda _: lambda: 500.0)
-    whole = own_model(pendulum(), "rod")
-    own = Clocked(**{f.name: getattr(whole, f.name) for f in fields(MujocoModel)})
+    own = recast(Clocked, own_model(pendulum(), "rod"))
     motion = script(own, duration=0.1)
     found = compared(own, motion, certified(own, motion, 20.0), 20.0)
     for step in found.steps:
@@ -215,7 +213,7 @@ def test_the_worst_body_is_the_one_that_is_furthest_off() -> None:
     text = PENDULUM.format(integrator="Euler").replace(
         "</body>", '<body name="tip" pos=".5 0 0"><geom size=".02" pos=".2 0 0"/></body></body>'
     )
-    model = ready(mujoco.MjModel.from_xml_string(text))
+    model = ready(compiled(text))
     motion = script(model, duration=0.2)
     known = certified(model, motion, 20.0, time.process_time)
     assert held(model, motion, known, "euler", 2).worst == "tip"

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
-from plumbob.engines.audit.audit import Audit, audited
+from plumbob.engines.audit import steps
 from plumbob.engines.audit.controls import script
 from plumbob.tests.audit.contacts.bodies_on_planes import texts
-from plumbob.tests.audit.scenes_as_models import ball, ready
+from plumbob.tests.audit.scenes_as_models import audit_of, ball, compiled
 
 FALLING = """<mujoco><option timestep="0.01" integrator="{}"/><worldbody>
   <body><freejoint/><geom size=".1" mass="2"/></body></worldbody></mujoco>"""
@@ -19,27 +18,29 @@ LIMITED = """<mujoco><option timestep="0.002"/><compiler angle="radian"/><worldb
   </worldbody></mujoco>"""
 
 
-def audit_of(text: str, duration: float) -> Audit:
-    model = ready(mujoco.MjModel.from_xml_string(text))
-    return audited(model, script(model, duration=duration), "rest", 20.0)
+@pytest.fixture
+def few_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Audits at the own step and a half of it: balances are those of the own step."""
+    monkeypatch.setattr(steps, "HALVINGS", 1)
 
 
+@pytest.mark.usefixtures("few_steps")
 def test_energy_error_of_a_fall_is_that_of_the_step() -> None:
     """Semi-implicit Euler falls g h t/2 too far with the right speed: m g^2 h t/2 too little."""
-    energy, momentum = audit_of(FALLING.format("Euler"), 0.4).balances
+    energy, momentum = audit_of(FALLING.format("Euler"), duration=0.4).balances
     assert (energy.name, momentum.name) == ("energy", "momentum")
     assert momentum.continuous == pytest.approx(2 * 9.81 * 0.4)
     assert momentum.apart < 1e-9
     assert energy.apart == pytest.approx(2 * 9.81**2 * 0.01 * 0.4 / 2, rel=1e-6)
     assert energy.continuous < 1e-9
-    exact, _ = audit_of(FALLING.format("RK4"), 0.4).balances
+    exact, _ = audit_of(FALLING.format("RK4"), duration=0.4).balances
     assert exact.apart < 1e-9
 
 
 @pytest.mark.long
+@pytest.mark.usefixtures("few_steps")
 def test_penetration_is_beside_the_continuous_one() -> None:
-    model = ready(ball(0.11))
-    found = audited(model, script(model, duration=0.2), "rest", 20.0)
+    found = audit_of(ball(0.11), duration=0.2)
     depth = {b.name: b for b in found.balances}["penetration"]
     assert 0.0 < depth.apart < depth.own
     lowest = 0.1 - np.min(found.reference.positions[:, 1, 2])
@@ -52,7 +53,7 @@ def test_slip_is_the_speed_across_the_normal() -> None:
         "</mujoco>",
         '<keyframe><key qpos="0 0 .0395 1 0 0 0" qvel=".5 0 0 0 0 0"/></keyframe></mujoco>',
     )
-    model = own_model(mujoco.MjModel.from_xml_string(text), "box", 0)
+    model = own_model(compiled(text), "box", 0)
     states = model.stepped(script(model, duration=0.1), "euler", 10).states
     slip = model.readings(states)["slip"]
     speeds = np.linalg.norm(states[:, 7:9], axis=1)
@@ -63,6 +64,7 @@ def test_slip_is_the_speed_across_the_normal() -> None:
 
 
 @pytest.mark.long
+@pytest.mark.usefixtures("few_steps")
 def test_limits_that_are_exceeded_are_reported() -> None:
-    names = {b.name: b for b in audit_of(LIMITED, 0.5).balances}
+    names = {b.name: b for b in audit_of(LIMITED, duration=0.5).balances}
     assert names["limits exceeded"].own > 1e-4

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
@@ -13,15 +13,20 @@ from plumbob.engines.adapters.mujoco.own_model import model as own_model_module
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
 from plumbob.engines.audit import reference as reference_module
-from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import Certificate, certified
 from plumbob.engines.audit.steps import HALVINGS
 from plumbob.engines.own_motion import NotCertifiable
-from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, pendulum
+from plumbob.tests.audit.scenes_as_models import (
+    PENDULUM,
+    audit_of,
+    ball,
+    compiled,
+    pendulum,
+    recast,
+)
 
 BUDGET = 60.0  # [s], far more than these take
-
 # A body of three different moments of inertia, that turns about all its axes.
 TOP = """
 <mujoco>
@@ -35,25 +40,15 @@ TOP = """
 """
 
 
-def audit_of(model: Any, duration: float = 0.4, period: float = 0.02) -> Audit:
-    own = own_model(model, "model")
-    return audited(own, script(own, duration=duration, period=period), "rest", BUDGET)
-
-
-def test_pendulum_of_ones_own_is_certified() -> None:
-    found = audit_of(pendulum())
-    assert found.until == pytest.approx(found.script.duration)
-    assert found.uncertainty < 1e-6
-    assert found.resolved
-    assert found.found is not None
-    assert found.found.order is not None
-    assert found.found.order.slope == pytest.approx(1.0, abs=0.01)
-
-
 def test_tolerance_that_is_spoilt_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    sound = audit_of(pendulum(), period=0.4)
+    sound = audit_of(pendulum(), duration=0.4, period=0.4)
+    assert sound.until == pytest.approx(0.4)
+    assert sound.uncertainty < 1e-6
+    assert sound.found is not None
+    assert sound.found.order is not None
+    assert sound.found.order.slope == pytest.approx(1.0, abs=0.01)
     monkeypatch.setattr(reference_module, "TIGHT", 1e-3)
-    found = audit_of(pendulum(), period=0.4)
+    found = audit_of(pendulum(), duration=0.4, period=0.4)
     assert found.uncertainty > 100 * sound.uncertainty
     truth = abs(sound.reference.positions - found.reference.positions).max()
     assert truth <= sound.uncertainty + found.uncertainty  # what is claimed is so nevertheless
@@ -62,7 +57,7 @@ def test_tolerance_that_is_spoilt_is_caught(monkeypatch: pytest.MonkeyPatch) -> 
 def test_both_tolerances_that_are_spoilt_are_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reference_module, "TIGHT", 1e-2)
     monkeypatch.setattr(reference_module, "LOOSE", 1e-2)
-    found = audit_of(pendulum("RK4"), period=0.4)
+    found = audit_of(pendulum("RK4"), duration=0.4, period=0.4)
     assert not (found.until == 0.4 and found.uncertainty < found.error / 5)
 
 
@@ -93,14 +88,10 @@ def test_layer_that_is_too_wide_is_caught(monkeypatch: pytest.MonkeyPatch) -> No
 
 def certified_in_layers(monkeypatch: pytest.MonkeyPatch, widths: tuple[float, ...]) -> Certificate:
     monkeypatch.setattr(reference_module, "WIDTHS", widths)
-    own = Layered(**parts_of(own_model(ball(0.13), "ball")))
+    own = recast(Layered, own_model(ball(0.13), "ball"))
     found = certified(own, script(own, duration=0.2), BUDGET)
     assert found.widths == widths
     return found
-
-
-def parts_of(model: MujocoModel) -> dict[str, Any]:
-    return {field.name: getattr(model, field.name) for field in fields(MujocoModel)}
 
 
 @dataclass(frozen=True)
@@ -120,12 +111,11 @@ def test_clamp_that_is_left_out_is_caught() -> None:
     model = ball(0.12, solref=".0001 1")
     sound = own_model(model, "ball")
     assert sound.clamped == {"geom_solref": 2}
-    right = audit_of(model, 0.1)
+    right = audit_of(model, duration=0.1)
     assert right.until == pytest.approx(0.1)
     raw = model.__copy__()
     raw.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
-    spoilt = Unclamped(**parts_of(sound), raw=raw)
-    found = audited(spoilt, script(spoilt, duration=0.1), "rest", BUDGET)
+    found = audit_of(recast(Unclamped, sound, raw=raw), duration=0.1)
     assert found.until < 0.07  # it falls onto the plane at 0.064 s
     with pytest.raises(AssertionError, match="no reference beyond"):
         found.assert_within(1.0)
@@ -143,9 +133,7 @@ def test_clamped_model_does_as_the_users_does_at_its_own_step() -> None:
 
 def test_rk4_of_a_free_body_is_of_second_order() -> None:
     """MuJoCo adds the velocities of the stages without the correction of rotation."""
-    model = mujoco.MjModel.from_xml_string(TOP)
-    own = own_model(model, "top", 0)
-    found = audited(own, script(own, duration=0.2), "rest", BUDGET).found
+    found = audit_of(TOP, keyframe=0, duration=0.2).found
     assert found is not None
     runs = [s for s in found.steps if s.integrator == "rk4"]
     turned = [float(s.coordinates[-1]) for s in runs[: HALVINGS - 2]]
@@ -154,7 +142,7 @@ def test_rk4_of_a_free_body_is_of_second_order() -> None:
 
 
 def test_rk4_of_a_hinge_is_of_fourth_order() -> None:
-    found = audit_of(pendulum("RK4")).found
+    found = audit_of(pendulum("RK4"), duration=0.4).found
     assert found is not None
     runs = [s for s in found.steps if s.integrator == "rk4"]
     assert np.log2(runs[0].errors[-1] / runs[1].errors[-1]) == pytest.approx(4.0, abs=0.3)
@@ -175,7 +163,7 @@ def test_activation_at_its_limit_ends_the_reference() -> None:
         '<motor joint="hinge" ctrlrange="-1 1"/>',
         '<intvelocity joint="hinge" kp="1" actrange="-.1 .1" ctrlrange="-1 1"/>',
     )
-    own = own_model(mujoco.MjModel.from_xml_string(text), "held")
+    own = own_model(compiled(text), "held")
     motion = script(own, np.ones((20, 1)), period=0.02)
     found = certified(own, motion, BUDGET)
     assert found.until == pytest.approx(0.1)
@@ -189,8 +177,7 @@ def test_board_that_drags_is_certified() -> None:
       <body pos="0 0 .0999"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
       <joint axis="0 1 0"/><geom type="capsule" size=".1" fromto="-.3 0 0 .3 0 0" friction="1.5"/>
       </body></worldbody><keyframe><key qvel="2 0 -1"/></keyframe></mujoco>"""
-    own = own_model(mujoco.MjModel.from_xml_string(text), "board", 0)
-    found = audited(own, script(own, duration=0.3), "rest", BUDGET)
+    found = audit_of(text, keyframe=0, duration=0.3)
     assert found.until == pytest.approx(0.3)
     assert found.uncertainty < found.error / 5
 

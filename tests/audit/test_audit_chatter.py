@@ -9,16 +9,16 @@ from __future__ import annotations
 
 from itertools import product
 
-import mujoco
 import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model import field as field_module
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import reference as reference_module
-from plumbob.engines.audit.audit import Audit, audited
+from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import POWERS, WIDTHS, certified, largest, left_open
+from plumbob.tests.audit.scenes_as_models import audit_of, compiled
 
 FRICTION, GRAVITY, SPEED = 0.3, 9.81, 1.0
 DURATION = 0.06  # [s]: a friction that differs by 1e-3 shows by 5e-6 m, twenty uncertainties
@@ -45,10 +45,8 @@ POLE = """
 """
 
 
-def audit_of(cone: str, friction: float = FRICTION) -> Audit:
-    text = FOOT.format(cone=cone, friction=friction)
-    model = own_model(mujoco.MjModel.from_xml_string(text), "foot", 0)
-    return audited(model, script(model, duration=DURATION), "rest", 60.0)
+def foot(cone: str, friction: float = FRICTION) -> Audit:
+    return audit_of(FOOT.format(cone=cone, friction=friction), keyframe=0, duration=DURATION)
 
 
 def apart(found: Audit) -> np.ndarray:
@@ -61,7 +59,7 @@ def apart(found: Audit) -> np.ndarray:
 @pytest.mark.long
 @pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
 def test_a_foot_that_chatters_is_certified_where_coulomb_has_it(cone: str) -> None:
-    found = audit_of(cone)
+    found = foot(cone)
     assert "contacts chatter" in found.reference.not_smooth
     assert len(found.reference.widths) == 3
     assert found.until == pytest.approx(DURATION)
@@ -73,7 +71,7 @@ def test_a_foot_that_chatters_is_certified_where_coulomb_has_it(cone: str) -> No
 
 @pytest.mark.long
 def test_another_friction_is_not_certified_there() -> None:
-    found = audit_of("pyramidal", 1.001 * FRICTION)
+    found = foot("pyramidal", 1.001 * FRICTION)
     assert apart(found)[-1] > 5 * found.uncertainty
 
 
@@ -83,16 +81,8 @@ def test_wrong_weights_within_the_layer_are_seen(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(
         field_module, "product", lambda states, repeat: product((True, True), repeat=repeat)
     )
-    found = audit_of("pyramidal")
+    found = foot("pyramidal")
     assert found.until < DURATION or apart(found)[-1] > found.uncertainty
-
-
-def test_more_contacts_than_the_layer_takes_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(field_module, "MOST_IN_LAYER", 0)
-    found = audit_of("pyramidal")
-    assert found.found is None
-    assert "contacts chatter" in found.reference.why
-    assert "1 contacts begin within" in found.reference.why
 
 
 @pytest.mark.parametrize("power", [*POWERS, 0.4, 1.0])
@@ -125,7 +115,7 @@ def test_layers_that_tell_no_power_leave_as_much_open_as_the_least() -> None:
 def test_a_certificate_of_layers_holds_where_their_distance_goes_as_a_root(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    own = own_model(mujoco.MjModel.from_xml_string(POLE), "pole")
+    own = own_model(compiled(POLE), "pole")
     motion = script(own, duration=0.1)
     sharp = certified(own, motion, 60.0)
     assert not sharp.widths

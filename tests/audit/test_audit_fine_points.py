@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -13,12 +12,11 @@ from plumbob.engines.adapters.mujoco.own_model.field import ZEROS
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import audit as audit_module
 from plumbob.engines.audit import reference as reference_module
-from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import Certificate, certified
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.cli import main
-from plumbob.tests.audit.scenes_as_models import ball
+from plumbob.tests.audit.scenes_as_models import audit_of, ball, compiled
 
 BUDGET = 60.0  # [s], far more than these take
 
@@ -44,20 +42,15 @@ ON_RAILS = """
 """
 
 
-def audit_of(text: str, keyframe: str | None = None, duration: float = 0.4) -> Audit:
-    model = own_model(mujoco.MjModel.from_xml_string(text), "model", keyframe)
-    return audited(model, script(model, duration=duration), "rest", BUDGET)
-
-
 @pytest.mark.long
 def test_tolerances_are_refined_where_they_do_not_resolve_the_error(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    found = audit_of(ARM)
+    found = audit_of(ARM, duration=0.4)
     assert found.until == pytest.approx(0.4)
     assert found.resolved
     monkeypatch.setattr(audit_module, "refined", lambda model, script, reference, *_: reference)
-    coarse = audit_of(ARM)
+    coarse = audit_of(ARM, duration=0.4)
     assert not coarse.resolved
     assert found.uncertainty < coarse.uncertainty / 10
     assert abs(coarse.error - found.error) <= coarse.uncertainty + found.uncertainty
@@ -65,7 +58,7 @@ def test_tolerances_are_refined_where_they_do_not_resolve_the_error(
 
 @pytest.mark.long
 def test_integrators_in_processes_give_the_same_errors(capsys: pytest.CaptureFixture[str]) -> None:
-    model = mujoco.MjModel.from_xml_string(ARM)
+    model = compiled(ARM)
     one, two = (plumbob.audit(model, duration=0.1, budget=60.0, jobs=jobs) for jobs in (1, 2))
     assert one.found is not None
     assert two.found is not None
@@ -103,7 +96,7 @@ def test_a_confirmation_beside_its_reference_has_the_same_bits(
 
 
 def test_a_gap_of_zero_is_said() -> None:
-    found = audit_of(ON_RAILS.format(height=0.5), "moving")
+    found = audit_of(ON_RAILS.format(height=0.5), keyframe="moving", duration=0.4)
     assert found.found is None
     assert "floor – ball have a gap of zero, and rounding decides" in found.reference.why
 
@@ -113,7 +106,7 @@ def test_a_gap_that_a_speed_changes_is_left_to_the_solver() -> None:
     held = ON_RAILS.format(height=0.5)
     free = held.replace('<joint type="slide" axis="0 1 0"/>', '<joint type="slide"/>')
     for text, stays in ((held, True), (free, False)):
-        model = own_model(mujoco.MjModel.from_xml_string(text), "model", "moving")
+        model = own_model(compiled(text), "model", "moving")
         field = model.field()
         field(0.0, model.state)
         if stays:
@@ -125,14 +118,14 @@ def test_a_gap_that_a_speed_changes_is_left_to_the_solver() -> None:
 
 @pytest.mark.parametrize("gap", [1e-6, -1e-4])
 def test_a_gap_that_is_not_zero_is_certified(gap: float) -> None:
-    found = audit_of(ON_RAILS.format(height=0.5 + gap), "moving")
+    found = audit_of(ON_RAILS.format(height=0.5 + gap), keyframe="moving", duration=0.4)
     assert found.until == pytest.approx(0.4)
 
 
 @pytest.mark.long
 def test_a_body_at_rest_at_a_gap_of_zero_is_certified() -> None:
     """Nothing moves, whether or not they touch; and a free body soon does more than touch."""
-    assert audit_of(ON_RAILS.format(height=0.5)).error == 0.0
+    assert audit_of(ON_RAILS.format(height=0.5), duration=0.4).error == 0.0
     free = """<mujoco><worldbody><geom type="plane" size="9 9 1"/><body pos="0 0 .1"><freejoint/>
       <geom size=".1"/></body></worldbody></mujoco>"""
     assert audit_of(free, duration=0.1).until == pytest.approx(0.1)

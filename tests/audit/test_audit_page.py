@@ -14,19 +14,17 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model import picture as picture_module
-from plumbob.engines.audit.audit import Audit, audited
+from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.controls import script
 from plumbob.engines.own_motion import Touching
-from plumbob.reports.advice.work_precision import front
 from plumbob.reports.cli import main
 from plumbob.reports.view.audit.page import answered, page, page_name, rows, write_page
-from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, ready
+from plumbob.tests.audit.scenes_as_models import PENDULUM, audit_of, ball, ready
 
 
 @pytest.fixture(name="found", scope="module")
 def _found() -> Audit:
-    model = ready(ball(0.12))
-    return audited(model, script(model, duration=0.2), "rest", 20.0)
+    return audit_of(ball(0.12), duration=0.2)
 
 
 @pytest.mark.long
@@ -79,16 +77,6 @@ def test_contacts_are_looked_for_at_each_own_step() -> None:
     assert found.pairs == {}
 
 
-def test_front_leaves_out_what_is_worse(found: Audit) -> None:
-    assert found.found is not None
-    index = found.found.index
-    points = [(s.ns_per_second, s.at(index)) for s in found.found.steps if s.ns_per_second]
-    kept = front(points, lambda point: point)
-    for ns, error in points:
-        better = [p for p in points if p[0] < ns and p[1] < error]
-        assert ((ns, error) in kept) <= (not better)
-
-
 def test_a_picture_is_on_the_page_where_there_is_one(found: Audit) -> None:
     answer = answered(found)
     assert "No picture of the model" in page(answer, found, "")
@@ -116,23 +104,23 @@ def test_a_machine_that_cannot_draw_gives_no_picture(monkeypatch: pytest.MonkeyP
     assert picture_module.picture(model, model.qpos0) is None
 
 
-def test_page_is_written_whole(found: Audit, tmp_path: Path) -> None:
-    path = write_page(answered(found), found, tmp_path / "new", "", None)
-    assert path == tmp_path / "new" / "audit-model.html"
-    assert [p.name for p in path.parent.iterdir()] == [path.name]
-
-
-def test_command_writes_the_page(
+def test_command_writes_the_page_and_names_the_model_as_it_was_given(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("rod.xml").write_text(PENDULUM.format(integrator="Euler"), "utf-8")
-    short = ["audit", "rod.xml", "--duration", "0.1", "--budget", "5"]
+    Path("arm").mkdir()
+    Path("arm/rod.xml").write_text(PENDULUM.format(integrator="Euler"), "utf-8")
+    short = ["audit", "arm/rod.xml", "--duration", "0.1", "--budget", "5"]
     assert main([*short, "--out", "pages"]) == 0
-    assert capsys.readouterr().err.strip() == "pages/audit-rod.html"
-    assert "plumbob audit rod.xml --duration 0.1" in Path("pages/audit-rod.html").read_text("utf-8")
-    assert main([*short, "--out", "rod.xml"]) == 2
-    assert capsys.readouterr().err.startswith("plumbob: out = 'rod.xml'")
+    printed = capsys.readouterr()
+    assert printed.err.strip() == "pages/audit-rod.html"
+    assert printed.out.startswith("rod.xml ")
+    page = Path("pages/audit-rod.html").read_text("utf-8")
+    assert "plumbob audit arm/rod.xml --duration 0.1" in page
+    assert main([*short, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["model"] == "arm/rod.xml"
+    assert main([*short, "--out", "arm/rod.xml"]) == 2
+    assert capsys.readouterr().err.startswith("plumbob: out = 'arm/rod.xml'")
 
 
 def test_pages_of_files_of_one_name_are_two(found: Audit, tmp_path: Path) -> None:
@@ -146,17 +134,3 @@ def test_pages_of_files_of_one_name_are_two(found: Audit, tmp_path: Path) -> Non
     assert names == ["audit-robot.html", "audit-ur5e-robot.html", "audit-robot.html"]
     (tmp_path / "audit-robot.html").write_text("a page that says nothing of its model", "utf-8")
     assert page_name("robot.xml", tmp_path, ".html") == "audit-robot.html"
-
-
-@pytest.mark.long
-def test_the_model_is_named_as_it_was_given(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("arm").mkdir()
-    Path("arm/robot.xml").write_text(PENDULUM.format(integrator="Euler"), "utf-8")
-    short = ["audit", "arm/robot.xml", "--duration", "0.1", "--budget", "5"]
-    assert main([*short, "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["model"] == "arm/robot.xml"
-    assert main(short) == 0
-    assert capsys.readouterr().out.startswith("robot.xml ")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -19,40 +20,50 @@ from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.cli import main
-from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, pendulum
+from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendulum
 
-BALL = '<body pos="0 0 {}"><freejoint/><geom size=".1"/></body>'
-
-
-def with_option(option: str, body: str = BALL.format(1)) -> str:
-    return f"<mujoco><option {option}</option><worldbody>{body}</worldbody></mujoco>"
+CASES = tomllib.loads(Path(__file__).with_name("refused.toml").read_text("utf-8"))
+HOSTILE = CASES["hostile"]
 
 
-REFUSED = {
-    "sleeping bodies": with_option('><flag sleep="enable"/>'),
-    "the noslip solver": with_option('noslip_iterations="3">'),
-    "no degree of freedom": "<mujoco><worldbody><geom size='1'/></worldbody></mujoco>",
-    "an actuator with a delay": PENDULUM.format(integrator="Euler").replace(
-        'joint="hinge" ctrl', 'joint="hinge" delay="0.02" nsample="3" ctrl'
-    ),
-    "a flex with damping": """<mujoco><worldbody>
-      <flexcomp name="f" type="grid" count="3 3 1" spacing=".1 .1 .1" radius=".01" dim="2">
-      <elasticity young="1e4" damping="1"/></flexcomp></worldbody></mujoco>""",
-}
+BY_REASON = [(reason, text, ["--budget", "5"]) for reason, text in CASES["refused"].items()]
+BY_REASON += [(reason, text, ["--contacts"]) for reason, text in CASES["refused_contacts"].items()]
+BOX = CASES["refused_contacts"]["no gravity"].replace(' gravity="0 0 0"', "")
+OPTIONS = [(words.split(" "), reason) for words, reason in CASES["bad_options"].items()]
 
 
-@pytest.mark.parametrize("reason", REFUSED)
-def test_refused_by_name(
-    reason: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:  # fmt: skip
-    path = tmp_path / "my.xml"
-    path.write_text(REFUSED[reason], "utf-8")
-    mujoco.MjModel.from_xml_path(str(path))
-    assert main(["audit", str(path), "--budget", "5"]) == 2
+def one_line(words: list[str], reason: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """The command ends with exit code 2, and with a line that has the reason in it."""
+    assert main(["audit", *words]) == 2
     printed = capsys.readouterr()
     assert printed.out == ""
-    assert printed.err.count("\n") == 1
+    assert printed.err.startswith("plumbob: ")
+    assert printed.err.count("\n") == 1, printed.err
     assert reason in printed.err
+
+
+@pytest.mark.parametrize(("reason", "text", "words"), BY_REASON)
+def test_refused_by_name(
+    reason: str, text: str, words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "my.xml"
+    path.write_text(text, "utf-8")
+    mujoco.MjModel.from_xml_path(str(path))
+    one_line([str(path), *words], reason, capsys)
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [*OPTIONS, (["--speed", "1"], "speed = '1': must be given with --contacts")],
+)
+def test_bad_options_of_contacts_are_one_line(
+    words: list[str], reason: str, files: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("my.xml").write_text(BOX, "utf-8")
+    before = sorted(files.iterdir())
+    contacts = ["--contacts"] if (words, reason) in OPTIONS else []
+    one_line(["my.xml", *contacts, *words], reason, capsys)
+    assert sorted(files.iterdir()) == before
 
 
 def test_callback_is_refused() -> None:
@@ -83,24 +94,13 @@ def test_a_plugin_with_a_state_of_its_own_is_refused() -> None:
         refused(WithPluginState(pendulum()))
 
 
-def test_a_plugin_whose_state_is_an_activation_is_not() -> None:
-    """MuJoCo's own PID controller: its integral is part of the state that is integrated."""
-    text = """<mujoco><extension><plugin plugin="mujoco.pid"/></extension>
-      <worldbody><body><joint name="j"/><geom size=".1" pos=".1 0 0"/></body></worldbody>
-      <actuator><plugin plugin="mujoco.pid" joint="j" actdim="1"><config key="ki" value="1"/>
-      <config key="imax" value="1"/><config key="kp" value="1"/></plugin></actuator></mujoco>"""
-    model = mujoco.MjModel.from_xml_string(text)
-    assert model.na == 1
-    refused(model)
-
-
 def test_too_many_contacts_in_the_layer_are_not_blended() -> None:
     """A box of a hair's depth has four contacts within the layer, two such have eight."""
     box = '<body pos="{} 0 .0999999"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
     plane = '<geom type="plane" size="5 5 1"/>'
     for count in (1, 2):
         text = f"<mujoco><worldbody>{plane}{''.join(map(box.format, range(count)))}"
-        own = own_model(mujoco.MjModel.from_xml_string(f"{text}</worldbody></mujoco>"), "boxes")
+        own = own_model(compiled(f"{text}</worldbody></mujoco>"), "boxes")
         if count == 1:
             own.field(1e-5)(0.0, own.state)
             continue
@@ -116,51 +116,12 @@ def test_solver_at_its_cap_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> N
     assert "the constraint solver stops at 1 iterations" in found.why
 
 
-HOSTILE = {
-    "no file": ["none.xml"],
-    "a pipe": ["pipe"],
-    "a device": ["/dev/zero"],
-    "a folder": ["folder"],
-    "no XML": ["text.xml"],
-    "URDF": ["urdf.xml"],
-    "an empty file": ["empty.xml"],
-    "a keyframe that is not there": ["my.xml", "--keyframe", "3"],
-    "a negative keyframe": ["my.xml", "--keyframe=-1"],
-    "a superscript as keyframe": ["my.xml", "--keyframe", "²"],
-    "a control that is no word": ["my.xml", "--ctrl", "cosines"],
-    "a control file that is not there": ["my.xml", "--ctrl", "none.csv"],
-    "a pipe of controls": ["my.xml", "--ctrl", "pipe.csv"],
-    "a folder of controls": ["my.xml", "--ctrl", "folder.csv"],
-    "controls of words": ["my.xml", "--ctrl", "words.csv"],
-    "no controls": ["my.xml", "--ctrl", "empty.csv"],
-    "controls of two columns": ["my.xml", "--ctrl", "wide.csv"],
-    "controls that are no numbers": ["my.xml", "--ctrl", "nan.csv"],
-    "an archive that is none": ["my.xml", "--ctrl", "text.npz"],
-    "an archive without controls": ["my.xml", "--ctrl", "other.npz"],
-    "an archive of objects": ["my.xml", "--ctrl", "objects.npz"],
-    "controls of three dimensions": ["my.xml", "--ctrl", "cube.npz"],
-    "complex controls": ["my.xml", "--ctrl", "complex.npz"],
-    "a period of zero": ["my.xml", "--ctrl-period", "0"],
-    "a duration of nothing": ["my.xml", "--duration", "nan"],
-    "an endless duration": ["my.xml", "--duration", "inf"],
-    "a duration of ages": ["my.xml", "--duration", "1e15"],
-    "a period of ages": ["my.xml", "--ctrl-period", "1e300"],
-    "a negative budget": ["my.xml", "--budget", "-1"],
-    "an accuracy of words": ["my.xml", "--absolute", "good"],
-    "a step of nothing": ["no_step.xml"],
-    "a file without permission": ["secret.xml"],
-}
-
-
 @pytest.fixture(name="files")
 def _files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     text = PENDULUM.format(integrator="Euler")
-    written = {
-        "my.xml": text, "text.xml": "hello", "urdf.xml": "<robot name='r'/>", "empty.xml": "",
-        "words.csv": "a,b\n", "empty.csv": "", "wide.csv": "1,2\n", "nan.csv": "nan\n1\n",
-        "text.npz": "hello", "no_step.xml": text.replace('"0.01"', '"nan"'), "secret.xml": text,
-    }  # fmt: skip
+    models = {"my.xml": text, "secret.xml": text, "no_step.xml": text.replace('"0.01"', '"nan"')}
+    written = CASES["files"] | models
     for name, content in written.items():
         Path(name).write_text(content, "utf-8")
     Path("secret.xml").chmod(0)
@@ -184,11 +145,7 @@ def test_hostile_input_is_one_line(
     case: str, files: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = sorted(files.rglob("*"))
-    assert main(["audit", *HOSTILE[case]]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert printed.err.startswith("plumbob: ")
-    assert printed.err.count("\n") == 1, printed.err
+    one_line(HOSTILE[case], "", capsys)
     assert sorted(files.rglob("*")) == before
 
 
@@ -251,11 +208,6 @@ def test_no_reference_is_an_answer(capsys: pytest.CaptureFixture[str], files: Pa
     printed = capsys.readouterr()
     assert code == 0
     assert "none: the time given for it ended" in printed.out
-
-
-def test_unknown_keyframe_is_refused() -> None:
-    with pytest.raises(ParameterError, match="keyframe"):
-        plumbob.audit(pendulum(), keyframe="home")
 
 
 SPEC = mujoco.MjSpec.from_string(PENDULUM.format(integrator="Euler"))

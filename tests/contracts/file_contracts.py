@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from plumbob.tests.contracts.tree import LAYERS, files, python
+from plumbob.tests.contracts.tree import LAYERS, files, python, texts
 
 MOST_LINES, MOST_NAMES = 60, 15  # of a function: it fits a screen, and one remembers its names
 LONG, TANGLED = 0, 22  # functions that are longer, or have more, today: to become none, and 20
@@ -136,12 +136,8 @@ def incomplete_systems(root: Path) -> list[str]:
 def machine_traces(root: Path) -> list[str]:
     """Lines of text files that name a place on one machine, or where packages come from."""
     traces = []
-    for path in files(root):
-        try:
-            lines = (root / path).read_text("utf-8").splitlines()
-        except UnicodeDecodeError:
-            continue  # a picture
-        for number, line in enumerate(lines, start=1):
+    for path, text in texts(root):
+        for number, line in enumerate(text.splitlines(), start=1):
             for match in filter(None, (MACHINE_PATH.search(line), PACKAGE_INDEX.search(line))):
                 traces.append(f"{path}:{number}: {match.group()}")
     return traces

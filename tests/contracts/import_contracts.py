@@ -6,10 +6,11 @@ import ast
 import graphlib
 import subprocess
 import sys
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from plumbob.tests.contracts.tree import LAYERS, PACKAGE, imports, module_name, python
+from plumbob.tests.contracts.tree import LAYERS, PACKAGE, Import, imports, module_name, python
 
 THEORY = ("numerics", "systems", "errors")  # parts of `analytic`: each may import those before it
 ADAPTERS = ("engines", "adapters")
@@ -27,18 +28,23 @@ HEAVY = (
 HOMES = MappingProxyType({"dartpy": "dart", "jax": "mjx", "pydrake": "drake"})  # other names
 
 
+def _imports(root: Path) -> Iterator[tuple[Path, Import]]:
+    """The imports of each file of the package."""
+    for path, module in python(root):
+        if path.parts[0] in LAYERS:
+            for found in imports(path, module):
+                yield path, found
+
+
 def wrong_way(root: Path) -> list[str]:
     """Imports of a later layer, or of the tests."""
     wrong = []
-    for path, module in python(root):
-        if (layer := path.parts[0]) not in LAYERS:
-            continue
-        allowed = LAYERS[: LAYERS.index(layer) + 1]
-        for found in imports(path, module):
-            top, _, inner = found.name.partition(".")
-            target = inner.split(".")[0] if top == PACKAGE else top
-            if target in (*LAYERS, "tests") and target not in allowed:
-                wrong.append(f"{path}:{found.line}: {layer} imports {found.name}")
+    for path, found in _imports(root):
+        layer = path.parts[0]
+        top, _, inner = found.name.partition(".")
+        target = inner.split(".")[0] if top == PACKAGE else top
+        later = (*LAYERS[LAYERS.index(layer) + 1 :], "tests")
+        wrong += [f"{path}:{found.line}: {layer} imports {found.name}"] * (target in later)
     return wrong
 
 
@@ -47,41 +53,32 @@ def foreign_libraries(root: Path) -> list[str]:
     allowed = {*sys.stdlib_module_names, *LIBRARIES, PACKAGE}
     return [
         f"{path}:{found.line}: analytic imports {found.name}"
-        for path, module in python(root)
-        if path.parts[0] == "analytic"
-        for found in imports(path, module)
-        if found.name.split(".")[0] not in allowed
+        for path, found in _imports(root)
+        if path.parts[0] == "analytic" and found.name.split(".")[0] not in allowed
     ]
 
 
 def circles(root: Path) -> list[str]:
     """The first circle of imports between our own modules, imports inside functions included."""
-    tree = python(root)
-    names = {module_name(path) for path, _ in tree}
-    graph: dict[str, set[str]] = {name: set() for name in names}
-    for path, module in tree:
-        for found in imports(path, module):
-            target = found.name if found.name in names else found.name.rpartition(".")[0]
-            if target in names and target != found.module:
-                graph[found.module].add(target)
-    try:
-        graphlib.TopologicalSorter(graph).prepare()
-    except graphlib.CycleError as error:
-        return [" <- ".join(error.args[1])]
-    return []
+    return _circle(root, {name: name for name in map(module_name, dict(python(root)))})
 
 
 def folder_circles(root: Path) -> list[str]:
     """The first circle of imports between the package's folders. The root folder is left out: its
     `check` is looked up when it is asked for."""
-    tree = [(path, module) for path, module in python(root) if path.parts[0] in LAYERS]
-    folders = {module_name(path): path.parent.as_posix() for path, _ in tree}
-    graph: dict[str, set[str]] = {folder: set() for folder in folders.values()}
-    for path, module in tree:
+    inside = [path for path, _ in python(root) if path.parts[0] in LAYERS]
+    return _circle(root, {module_name(path): path.parent.as_posix() for path in inside})
+
+
+def _circle(root: Path, nodes: Mapping[str, str]) -> list[str]:
+    """The first circle between the nodes that modules belong to."""
+    graph: dict[str, set[str]] = {node: set() for node in nodes.values()}
+    for path, module in python(root):
         for found in imports(path, module):
-            name = found.name if found.name in folders else found.name.rpartition(".")[0]
-            if name in folders and folders[name] != path.parent.as_posix():
-                graph[path.parent.as_posix()].add(folders[name])
+            name = found.name if found.name in nodes else found.name.rpartition(".")[0]
+            ends = nodes.get(found.module), nodes.get(name)
+            if None not in ends and ends[0] != ends[1]:
+                graph[str(ends[0])].add(str(ends[1]))
     try:
         graphlib.TopologicalSorter(graph).prepare()
     except graphlib.CycleError as error:
@@ -93,14 +90,11 @@ def theory_upside_down(root: Path) -> list[str]:
     """Imports in `analytic` of a part that builds on the importing one: numerics <- systems <-
     errors."""
     wrong = []
-    for path, module in python(root):
-        if path.parts[0] != "analytic" or path.parts[1] not in THEORY:
-            continue
-        allowed = THEORY[: THEORY.index(path.parts[1]) + 1]
-        for found in imports(path, module):
+    for path, found in _imports(root):
+        if path.parts[0] == "analytic" and path.parts[1] in THEORY:
+            later = THEORY[THEORY.index(path.parts[1]) + 1 :]
             part = found.name.removeprefix(f"{PACKAGE}.analytic.").split(".")[0]
-            if part in THEORY and part not in allowed:
-                wrong.append(f"{path}:{found.line}: {path.parts[1]} imports {found.name}")
+            wrong += [f"{path}:{found.line}: imports {found.name}"] * (part in later)
     return wrong
 
 
@@ -108,18 +102,14 @@ def adapter_internals(root: Path) -> list[str]:
     """Imports of an adapter from outside `engines/adapters`, or of one adapter's folder from
     another's: `engines.registry` loads them by name."""
     wrong = []
-    for path, module in python(root):
-        if path.parts[0] not in LAYERS:
-            continue
+    for path, found in _imports(root):
         inside = path.parts[:2] == ADAPTERS
         own = path.with_suffix("").parts[2] if inside else ""
-        for found in imports(path, module):
-            stem, _, inner = found.name.partition(f"{PACKAGE}.{'.'.join(ADAPTERS)}.")
-            if stem or not inner:
-                continue
-            name = inner.split(".")[0]
-            if not inside or ((root / Path(*ADAPTERS) / name).is_dir() and name != own):
-                wrong.append(f"{path}:{found.line}: imports {found.name}")
+        stem, _, inner = found.name.partition(f"{PACKAGE}.{'.'.join(ADAPTERS)}.")
+        name = inner.split(".")[0]
+        folder = (root / Path(*ADAPTERS) / name).is_dir() and name != own
+        if inner and not stem and (folder or not inside):
+            wrong.append(f"{path}:{found.line}: imports {found.name}")
     return wrong
 
 

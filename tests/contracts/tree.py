@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -33,6 +34,13 @@ def files(root: Path) -> tuple[Path, ...]:
     else:
         found = [path.relative_to(root) for path in root.rglob("*") if path.is_file()]
     return tuple(sorted(path for path in found if "__pycache__" not in path.parts))
+
+
+def texts(root: Path) -> Iterator[tuple[Path, str]]:
+    """Every text file with its text."""
+    for path in files(root):
+        with suppress(UnicodeDecodeError):  # a picture
+            yield path, (root / path).read_text("utf-8")
 
 
 @cache

@@ -10,7 +10,7 @@ import re
 from functools import cache
 from pathlib import Path
 
-from plumbob.tests.contracts.tree import files
+from plumbob.tests.contracts.tree import texts
 
 TERMS = (  # pattern, what to write in its place; a space stands for any white space or underscore
     (r"foretell(s|ing)?|foretold|told", "predict, predicted"),
@@ -75,13 +75,9 @@ def forbidden_words(root: Path) -> list[str]:
     """Words in names, docstrings, comments, messages, templates and READMEs that the field does
     not use, each with the term in its place."""
     found = []
-    for path in files(root):
+    for path, text in texts(root):
         if path.as_posix() in FREE:
             continue
-        try:
-            text = (root / path).read_text("utf-8")
-        except UnicodeDecodeError:
-            continue  # a picture
         for exception in EXCEPTIONS:
             text = re.sub(exception, lambda match: " " * len(match.group()), text)
         for match in pattern().finditer(text):

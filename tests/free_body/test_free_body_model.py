@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -123,7 +122,3 @@ def test_mujoco_takes_no_body_without_size() -> None:
         engine_of(method("mujoco/euler")).prepare(
             replace(FLIP, problem=body), method("mujoco/euler"), 1e-3
         )
-
-
-def test_the_picture_is_small() -> None:
-    assert Path(MJCF.parent / "free_body.png").stat().st_size < 50_000

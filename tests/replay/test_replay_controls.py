@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -104,8 +105,7 @@ def time_of(figure: Locator) -> float:
     return float(figure.locator("input[type=range]").input_value()) / LAST
 
 
-@pytest.mark.long
-def test_the_button_plays_and_pauses(pausable: Page) -> None:
+def test_the_button_plays_pauses_and_begins_again_at_the_end(pausable: Page) -> None:
     figure = paused(pausable, NAME)
     figure.get_by_role("button", name="Play").click()
     pausable.clock.run_for(400)
@@ -115,10 +115,6 @@ def test_the_button_plays_and_pauses(pausable: Page) -> None:
     pausable.clock.run_for(400)
     assert time_of(figure) == then
     assert "Paused at" in figure.locator("[role=status]").inner_text()
-
-
-def test_it_ends_at_the_end_and_begins_again(pausable: Page) -> None:
-    figure = paused(pausable, NAME)
     set_time(figure, 0.99)
     figure.get_by_role("button", name="Play").click()
     pausable.clock.run_for(1000)
@@ -164,38 +160,31 @@ def test_keys_move_it(place: str, page: Page) -> None:
     expect(figure.locator(".play")).to_have_text("Play")
 
 
-def test_a_click_on_the_picture_plays_it(page: Page) -> None:
-    figure = found(page, NAME)
-    figure.locator("canvas").click()
-    expect(figure.locator(".play")).to_have_text("Pause")
-    figure.locator("canvas").click()
-    expect(figure.locator(".play")).to_have_text("Play")
-
-
-def test_one_plays_at_a_time(page: Page) -> None:
+def test_a_click_on_the_picture_plays_it_and_one_plays_at_a_time(page: Page) -> None:
     one, other = (found(page, name) for name in SHOWN[:2])
-    one.locator(".play").click()
+    for wanted in ("Pause", "Play", "Pause"):
+        one.locator("canvas").click()
+        expect(one.locator(".play")).to_have_text(wanted)
     other.locator(".play").evaluate("(button) => button.click()")
     expect(one.locator(".play")).to_have_text("Play")
     expect(other.locator(".play")).to_have_text("Pause")
 
 
 @pytest.mark.long
-def test_it_starts_by_itself_once(moving: Page) -> None:
+def test_it_starts_by_itself_once_and_stops_out_of_sight(moving: Page) -> None:
     figure = found(moving, NAME)
-    figure.locator("canvas").scroll_into_view_if_needed()
-    expect(figure.locator(".play")).to_have_text("Pause")
-    moving.clock.run_for(400)
-    assert time_of(figure) > 0.0
-    figure.locator(".play").click()
-    then = time_of(figure)
-    for in_sight in (False, True):
+    for in_sight, wanted in ((True, "Pause"), (False, "Play"), (True, "Play")):
         if in_sight:
             figure.locator("canvas").scroll_into_view_if_needed()
         else:
             moving.evaluate("scrollTo(0, document.body.scrollHeight)")
         moving.evaluate(FRAMES)  # what is in sight is looked at once a frame
+        expect(figure.locator(".play")).to_have_text(wanted)
         moving.clock.run_for(400)
+        if wanted == "Pause":
+            assert time_of(figure) > 0.0
+    then = time_of(figure)
+    moving.clock.run_for(400)
     assert time_of(figure) == then
 
 
@@ -204,15 +193,6 @@ FRAMES = """() => new Promise((done) => {
   const seen = new IntersectionObserver(() => { seen.disconnect(); done(); });
   seen.observe(document.querySelector("h1"));
 })"""
-
-
-@pytest.mark.long
-def test_it_stops_out_of_sight(moving: Page) -> None:
-    figure = found(moving, NAME)
-    figure.locator("canvas").scroll_into_view_if_needed()
-    expect(figure.locator(".play")).to_have_text("Pause")
-    moving.evaluate("scrollTo(0, document.body.scrollHeight)")
-    expect(figure.locator(".play")).to_have_text("Play")
 
 
 @pytest.mark.long
@@ -261,29 +241,24 @@ def test_the_magnifier_draws_errors_by_its_factor(name: str, factor: int, page: 
     puts it, and where it is not at another factor."""
     figure = stopped(page, name)
     figure.locator("[data-layer='1']").check()
-    data, drawn = (
-        json.loads(replays()[name].data),
-        json.loads(figure.locator("canvas").get_attribute("data-plan") or ""),
-    )
-    left, right, bottom, top = drawn["charts"][0]["box"]
-    rect = drawn["charts"][0]
+    data, rect = json.loads(replays()[name].data), plan_of(figure)["charts"][0]
+    left, right, bottom, top = rect["box"]
 
-    def covered(times: int) -> float:
+    def ring(times: int) -> float:
         exact, apart = states(name, FRACTION * data["seconds"])
         theta, rate = exact + times * apart
         if data["charts"][0]["turns"]:
-            theta -= 2.0 * math.pi * round(theta / (2.0 * math.pi))
+            theta = math.remainder(theta, 2.0 * math.pi)
         x = rect["x"] + rect["w"] * (theta - left) / (right - left)
         y = rect["y"] + rect["h"] * (top - rate) / (top - bottom)
-        ring: float = figure.locator("canvas").evaluate(COVERED, [x, y, RING, FIRST])
-        return ring
+        return covered(figure, x, y, RING, FIRST)
 
     figure.locator("select.factor").select_option(str(factor))
-    assert covered(factor) > 0.9
-    assert max(covered(1), covered(factor // 2), covered(2 * factor)) < 0.7
+    assert ring(factor) > 0.9
+    assert max(ring(1), ring(factor // 2), ring(2 * factor)) < 0.7
     figure.locator("select.factor").select_option("1")
-    assert covered(1) > 0.9
-    assert covered(factor) < 0.7
+    assert ring(1) > 0.9
+    assert ring(factor) < 0.7
 
 
 def states(name: str, time: float) -> tuple[Array, Array]:
@@ -304,23 +279,32 @@ def test_friction_points_against_the_sliding_of_each_foot(page: Page) -> None:
     name = "capsule-turn/0.3"
     figure = stopped(page, name)
     case, data = case_of(find_scene(name)), json.loads(replays()[name].data)
-    picture = json.loads(figure.locator("canvas").get_attribute("data-plan") or "")["picture"]
+    picture = plan_of(figure)["picture"]
     now = case.reference.observe(np.array([FRACTION * data["seconds"]]))
     seen = {channel: float(values[0]) for channel, values in now.items()}
-    body = case.problem.setup.capsule
-    place = complex(seen["x"], seen["y"])
+    body, place = case.problem.setup.capsule, complex(seen["x"], seen["y"])
     for i, foot in enumerate(np.asarray(body.supports) @ [1.0, 1j]):
         arm = foot * np.exp(1j * seen["body_angle"])
         sliding = complex(seen["velocity_x"], seen["velocity_y"]) + 1j * seen["heading_rate"] * arm
-        length = data["geometry"]["arrow"] * seen[f"normal_force_{i + 1}"] / body.weight
+        arrow = -data["geometry"]["arrow"] * seen[f"normal_force_{i + 1}"] / body.weight
+        arrow *= sliding / abs(sliding)
         for turn, coloured in ((0.0, True), (math.pi, False), (1.0, False), (-1.0, False)):
-            tip = place + arm - length * np.exp(1j * turn) * sliding / abs(sliding)
             for part in (0.5, 0.9):
-                spot = place + arm + part * (tip - place - arm)
+                spot = place + arm + part * arrow * np.exp(1j * turn)
                 x = picture["x"] + picture["scale"] * spot.real
                 y = picture["y"] - picture["scale"] * spot.imag
-                coverage = figure.locator("canvas").evaluate(COVERED, [x, y, 0.5, FRICTION])
-                assert (coverage > 0.5) == coloured, (i, turn, part)
+                assert (covered(figure, x, y, 0.5, FRICTION) > 0.5) == coloured, (i, turn, part)
+
+
+def plan_of(figure: Locator) -> Any:
+    """Where a replay's canvas has its parts."""
+    return json.loads(figure.locator("canvas").get_attribute("data-plan") or "")
+
+
+def covered(figure: Locator, *ring: Any) -> float:
+    """The part of a ring on a replay's canvas (x, y, radius, colour) that has this colour."""
+    part: float = figure.locator("canvas").evaluate(COVERED, list(ring))
+    return part
 
 
 @pytest.mark.long(keep=1)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from math import cos, sin
 
 import numpy as np
 
@@ -16,55 +15,40 @@ def run(
     rotor: DrivenRotor, theta: float, theta_dot: float, step: float, steps: int, scheme: Scheme
 ) -> tuple[Array, Array]:
     """Theta and theta_dot at times 0, step ... steps * step."""
-    base, held = scheme.integrator, {"start": 0.0, "midpoint": 0.5}.get(scheme.control)
-    pull, forcing, xi = _pull(rotor), _forcing(rotor, step, held), rotor.damping_rate
-    x, v, h = theta, theta_dot, step
-    xs, vs = [x], [v]
+    h, xi, base = step, rotor.damping_rate, scheme.integrator
+    held = {"start": 0.0, "midpoint": 0.5}.get(scheme.control)
+
+    def pull(x: float) -> float:
+        constant = rotor.sin2 * sin(2 * x) + rotor.cos * cos(x) - rotor.sin * sin(x)
+        return constant - rotor.stiffness * x
+
+    def push(t: float, part: float) -> float:
+        time = t + h * (part if held is None else held)
+        return rotor.forcing_amplitude * sin(rotor.forcing_frequency * time + rotor.forcing_phase)
+
+    x, v = theta, theta_dot
+    motion = [(x, v)]
     for n in range(steps):
         t = n * h
         if base == RK4:
-            early, middle, late = forcing(t, 0.0), forcing(t, 0.5), forcing(t, 1.0)
-            a = pull(x) - xi * v + early
-            w = v + h / 2 * a
-            b = pull(x + h / 2 * v) - xi * w + middle
-            u = v + h / 2 * b
-            c = pull(x + h / 2 * w) - xi * u + middle
-            y = v + h * c
-            d = pull(x + h * u) - xi * y + late
-            x, v = x + h / 6 * (v + 2 * w + 2 * u + y), v + h / 6 * (a + 2 * b + 2 * c + d)
+            k, m, end, turn = 0.0, 0.0, 0.0, 0.0
+            for part, weight in ((0.0, 1), (0.5, 2), (0.5, 2), (1.0, 1)):
+                y, w = x + part * h * k, v + part * h * m
+                k, m = w, pull(y) - xi * w + push(t, part)
+                end, turn = end + weight * k, turn + weight * m
+            x, v = x + h / 6 * end, v + h / 6 * turn
         elif base == LEAPFROG:
-            v += h / 2 * (pull(x) - xi * v + forcing(t, 0.0))
+            v += h / 2 * (pull(x) - xi * v + push(t, 0.0))
             x += h * v
-            v = (v + h / 2 * (pull(x) + forcing(t, 1.0))) / (1 + xi * h / 2)
+            v = (v + h / 2 * (pull(x) + push(t, 1.0))) / (1 + xi * h / 2)
         elif scheme.position_first:
-            x, v = x + h * v, v + h * (pull(x + h * v) - xi * v + forcing(t, 0.0))
+            x += h * v
+            v += h * (pull(x) - xi * v + push(t, 0.0))
         elif scheme.implicit_damping:
-            v = (v + h * (pull(x) + forcing(t, 0.0))) / (1 + h * xi)
+            v = (v + h * (pull(x) + push(t, 0.0))) / (1 + h * xi)
             x += h * v
         else:
-            v += h * (pull(x) - xi * v + forcing(t, 0.0))
+            v += h * (pull(x) - xi * v + push(t, 0.0))
             x += h * v
-        xs.append(x)
-        vs.append(v)
-    return np.array(xs), np.array(vs)
-
-
-def _pull(rotor: DrivenRotor) -> Callable[[float], float]:
-    p2, pc, ps, k = rotor.sin2, rotor.cos, rotor.sin, rotor.stiffness
-    sin, cos = math.sin, math.cos
-    if p2 == pc == k == 0.0:
-        return lambda x: -ps * sin(x)
-    return lambda x: p2 * sin(2 * x) + pc * cos(x) - ps * sin(x) - k * x
-
-
-def _forcing(rotor: DrivenRotor, h: float, held: float | None) -> Callable[[float, float], float]:
-    size, frequency, phase = (
-        rotor.forcing_amplitude,
-        rotor.forcing_frequency,
-        rotor.forcing_phase,
-    )
-    if size == 0.0:
-        return lambda t, fraction: 0.0
-    return lambda t, fraction: (
-        size * math.sin(frequency * (t + h * (fraction if held is None else held)) + phase)
-    )
+        motion.append((x, v))
+    return np.array(motion).T[0], np.array(motion).T[1]

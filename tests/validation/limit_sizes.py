@@ -2,7 +2,7 @@
 write them into the engines' files in `engines/limits`, below what is declared there by hand.
 
     python -m plumbob.tests.validation.limit_sizes [--profile full] [--scenes GLOB] [--methods GLOB]
-        [--missing] [--jobs N]
+        [--missing]
 
 Runs each pair of a scene and a method that a limit is declared for, at the steps of the quick
 profile, and each with a solver that chooses its steps; what is in the files and was not chosen
@@ -15,10 +15,8 @@ from __future__ import annotations
 
 import argparse
 import math
-import multiprocessing
 import sys
 from collections.abc import Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
 from pathlib import Path
 
@@ -139,20 +137,17 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--scenes", default="*")
     parser.add_argument("--methods", default="*")
     parser.add_argument("--missing", action="store_true")
-    parser.add_argument("--jobs", type=int, default=1)
     chosen = parser.parse_args(arguments)
     asked = limits(chosen.scenes, chosen.methods, chosen.profile)
     held = {name: held_of(name) for name in sorted({m.engine for _, m in asked})}
     if chosen.missing:
         asked = [(s, m) for s, m in asked if (s.name, m.name) not in held[m.engine]]
-    with ProcessPoolExecutor(chosen.jobs, multiprocessing.get_context("spawn")) as pool:
-        for done in as_completed([pool.submit(of_pair, pair) for pair in asked]):
-            scene, method, size = done.result()
-            if size is not None:
-                name = find_method(method).engine
-                held[name][scene, method] = size
-                write(name, held[name])  # what is measured stays, however the rest ends
-            print(scene, method, size or "no run", flush=True)
+    for scene, method, size in map(of_pair, asked):
+        if size is not None:
+            name = find_method(method).engine
+            held[name][scene, method] = size
+            write(name, held[name])  # what is measured stays, however the rest ends
+        print(scene, method, size or "no run", flush=True)
     for name, sizes in held.items():
         write(name, sizes)
     print(f"{len(asked)} measured, into files in {FOLDER}")

@@ -41,13 +41,6 @@ class Held:
     worst: float  # over the recommended step and five slightly smaller ones; nan without a choice
     missed: tuple[tuple[str, float, float], ...]  # method, step, how many times cheaper
 
-    def __str__(self) -> str:
-        named = f"{self.choice.method} at {self.choice.step:g}" if self.choice else "none"
-        return (
-            f"{self.scene:<34} {self.wanted:8.1e}  {named:<38} worst {self.worst:8.1e}  "
-            f"missed {self.missed or '-'}"
-        )
-
 
 def random_pairs(count: int, pattern: str = "*", seed: int = 7) -> list[tuple[Scene, float]]:
     """Quick scenes with relative errors between 1e-6 and 3e-2."""
@@ -149,11 +142,3 @@ def _looser(
 
 def _run(scene: Scene, method: Method, step: float) -> Measurement:
     return measure(replace(case_of(scene), errors=no_theory(None)), method, step)[0]
-
-
-def table(rows: Sequence[Held]) -> str:
-    """All of them, a line each, and how many are as they should be."""
-    good = sum(row.choice is None or row.worst <= row.wanted for row in rows)
-    missed = sum(bool(row.missed) for row in rows)
-    lines = [str(row) for row in rows]
-    return "\n".join([*lines, f"{good} of {len(rows)} reached; a cheaper one missed in {missed}"])

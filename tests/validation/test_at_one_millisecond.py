@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache
-from html.parser import HTMLParser
+from html import unescape
 
 import pytest
 
@@ -37,38 +37,27 @@ COST = ("cost of a step, relative", "ns per step", "real-time factor at 1 ms")
 Table = tuple[str, list[list[str]]]  # its caption or summary, and the text of its cells
 
 
-@dataclass
-class Tables(HTMLParser):
+@dataclass(frozen=True)
+class Tables:
     """The tables of a page, and its paragraphs."""
 
-    found: list[Table] = field(default_factory=list)
-    paragraphs: list[str] = field(default_factory=list)
-    inside: str = ""
+    found: list[Table]
+    paragraphs: list[str]
 
-    def __post_init__(self) -> None:
-        super().__init__()
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag == "table":
-            self.found.append(("", []))
-        elif tag == "tr" and self.found:
-            self.found[-1][1].append([])
-        elif tag in ("td", "th") and self.found:
-            self.found[-1][1][-1].append("")
-        elif tag == "p":
-            self.paragraphs.append("")
-        self.inside = tag if tag in ("caption", "td", "th", "p") else self.inside
+def text_of(html: str) -> str:
+    """The text of an element."""
+    return unescape(re.sub(r"<[^>]*>", "", html)).strip()
 
-    def handle_endtag(self, tag: str) -> None:
-        self.inside = "" if tag in ("caption", "table", "p") else self.inside
 
-    def handle_data(self, data: str) -> None:
-        if self.inside == "caption":
-            self.found[-1] = (self.found[-1][0] + data, self.found[-1][1])
-        elif self.inside in ("td", "th") and self.found:
-            self.found[-1][1][-1][-1] += data
-        elif self.inside == "p":
-            self.paragraphs[-1] += data
+def read(html: str) -> Tables:
+    """What stands on a page, whose rows and cells need no end."""
+    tables = []
+    for table in re.findall("<table.*?</table>", html, re.S):
+        caption, *rows = re.split("<tr[^>]*>", table)
+        cells = [map(text_of, re.split("<t[dh][^>]*>", row)[1:]) for row in rows]
+        tables.append((text_of(caption), [list(row) for row in cells]))
+    return Tables(tables, list(map(text_of, re.findall(r"<p\b.*?</p>", html, re.S))))
 
 
 @pytest.fixture(scope="module")
@@ -97,10 +86,8 @@ def index(study: Study, tmp_path_factory: pytest.TempPathFactory) -> Tables:
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(views, "trimming", lambda *given: None)
         pages = writing.content(recorded(study))
-    page = Tables()
-    page.feed(writing.site(pages, tmp_path_factory.mktemp("index")).read_text("utf-8"))
-    page.found = [(c, [[cell.strip() for cell in row] for row in rows]) for c, rows in page.found]
-    return page
+    index = writing.site(pages, tmp_path_factory.mktemp("index"))
+    return read(index.read_text("utf-8"))
 
 
 @cache

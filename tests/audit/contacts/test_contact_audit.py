@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 
-from plumbob.engines.adapters.mujoco import settings_to_paste, user_contacts
+from plumbob.engines.adapters.mujoco import user_contacts
 from plumbob.engines.adapters.mujoco.own_model import rigid_piece
 from plumbob.engines.audit import contacts
 from plumbob.engines.audit.contacts import HEADINGS, ContactAudit
@@ -25,6 +25,7 @@ from plumbob.tests.audit.contacts.bodies_on_planes import (
     model_text,
     texts,
 )
+from plumbob.tests.audit.scenes_as_models import compiled
 from plumbob.tests.mujoco.test_settings import BODIES
 
 # The rest is of third order: 2 % of v dt/2 covers it at 2 ms, where tilts are largest.
@@ -34,7 +35,7 @@ TURN = 3e-3  # relative: of a disc whose loads change by 5e-3 at most as it slid
 
 
 def audited(text: str, **options: object) -> ContactAudit:
-    return audit_contacts(mujoco.MjModel.from_xml_string(text), **options)  # type: ignore[arg-type]
+    return audit_contacts(compiled(text), **options)  # type: ignore[arg-type]
 
 
 @pytest.fixture(name="found", scope="module", params=texts())
@@ -147,24 +148,27 @@ def test_a_wrong_moment_of_inertia_is_seen(
     assert spoilt.turn != pytest.approx(flat.exact_turn, rel=2 * TURN)
 
 
-@pytest.mark.usefixtures("two_steps")
-def test_softer_contacts_than_those_said_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = settings_to_paste.own_pair
-    monkeypatch.setattr(
-        user_contacts, "own_pair",
-        lambda *given: {**(pair := right(*given)), "solref": 0.75 * np.asarray(pair["solref"])},
-    )  # fmt: skip
-    assert missed(audited(texts()["four-legged stand"])) > 2 * REST
+def softer(right: Any) -> Any:
+    return lambda *given: {**(pair := right(*given)), "solref": 0.75 * np.asarray(pair["solref"])}
+
+
+def rougher(right: Any) -> Any:
+    return lambda self: {foot: 1.001 * friction for foot, friction in right(self).items()}
 
 
 @pytest.mark.usefixtures("two_steps")
-def test_another_friction_than_that_of_the_feet_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = user_contacts.MujocoContacts.frictions
-    monkeypatch.setattr(
-        user_contacts.MujocoContacts, "frictions",
-        lambda self: {foot: 1.001 * friction for foot, friction in right(self).items()},
-    )  # fmt: skip
-    assert missed(audited(texts()["four-footed box"])) > 2 * REST
+@pytest.mark.parametrize(
+    ("place", "name", "wrong", "body"),
+    [
+        (user_contacts, "own_pair", softer, "four-legged stand"),
+        (user_contacts.MujocoContacts, "frictions", rougher, "four-footed box"),
+    ],
+)
+def test_other_contacts_than_those_said_are_seen(
+    place: Any, name: str, wrong: Any, body: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(place, name, wrong(getattr(place, name)))
+    assert missed(audited(texts()[body])) > 2 * REST
 
 
 @pytest.mark.usefixtures("two_steps")

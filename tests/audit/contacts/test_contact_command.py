@@ -7,8 +7,8 @@ import re
 from dataclasses import replace
 from html import unescape
 from pathlib import Path
+from typing import Any
 
-import mujoco
 import pytest
 
 from plumbob.engines.abilities import UserModels
@@ -24,88 +24,16 @@ from plumbob.tests.audit.contacts.bodies_on_planes import (
     model_text,
     texts,
 )
+from plumbob.tests.audit.scenes_as_models import compiled
 
 BOX = '<geom name="box" type="box" size=".1 .2 .02"/>'
 BALL = '<geom name="ball" size=".1"/>'
 STEP = 'timestep="0.002"'
-REFUSED = {
-    "no plane that its free body can touch": model_text(BOX, 0.02, floor=""),
-    "no plane that its": model_text(
-        BOX, 0.02, floor=FLOOR.replace("/>", ' contype="2" conaffinity="2"/>')
-    ),
-    "no free body": f"<mujoco><worldbody>{FLOOR}<body><joint/>{BOX}</body></worldbody></mujoco>",
-    "gravity that is not normal to its plane (floor)": model_text(
-        BOX, 0.02, f'{STEP} gravity="1 0 -9.81"'
-    ),
-    "no gravity": model_text(BOX, 0.02, f'{STEP} gravity="0 0 0"'),
-    "fewer than three points that are not on one line (ball): it tips or rolls": model_text(
-        BALL, 0.1
-    ),
-    "no friction (condim 1)": model_text(BOX.replace("/>", ' condim="1"/>'), 0.02, floor=(
-        FLOOR.replace("/>", ' condim="1"/>')
-    )),
-    "the body falls over": model_text(
-        BOX + '<geom size=".1" mass="50" pos=".3 0 .1" contype="0" conaffinity="0"/>', 0.02
-    ),
-    "two coefficients": model_text(
-        BOX, 0.02, more='<contact><pair geom1="floor" geom2="box" friction=".3 .5"/></contact>'
-    ),
-    "overrides the settings of every contact": model_text(BOX, 0.02).replace(
-        f"<option {STEP}/>", f'<option {STEP}><flag override="enable"/></option>'
-    ),
-    "contacts may be disabled": model_text(BOX, 0.02).replace(
-        f"<option {STEP}/>", f'<option {STEP}><flag contact="disable"/></option>'
-    ),
-}  # fmt: skip
 
 
 @pytest.fixture(name="found", scope="module")
 def _found() -> ContactAudit:
     return audited_once(texts()["four-footed box"])
-
-
-@pytest.mark.parametrize("reason", REFUSED)
-def test_refused_by_name(
-    reason: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:  # fmt: skip
-    path = tmp_path / "my.xml"
-    path.write_text(REFUSED[reason], "utf-8")
-    assert main(["audit", str(path), "--contacts"]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert printed.err.count("\n") == 1
-    assert reason in printed.err
-
-
-@pytest.mark.parametrize(
-    ("options", "reason"),
-    [
-        (["--body", "none"], "body = 'none': must be a free body: base"),
-        (["--keyframe", "7"], "keyframe = '7': must be one of none"),
-        (["--speed", "0"], "speed = 0.0: must be"),
-        (["--speed", "fast"], "speed = 'fast': must be"),
-        (["--friction", "-1"], "friction = -1.0: must be"),
-        (["--duration", "2"], "duration = '2': must be left out with --contacts"),
-        (["--ctrl", "sines"], "ctrl = 'sines': must be left out with --contacts"),
-        (["--write-trimmed", "new.xml"], "write trimmed = 'new.xml': must be left out"),
-        (["--out", "my.xml"], "out = 'my.xml': must be a folder"),
-    ],
-)
-def test_bad_options_are_one_line(
-    options: list[str],
-    reason: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("my.xml").write_text(model_text(BOX, 0.02), "utf-8")
-    assert main(["audit", "my.xml", "--contacts", *options]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert printed.err.count("\n") == 1
-    assert reason in printed.err
-    assert [p.name for p in tmp_path.iterdir()] == ["my.xml"]
 
 
 LOAD = (
@@ -145,9 +73,7 @@ LEFT_OUT = {  # said: more in the world, more behind it
 }
 
 
-def _contacts(
-    model: mujoco.MjModel, keyframe: int | None = None, body: str | None = None
-) -> ContactModel:
+def _contacts(model: Any, keyframe: int | None = None, body: str | None = None) -> ContactModel:
     models = ENGINE.ability(UserModels)
     assert models is not None
     return models.contacts(model, keyframe, body, None)
@@ -157,7 +83,7 @@ def _contacts(
 def test_what_acts_on_the_body_and_is_left_out_is_said(said: str) -> None:
     world, more = LEFT_OUT[said]
     text = model_text(BOX + '<site name="s"/>', 0.02, floor=FLOOR + world, more=more)
-    model = mujoco.MjModel.from_xml_string(text)
+    model = compiled(text)
     contacts = _contacts(model, 0 if model.nkey else None, "base")
     assert "; ".join(contacts.notes) == said
 
@@ -166,7 +92,7 @@ def test_a_compensation_of_gravity_and_a_medium_are_left_out_too() -> None:
     text = model_text(BOX, 0.02, 'density="1000"').replace(
         'name="base"', 'name="base" gravcomp="1"'
     )
-    model = mujoco.MjModel.from_xml_string(text.replace('gravcomp="1"', 'gravcomp="0.1"'))
+    model = compiled(text.replace('gravcomp="1"', 'gravcomp="0.1"'))
     contacts = _contacts(model)
     assert contacts.notes == ("the medium", "gravity compensation")
 
@@ -175,15 +101,6 @@ def test_notes_are_a_line_of_the_answer(found: ContactAudit) -> None:
     assert "left out" not in dict(rows(answered(found)))
     noted = replace(found, notes=("the weld of base and load", "tendon rope"))
     assert dict(rows(answered(noted)))["left out"] == "the weld of base and load; tendon rope"
-
-
-def test_options_of_the_contact_audit_need_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "my.xml"
-    path.write_text(model_text(BOX, 0.02), "utf-8")
-    assert main(["audit", str(path), "--speed", "1"]) == 2
-    assert "speed = '1': must be given with --contacts" in capsys.readouterr().err
 
 
 @pytest.mark.long

