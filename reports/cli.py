@@ -19,9 +19,22 @@ import plumbob
 USAGE, INCOMPLETE, DEFECT, INTERRUPTED = 2, 3, 4, 130
 GRACE = 1.2  # [s] for Python to see an interrupt and to end
 COMMANDS = (
-    "list", "validate", "report", "solve", "run", "recommend", "settings", "audit", "compare",
-    "sweep", "worst", "plan", "models", "check-engine", "cite",
-)  # fmt: skip
+    "list",
+    "validate",
+    "report",
+    "solve",
+    "run",
+    "recommend",
+    "settings",
+    "audit",
+    "compare",
+    "sweep",
+    "worst",
+    "plan",
+    "models",
+    "check-engine",
+    "cite",
+)
 
 
 class _Parser(argparse.ArgumentParser):

@@ -144,6 +144,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--methods", metavar="GLOB", default="*", help="methods by name, as 'ode/*'")
     group.addoption("--seed", type=int, default=SEED, help="draws one more step for each pair")
     group.addoption(
-        "--suite", choices=("whole", "short"), default="whole",
+        "--suite",
+        choices=("whole", "short"),
+        default="whole",
         help="short: without what takes seconds; scenes and methods that stand for the rest",
-    )  # fmt: skip
+    )

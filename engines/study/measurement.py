@@ -347,9 +347,14 @@ def _held(
 ) -> Prediction:
     difference = np.abs(error - predicted)
     return Prediction(
-        float(np.abs(predicted).max()), float(predicted[-1]), terms, nonlinear,
-        float(difference.max()), float(left.max()), float(np.maximum(difference - left, 0.0).max()),
-    )  # fmt: skip
+        float(np.abs(predicted).max()),
+        float(predicted[-1]),
+        terms,
+        nonlinear,
+        float(difference.max()),
+        float(left.max()),
+        float(np.maximum(difference - left, 0.0).max()),
+    )
 
 
 def _with(blank: Measurement, **values: Any) -> Measurement:

@@ -34,8 +34,10 @@ class LeftOut:
 
 def with_installed_versions(study: Study) -> tuple[Study, tuple[LeftOut, ...]]:
     """A study without the runs whose engine has another version now, and what was left out."""
-    changed = {entry.partition(" ")[0]: entry.partition(",")[0]
-               for entry in changed_since(study.provenance)}  # fmt: skip
+    changed = {
+        entry.partition(" ")[0]: entry.partition(",")[0]
+        for entry in changed_since(study.provenance)
+    }
     old = {
         m.name: changed[package]
         for m in study.methods

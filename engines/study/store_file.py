@@ -111,10 +111,11 @@ def _ours(store: sqlite3.Connection, file: Path) -> bool:
     if schema != SCHEMA:
         which = "an older" if schema < SCHEMA else "a newer"
         raise ParameterError(
-            "store", str(file),
+            "store",
+            str(file),
             f"written by this version of plumbob (schema {SCHEMA}), and is by {which} one "
             f"(schema {schema}): take another folder with --out, or measure again",
-        )  # fmt: skip
+        )
     with closing(sqlite3.connect(":memory:")) as made:
         made.executescript(TABLES)
         wanted = _tables(made)

@@ -96,11 +96,9 @@ def search(
     if seen:
         start = np.array(max(seen)[1])
         with suppress(_Spent):
-            minimize(
-                cost, start, method="Nelder-Mead", bounds=bounds,
-                options={"maxfev": budget, "xatol": 1e-9, "fatol": 0.0,
-                         "initial_simplex": _simplex(start)},
-            )  # fmt: skip
+            options: Any = {"maxfev": budget, "xatol": 1e-9, "fatol": 0.0}
+            options["initial_simplex"] = _simplex(start)
+            minimize(cost, start, method="Nelder-Mead", bounds=bounds, options=options)
     if not seen:
         raise ParameterError(
             "within", [s.name for s in box.sides], f"such that an error exists ({why})"
@@ -108,10 +106,16 @@ def search(
     largest, at = max(seen)
     case = box.case(at)
     return Found(
-        box, method.name, step, {s.name: s.at(x) for s, x in zip(box.sides, at, strict=True)},
-        largest, largest if score is run_error else run_error(case, method, step),
-        len(seen) + without, without, certificate(case, method),
-    )  # fmt: skip
+        box,
+        method.name,
+        step,
+        {s.name: s.at(x) for s, x in zip(box.sides, at, strict=True)},
+        largest,
+        largest if score is run_error else run_error(case, method, step),
+        len(seen) + without,
+        without,
+        certificate(case, method),
+    )
 
 
 def certificate(case: Case, tried: Method) -> Certificate | None:
@@ -119,9 +123,14 @@ def certificate(case: Case, tried: Method) -> Certificate | None:
     equations of motion with a tight tolerance or, where there is none, engines at fine steps; None
     where nothing else runs the case."""
     others = [
-        m for m in methods() if m.name != tried.name and m.engine != "exact"
-        and meant(m, case.scene) and installed(engine_of(m)) and not m.surrogate
-    ]  # fmt: skip
+        m
+        for m in methods()
+        if m.name != tried.name
+        and m.engine != "exact"
+        and meant(m, case.scene)
+        and installed(engine_of(m))
+        and not m.surrogate
+    ]
     adaptive = [(m, m.step_sizes[-1]) for m in others if m.control == "tolerance"]
     fixed = [(m, h) for m in others if m.control == "step" for h in FINE_STEPS]
     found = _distances(case, adaptive) or _distances(case, fixed)

@@ -83,9 +83,12 @@ def counted(study: Study, scene: str, observable: str | None) -> Quantities:
 
 
 def advise(
-    asked: Question, known: Mapping[str, Known], run_studies: RunStudies | None,
-    seconds: float = SECONDS, progress: Callable[[str], None] = lambda what: None,
-) -> Answer:  # fmt: skip
+    asked: Question,
+    known: Mapping[str, Known],
+    run_studies: RunStudies | None,
+    seconds: float = SECONDS,
+    progress: Callable[[str], None] = lambda what: None,
+) -> Answer:
     """The cheapest method and step that reach an error on every scene asked about; without
     `run_studies`, for convergence studies, nothing is run and only what is known counts;
     `progress` is given what is being run. Raises ParameterError for an error that is not positive,
@@ -178,10 +181,11 @@ class _Gathering:
 
     def _add(self, scene: Scene, study: Study) -> None:
         part = replace(
-            study, scenes=(scene,),
+            study,
+            scenes=(scene,),
             convergence=tuple(c for c in study.convergence if c.scene == scene.name),
             costs={key: cost for key, cost in study.costs.items() if key[0] == scene.name},
-        )  # fmt: skip
+        )
         old = self.known.get(scene.name)
         both = merged([old.study, part] if old else [part], scene)
         assert both is not None

@@ -286,9 +286,15 @@ def _at_default(curve: _Curve) -> Choice | None:
 def chosen(method: Method, p: Point, scale: float) -> Choice:
     """A measured run as a choice; `scale` is the observable's."""
     return Choice(
-        method.name, method.control, p.step, p.error, p.error * scale, p.ns_per_second, True,
+        method.name,
+        method.control,
+        p.step,
+        p.error,
+        p.error * scale,
+        p.ns_per_second,
+        True,
         method.surrogate,
-    )  # fmt: skip
+    )
 
 
 def rounded_down(step: float, digits: int) -> float:

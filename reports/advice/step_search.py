@@ -168,9 +168,11 @@ def searched(
 def _choice(evidence: Evidence, method: Method, step: float, scale: float) -> Choice:
     """A step as a choice: its error is the largest at it or below."""
     error = max(
-        evidence.error(s, method, h) for s in evidence.scenes for h in evidence.of(s, method)
+        evidence.error(s, method, h)
+        for s in evidence.scenes
+        for h in evidence.of(s, method)
         if h <= step
-    )  # fmt: skip
+    )
     return as_choice(evidence, method, step, scale, error)
 
 

@@ -105,10 +105,11 @@ def _same(other: ConvergenceStudy, run: Measurement, leading: str) -> bool:
         return False
     error = run.errors[leading].end
     return any(
-        m.step == run.step and m.status == "done"
+        m.step == run.step
+        and m.status == "done"
         and math.isclose(m.errors[leading].end, error, rel_tol=1e-12)
         for m in other.measurements
-    )  # fmt: skip
+    )
 
 
 def _at_equal_accuracy(other: Study, scene: str, error: float) -> Instead:

@@ -37,10 +37,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("model", metavar="FILE.xml", help="a MuJoCo model")
     parser.add_argument("--keyframe", metavar="K", help="start from this keyframe, name or number")
     parser.add_argument(
-        "--ctrl", metavar="|".join((*KINDS, "FILE")), default="rest",
+        "--ctrl",
+        metavar="|".join((*KINDS, "FILE")),
+        default="rest",
         help="the control: what the model starts with, nothing, sines, or a .csv or .npz file with"
         " a row for each period; default: rest",
-    )  # fmt: skip
+    )
     parser.add_argument("--ctrl-period", metavar="T", help="[s] a control is held; about 0.02")
     parser.add_argument("--duration", metavar="T", help="[s] of the motion; default: 1")
     parser.add_argument("--absolute", metavar="METRES", help="exit 1 unless the error is within")
@@ -54,10 +56,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="write the model without what this motion does not need, to this new file",
     )
     parser.add_argument(
-        "--contacts", action="store_true",
+        "--contacts",
+        action="store_true",
         help="the contact audit: the free body slides, turns and is pushed on its plane, joints "
         "locked, with the file's friction settings and those of `plumbob settings`",
-    )  # fmt: skip
+    )
     parser.add_argument("--body", metavar="NAME", help="--contacts: which body; the heaviest")
     parser.add_argument(
         "--speed", metavar="V", help=f"--contacts: [m/s] at which it slides; default: {SPEED:g}"
@@ -88,10 +91,15 @@ def command(chosen: argparse.Namespace) -> int:
     jobs = 1 if chosen.jobs is None else values.count("jobs", chosen.jobs)
     with progress() as show:
         answer = audit(
-            Path(chosen.model), control, keyframe=chosen.keyframe,
-            duration=numbers.get("duration"), period=numbers.get("ctrl_period"),
-            budget=numbers.get("budget", BUDGET), jobs=jobs, progress=lambda what: show(what, 0, 0),
-        )  # fmt: skip
+            Path(chosen.model),
+            control,
+            keyframe=chosen.keyframe,
+            duration=numbers.get("duration"),
+            period=numbers.get("ctrl_period"),
+            budget=numbers.get("budget", BUDGET),
+            jobs=jobs,
+            progress=lambda what: show(what, 0, 0),
+        )
     if target is not None:
         answer = trimmed_file(answer, Path(chosen.model), target, chosen.keyframe)
     return _answered(answer, chosen, numbers.get("absolute"))
@@ -134,9 +142,12 @@ def _fits(chosen: argparse.Namespace) -> None:
 
 def _contacts(chosen: argparse.Namespace, numbers: dict[str, float]) -> int:
     audit = audit_contacts(
-        Path(chosen.model), speed=numbers.get("speed", SPEED), body=chosen.body,
-        friction=numbers.get("friction"), keyframe=chosen.keyframe,
-    )  # fmt: skip
+        Path(chosen.model),
+        speed=numbers.get("speed", SPEED),
+        body=chosen.body,
+        friction=numbers.get("friction"),
+        keyframe=chosen.keyframe,
+    )
     return _answered(audit, chosen, numbers.get("absolute"))
 
 
@@ -242,13 +253,19 @@ def as_data(audit: Audit) -> dict[str, Any]:
         "steps": []
         if steps is None
         else [
-            {"integrator": s.integrator, "step": s.step, "error": s.at(steps.index),
-             "ns_per_second": s.ns_per_second, "why": s.why, "cost": s.cost and s.cost.__dict__}
+            {
+                "integrator": s.integrator,
+                "step": s.step,
+                "error": s.at(steps.index),
+                "ns_per_second": s.ns_per_second,
+                "why": s.why,
+                "cost": s.cost and s.cost.__dict__,
+            }
             for s in steps.steps
         ],
-        "cheapest": [] if steps is None else [
-            {**c.__dict__, **spread(c.cost)} for c in steps.cheapest
-        ],
+        "cheapest": []
+        if steps is None
+        else [{**c.__dict__, **spread(c.cost)} for c in steps.cheapest],
         "likely": None if audit.likely is None else audit.likely.__dict__,
         "balances": [b.__dict__ for b in audit.balances],
         "trims": []
@@ -257,7 +274,7 @@ def as_data(audit: Audit) -> dict[str, Any]:
         "trimmed_file": None if audit.written is None else trim(audit.written[1]),
         "slides": audit.slides or None,
         "seconds": audit.seconds,
-    }  # fmt: skip
+    }
 
 
 def spread(cost: Ratio | None) -> dict[str, Any]:

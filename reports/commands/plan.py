@@ -53,9 +53,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     # Without this argparse takes -1e-3 for an option.
     parser._negative_number_matcher = re.compile(r"^-(\d|\.\d)")
     parser.add_argument(
-        "--to", nargs=3, required=True, metavar=("X", "Y", "PSI"),
+        "--to",
+        nargs=3,
+        required=True,
+        metavar=("X", "Y", "PSI"),
         help="where to: place of the body's centre of mass [m], heading [rad]",
-    )  # fmt: skip
+    )
     parser.add_argument("--track", default="free", metavar="free|curve", help="where the slider is")
     parser.add_argument(
         "--arc", metavar="shorter|longer", help="on the curve: the way round between its two lines"

@@ -36,14 +36,16 @@ CHANGED = "changed"  # the profile of studies of a scene with parameters of --se
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument(
-        "scene", metavar="SCENE",
+        "scene",
+        metavar="SCENE",
         help="system/case, a system's default case, or a pattern: the worst of all its scenes",
-    )  # fmt: skip
+    )
     wanted = parser.add_mutually_exclusive_group(required=True)
     wanted.add_argument(
-        "--error", metavar="X",
+        "--error",
+        metavar="X",
         help="wanted, relative: the worst of the scene's quantities of interest over their scales",
-    )  # fmt: skip
+    )
     wanted.add_argument("--absolute", metavar="X", help="wanted of one observable, in SI units")
     parser.add_argument(
         "--observable", metavar="NAME", help="the one that --absolute means (default: the first)"
@@ -52,14 +54,17 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     values.add_changes(parser)
     values.name_parameters(parser)
     parser.add_argument(
-        "--stored", action="store_true",
+        "--stored",
+        action="store_true",
         help="run nothing: answer from what is stored (else what is missing is run: 10 to 20 s for "
         "a pendulum, about a minute for contacts, several for a family of scenes)",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--out", metavar="DIR", default="plumbob-out",
+        "--out",
+        metavar="DIR",
+        default="plumbob-out",
         help="where `validate` stored its studies, and where this stores its own runs",
-    )  # fmt: skip
+    )
     parser.add_argument(
         "--like", metavar="FILE", help="what the options of your own MJCF file give beside it"
     )
@@ -85,9 +90,11 @@ def command(chosen: argparse.Namespace) -> int:
     asked = Question(name, scenes, methods, error, _observable(chosen, scenes, known))
     with progress() as show:
         answer = advise(
-            asked, known, None if chosen.stored else _runner(show),
+            asked,
+            known,
+            None if chosen.stored else _runner(show),
             progress=lambda what: show(what, 0, 0),
-        )  # fmt: skip
+        )
     if not chosen.stored:
         _store(answer, scenes, out / FILE, bool(changed))
     study = answer.studies[scenes[0].name]
@@ -253,14 +260,18 @@ def _store(answer: Answer, scenes: Sequence[Scene], file: Path, changed: bool) -
         if study is not None and runs:
             studies.append(
                 replace(
-                    study, profile=f"{SEARCH}{suffix}", scenes=(scene,), costs={}, extras={},
+                    study,
+                    profile=f"{SEARCH}{suffix}",
+                    scenes=(scene,),
+                    costs={},
+                    extras={},
                     convergence=tuple(
                         ConvergenceStudy(scene.name, m, tuple(each)) for m, each in runs.items()
                     ),
                     methods=tuple(m for m in study.methods if m.name in runs),
                     provenance=provenance("plumbob recommend"),
                 )
-            )  # fmt: skip
+            )
     if studies:
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -300,15 +311,21 @@ def _user_settings(results: Sequence[UserResult]) -> list[dict[str, Any]]:
 
 
 def _show(
-    as_json: bool, asked: Question, answer: Answer, study: Study,
-    beside: Mapping[str, Any], results: Sequence[UserResult],
-) -> None:  # fmt: skip
+    as_json: bool,
+    asked: Question,
+    answer: Answer,
+    study: Study,
+    beside: Mapping[str, Any],
+    results: Sequence[UserResult],
+) -> None:
     if as_json:
         study_of = {"date": study.provenance.date, "versions": study.provenance.versions}
         data = asdict(answer.recommendation) | {
-            "scenes": [scene.name for scene in asked.scenes], "study": study_of,
-            "cut_short": answer.cut_short, **beside,
-        }  # fmt: skip
+            "scenes": [scene.name for scene in asked.scenes],
+            "study": study_of,
+            "cut_short": answer.cut_short,
+            **beside,
+        }
         json.dump(values.plain(data), sys.stdout, indent=1)
         print()
         return

@@ -52,10 +52,7 @@ def command(chosen: argparse.Namespace) -> int:
         scene = find_scene(chosen.scene, changed)
         case = case_of(scene)
         about = case.system.quantities(case)
-    if chosen.step is None and not chosen.like:
-        raise ParameterError("step", None, "given, or the step of the file that --like names")
-    finest = methods[-1].step_sizes[:1] if chosen.step is None else ()
-    step = finest[0] if finest else values.positive_number("step", chosen.step)
+    step = _step(chosen, methods[-1])
     codes, records = [], []
     for method in methods:
         with values.representable(changed, chosen):
@@ -71,6 +68,14 @@ def command(chosen: argparse.Namespace) -> int:
         json.dump(values.plain(answer), sys.stdout, indent=1)
         print()
     return next((code for code in (1, INCOMPLETE) if code in codes), 0)
+
+
+def _step(chosen: argparse.Namespace, method: Method) -> float:
+    """The step that was asked for, or else the user's own."""
+    if chosen.step is None and not chosen.like:
+        raise ParameterError("step", None, "given, or the step of the file that --like names")
+    finest = method.step_sizes[:1] if chosen.step is None else ()
+    return finest[0] if finest else values.positive_number("step", chosen.step)
 
 
 def _measured(case: Case, method: Method, step: float) -> tuple[Measurement, Cost | None, float]:

@@ -78,9 +78,11 @@ def _point(run: Measurement, quantities: Sequence[Quantity]) -> _Point | None:
         return None
     error = run.errors[quantity.observable]
     return _Point(
-        run.step, relative, rounding(error, run.steps) / quantity.scale,
+        run.step,
+        relative,
+        rounding(error, run.steps) / quantity.scale,
         error.end / quantity.scale,
-    )  # fmt: skip
+    )
 
 
 def _octaves(points: Sequence[_Point]) -> list[_Point]:

@@ -300,9 +300,10 @@ def cost(subject: Subject) -> str:
     _is_asked_for(subject, case, step, run)
     _hold(simulation.compile_seconds >= 0.0, "compile_seconds is negative")
     for what, counted, seconds in (
-        ("a run", run.steps, run.seconds), ("stepped(1)", full.steps, full.seconds),
+        ("a run", run.steps, run.seconds),
+        ("stepped(1)", full.steps, full.seconds),
         ("stepped(0.5)", half.steps, half.seconds),
-    ):  # fmt: skip
+    ):
         _hold(counted > 0, f"{what} counts no steps")
         _hold(seconds > 0.0, f"{what} takes no time")
     if subject.method.control == "step":
@@ -362,12 +363,14 @@ def _is_asked_for(subject: Subject, case: Case, step: float, run: Trajectory) ->
     _hold(not why, f"a run of {case.scene.name}: {why}")
 
 
-CHECKS: Mapping[str, Look] = MappingProxyType({
-    "builds": builds,
-    "repeats itself": repeats,
-    "samples at its steps": samples,
-    "writes nothing": writes_nothing,
-    "reports divergence": divergence,
-    "counts its cost": cost,
-    "shows its order": order,
-})  # fmt: skip
+CHECKS: Mapping[str, Look] = MappingProxyType(
+    {
+        "builds": builds,
+        "repeats itself": repeats,
+        "samples at its steps": samples,
+        "writes nothing": writes_nothing,
+        "reports divergence": divergence,
+        "counts its cost": cost,
+        "shows its order": order,
+    }
+)

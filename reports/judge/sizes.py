@@ -43,9 +43,13 @@ def measured(errors: Mapping[float, float]) -> Size:
     steps = sorted(errors)
     chosen = steps[:FINEST]
     return Size(
-        median(errors[step] for step in chosen), chosen[-1], chosen[0],
-        min(errors.values()), max(errors.values()), steps[-1],
-    )  # fmt: skip
+        median(errors[step] for step in chosen),
+        chosen[-1],
+        chosen[0],
+        min(errors.values()),
+        max(errors.values()),
+        steps[-1],
+    )
 
 
 def not_those(
@@ -53,8 +57,11 @@ def not_those(
 ) -> str:
     """Why relative errors at tolerances are not those `known`, within a factor; empty where they
     are, and where none of these tolerances was run."""
-    both = ((tol, _apart(errors[tol], size, size, factor)) for tol, size in known.items()
-            if tol in errors)  # fmt: skip
+    both = (
+        (tol, _apart(errors[tol], size, size, factor))
+        for tol, size in known.items()
+        if tol in errors
+    )
     return next((f"at a tolerance of {tol:g} {why}" for tol, why in both if why), "")
 
 

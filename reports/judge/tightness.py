@@ -116,9 +116,16 @@ def _slack(run: Measurement, name: str, held: Tolerance) -> Slack:
     if predicted is not None and error.left_open is not None:
         allowed, used = error.left_open, predicted.difference
     return Slack(
-        run.method, run.scene, name, run.step, allowed, used, _round_off(error, run.steps),
-        error.scale, predicted is None,
-    )  # fmt: skip
+        run.method,
+        run.scene,
+        name,
+        run.step,
+        allowed,
+        used,
+        _round_off(error, run.steps),
+        error.scale,
+        predicted is None,
+    )
 
 
 def _round_off(error: ObservedError, steps: int) -> float:

@@ -26,9 +26,17 @@ from plumbob.reports.judge.not_read import not_read
 from plumbob.reports.judge.tolerance import Tolerance, exceeded, starts_off, tolerance, too_wide
 
 Verdict = Literal[
-    "predicted", "converges", "off-prediction", "inaccurate", "not-converging", "diverged",
-    "cut-short", "unsupported", "missing", "pre-asymptotic",
-]  # fmt: skip
+    "predicted",
+    "converges",
+    "off-prediction",
+    "inaccurate",
+    "not-converging",
+    "diverged",
+    "cut-short",
+    "unsupported",
+    "missing",
+    "pre-asymptotic",
+]
 NO_STEP_FITS = "no step of the scene's step sizes fits"
 # Rules of judgement, chosen and not derived:
 ELSEWHERE = 0.5  # of the motion itself: a linear bound along the exact motion does not apply
@@ -233,8 +241,14 @@ def _within(run: _Run) -> Judgement:
 
 
 _RULES_OF_A_RUN: tuple[Callable[[_Run], Judgement | None], ...] = (
-    _not_done, _leaves_out, _leads_elsewhere, _beyond_tolerance, _says_nothing, _no_theory, _within,
-)  # fmt: skip
+    _not_done,
+    _leaves_out,
+    _leads_elsewhere,
+    _beyond_tolerance,
+    _says_nothing,
+    _no_theory,
+    _within,
+)
 
 
 @dataclass(frozen=True)
@@ -374,6 +388,13 @@ def _as_the_finest(several: _Runs) -> Judgement:
 
 
 _RULES_OF_RUNS: tuple[Callable[[_Runs], Judgement | None], ...] = (
-    _does_not_run, _drops, _without_theory, _fails, _stays, _claims_too_much, _passes,
-    _no_step_fits, _as_the_finest,
-)  # fmt: skip
+    _does_not_run,
+    _drops,
+    _without_theory,
+    _fails,
+    _stays,
+    _claims_too_much,
+    _passes,
+    _no_step_fits,
+    _as_the_finest,
+)

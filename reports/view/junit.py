@@ -27,9 +27,12 @@ def write_junit(file: Path, study: Study, judged: Judgements) -> None:
     for scene, method in pairs(study.scenes, study.methods):
         judgement, runs = judged[scene.name, method.name].whole, ran[scene.name, method.name]
         case = ElementTree.SubElement(
-            suite, "testcase", classname=scene.name, name=method.name,
+            suite,
+            "testcase",
+            classname=scene.name,
+            name=method.name,
             time=f"{sum(m.seconds for m in runs.measurements):.6f}",
-        )  # fmt: skip
+        )
         held = ElementTree.SubElement(case, "properties")
         properties = _properties(runs, study.leading(scene.name), judgement)
         for name, value in (properties | _relative(runs, method, study, scene.name)).items():
@@ -39,10 +42,13 @@ def write_junit(file: Path, study: Study, judged: Judgements) -> None:
             ElementTree.SubElement(case, kind, message=message)
             counts[kind] += 1
     suite.attrib |= {
-        "tests": str(len(suite)), "failures": str(counts["failure"]), "errors": "0",
-        "skipped": str(counts["skipped"]), "time": f"{sum(study.seconds.values()):.3f}",
+        "tests": str(len(suite)),
+        "failures": str(counts["failure"]),
+        "errors": "0",
+        "skipped": str(counts["skipped"]),
+        "time": f"{sum(study.seconds.values()):.3f}",
         "timestamp": study.provenance.date.removesuffix(" UTC").replace(" ", "T"),
-    }  # fmt: skip
+    }
     text = ElementTree.tostring(suite, encoding="utf-8", xml_declaration=True)
     written(text, file.parent, file.name)
 
@@ -67,9 +73,10 @@ def _relative(runs: ConvergenceStudy, method: Method, study: Study, scene: str) 
         return {}
     quantity, error = worst(shown, study.quantities(scene))
     return {
-        "relative_error": f"{error:.6g}", "quantity": quantity.observable,
+        "relative_error": f"{error:.6g}",
+        "quantity": quantity.observable,
         "step": f"{shown.step:.6g}",
-    }  # fmt: skip
+    }
 
 
 def _properties(

@@ -17,24 +17,73 @@ ERRORS = ((0.1, "10 %"), (1e-2, "1 %"), (1e-3, "0.1 %"), (1e-4, "1e-4"), (1e-6, 
 Advice = Sequence[Recommendation]  # for each of these errors; empty where nothing was timed
 
 # The sources in the order of the table, each with its places in the order of its text.
-PLACES: Mapping[str, tuple[str, ...]] = MappingProxyType({
-    "Sudakov 2015": (
-        "introduction", "terms", "characteristics", "(1)", "(2)–(6)", "(6)", "(6), (7)",
-        "(7), (9)", "(8)", "(2)–(6), (9)", "(9), (15), (16), Fig. 3", "(10)–(13)", "(15), (16)",
-        "(16)", "Fig. 2", "Fig. 2 e", "Fig. 3", "Fig. 3 b", "Fig. 3 c", "Fig. 3 e", "conclusion",
-    ),
-    "Chernousko 2020": (
-        "assumptions", "(1)", "modes", "(2)–(4), (23)", "slow motions", "residual motions",
-        "(5)–(7)", "(7)", "(3), (9)", "(8)–(12)", "(15)", "(17), (20), Fig. 2", "(18)",
-        "(19), (20)", "(21)", "(22), Fig. 2", "(11)–(22)", "after (22)", "(24), (25)", "(28)",
-        "(30)", "(31), Fig. 3", "(31), (32)", "(32)", "after (32)", "controllability",
-        "controllability, 3", "conclusion",
-    ),
-    "Pêndulo Simples": (
-        "equation of motion", "T", "linear equation", "F(t)", "parameters", "X₁, X₂", "integrator",
-        *(f"case {number}" for number in range(1, 8)),
-    ),
-})  # fmt: skip
+PLACES: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "Sudakov 2015": (
+            "introduction",
+            "terms",
+            "characteristics",
+            "(1)",
+            "(2)–(6)",
+            "(6)",
+            "(6), (7)",
+            "(7), (9)",
+            "(8)",
+            "(2)–(6), (9)",
+            "(9), (15), (16), Fig. 3",
+            "(10)–(13)",
+            "(15), (16)",
+            "(16)",
+            "Fig. 2",
+            "Fig. 2 e",
+            "Fig. 3",
+            "Fig. 3 b",
+            "Fig. 3 c",
+            "Fig. 3 e",
+            "conclusion",
+        ),
+        "Chernousko 2020": (
+            "assumptions",
+            "(1)",
+            "modes",
+            "(2)–(4), (23)",
+            "slow motions",
+            "residual motions",
+            "(5)–(7)",
+            "(7)",
+            "(3), (9)",
+            "(8)–(12)",
+            "(15)",
+            "(17), (20), Fig. 2",
+            "(18)",
+            "(19), (20)",
+            "(21)",
+            "(22), Fig. 2",
+            "(11)–(22)",
+            "after (22)",
+            "(24), (25)",
+            "(28)",
+            "(30)",
+            "(31), Fig. 3",
+            "(31), (32)",
+            "(32)",
+            "after (32)",
+            "controllability",
+            "controllability, 3",
+            "conclusion",
+        ),
+        "Pêndulo Simples": (
+            "equation of motion",
+            "T",
+            "linear equation",
+            "F(t)",
+            "parameters",
+            "X₁, X₂",
+            "integrator",
+            *(f"case {number}" for number in range(1, 8)),
+        ),
+    }
+)
 SOURCES = tuple(PLACES)
 SOURCE_HEADS = ("source", "place", "statement", "the source's value", "ours", "verdict", "finding")
 STATEMENT_WORDS: Mapping[StatementVerdict, str] = MappingProxyType(
@@ -61,8 +110,12 @@ def recommendations(study: Study, by_scene: Mapping[str, Advice]) -> Table | Non
         if default is not None and default.method == DEFAULT_METHOD:
             usual = Cell(notation.number(default.error), "number", _said(default))
         rows.append(row(name, unit, *(_cell(answer) for answer in answers), usual))
-    heads = ("scene", "quantity", *(f"within {name}" for _, name in ERRORS),
-             "MuJoCo, default settings")  # fmt: skip
+    heads = (
+        "scene",
+        "quantity",
+        *(f"within {name}" for _, name in ERRORS),
+        "MuJoCo, default settings",
+    )
     note = (
         "Errors are relative: the worst of a scene's quantities of interest over their scales. "
         "From measured curves, on their upper envelope, interpolated and never extrapolated. "
@@ -72,8 +125,13 @@ def recommendations(study: Study, by_scene: Mapping[str, Advice]) -> Table | Non
         "for other engines. MuJoCo's default settings are Euler steps of 2 ms: the error that they "
         "have at that step."
     )
-    return Table("The cheapest method and step for a wanted error, scene by scene", heads,
-                 tuple(rows), note, folded=True)  # fmt: skip
+    return Table(
+        "The cheapest method and step for a wanted error, scene by scene",
+        heads,
+        tuple(rows),
+        note,
+        folded=True,
+    )
 
 
 def scene_recommendations(advice: Advice) -> Table | None:
@@ -114,8 +172,15 @@ def scene_recommendations(advice: Advice) -> Table | None:
         for c in first.defaults
         if c.method == DEFAULT_METHOD
     )
-    heads = ("error wanted", "cheapest method", "step", "real-time factor", "runner-up",
-             "in other engines", "surrogate, if cheaper")  # fmt: skip
+    heads = (
+        "error wanted",
+        "cheapest method",
+        "step",
+        "real-time factor",
+        "runner-up",
+        "in other engines",
+        "surrogate, if cheaper",
+    )
     return Table("The cheapest method and step for a wanted error", heads, tuple(rows), note)
 
 
@@ -169,5 +234,10 @@ def sources(findings: Sequence[Finding]) -> Table | None:
         "Ours: computed from the exact solutions and from the runs of this study. A printed number "
         "holds where ours rounds to it. Hover over a verdict for its reason."
     )
-    return Table(f"What the sources say, and what was found: {counts}", SOURCE_HEADS, tuple(rows),
-                 note, folded=True)  # fmt: skip
+    return Table(
+        f"What the sources say, and what was found: {counts}",
+        SOURCE_HEADS,
+        tuple(rows),
+        note,
+        folded=True,
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -98,8 +99,7 @@ def exact_motion(observables: Observables, motion: Motion) -> Figure:
     first, *others = motion.channels
     traces = [curve(motion.times, first, colour="#0072b2", name=symbol(leading.name))]
     for second, values in zip(more[:1], others, strict=True):
-        other = curve(motion.times, values, colour="#e69f00", dash="dash",
-                      name=symbol(second.name))  # fmt: skip
+        other = curve(motion.times, values, colour="#e69f00", dash="dash", name=symbol(second.name))
         traces.append({**other, "yaxis": "y2"})
     drawn = figure(
         "The exact motion",
@@ -111,8 +111,13 @@ def exact_motion(observables: Observables, motion: Motion) -> Figure:
         legend=True,
     )
     if more:
-        side = linear(f"{symbol(more[0].name)} [{more[0].unit}]", overlaying="y", side="right",
-                      showgrid=False, tickmode="auto")  # fmt: skip
+        side = linear(
+            f"{symbol(more[0].name)} [{more[0].unit}]",
+            overlaying="y",
+            side="right",
+            showgrid=False,
+            tickmode="auto",
+        )
         return Figure(drawn.title, drawn.caption, drawn.traces, {**drawn.layout, "yaxis2": side})
     return drawn
 
@@ -134,18 +139,31 @@ def error_against_step(
         }
         if predicted:
             traces.append(
-                curve(list(predicted), positive(list(predicted.values())),
-                      styles[c.method], method=c.method, dash="dash", width=1.0)
-            )  # fmt: skip
+                curve(
+                    list(predicted),
+                    positive(list(predicted.values())),
+                    styles[c.method],
+                    method=c.method,
+                    dash="dash",
+                    width=1.0,
+                )
+            )
         hints = [
             f"predicted {notation.number(predicted[h])}" if h in predicted else ""
             for h in (m.step for m in done)
         ]
         hint = f"{c.method}, step %{{x:.3g}} s<br>error %{{y:.3g}} {leading.unit}<br>%{{text}}"
         traces.append(
-            curve([m.step for m in done], positive([e.largest for e in errors]), styles[c.method],
-                  method=c.method, marks=True, hints=hints, hint=hint)
-        )  # fmt: skip
+            curve(
+                [m.step for m in done],
+                positive([e.largest for e in errors]),
+                styles[c.method],
+                method=c.method,
+                marks=True,
+                hints=hints,
+                hint=hint,
+            )
+        )
     return figure(
         f"Largest error of {symbol(leading.name)} against step",
         "Marks: measured. Dashed: predicted, the sum of C\u209ah\u1d56 over powers p of the step "
@@ -171,9 +189,15 @@ def drifts(
                 continue
             hint = f"{c.method}, step %{{x:.3g}} s<br>relative drift of the {shown} %{{y:.3g}}"
             traces.append(
-                curve([m.step for m in done], positive([m.invariants[name] for m in done]),
-                      styles[c.method], method=c.method, marks=True, hint=hint)
-            )  # fmt: skip
+                curve(
+                    [m.step for m in done],
+                    positive([m.invariants[name] for m in done]),
+                    styles[c.method],
+                    method=c.method,
+                    marks=True,
+                    hint=hint,
+                )
+            )
         yield figure(
             f"Drift of the {shown} against step",
             "Largest over the run, relative; the exact motion conserves it.",
@@ -195,11 +219,7 @@ def error_against_cost(
     exact = [p for p in usable if methods[p.method].scheme.integrator == EXACT]
     simulated = [p for p in usable if p not in exact]
     best = front(simulated, lambda p: (p.ns_per_second, p.error))
-    traces: list[Trace] = []
-    if best:
-        edge = curve([_speed(p) for p in best], positive([p.error for p in best]),
-                     colour=GREY, dash="solid", width=7.0, name="Pareto front")  # fmt: skip
-        traces.append({**edge, "opacity": 0.35, "hoverinfo": "skip"})
+    traces = [_edge(best)] if best else []
     for name in dict.fromkeys(p.method for p in simulated):
         line = [p for p in simulated if p.method == name]
         hints = [
@@ -211,9 +231,17 @@ def error_against_cost(
         ]
         hint = f"{name}<br>%{{text}}<br>relative error %{{y:.3g}}<br>real-time factor %{{x:.3g}}"
         traces.append(
-            curve([_speed(p) for p in line], positive([p.error for p in line]), styles[name],
-                  method=name, marks=True, width=1.2, hints=hints, hint=hint)
-        )  # fmt: skip
+            curve(
+                [_speed(p) for p in line],
+                positive([p.error for p in line]),
+                styles[name],
+                method=name,
+                marks=True,
+                width=1.2,
+                hints=hints,
+                hint=hint,
+            )
+        )
     text = ""
     if exact:
         cost = min(p.ns_per_second for p in exact)
@@ -234,6 +262,13 @@ def error_against_cost(
     )
 
 
+def _edge(best: Sequence[Point]) -> Trace:
+    """The Pareto front, as a broad band."""
+    speeds, errors = [_speed(p) for p in best], positive([p.error for p in best])
+    edge = curve(speeds, errors, colour=GREY, dash="solid", width=7.0, name="Pareto front")
+    return {**edge, "opacity": 0.35, "hoverinfo": "skip"}
+
+
 def _speed(point: Point) -> float:
     """The real-time factor of a run."""
     return 1e9 / point.ns_per_second
@@ -241,8 +276,16 @@ def _speed(point: Point) -> float:
 
 def _margin(speed: float) -> Mapping[str, object]:
     """A line at the margin of a plot, at a real-time factor."""
-    return {"type": "line", "xref": "x", "yref": "paper", "x0": speed, "x1": speed, "y0": 0.0,
-            "y1": 0.12, "line": {"color": GREY, "width": 2, "dash": "dot"}}  # fmt: skip
+    return {
+        "type": "line",
+        "xref": "x",
+        "yref": "paper",
+        "x0": speed,
+        "x1": speed,
+        "y0": 0.0,
+        "y1": 0.12,
+        "line": {"color": GREY, "width": 2, "dash": "dot"},
+    }
 
 
 def budget_bars(
@@ -280,30 +323,55 @@ def budget_bars(
         return None
     traces = tuple(
         {
-            "type": "bar", "orientation": "h", "name": name, "x": rounded(list(of.values())),
-            "y": list(of), "marker": {"color": COLOURS[k % len(COLOURS)]},
+            "type": "bar",
+            "orientation": "h",
+            "name": name,
+            "x": rounded(list(of.values())),
+            "y": list(of),
+            "marker": {"color": COLOURS[k % len(COLOURS)]},
             "hovertemplate": f"{name}<br>%{{x:.3g}} % of the tolerance<extra></extra>",
         }
         for k, (name, of) in enumerate(parts.items())
-    )  # fmt: skip
-    axis, legend = 50, 24 * len(parts)  # [px]; a legend that moves margins may be laid out forever
+    )
+    layout, height = _bars_layout(bars, len(parts))
     return Figure(
         f"What the tolerance of {symbol(leading.name)} is made of",
         "One run of each method: by what its largest error may differ from the predicted one, or "
         "without a prediction, how large it may be. Reasons stand in the table of the budget.",
         traces,
-        {
-            "barmode": "stack", "showlegend": True,
-            "xaxis": {"title": {"text": "part of the tolerance [%]"}, "range": [0, 100],
-                      "automargin": False},
-            "yaxis": {"title": {"text": ""}, "automargin": False, "ticktext": bars,
-                      "tickvals": list(range(len(bars))), "zeroline": False},
-            "legend": {"orientation": "v", "xref": "container", "yanchor": "top",
-                       "y": -axis / (44 * len(bars)), "maxheight": legend + 40},
-            "margin": {"l": 170, "t": 8, "b": axis + legend, "autoexpand": False},
+        layout,
+        height,
+    )
+
+
+def _bars_layout(bars: Sequence[str], terms: int) -> tuple[Mapping[str, Any], int]:
+    """The layout of stacked bars with a legend of so many terms below, and its height [px]."""
+    axis, legend = 50, 24 * terms  # [px]; a legend that moves margins may be laid out forever
+    layout = {
+        "barmode": "stack",
+        "showlegend": True,
+        "xaxis": {
+            "title": {"text": "part of the tolerance [%]"},
+            "range": [0, 100],
+            "automargin": False,
         },
-        height=8 + 44 * len(bars) + axis + legend,
-    )  # fmt: skip
+        "yaxis": {
+            "title": {"text": ""},
+            "automargin": False,
+            "ticktext": bars,
+            "tickvals": list(range(len(bars))),
+            "zeroline": False,
+        },
+        "legend": {
+            "orientation": "v",
+            "xref": "container",
+            "yanchor": "top",
+            "y": -axis / (44 * len(bars)),
+            "maxheight": legend + 40,
+        },
+        "margin": {"l": 170, "t": 8, "b": axis + legend, "autoexpand": False},
+    }
+    return layout, 8 + 44 * len(bars) + axis + legend
 
 
 def _done(convergence_study: ConvergenceStudy) -> list[Measurement]:

@@ -224,6 +224,7 @@ def records_of(study: Study) -> Records:
         return Records(restored(about, StudyRecord), scenes)
     except (KeyError, ValueError):
         raise ParameterError(
-            "study", study.provenance.date, "stored with the numbers of its pages, as this version "
-            "of `plumbob validate` stores it"
-        ) from None  # fmt: skip
+            "study",
+            study.provenance.date,
+            "stored with the numbers of its pages, as this version of `plumbob validate` stores it",
+        ) from None

@@ -19,8 +19,14 @@ def as_printed(
     last = Decimal(1).scaleb(int(Decimal(printed).as_tuple().exponent))
     holds = abs(Decimal(float(ours)) - Decimal(printed)) <= last / 2
     digits = len(printed.partition(".")[2]) + 3
-    return Statement(source, place, text, f"{printed} {unit}", f"{ours:.{digits}f} {unit}",
-                     "holds" if holds else "corrected")  # fmt: skip
+    return Statement(
+        source,
+        place,
+        text,
+        f"{printed} {unit}",
+        f"{ours:.{digits}f} {unit}",
+        "holds" if holds else "corrected",
+    )
 
 
 def judged(statement: Statement) -> str:

@@ -42,8 +42,15 @@ def scene_lines(
     ran = {c.method: c for c in study.convergence if c.scene == scene.name}
     about = study.quantities(scene.name)
     of = f" of {about[0].observable}" if len(about) == 1 else ""
-    heads = ["method", "verdict", f"relative error{of}", "at", "order", "real time",
-             *(["cost of a step", "smallest", "at"] if verbose else [])]  # fmt: skip
+    heads = [
+        "method",
+        "verdict",
+        f"relative error{of}",
+        "at",
+        "order",
+        "real time",
+        *(["cost of a step", "smallest", "at"] if verbose else []),
+    ]
     rows = [_row(scene, m, ran[m.name], study, judged, about, verbose) for m in chosen]
     widths = [max(len(cell) for cell in column) for column in zip(heads, *rows, strict=True)]
     yield f"{scene.name}: {scene.summary}" if verbose else scene.name
@@ -76,9 +83,14 @@ def summary_lines(study: Study, judged: Judgements, page: Path) -> Iterator[str]
 
 
 def _row(
-    scene: Scene, method: Method, ran: ConvergenceStudy, study: Study, judged: Judgements,
-    about: Sequence[Quantity], verbose: bool,
-) -> list[str]:  # fmt: skip
+    scene: Scene,
+    method: Method,
+    ran: ConvergenceStudy,
+    study: Study,
+    judged: Judgements,
+    about: Sequence[Quantity],
+    verbose: bool,
+) -> list[str]:
     """The cells of one method: its relative error at the reference step, and what that costs."""
     result, cost = judged[scene.name, method.name].whole, study.costs.get((scene.name, method.name))
     means = standing(scene, method, result)

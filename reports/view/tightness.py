@@ -9,9 +9,16 @@ from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
 
 HEADS = (
-    "method", "held values", "of these round-off", "allowed over actual: median", "90 %", "worst",
-    "allowed over motion: median", "90 %", "worst",
-)  # fmt: skip
+    "method",
+    "held values",
+    "of these round-off",
+    "allowed over actual: median",
+    "90 %",
+    "worst",
+    "allowed over motion: median",
+    "90 %",
+    "worst",
+)
 
 
 def tables(every: Sequence[Tightness]) -> tuple[Table, ...]:

@@ -40,9 +40,13 @@ def curve(
     mode = "+".join(word for word, on in (("lines", lines), ("markers", marks)) if on)
     line_dash = style.dash if style and dash == "solid" else dash
     trace: dict[str, Any] = {
-        "type": "scatter", "mode": mode, "x": rounded(x), "y": rounded(y), "name": name or method,
+        "type": "scatter",
+        "mode": mode,
+        "x": rounded(x),
+        "y": rounded(y),
+        "name": name or method,
         "line": {"color": colour, "width": width, "dash": line_dash},
-    }  # fmt: skip
+    }
     if marks:
         size = style.size if style else 6
         marker = style.marker if style else "circle"

@@ -59,8 +59,14 @@ def trimming(study: Study, scene: Scene) -> Table | None:
         )
         for method, timed in done
     )
-    heads = ("method", "everything in [ns per step]", "with pipeline stages disabled",
-             "as run", "saved", f"state after {STEPS} steps")  # fmt: skip
+    heads = (
+        "method",
+        "everything in [ns per step]",
+        "with pipeline stages disabled",
+        "as run",
+        "saved",
+        f"state after {STEPS} steps",
+    )
     first = done[0][1]
     note = (
         f"Disabled pipeline stages, idle here: {', '.join(first.stages_off) or 'none'}. "

@@ -39,10 +39,17 @@ def table(results: Sequence[UserResult], verdicts: Verdicts) -> Table | None:
         return None
     step = notation.short(results[0].step)
     heads = (
-        "scene", "error of", f"at your {step} s", "at a smaller step", "verdict",
-        "real-time factor", "at equal accuracy, cheapest in MuJoCo", "in any engine",
-        "at no greater cost, most accurate in MuJoCo", "in any engine",
-    )  # fmt: skip
+        "scene",
+        "error of",
+        f"at your {step} s",
+        "at a smaller step",
+        "verdict",
+        "real-time factor",
+        "at equal accuracy, cheapest in MuJoCo",
+        "in any engine",
+        "at no greater cost, most accurate in MuJoCo",
+        "in any engine",
+    )
     note = (
         "Your options and contact defaults, with the scenes' own bodies and friction. A verdict on "
         "them is no failure of plumbob's. Costs are relative to your setting at your step."

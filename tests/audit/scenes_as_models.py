@@ -78,9 +78,12 @@ def scene_as_model(name: str, method: str, step: float, duration: float) -> Audi
 
 
 def ball(
-    height: float = 0.15, integrator: str = "Euler", solref: str = ".02 1", friction: str = "1",
+    height: float = 0.15,
+    integrator: str = "Euler",
+    solref: str = ".02 1",
+    friction: str = "1",
     flags: str = 'energy="disable"',
-) -> Any:  # fmt: skip
+) -> Any:
     """A compiled ball above a plane, its centre at `height` [m]; its radius is 0.1 m."""
     text = BALL.format(
         height=height, integrator=integrator, solref=solref, friction=friction, flags=flags

@@ -73,9 +73,10 @@ def test_integrators_in_processes_give_the_same_errors(capsys: pytest.CaptureFix
 
 def same_bits(one: Certificate, other: Certificate) -> bool:
     pairs = (
-        (one.course.states, other.course.states), (one.uncertainty, other.uncertainty),
+        (one.course.states, other.course.states),
+        (one.uncertainty, other.uncertainty),
         (one.uncertainty_coordinates, other.uncertainty_coordinates),
-    )  # fmt: skip
+    )
     return all(np.array_equal(here, there) for here, there in pairs)
 
 

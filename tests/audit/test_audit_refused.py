@@ -161,11 +161,32 @@ def test_exit_codes_and_json(files: Path, capsys: pytest.CaptureFixture[str]) ->
     assert "m off" in printed.err
     data: dict[str, Any] = json.loads(printed.out)
     assert {
-        "model", "integrator", "step", "control", "control_period", "duration", "certified_until",
-        "uncertainty", "error", "resolved", "resolved_until", "why", "not_smooth", "layer_widths",
-        "events", "clamped", "notes", "worst_body", "order", "steps", "cheapest", "balances",
-        "trims", "likely", "seconds",
-    } <= set(data)  # fmt: skip
+        "model",
+        "integrator",
+        "step",
+        "control",
+        "control_period",
+        "duration",
+        "certified_until",
+        "uncertainty",
+        "error",
+        "resolved",
+        "resolved_until",
+        "why",
+        "not_smooth",
+        "layer_widths",
+        "events",
+        "clamped",
+        "notes",
+        "worst_body",
+        "order",
+        "steps",
+        "cheapest",
+        "balances",
+        "trims",
+        "likely",
+        "seconds",
+    } <= set(data)
     assert data["worst_body"] == "rod"
     assert data["error"] > 5 * data["uncertainty"] > 0.0
 

@@ -38,17 +38,19 @@ NOT_RUN = {
     "make validate": "the whole study: minutes; .ci/run does it",
     "make test": "this is part of it",
     "plumbob validate --like my.xml": "every quick scene: test_like_command.py does a part",
-    "plumbob recommend simple-pendulum/free-large --error 1e-6 --like my.xml":
-        "every method of the scene: half a minute; test_like_command.py does a part",
-    "plumbob recommend 'capsule-line/heading-*' --error 1e-3":
-        "24 scenes: minutes; test_recommend_command.py asks for a smaller family",
+    "plumbob recommend simple-pendulum/free-large --error 1e-6 --like my.xml": (
+        "every method of the scene: half a minute; test_like_command.py does a part"
+    ),
+    "plumbob recommend 'capsule-line/heading-*' --error 1e-3": (
+        "24 scenes: minutes; test_recommend_command.py asks for a smaller family"
+    ),
     "plumbob audit my.xml": "seconds of every core: tests/audit does it on small models",
     "plumbob audit half_cheetah.xml --ctrl sines": "a file of another package",
     "plumbob audit go2/scene_flat.xml --contacts --keyframe home --friction 0.3": (
         "a file of another package"
     ),
     "plumbob plan --to 0.3 0.1 3.14": "the same with --method plans it, and runs it",
-}  # fmt: skip
+}
 
 
 def commands(text: str) -> list[str]:

@@ -39,8 +39,12 @@ ORDERS = {
 
 def case(duration: float = 2.0) -> Case:
     """A body that turns over and nutates, far from every special case."""
-    given = {"inertia_x": 1.0, "inertia_y": 2.0, "inertia_z": 2.25,
-             "angular_velocity": BODY.angular_velocity}  # fmt: skip
+    given = {
+        "inertia_x": 1.0,
+        "inertia_y": 2.0,
+        "inertia_z": 2.25,
+        "angular_velocity": BODY.angular_velocity,
+    }
     return case_of(scene("free-body/flip", given)).lasting(duration)
 
 

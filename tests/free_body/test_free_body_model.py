@@ -57,8 +57,9 @@ def test_the_scene_is_the_model_with_a_floor() -> None:
 
 
 def test_every_parameter_reaches_the_model() -> None:
-    body = replace(FLIP.problem, inertia_x=3.0, inertia_y=4.0, inertia_z=5.0,
-                   angular_velocity=(1.0, -2.0, 0.5))  # fmt: skip
+    body = replace(
+        FLIP.problem, inertia_x=3.0, inertia_y=4.0, inertia_z=5.0, angular_velocity=(1.0, -2.0, 0.5)
+    )
     model = whole(MJCF, body).compile()
     np.testing.assert_array_equal(model.body("body").inertia, [3.0, 4.0, 5.0])
     np.testing.assert_array_equal(model.key("start").qvel[3:], [1.0, -2.0, 0.5])

@@ -182,9 +182,15 @@ def test_a_driven_chain_moves_as_its_closed_form(damping: float) -> None:
     # With the force and its rate as two more numbers of the state, the exponential of a matrix.
     masses, start = tuple(map(tuple, np.diag(MASSES).tolist())), (0.1, -0.2, 0.3, 0.0, 1.0, 0.0)
     system = SmoothSystem(
-        ("a", "b", "c"), ("u", "v", "w"), lambda p, q: masses, pulled,
-        {"drive": DRIVE, "damping": damping}, start[:3], start[3:], damped=True,
-    )  # fmt: skip
+        ("a", "b", "c"),
+        ("u", "v", "w"),
+        lambda p, q: masses,
+        pulled,
+        {"drive": DRIVE, "damping": damping},
+        start[:3],
+        start[3:],
+        damped=True,
+    )
     motion, times = CertifiedMotion(system), np.array([0.7, 5.0, 40.0])
     with mp.workdps(40):
         matrix = mp.zeros(8)

@@ -19,10 +19,18 @@ STEPS, BESIDE = (8e-3, 4e-3, 2e-3, 1.5e-3), 1e-3
 
 def run(step: float, error: float, predicted: float) -> Measurement:
     """A run with this error of both observables, and a prediction of it."""
-    found = Prediction(predicted, predicted, {}, 0.0, abs(error - predicted), 1e-9,
-                       max(abs(error - predicted) - 1e-9, 0.0))  # fmt: skip
-    errors = {n: ObservedError(error, error, 1e-16, 1.0, predicted=found)
-              for n in ("theta", "theta_dot")}  # fmt: skip
+    found = Prediction(
+        predicted,
+        predicted,
+        {},
+        0.0,
+        abs(error - predicted),
+        1e-9,
+        max(abs(error - predicted) - 1e-9, 0.0),
+    )
+    errors = {
+        n: ObservedError(error, error, 1e-16, 1.0, predicted=found) for n in ("theta", "theta_dot")
+    }
     return Measurement(SCENE, METHOD, step, "done", errors=errors, duration=0.5, steps=500)
 
 

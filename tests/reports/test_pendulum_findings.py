@@ -190,8 +190,7 @@ def test_energy_is_bounded_drifts_or_is_lost() -> None:
     assert rk4.rate == pytest.approx(rk4.predicted, rel=5e-3)
     assert energy.predicted_loss(1e-3) == pytest.approx(2 * energy.predicted_loss(5e-4))
     # the first term; the second is 5 % of it at 1e-3 s and halves with the step
-    gaps = [1 - loss("pymunk/default", h) / energy.predicted_loss(h)
-            for h in (1e-3, 5e-4, 2.5e-4)]  # fmt: skip
+    gaps = [1 - loss("pymunk/default", h) / energy.predicted_loss(h) for h in (1e-3, 5e-4, 2.5e-4)]
     assert gaps[0] == pytest.approx(0.055, abs=0.01)
     assert gaps[1:] == pytest.approx([gaps[0] / 2, gaps[0] / 4], rel=0.1)
     for iterations in (1, 50):

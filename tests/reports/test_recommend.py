@@ -63,9 +63,11 @@ def test_saturating_curve(rise: float, bend: float, wanted: float) -> None:
 
 
 @given(
-    flat=st.floats(2.0, 4.0), bend=st.floats(-3.6, -2.7), after=st.floats(4.0, 7.0),
+    flat=st.floats(2.0, 4.0),
+    bend=st.floats(-3.6, -2.7),
+    after=st.floats(4.0, 7.0),
     at=st.floats(-0.3, 0.3),
-)  # fmt: skip
+)
 def test_curve_that_flattens_out_and_rises_again(
     flat: float, bend: float, after: float, at: float
 ) -> None:

@@ -30,26 +30,35 @@ Error = Callable[[str, str, float], float]  # scene, method, step
 def _measured(scene: Scene, method: Method, step: float, error: float) -> Measurement:
     found = {"x": ObservedError(error, error, 1e-16, 1.0)}
     return Measurement(
-        scene.name, method.name, step, "done", errors=found, duration=scene.duration,
+        scene.name,
+        method.name,
+        step,
+        "done",
+        errors=found,
+        duration=scene.duration,
         steps=round(scene.duration / step),
-    )  # fmt: skip
+    )
 
 
 def evidence(
-    error: Error, scenes: tuple[Scene, ...] = (ONE,), methods: tuple[Method, ...] = (SAWTOOTH,),
-    ns: tuple[float, ...] = (1000.0, 1000.0), running: bool = True,
-) -> Evidence:  # fmt: skip
+    error: Error,
+    scenes: tuple[Scene, ...] = (ONE,),
+    methods: tuple[Method, ...] = (SAWTOOTH,),
+    ns: tuple[float, ...] = (1000.0, 1000.0),
+    running: bool = True,
+) -> Evidence:
     """What is known after convergence studies at STEPS."""
 
     def run(scene: Scene, method: Method, step: float) -> Measurement:
         return _measured(scene, method, step, error(scene.name, method.name, step))
 
     return Evidence(
-        scenes, {s.name: (Quantity("x", 1.0),) for s in scenes},
+        scenes,
+        {s.name: (Quantity("x", 1.0),) for s in scenes},
         {(s.name, m.name): price for s in scenes for m, price in zip(methods, ns, strict=False)},
         {(s.name, m.name): {h: run(s, m, h) for h in STEPS} for s in scenes for m in methods},
         run if running else None,
-    )  # fmt: skip
+    )
 
 
 def best(found: Evidence, wanted: float, *methods: Method) -> Choice | None:

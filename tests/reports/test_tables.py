@@ -51,9 +51,15 @@ def texts(table: Table | None) -> dict[str, list[str]]:
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(1.5, "1.5 s"), (2.5e-3, "2.5 ms"), (1e-3, "1 ms"), (320e-6, "320 µs"), (5e-6, "5 µs"),
-     (9.9e-7, "990 ns")],
-)  # fmt: skip
+    [
+        (1.5, "1.5 s"),
+        (2.5e-3, "2.5 ms"),
+        (1e-3, "1 ms"),
+        (320e-6, "320 µs"),
+        (5e-6, "5 µs"),
+        (9.9e-7, "990 ns"),
+    ],
+)
 def test_a_time_has_the_unit_that_suits_it(value: float, text: str) -> None:
     assert notation.seconds(value) == text
 
@@ -192,10 +198,17 @@ def test_a_link_leads_to_the_own_finding_where_the_other_is_not_on_the_page(
     assert {line[6].link for line in table.rows} == {"claims"}
 
 
-@pytest.mark.parametrize(("ours", "verdict"), [
-    (35.8093, "holds"), (35.80949, "holds"), (35.80851, "holds"), (35.8096, "corrected"),
-    (35.8084, "corrected"), (-35.809, "corrected"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("ours", "verdict"),
+    [
+        (35.8093, "holds"),
+        (35.80949, "holds"),
+        (35.80851, "holds"),
+        (35.8096, "corrected"),
+        (35.8084, "corrected"),
+        (-35.809, "corrected"),
+    ],
+)
 def test_a_printed_number_holds_where_ours_rounds_to_it(ours: float, verdict: str) -> None:
     assert as_printed(SUDAKOV, "Fig. 2", "barrier", "35.809", ours, "J").verdict == verdict
 

@@ -86,13 +86,19 @@ def test_the_same_setting_by_another_name_is_no_alternative() -> None:
     def error(h: float) -> float:
         return 1e3 * h
 
-    twin = made_up([(OWN, OWN.step_sizes, error), (find_method("mujoco/euler"), STEPS, error)],
-                   ns=(1000.0, 900.0))  # fmt: skip
+    twin = made_up(
+        [(OWN, OWN.step_sizes, error), (find_method("mujoco/euler"), STEPS, error)],
+        ns=(1000.0, 900.0),
+    )
     (found,) = said(twin)
     assert (found.at_equal_accuracy.anywhere, found.better.anywhere) == (None, None)
-    apart = made_up([(OWN, OWN.step_sizes, error),
-                     (find_method("mujoco/euler"), STEPS, lambda h: 0.999 * error(h))],
-                    ns=(1000.0, 900.0))  # fmt: skip
+    apart = made_up(
+        [
+            (OWN, OWN.step_sizes, error),
+            (find_method("mujoco/euler"), STEPS, lambda h: 0.999 * error(h)),
+        ],
+        ns=(1000.0, 900.0),
+    )
     (found,) = said(apart)
     assert found.at_equal_accuracy.here is not None
 

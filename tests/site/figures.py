@@ -24,8 +24,17 @@ if TYPE_CHECKING:
 WIDTHS = (1280, 390)  # [px]
 LOADS = 5  # of which the median is taken
 READY = 'performance.getEntriesByType("navigation")[0].domContentLoadedEventEnd'
-HEADS = ("page", "width [px]", "height [px]", "opened [px]", "words", "nodes", "DOM ready [ms]",
-         "kB", "sheets")  # fmt: skip
+HEADS = (
+    "page",
+    "width [px]",
+    "height [px]",
+    "opened [px]",
+    "words",
+    "nodes",
+    "DOM ready [ms]",
+    "kB",
+    "sheets",
+)
 
 
 def measured(browser: Browser, page: Path, width: int) -> tuple[str, ...]:
@@ -38,9 +47,17 @@ def measured(browser: Browser, page: Path, width: int) -> tuple[str, ...]:
         visit.scroll_through()
         opened = visit.ask("document.documentElement.scrollHeight")
         nodes = visit.ask("document.querySelectorAll('*').length")
-    return (page.stem, str(width), str(height), str(opened), str(words), str(nodes),
-            f"{statistics.median(ready):.0f}", f"{page.stat().st_size / 1e3:.0f}",
-            sheets)  # fmt: skip
+    return (
+        page.stem,
+        str(width),
+        str(height),
+        str(opened),
+        str(words),
+        str(nodes),
+        f"{statistics.median(ready):.0f}",
+        f"{page.stat().st_size / 1e3:.0f}",
+        sheets,
+    )
 
 
 def _ready(browser: Browser, page: Path, width: int) -> float:

@@ -26,23 +26,63 @@ from plumbob.tests.site import whole_profile
 from plumbob.tests.support.declared import finding, findings_of
 
 COMPUTED = (  # from the sources and the exact motions alone: no figure of theirs is measured
-    "capsule-mean-speed", "capsule-plan-poses",
-    "capsule-turn-second-order", "capsule-turn-course",
-    "capsule-turn-left-over", "capsule-turn-touch", "capsule-turn-source", "claims", "source-text",
-    "uniformity", "euler-order", "equilibria", "notebook-claims", "notebook-bob",
-    "references", "near-top",
-)  # fmt: skip
+    "capsule-mean-speed",
+    "capsule-plan-poses",
+    "capsule-turn-second-order",
+    "capsule-turn-course",
+    "capsule-turn-left-over",
+    "capsule-turn-touch",
+    "capsule-turn-source",
+    "claims",
+    "source-text",
+    "uniformity",
+    "euler-order",
+    "equilibria",
+    "notebook-claims",
+    "notebook-bob",
+    "references",
+    "near-top",
+)
 MEASURED = (
-    "capsule-stopping-distance", "capsule-spin", "capsule-stiction-drift", "capsule-misprints",
-    "capsule-any-line", "capsule-line-source", "capsule-displacement", "capsule-sawtooth",
-    "capsule-contact-chatter", "capsule-isotropy", "capsule-loads", "capsule-driving-force",
-    "capsule-tipping", "capsule-heights", "capsule-momentum", "capsule-saving", "capsule-plan-legs",
-    "capsule-plan-open-loop", "capsule-train-total", "capsule-turn-angle", "capsule-turn-leak",
-    "capsule-turn-deflection", "printed-hamiltonian", "inertia-y", "no-symmetry", "action-phase",
-    "drive-work", "special-functions", "generating-solution", "pymunk-torque",
-    "energy", "free-body-rk4-second-order", "model-readers", "notebook-rk4", "orders",
-    "held-control", "pendulum-energy", "rod-tension",
-)  # fmt: skip
+    "capsule-stopping-distance",
+    "capsule-spin",
+    "capsule-stiction-drift",
+    "capsule-misprints",
+    "capsule-any-line",
+    "capsule-line-source",
+    "capsule-displacement",
+    "capsule-sawtooth",
+    "capsule-contact-chatter",
+    "capsule-isotropy",
+    "capsule-loads",
+    "capsule-driving-force",
+    "capsule-tipping",
+    "capsule-heights",
+    "capsule-momentum",
+    "capsule-saving",
+    "capsule-plan-legs",
+    "capsule-plan-open-loop",
+    "capsule-train-total",
+    "capsule-turn-angle",
+    "capsule-turn-leak",
+    "capsule-turn-deflection",
+    "printed-hamiltonian",
+    "inertia-y",
+    "no-symmetry",
+    "action-phase",
+    "drive-work",
+    "special-functions",
+    "generating-solution",
+    "pymunk-torque",
+    "energy",
+    "free-body-rk4-second-order",
+    "model-readers",
+    "notebook-rk4",
+    "orders",
+    "held-control",
+    "pendulum-energy",
+    "rod-tension",
+)
 UNITED = 0.5  # every error of a spoiled study, at every step
 FAR = 0.7  # by how much its recordings depart by their end, in SI
 
@@ -135,8 +175,10 @@ def test_rates_of_small_swings_are_looked_up(study: Study, quicker: float, shown
         assert isinstance(request, ExtraRun)
         times = np.linspace(0.0, request.duration or 1.0, 400)
         phase = quicker * centre.rate * times
-        swing = {"theta": centre.theta - 1e-3 * np.cos(phase),
-                 "theta_dot": 1e-3 * quicker * centre.rate * np.sin(phase)}  # fmt: skip
+        swing = {
+            "theta": centre.theta - 1e-3 * np.cos(phase),
+            "theta_dot": 1e-3 * quicker * centre.rate * np.sin(phase),
+        }
         extras[request] = Trajectory(times, swing, {}, steps=400)
     (found,) = as_measured([finding(equilibria.EQUILIBRIA, replace(study, extras=extras))])
     assert (found.judgement != NOT_SHOWN) is shown
@@ -153,8 +195,12 @@ def test_what_is_not_shown_is_not_claimed(
 ) -> None:
     """In one or the other of two studies whose contacts all do alike, whose recordings depart, each
     finding that rests on a figure is no longer claimed."""
-    shown = {f.name: f for both in (before, after) for f in as_measured(both.values())
-             if f.judgement == NOT_SHOWN}  # fmt: skip
+    shown = {
+        f.name: f
+        for both in (before, after)
+        for f in as_measured(both.values())
+        if f.judgement == NOT_SHOWN
+    }
     assert set(_claiming(before, after)) - set(shown) == set()
     for name, left in shown.items():
         assert left.title == f"Not shown by this study: {before[name].title}"

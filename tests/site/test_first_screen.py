@@ -179,12 +179,22 @@ def _at_steps(study: Study, runs: dict[float, float | None]) -> ConvergenceStudy
     one = next(c for c in study.convergence if (c.scene, c.method) == (LINE, DEFAULT))
     first = next(m for m in one.measurements if m.status == "done")
     measured = [
-        replace(first, step=step, status="diverged", errors={}) if error is None else
-        replace(first, step=step, errors={**first.errors, quantity.observable: replace(
-            first.errors[quantity.observable], end=error * quantity.scale,
-            largest=abs(error) * quantity.scale)})
+        replace(first, step=step, status="diverged", errors={})
+        if error is None
+        else replace(
+            first,
+            step=step,
+            errors={
+                **first.errors,
+                quantity.observable: replace(
+                    first.errors[quantity.observable],
+                    end=error * quantity.scale,
+                    largest=abs(error) * quantity.scale,
+                ),
+            },
+        )
         for step, error in runs.items()
-    ]  # fmt: skip
+    ]
     return replace(one, measurements=tuple(measured))
 
 
@@ -266,8 +276,10 @@ def test_a_method_has_one_cost_on_a_scene(study: Study) -> None:
 
 def test_methods_that_did_not_run_are_not_counted(study: Study) -> None:
     first, *rest = study.convergence
-    none = replace(first, measurements=tuple(
-        replace(m, status="unsupported", errors={}) for m in first.measurements))  # fmt: skip
+    none = replace(
+        first,
+        measurements=tuple(replace(m, status="unsupported", errors={}) for m in first.measurements),
+    )
     alone = replace(study, convergence=(none, *(c for c in rest if c.method != first.method)))
     runs, scenes, methods = first_screen.made(study)
     assert first_screen.made(alone)[2] == methods - 1
@@ -286,8 +298,12 @@ def test_a_known_limit_is_never_marked_as_unexpected(study: Study) -> None:
 def test_systems_come_in_the_order_of_the_sources() -> None:
     names = ["simple-pendulum", "a-new-one", "capsule-turn", "cone-pendulum", "capsule-line"]
     assert matrix.in_order(names) == [
-        "cone-pendulum", "capsule-line", "capsule-turn", "simple-pendulum", "a-new-one",
-    ]  # fmt: skip
+        "cone-pendulum",
+        "capsule-line",
+        "capsule-turn",
+        "simple-pendulum",
+        "a-new-one",
+    ]
 
 
 @pytest.mark.parametrize("logarithms", [False, True])
@@ -313,8 +329,10 @@ def _drawn(values: list[float], logarithms: bool) -> Figure:
 
 
 def test_a_legend_tells_dashed_curves_from_solid_ones() -> None:
-    lines = [curve([1.0, 2.0], [1.0, 2.0], colour="#d55e00", dash=dash, name=dash)
-             for dash in ("solid", "dot", "dash")]  # fmt: skip
+    lines = [
+        curve([1.0, 2.0], [1.0, 2.0], colour="#d55e00", dash=dash, name=dash)
+        for dash in ("solid", "dot", "dash")
+    ]
     shown = names(figure("", "", lines, linear("x"), linear("y")))
     assert [dashes for _, _, dashes in shown] == ["", "2 3", "6 4"]
     drawn = picture(figure("", "", lines, linear("x"), linear("y")))
@@ -323,10 +341,20 @@ def test_a_legend_tells_dashed_curves_from_solid_ones() -> None:
 
 @pytest.mark.parametrize(
     ("error", "said"),
-    [(0.0, "0"), (4.71e-8, "4.7e-8"), (1.1e-4, "0.011 %"), (0.0687, "6.9 %"), (1.43, "143 %"),
-     (9.99, "999 %"), (10.0, "10×"), (107.02, "110×"), (14959.0, "15000×"), (3e7, "3.0e7×"),
-     (float("inf"), "–")],
-)  # fmt: skip
+    [
+        (0.0, "0"),
+        (4.71e-8, "4.7e-8"),
+        (1.1e-4, "0.011 %"),
+        (0.0687, "6.9 %"),
+        (1.43, "143 %"),
+        (9.99, "999 %"),
+        (10.0, "10×"),
+        (107.02, "110×"),
+        (14959.0, "15000×"),
+        (3e7, "3.0e7×"),
+        (float("inf"), "–"),
+    ],
+)
 def test_relative_errors_have_digits_that_mean_something(error: float, said: str) -> None:
     assert notation.relative(error) == said
 
@@ -337,8 +365,11 @@ def test_a_scene_s_plots_show_the_default_and_the_best_of_each_engine_at_first(
     scene = find_scene("capsule-line/heading-030")
     own = tuple(c for c in study.convergence if c.scene == scene.name)
     best = {  # nothing runs at other errors: of each engine one is better than its default
-        "mujoco/euler+coulomb", "dart/nsgs", "drake/tamsi+stiction", "pybullet/undamped+iterated",
-    }  # fmt: skip
+        "mujoco/euler+coulomb",
+        "dart/nsgs",
+        "drake/tamsi+stiction",
+        "pybullet/undamped+iterated",
+    }
     alone = replace(study, scenes=(scene,), convergence=own)
     for c in own:
         if c.method in best:

@@ -63,8 +63,10 @@ def test_an_index_and_a_folder(page: Path) -> None:
     assert {path.name for path in page.parent.iterdir()} == {"index.html", folder.name}
     assert page.stat().st_size < KILOBYTES * 1e3
     assert {path.name for path in folder.iterdir() if path.suffix in (".js", ".css")} == {
-        "page.css", "page.js", "plotly.js",
-    }  # fmt: skip
+        "page.css",
+        "page.js",
+        "plotly.js",
+    }
     assert {f"{scene.name.replace('/', '-')}.html" for scene in quick().scenes} <= {
         path.name for path in folder.iterdir()
     }
@@ -165,8 +167,7 @@ def test_markup_from_outside_is_escaped(tmp_path: Path) -> None:
         )
     )
     index = write_page(hostile, tmp_path)
-    for text in (*(file.read_text("utf-8") for file in site_files(index)),
-                 render(hostile)):  # fmt: skip
+    for text in (*(file.read_text("utf-8") for file in site_files(index)), render(hostile)):
         assert "img" not in Document(text.partition("<template")[0]).tags
         assert HOSTILE not in text
     assert any("onerror" in file.read_text("utf-8") for file in site_files(index))
@@ -193,11 +194,13 @@ def test_an_engine_that_is_not_installed_is_a_line(tmp_path: Path) -> None:
     gone = [Method(f"absent/{name}", Scheme(RK4), 4) for name in ("one", "two")]
     study = made_up([(method, (1e-3, 1e-4), lambda h: h) for method in (ran, *gone)])
     lacking = tuple(
-        replace(c, measurements=tuple(replace(m, status="missing", errors={})
-                                      for m in c.measurements))
-        if c.method.startswith("absent") else c
+        replace(
+            c, measurements=tuple(replace(m, status="missing", errors={}) for m in c.measurements)
+        )
+        if c.method.startswith("absent")
+        else c
         for c in study.convergence
-    )  # fmt: skip
+    )
     index = write_page(recorded(replace(study, convergence=lacking)), tmp_path)
     page = next(f for f in site_files(index) if f.stem == "cone-pendulum-rotating-base")
     text = page.read_text("utf-8")
@@ -216,8 +219,10 @@ def test_versions_of_a_folder_and_the_command_that_compares_them(tmp_path: Path)
     assert found is not None
     assert found.command == "plumbob compare 'my out#1' 'my out#3' --page compared.html"
     assert [[cell.text for cell in line] for line in found.table.rows] == [
-        ["3", "day 2", "3.17.0"], ["2", "day 1", "3.17.0"], ["1", "day 0", "3.16.0"],
-    ]  # fmt: skip
+        ["3", "day 2", "3.17.0"],
+        ["2", "day 1", "3.17.0"],
+        ["1", "day 0", "3.16.0"],
+    ]
     assert versions({n: one for n, one in history.items() if n > 1}, "out") is None
     index = write_page(_small(), tmp_path, history=history)
     text = index.read_text("utf-8")

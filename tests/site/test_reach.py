@@ -126,16 +126,18 @@ SEEDS = """
 SEEN = [
     f"{PHONE}: 6.. wide",
     f"{DESK}: cut: lead",
-    *(f"{width}, {scheme}: {rule} .*: #{name}"
-      for width, scheme, rule, name in (
-          (DESK, "light", "color-contrast", "light"),
-          (DESK, "light", "link-name", "empty"),
-          (DESK, "dark", "color-contrast", "dark"),
-          (PHONE, "light", "color-contrast", r"light \| #phone"),
-          (PHONE, "light", "link-name", "empty"),
-          (PHONE, "dark", "color-contrast", r"dark \| #phone"),
-      )),
-]  # fmt: skip
+    *(
+        f"{width}, {scheme}: {rule} .*: #{name}"
+        for width, scheme, rule, name in (
+            (DESK, "light", "color-contrast", "light"),
+            (DESK, "light", "link-name", "empty"),
+            (DESK, "dark", "color-contrast", "dark"),
+            (PHONE, "light", "color-contrast", r"light \| #phone"),
+            (PHONE, "light", "link-name", "empty"),
+            (PHONE, "dark", "color-contrast", r"dark \| #phone"),
+        )
+    ),
+]
 
 
 @pytest.mark.long
@@ -256,8 +258,10 @@ def test_plots_are_drawn_when_near_and_taken_away_when_far(index: Path, browser:
         assert visit.ask(
             "document.querySelector('.area path.js-line').getAttribute('d').length > 9"
         )
-        visit.ask("document.body.append(Object.assign(document.createElement('div'), "
-                  "{style: 'height: 9000px'}))")  # fmt: skip
+        visit.ask(
+            "document.body.append(Object.assign(document.createElement('div'), "
+            "{style: 'height: 9000px'}))"
+        )
         visit.ask("window.scrollTo({top: 1e6, behavior: 'instant'})")
         first.locator(".main-svg").first.wait_for(state="detached")
         first.scroll_into_view_if_needed()

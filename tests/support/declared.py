@@ -104,11 +104,14 @@ def invented_study(wanted: Requests) -> Study:
     plan = StudyPlan("quick", find_scenes("*", "quick"), find_methods("*"))
     cost = Cost(1.0, 1.0, 1.0, 1.0, 0.0, 5)
     return replace(
-        nothing(), scenes=plan.scenes, methods=plan.methods, convergence=_convergence(plan),
+        nothing(),
+        scenes=plan.scenes,
+        methods=plan.methods,
+        convergence=_convergence(plan),
         costs={(s.name, m.name): cost for s, m in pairs(plan.scenes, plan.methods)},
         extras={request: _invented(request) for request in wanted(plan)},
         interest={s.name: system_of(s).quantities(case_of(s)) for s in plan.scenes},
-    )  # fmt: skip
+    )
 
 
 @cache
@@ -122,8 +125,9 @@ def _invented(request: Request) -> Result:
     if isinstance(request, TrimmingRun):
         return Trimming(3.0, 2.0, 1.0, True)
     if isinstance(request, ModelReading):
-        return ModelRead("1.0", "", (Number("gravity", "", (0.0, 0.0, -9.81)),
-                                     Number("timestep", "", (1e-3,))))  # fmt: skip
+        return ModelRead(
+            "1.0", "", (Number("gravity", "", (0.0, 0.0, -9.81)), Number("timestep", "", (1e-3,)))
+        )
     if not isinstance(request, ExtraRun):
         raise AssertionError(f"the quick profile fits its own orders: {request}")
     case = _posed(request.scene)
@@ -147,14 +151,22 @@ def _convergence(plan: StudyPlan) -> tuple[ConvergenceStudy, ...]:
         names = [observable.name for observable in system_of(scene).observables]
         runs = tuple(
             Measurement(
-                scene.name, method.name, step, "done", steps=1, duration=scene.duration,
+                scene.name,
+                method.name,
+                step,
+                "done",
+                steps=1,
+                duration=scene.duration,
                 channels={"vertical_displacement": step},
-                errors={n: ObservedError(step, step, 1e-16, 1.0,
-                                         predicted=Prediction(step, step, {1: step}, 0.0))
-                        for n in names},
+                errors={
+                    n: ObservedError(
+                        step, step, 1e-16, 1.0, predicted=Prediction(step, step, {1: step}, 0.0)
+                    )
+                    for n in names
+                },
             )
             for step in _steps(scene, method, most_steps(scene, plan.profile))
-        )  # fmt: skip
+        )
         beside = steps_beside(scene, method, most_steps(scene, plan.profile))
         found.append(ConvergenceStudy(scene.name, method.name, runs, beside=beside))
     return tuple(found)

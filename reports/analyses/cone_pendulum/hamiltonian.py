@@ -27,10 +27,12 @@ RESTING, ROTATING = "cone-pendulum/resting-base", "cone-pendulum/rotating-base"
 MUJOCO, MUJOCO_STEP = "mujoco/rk4", 1e-4  # its full model: platform, hinge and cone
 LAGRANGE, LAGRANGE_RTOL = "ode/dop853", 1e-13  # eq. 7's equation of motion, integrated
 END = 0.5  # [s]
-INDEPENDENT = MappingProxyType({
-    "mujoco": ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END),
-    "lagrange": ExtraRun(ROTATING, LAGRANGE, LAGRANGE_RTOL, END),
-})  # fmt: skip
+INDEPENDENT = MappingProxyType(
+    {
+        "mujoco": ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END),
+        "lagrange": ExtraRun(ROTATING, LAGRANGE, LAGRANGE_RTOL, END),
+    }
+)
 TIMES = np.linspace(0.0, END, 501)  # [s], of which every other one is drawn
 
 

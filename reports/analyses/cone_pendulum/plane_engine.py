@@ -19,10 +19,12 @@ from plumbob.reports.analyses.energy_drift import energy
 from plumbob.reports.view.content import Claim
 
 METHOD, STEP, DURATION = "pymunk/torque", 2e-4, 2.0  # [s]
-RUNS = MappingProxyType({
-    when: ExtraRun(ROTATING, METHOD, STEP, DURATION, (), (("torque", when),))
-    for when in ("within", "before")  # the step
-})  # fmt: skip
+RUNS = MappingProxyType(
+    {
+        when: ExtraRun(ROTATING, METHOD, STEP, DURATION, (), (("torque", when),))
+        for when in ("within", "before")  # the step
+    }
+)
 
 
 @dataclass(frozen=True)

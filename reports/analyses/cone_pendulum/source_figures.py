@@ -70,10 +70,12 @@ def _period(scene: str) -> ExtraRun:
 
 def numbers(study: Study) -> SourceFigures:
     """Fig. 2, on a resting base, and Fig. 3, on a turning one."""
-    return SourceFigures({
-        "resting": _panels(forms(RESTING).problem, study.recording(_period(RESTING))),
-        "rotating": _panels(forms(ROTATING).problem, study.recording(_period(ROTATING))),
-    })  # fmt: skip
+    return SourceFigures(
+        {
+            "resting": _panels(forms(RESTING).problem, study.recording(_period(RESTING))),
+            "rotating": _panels(forms(ROTATING).problem, study.recording(_period(ROTATING))),
+        }
+    )
 
 
 def solved(case: Case) -> SourceFigures:

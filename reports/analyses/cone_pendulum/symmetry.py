@@ -31,11 +31,13 @@ PRODUCT = 0.029  # [kg m^2]: no body with the cone's other moments has more than
 TILTED: Changes = (("inertia_yz", PRODUCT),)
 MOVED: Changes = (*TILTED, ("pivot_x", 0.5), ("pivot_z", -0.7))  # [m]
 OF_INERTIA = MappingProxyType({"mujoco": ExtraRun(UNEQUAL, MUJOCO, MUJOCO_STEP, END)})
-OF_PRODUCT = MappingProxyType({
-    "mujoco": ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END, TILTED),
-    "lagrange": ExtraRun(ROTATING, LAGRANGE, LAGRANGE_RTOL, END, TILTED),
-    "moved": ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END, MOVED),
-})  # fmt: skip
+OF_PRODUCT = MappingProxyType(
+    {
+        "mujoco": ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END, TILTED),
+        "lagrange": ExtraRun(ROTATING, LAGRANGE, LAGRANGE_RTOL, END, TILTED),
+        "moved": ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END, MOVED),
+    }
+)
 
 
 @dataclass(frozen=True)

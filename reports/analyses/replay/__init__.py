@@ -30,10 +30,14 @@ from plumbob.reports.view.records import Choice, Layer, Replay
 PICTURES = MappingProxyType(
     {"capsule": capsule, "cone_pendulum": cone, "free_body": body, "simple_pendulum": pendulum}
 )  # by the family of the system
-WORDS: Mapping[Role, str] = MappingProxyType({
-    "default": "default settings", "user": "your settings", "recommended": "recommended settings",
-    "other": "",
-})  # fmt: skip
+WORDS: Mapping[Role, str] = MappingProxyType(
+    {
+        "default": "default settings",
+        "user": "your settings",
+        "recommended": "recommended settings",
+        "other": "",
+    }
+)
 SMALLER = " but for the step"  # that of the recommended settings beside them
 SPEEDS = tuple(
     float(f"{digit}e{exponent}") for exponent in range(-5, 2) for digit in (1, 2, 5)
@@ -79,16 +83,28 @@ def replay(study: Study, scene: Scene) -> Replay:
         layers.append(Layer("companion", "linear pendulum", "exact, the same start"))
         coded_layers.append(_exact("companion", compared, other))
     data = {
-        "kind": picture.kind, "seconds": seconds, "box": picture.box, "size": picture.size,
-        "geometry": dict(picture.geometry), "charts": [asdict(chart) for chart in picture.charts],
-        "smooth": sorted(picture.smooth), "layers": coded_layers,
-    }  # fmt: skip
+        "kind": picture.kind,
+        "seconds": seconds,
+        "box": picture.box,
+        "size": picture.size,
+        "geometry": dict(picture.geometry),
+        "charts": [asdict(chart) for chart in picture.charts],
+        "smooth": sorted(picture.smooth),
+        "layers": coded_layers,
+    }
     return Replay(
-        scene.name, scene.name.replace("/", "-"), picture.text, seconds, scene.duration,
-        tuple(layers), tuple(lacking),
-        _speeds(seconds), _factors(picture, [samples for _, samples in runs]),
-        strip(picture, seconds, exact, runs, compared), _json(data),
-    )  # fmt: skip
+        scene.name,
+        scene.name.replace("/", "-"),
+        picture.text,
+        seconds,
+        scene.duration,
+        tuple(layers),
+        tuple(lacking),
+        _speeds(seconds),
+        _factors(picture, [samples for _, samples in runs]),
+        strip(picture, seconds, exact, runs, compared),
+        _json(data),
+    )
 
 
 def errors_said(picture: Picture, deviations: Channels) -> tuple[str, str]:

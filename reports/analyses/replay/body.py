@@ -30,9 +30,10 @@ def body(case: Case, seconds: float) -> Picture:
     momentum = moments * [exact[name][0] for name in RATES]
     size = float(np.linalg.norm(momentum)) or 1.0
     moving = frozenset(
-        name for name in (*ATTITUDE, *RATES)
+        name
+        for name in (*ATTITUDE, *RATES)
         if np.ptp(exact[name]) > STILL * float(speeds.max() if name in RATES else 1.0)
-    )  # fmt: skip
+    )
     least = 0.05 * float(speeds.max())
 
     def outline(state: State, time: float) -> tuple[Line, ...]:
@@ -48,19 +49,30 @@ def body(case: Case, seconds: float) -> Picture:
         "corners. ω is its angular velocity, and L the line of its angular momentum, which keeps "
         "its direction. Beside it ω along the body's own axes x, y and z.",
         (-EDGE, EDGE, -EDGE, EDGE),
-        {"half": half.tolist(), "camera": camera().tolist(), "rate": 0.0,
-         "trail": seconds / 12.0, "momentum": (REACH / size * momentum).tolist(),
-         "arrow": REACH / (float(speeds.max()) or 1.0)},
+        {
+            "half": half.tolist(),
+            "camera": camera().tolist(),
+            "rate": 0.0,
+            "trail": seconds / 12.0,
+            "momentum": (REACH / size * momentum).tolist(),
+            "arrow": REACH / (float(speeds.max()) or 1.0),
+        },
         tuple(
-            Chart(f"ω{axis} [rad/s]", "t", (name,),
-                  (0.0, seconds, *around(exact[name], least=least)))
+            Chart(
+                f"ω{axis} [rad/s]", "t", (name,), (0.0, seconds, *around(exact[name], least=least))
+            )
             for axis, name in zip(("ₓ", "ᵧ", "_z"), RATES, strict=True)
         ),
-        moving & frozenset(ATTITUDE), moving, 1.0,
+        moving & frozenset(ATTITUDE),
+        moving,
+        1.0,
         lambda times: _only(case.reference.observe(times)),
-        lambda run: differences(case, run), apart,
-        lambda apart_by: radians(float(apart(apart_by).max())), outline, mark,
-    )  # fmt: skip
+        lambda run: differences(case, run),
+        apart,
+        lambda apart_by: radians(float(apart(apart_by).max())),
+        outline,
+        mark,
+    )
 
 
 def differences(case: Case, run: Trajectory) -> Channels:

@@ -38,7 +38,7 @@ SEEN = "Seen from above; C is the body's centre of mass, A₁ to A₃ are its fe
 FRICTION = (
     "An arrow at a foot is the friction on it: against its sliding, and longer where the normal "
     "force is larger. "
-)  # fmt: skip
+)
 HELD = (
     "An arrow at a foot is the friction that holds it, drawn in proportion to the normal force; "
     "how a body at rest divides it among its feet is not determined. "
@@ -46,15 +46,17 @@ HELD = (
 BESIDE = "Beside it the path of C, enlarged, and the motion over time."
 MOVES = "The slider Q moves in the body, and its reaction moves and turns the body. "
 FIXED = "The slider Q is fixed; friction brings the sliding body to rest. "
-TEXTS: Mapping[str, str] = MappingProxyType({
-    "line": "The slider Q is pushed along its line with w₁ and braked with w₂; its reaction moves "
-    "the body. ",
-    "repeated-line": "The slider Q is pushed and braked, and goes back slowly, again and again; "
-    "each time the body gains a little way. ",
-    "stroke": "The slider Q moves so slowly that friction holds the body. ",
-    "hold": "Nothing is to move: friction holds the body against gravity, tilted along the long "
-    "arrow. ",
-})  # fmt: skip
+TEXTS: Mapping[str, str] = MappingProxyType(
+    {
+        "line": "The slider Q is pushed along its line with w₁ and braked with w₂; its reaction "
+        "moves the body. ",
+        "repeated-line": "The slider Q is pushed and braked, and goes back slowly, again and "
+        "again; each time the body gains a little way. ",
+        "stroke": "The slider Q moves so slowly that friction holds the body. ",
+        "hold": "Nothing is to move: friction holds the body against gravity, tilted along the "
+        "long arrow. ",
+    }
+)
 
 
 def capsule(case: Case, seconds: float) -> Picture:
@@ -67,11 +69,17 @@ def capsule(case: Case, seconds: float) -> Picture:
     slider = exact["qx"] + 1j * exact["qy"]
     corners = np.concatenate([place + turned * foot for foot in feet] + [place + turned * slider])
     geometry = {
-        "feet": [[foot.real, foot.imag] for foot in feet], "size": size, "weight": body.weight,
-        "arrow": ARROW * size, "along": setup.heading + setup.direction, "friction": body.friction,
-        "pull": setup.pull, "phases": _phases(case, seconds), "trail": seconds,
+        "feet": [[foot.real, foot.imag] for foot in feet],
+        "size": size,
+        "weight": body.weight,
+        "arrow": ARROW * size,
+        "along": setup.heading + setup.direction,
+        "friction": body.friction,
+        "pull": setup.pull,
+        "phases": _phases(case, seconds),
+        "trail": seconds,
         "strongest": float(np.hypot(exact["wx"], exact["wy"]).max()),
-    }  # fmt: skip
+    }
     driven = MOVES if np.ptp(np.abs(slider - slider[0])) else FIXED
     text = SEEN + TEXTS.get(case.problem.motion.kind, driven)
     if body.friction > 0.0:
@@ -84,11 +92,21 @@ def capsule(case: Case, seconds: float) -> Picture:
         return tuple(Line(_columns(places), closed=True) for places in body)
 
     return Picture(
-        "capsule", text + BESIDE, _box(corners, size), geometry, _charts(case, exact, seconds),
-        ANGLES, frozenset(), size, lambda at: motion(case, at), lambda run: deviations(case, run),
-        lambda errors: _apart(errors, size), _largest, outline,
+        "capsule",
+        text + BESIDE,
+        _box(corners, size),
+        geometry,
+        _charts(case, exact, seconds),
+        ANGLES,
+        frozenset(),
+        size,
+        lambda at: motion(case, at),
+        lambda run: deviations(case, run),
+        lambda errors: _apart(errors, size),
+        _largest,
+        outline,
         lambda state, time: (state["x"], state["y"]),
-    )  # fmt: skip
+    )
 
 
 def motion(case: Case, times: Array) -> Channels:
@@ -100,10 +118,18 @@ def motion(case: Case, times: Array) -> Channels:
     speed, rate = _velocity(setup, observed)
     where, _, driven = case.problem.motion.path.kinematics(times)
     return {
-        "x": place.real, "y": place.imag, "heading": heading, "qx": where[:, 0], "qy": where[:, 1],
-        "vx": speed.real, "vy": speed.imag, "rate": rate, "wx": driven[:, 0], "wy": driven[:, 1],
+        "x": place.real,
+        "y": place.imag,
+        "heading": heading,
+        "qx": where[:, 0],
+        "qy": where[:, 1],
+        "vx": speed.real,
+        "vy": speed.imag,
+        "rate": rate,
+        "wx": driven[:, 0],
+        "wy": driven[:, 1],
         **{name: observed[f"normal_force_{i + 1}"] for i, name in enumerate(LOADS)},
-    }  # fmt: skip
+    }
 
 
 def deviations(case: Case, run: Trajectory) -> Channels:
@@ -183,9 +209,11 @@ def _box(corners: Complex, size: float) -> Box:
     """The box of the picture: the body wherever it goes, with a margin for arrows and labels."""
     pad = 0.42 * size
     return (
-        float(corners.real.min()) - pad, float(corners.real.max()) + pad,
-        float(corners.imag.min()) - pad, float(corners.imag.max()) + pad,
-    )  # fmt: skip
+        float(corners.real.min()) - pad,
+        float(corners.real.max()) + pad,
+        float(corners.imag.min()) - pad,
+        float(corners.imag.max()) + pad,
+    )
 
 
 def _in_world(state: State, places: Complex) -> Complex:

@@ -79,16 +79,30 @@ def cone(case: Case, seconds: float) -> Picture:
         return float(x), float(y)
 
     return Picture(
-        "cone", text, _box(shape),
-        {**asdict(shape), "rate": rate, "camera": camera().tolist(), "trail": seconds / 12.0,
-         "com": problem.body.com_distance},
+        "cone",
+        text,
+        _box(shape),
+        {
+            **asdict(shape),
+            "rate": rate,
+            "camera": camera().tolist(),
+            "trail": seconds / 12.0,
+            "com": problem.body.com_distance,
+        },
         (
             phase(exact),
             Chart("θ̇ [rad/s]", "t", ("theta_dot",), (0.0, seconds, *around(exact["theta_dot"]))),
         ),
-        ANGLES, SMOOTH, 1.0, lambda times: swing(case, times), lambda run: differences(case, run),
-        apart, largest, outline, mark,
-    )  # fmt: skip
+        ANGLES,
+        SMOOTH,
+        1.0,
+        lambda times: swing(case, times),
+        lambda run: differences(case, run),
+        apart,
+        largest,
+        outline,
+        mark,
+    )
 
 
 def camera() -> Array:

@@ -37,15 +37,24 @@ def chart(case: Case, seconds: float) -> Picture:
         return (Line(np.array([[x, 0.0], [x, y]])),)
 
     return Picture(
-        "chart", f"{', '.join(shown)} over time.", (-0.1, 1.7, -0.1, 1.1), {"trail": 0.0},
+        "chart",
+        f"{', '.join(shown)} over time.",
+        (-0.1, 1.7, -0.1, 1.1),
+        {"trail": 0.0},
         tuple(
             Chart(f"{name} [{unit}]", "t", (name,), (0.0, seconds, *around(observed[name])))
             for name, unit in shown.items()
         ),
-        frozenset({first}), frozenset({first}), float(np.ptp(observed[first])) or 1.0,
-        lambda times: _only(case.reference.observe(times), shown), deviations, apart,
-        lambda errors: f"{number(float(apart(errors).max()))} {shown[first]}", outline, place,
-    )  # fmt: skip
+        frozenset({first}),
+        frozenset({first}),
+        float(np.ptp(observed[first])) or 1.0,
+        lambda times: _only(case.reference.observe(times), shown),
+        deviations,
+        apart,
+        lambda errors: f"{number(float(apart(errors).max()))} {shown[first]}",
+        outline,
+        place,
+    )
 
 
 def _only(channels: Channels, names: dict[str, str]) -> Channels:

@@ -47,17 +47,25 @@ def pendulum(case: Case, seconds: float) -> Picture:
         return Line(np.array([[0.0, 0.0], place])), Line(ring, closed=True)
 
     return Picture(
-        "pendulum", text.strip(), (-reach, reach, -reach, reach),
+        "pendulum",
+        text.strip(),
+        (-reach, reach, -reach, reach),
         {"length": length, "trail": min(0.3 * (shown / SWINGS), seconds)},
         (
             phase(*beside),
             Chart("x [m]", "t", ("x",), (*over, *span), seconds=window),
             Chart("y [m]", "t", ("y",), (*over, *span), seconds=window),
         ),
-        ANGLES, SMOOTH, 1.0, lambda times: swing(case, times),
-        lambda run: differences(case, run), apart, largest,
-        outline, lambda state, time: _bob(state["theta"], length),
-    )  # fmt: skip
+        ANGLES,
+        SMOOTH,
+        1.0,
+        lambda times: swing(case, times),
+        lambda run: differences(case, run),
+        apart,
+        largest,
+        outline,
+        lambda state, time: _bob(state["theta"], length),
+    )
 
 
 def companion(scene: Scene) -> Case | None:

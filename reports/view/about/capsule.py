@@ -77,8 +77,12 @@ DESCRIPTIONS: Mapping[str, Description] = MappingProxyType(
             "slides again.",
             (
                 Symbol("ψ", "heading of the body, from that at the start", "rad"),
-                Symbol("Z, τ", "angular acceleration of the slider on its arc, kept for τ, then "
-                       "reversed for τ", "rad/s², s"),
+                Symbol(
+                    "Z, τ",
+                    "angular acceleration of the slider on its arc, kept for τ, then "
+                    "reversed for τ",
+                    "rad/s², s",
+                ),
                 Symbol("a", "radius of the arc", "m"),
                 Symbol("J", "moment of inertia of the body about the vertical through C", "kg m²"),
                 Symbol("T", "time in which friction would stop a turn", "s"),
@@ -120,4 +124,4 @@ DESCRIPTIONS: Mapping[str, Description] = MappingProxyType(
             line=True,
         ),
     }
-)  # fmt: skip
+)

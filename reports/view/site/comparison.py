@@ -44,9 +44,13 @@ def write_comparison(comparison: Comparison, file: Path, command: str) -> Path:
 
 def render(comparison: Comparison, command: str) -> str:
     """The page as HTML, in one file."""
-    tables = (_by_engine(comparison), _changes("Verdicts that changed", comparison.verdicts),
-              _changes("What vanished, and what is new", comparison.presence), _errors(comparison),
-              _changes("Costs that moved, in reference step times", comparison.costs))  # fmt: skip
+    tables = (
+        _by_engine(comparison),
+        _changes("Verdicts that changed", comparison.verdicts),
+        _changes("What vanished, and what is new", comparison.presence),
+        _errors(comparison),
+        _changes("Costs that moved, in reference step times", comparison.costs),
+    )
     return filled(
         "compare.html.jinja",
         lead=_lead(comparison),
@@ -112,8 +116,15 @@ def _by_engine(comparison: Comparison) -> Table:
                 Cell(str(sum(_engine(move) == engine for move in comparison.costs)), "number"),
             )
         )
-    heads = ("engine", "pairs in both studies", "with an error that moved", "the most it moved by",
-             "verdicts changed", "in one study alone", "costs moved")  # fmt: skip
+    heads = (
+        "engine",
+        "pairs in both studies",
+        "with an error that moved",
+        "the most it moved by",
+        "verdicts changed",
+        "in one study alone",
+        "costs moved",
+    )
     note = (
         "An error moved if it differs by more than 10⁻⁹, relative, and what rounding explains of "
         "both; a cost, if the quartiles of both studies lie apart by more than a quarter, and the "
@@ -127,12 +138,18 @@ def _changes(caption: str, changes: Sequence[Change]) -> Table | None:
     if not changes:
         return None
     rows = tuple(
-        row(Cell(move["scene"], "text"), Cell(move["method"], "name"), move["what"],
-            Cell(str(move["old"]), "number"), Cell(str(move["new"]), "number"))
+        row(
+            Cell(move["scene"], "text"),
+            Cell(move["method"], "name"),
+            move["what"],
+            Cell(str(move["old"]), "number"),
+            Cell(str(move["new"]), "number"),
+        )
         for move in changes
-    )  # fmt: skip
-    return Table(f"{caption}: {len(rows)}", (*PAIR, "what", "old", "new"), rows,
-                 folded=len(rows) > FEW)  # fmt: skip
+    )
+    return Table(
+        f"{caption}: {len(rows)}", (*PAIR, "what", "old", "new"), rows, folded=len(rows) > FEW
+    )
 
 
 def _errors(comparison: Comparison) -> Table | None:
@@ -147,14 +164,24 @@ def _errors(comparison: Comparison) -> Table | None:
     if not worst:
         return None
     rows = tuple(
-        row(Cell(move["scene"], "text"), Cell(move["method"], "name"), move["what"],
-            Cell(str(move["old"]), "number"), Cell(str(move["new"]), "number"),
-            Cell(_percent(move["growth"]), "number"), Cell(str(counted[pair]), "number"))
+        row(
+            Cell(move["scene"], "text"),
+            Cell(move["method"], "name"),
+            move["what"],
+            Cell(str(move["old"]), "number"),
+            Cell(str(move["new"]), "number"),
+            Cell(_percent(move["growth"]), "number"),
+            Cell(str(counted[pair]), "number"),
+        )
         for pair, move in sorted(worst.items(), key=lambda item: -_size(item[1]))
-    )  # fmt: skip
+    )
     heads = (*PAIR, "what moved most", "old", "new", "change", "errors that moved")
-    return Table(f"Errors that moved, the largest change of each pair: {len(rows)}", heads, rows,
-                 folded=len(rows) > FEW)  # fmt: skip
+    return Table(
+        f"Errors that moved, the largest change of each pair: {len(rows)}",
+        heads,
+        rows,
+        folded=len(rows) > FEW,
+    )
 
 
 def _figure(comparison: Comparison) -> Figure | None:
@@ -175,8 +202,11 @@ def _figure(comparison: Comparison) -> Figure | None:
         "Errors that moved",
         "Above the line an error has grown, below it has become smaller. Each in the unit of its "
         "observable.",
-        traces, logarithmic("old error / unit"), logarithmic("new error / unit"), legend=True,
-    )  # fmt: skip
+        traces,
+        logarithmic("old error / unit"),
+        logarithmic("new error / unit"),
+        legend=True,
+    )
 
 
 def _known(growth: float | None) -> bool:

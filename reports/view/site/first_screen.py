@@ -320,10 +320,12 @@ def _table(study: Study, ran: Sequence[Ran], record: StudyRecord, methods: Seque
         key = (scene, anchor(scene)) if entry.apart else (titles[system], system)
         groups.setdefault(key, []).append(entry)
     rows = [
-        row(Cell(title, "scene", link=link),
-            *(Cell(_largest(of, name).text, "number") for name in names))
+        row(
+            Cell(title, "scene", link=link),
+            *(Cell(_largest(of, name).text, "number") for name in names),
+        )
         for (title, link), of in groups.items()
-    ]  # fmt: skip
+    ]
     labels = {DEFAULT_METHOD: f"{DEFAULT_METHOD} (default settings)"}
     caption = "Largest relative error at 1 ms, and what a step costs"
     heads = ("motion", *(labels.get(name, name) for name in names))

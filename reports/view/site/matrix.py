@@ -33,16 +33,28 @@ SIGNS: Mapping[Meaning, tuple[str, str, str]] = MappingProxyType(
         "unclaimed": ("?", "step too large", "the theory does not reach it"),
         "unexpected": ("✗", "unexpected", "not what theory or a declared limit says"),
     }
-)  # fmt: skip
+)
 ORDER = (
-    "cone-pendulum", "capsule-line", "capsule-turn", "capsule-plan", "capsule-hold",
-    "capsule-coast", "capsule-train", "simple-pendulum", "linear-pendulum",
-)  # fmt: skip
+    "cone-pendulum",
+    "capsule-line",
+    "capsule-turn",
+    "capsule-plan",
+    "capsule-hold",
+    "capsule-coast",
+    "capsule-train",
+    "simple-pendulum",
+    "linear-pendulum",
+)
 """Systems in the order in which the sources treat them; others follow by name."""
 ENGINES = MappingProxyType(
-    {"mujoco": "MuJoCo", "pymunk": "pymunk", "ode": "ODE solvers", "heyoka": "heyoka",
-     "exact": "closed form"}
-)  # fmt: skip
+    {
+        "mujoco": "MuJoCo",
+        "pymunk": "pymunk",
+        "ode": "ODE solvers",
+        "heyoka": "heyoka",
+        "exact": "closed form",
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -182,8 +194,11 @@ def by_engine(study: Study, every: Every, scenes: Sequence[Scene]) -> Table:
             }
             cells.append(_best(of_engine, study.methods))
         rows.append(row(_named(scene), *cells))
-    heads = ("scene", *(("MuJoCo, default settings",) if default else ()),
-             *(f"{_engine(engine)}, smallest error" for engine in engines))  # fmt: skip
+    heads = (
+        "scene",
+        *(("MuJoCo, default settings",) if default else ()),
+        *(f"{_engine(engine)}, smallest error" for engine in engines),
+    )
     note = (
         "Relative errors at a step of 1 ms; a cell that says another step is of that: of an "
         "adaptive solver the tightest tolerance, of a method that did not run at 1 ms the nearest "

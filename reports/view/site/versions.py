@@ -30,17 +30,23 @@ def versions(history: Mapping[int, Provenance], folder: str) -> Versions | None:
     if not names:
         return None
     rows = [
-        row(Cell(str(number), "number"), history[number].date or "no date",
-            *(each.get(name, UNKNOWN) for name in names))
+        row(
+            Cell(str(number), "number"),
+            history[number].date or "no date",
+            *(each.get(name, UNKNOWN) for name in names),
+        )
         for number, each in sorted(had.items(), reverse=True)
-    ]  # fmt: skip
+    ]
     newest = max(had)
     older = max(n for n, each in had.items() if _differ(each, had[newest], names))
     command = shlex.join(
         ["plumbob", "compare", f"{folder}#{older}", f"{folder}#{newest}", "--page", "compared.html"]
     )
-    table = Table("Studies that this folder holds, and what they were made with",
-                  ("study", "date", *names), tuple(rows))  # fmt: skip
+    table = Table(
+        "Studies that this folder holds, and what they were made with",
+        ("study", "date", *names),
+        tuple(rows),
+    )
     return Versions(table, command)
 
 

@@ -33,9 +33,17 @@ from plumbob.reports.view.site.claims import formed, galleries, hard_case
 from plumbob.reports.view.trimming import trimming
 
 ORDER: tuple[Verdict, ...] = (
-    "predicted", "converges", "off-prediction", "inaccurate", "not-converging", "diverged",
-    "cut-short", "pre-asymptotic", "unsupported", "missing",
-)  # fmt: skip
+    "predicted",
+    "converges",
+    "off-prediction",
+    "inaccurate",
+    "not-converging",
+    "diverged",
+    "cut-short",
+    "pre-asymptotic",
+    "unsupported",
+    "missing",
+)
 OF_ENGINES = "engines"  # the section of what holds for engines, whatever the system, and its page
 AT_FIRST = 1e-3  # relative: the cheapest method of each engine for this error is drawn at first
 
@@ -217,15 +225,20 @@ def _hard(study: Study, scenes: Sequence[Scene], verdicts: Verdicts) -> Table | 
         errors = [
             (judged.smallest, method.name)
             for method in study.methods
-            if not method.surrogate and method.scheme.integrator != EXACT
+            if not method.surrogate
+            and method.scheme.integrator != EXACT
             and (judged := verdicts.get((scene.name, method.name))) is not None
             and judged.smallest is not None
-        ]  # fmt: skip
+        ]
         error, name = min(errors, default=(float("nan"), "none"))
         rows.append(
-            row(Cell(scene.name, "scene", link=anchor(scene.name)), Cell(scene.hard, "text"),
-                Cell(notation.relative(error), "number"), Cell(name, "method"))
-        )  # fmt: skip
+            row(
+                Cell(scene.name, "scene", link=anchor(scene.name)),
+                Cell(scene.hard, "text"),
+                Cell(notation.relative(error), "number"),
+                Cell(name, "method"),
+            )
+        )
     if not rows:
         return None
     heads = ("scene", "what makes it hard", "smallest relative error", "by")

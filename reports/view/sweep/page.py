@@ -124,12 +124,17 @@ def _map(swept: Swept, i: int, j: int, low: float, high: float) -> Figure:
     z = np.log10(np.maximum(flat, ZERO))
     shown = [rounded(np.where(np.isposinf(line), high + 1.0, line)) for line in z]
     trace = {
-        "type": "heatmap", "x": rounded(xs[::across]), "y": rounded(ys[::along]), "z": shown,
-        "zmin": low, "zmax": max(high, low + 0.1), "colorscale": SCALE,
+        "type": "heatmap",
+        "x": rounded(xs[::across]),
+        "y": rounded(ys[::along]),
+        "z": shown,
+        "zmin": low,
+        "zmax": max(high, low + 0.1),
+        "colorscale": SCALE,
         "colorbar": {"title": {"text": "error"}, **_ticks(low, high)},
         "hovertemplate": f"{x.name} %{{x}}, {y.name} %{{y}}: 10^%{{z:.2f}}<extra></extra>",
         "name": of.methods[i].name,
-    }  # fmt: skip
+    }
     name = f"{of.methods[i].name} at {step_text(of.steps[j], of.methods[i].control)}"
     more = "; the worst over what else is varied" if len(of.counts) > 2 else ""
     caption = f"Relative error over {x.name} and {y.name}{more}; all maps have one scale."
@@ -157,9 +162,14 @@ def _curves(swept: Swept, side: int) -> Figure:
             )
     more = ", the worst over what else is varied" if len(of.counts) > 1 else ""
     return figure(
-        f"Error over {axis.name}", f"Relative error{more}. A gap: a run diverged, or has no exact "
-        "answer.", traces, _axis(axis), logarithmic("relative error"), legend=True, wide=True,
-    )  # fmt: skip
+        f"Error over {axis.name}",
+        f"Relative error{more}. A gap: a run diverged, or has no exact answer.",
+        traces,
+        _axis(axis),
+        logarithmic("relative error"),
+        legend=True,
+        wide=True,
+    )
 
 
 def _largest(errors: Array, axes: tuple[int, ...]) -> Array:

@@ -63,9 +63,16 @@ def _row(swept: Swept, i: int, j: int) -> Row:
         _worst(swept, point, error, method.name, step) for point, error in swept.worst(i, j, MOST)
     )
     return Row(
-        method.name, step, method.control, median, ninety, largest,
-        int(np.isinf(there).sum()), int(np.isnan(errors).sum()), worst,
-    )  # fmt: skip
+        method.name,
+        step,
+        method.control,
+        median,
+        ninety,
+        largest,
+        int(np.isinf(there).sum()),
+        int(np.isnan(errors).sum()),
+        worst,
+    )
 
 
 def _worst(swept: Swept, point: int, error: float, method: str, step: float) -> Worst:

@@ -23,9 +23,13 @@ FLAT = '<geom type="cylinder" size=".2 .0001" mass="1" contype="0" conaffinity="
 
 
 def model_text(
-    body: str, height: float, option: str = 'timestep="0.002"', floor: str = FLOOR,
-    friction: float = FRICTION, more: str = "",
-) -> str:  # fmt: skip
+    body: str,
+    height: float,
+    option: str = 'timestep="0.002"',
+    floor: str = FLOOR,
+    friction: float = FRICTION,
+    more: str = "",
+) -> str:
     """A model file with the geoms `body` of a free body on a plane."""
     return (
         f'<mujoco><option {option}/><default><geom friction="{friction}"/></default><worldbody>'

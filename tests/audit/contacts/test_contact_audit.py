@@ -198,9 +198,11 @@ def test_a_plane_may_stand_anywhere() -> None:
     angle = math.radians(20)
     gravity = f"{-9.81 * math.sin(angle)} 0 {-9.81 * math.cos(angle)}"
     tilted = model_text(
-        geoms, height, f'timestep="0.002" gravity="{gravity}"',
+        geoms,
+        height,
+        f'timestep="0.002" gravity="{gravity}"',
         FLOOR.replace("/>", f' pos="1 2 3" euler="0 {math.degrees(angle)} 0"/>'),
-    )  # fmt: skip
+    )
     start = f'pos="1.5 2 4" euler="0 {math.degrees(angle)} 0"'
     tilted = tilted.replace(f'pos="0 0 {height}"', start)
     one, other = audited(tilted), audited(model_text(geoms, height))

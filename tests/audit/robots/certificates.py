@@ -1,22 +1,41 @@
-"""Certificates held against a file's own integrators at steps 256 to 4096 times smaller."""
+"""Certificates held against a file's own integrators at steps 256 to 4096 times smaller.
+
+    python -m plumbob.tests.audit.robots.certificates [--budget SECONDS] [FILE ...]
+
+Prints a row for each file of dm_control's suite and of gymnasium, at rest and under sines: what the
+audit claims of the file's step, what steps that small confirm, and whether the certificate has them
+outside; exits 1 where it has.
+"""
 
 from __future__ import annotations
 
+import argparse
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.reference import RESOLVED, largest
+from plumbob.engines.own_motion import NotCertifiable
+from plumbob.reports.view.notation import duration, metres
+from plumbob.tests.audit.robots.robot_files import file_audit, folder
 
+BUDGET = 60.0  # [s] of processor time for an audit
 FINEST, LEAST = 4096, 256  # times smaller than the own step
 MANY = 1e3  # roundings of a motion that up to a million steps may add up to, in a random walk
 LIMIT = 60.0  # [s] of processor time that a run is to take
 # From a step to a quarter of it an error that goes as a power from a half on is at least halved:
 # what is left of it is at most what the two differ by.
 QUARTER = 4
+PACKAGES = ("dm_control", "gymnasium")
+HEAD = (
+    "package", "file", "control", "own step", "certified to", "claimed", "confirmed", "by steps",
+    "apart, of the certificate", "verdict",
+)  # fmt: skip
 HOLDS, OUTSIDE, OPEN = "holds", "OUTSIDE", "not outside: steps tell less"
 
 
@@ -70,3 +89,54 @@ def verdict(found: Audit, confirmed: Sequence[Confirmation]) -> str:
 def so_far(one: Array, other: Array) -> Array:
     """The largest distance [m] of any body so far between two motions, shape (n,)."""
     return largest(np.linalg.norm(one - other, axis=2))
+
+
+def row(found: Audit, limit: float) -> list[str]:
+    """An audit and its confirmation as cells."""
+    cells = [f"{found.integrator} {duration(found.step)}"]
+    if found.found is None:
+        return [*cells, *("–",) * 5, f"none: {found.reference.why}"]
+    confirmed = confirmations(found, limit)
+    best, known, why = confirmed[0], found.uncertainty, found.reference.why
+    return [
+        *cells,
+        f"{found.until:.3g} s",
+        f"{metres(found.error)} ± {metres(known)}",
+        f"{metres(best.error)} ± {metres(float(best.scatter[-1]))}",
+        f"{best.integrator} /{best.finer}",
+        f"{best.apart[-1] / known:.2g}" if known else "–",
+        verdict(found, confirmed) + (f"; then: {why}" if why else ""),
+    ]
+
+
+def files() -> list[tuple[str, Path]]:
+    """Model files of these packages, where they are installed."""
+    folders = [(package, folder(package)) for package in PACKAGES]
+    return [(package, path) for package, at in folders if at for path in sorted(at.glob("*.xml"))]
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Print the table of some files, or all; returns an exit code."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--budget", type=float, default=BUDGET)
+    parser.add_argument("--limit", type=float, default=LIMIT)
+    parser.add_argument("names", nargs="*")
+    chosen = parser.parse_args(arguments)
+    print(f"| {' | '.join(HEAD)} |\n|{'---|' * len(HEAD)}", flush=True)
+    outside = 0
+    for package, path in files():
+        if chosen.names and path.stem not in chosen.names:
+            continue
+        for control in ("rest", "sines"):
+            try:
+                cells = row(file_audit(path, control, chosen.budget), chosen.limit)
+            except NotCertifiable as reason:
+                cells = [*("–",) * 6, f"refused: {reason}"]
+            outside += OUTSIDE in cells[-1]
+            print(f"| {package} | {path.stem} | {control} | {' | '.join(cells)} |", flush=True)
+    print(f"{outside} outside")
+    return int(bool(outside))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

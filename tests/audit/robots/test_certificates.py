@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import mujoco
 import pytest
 
+from plumbob.engines.adapters.mujoco.own_model.model import own_model
+from plumbob.engines.audit.audit import audited
+from plumbob.engines.audit.controls import script
 from plumbob.tests.audit.robots.certificates import HOLDS, OPEN, OUTSIDE, confirmations, verdict
-from plumbob.tests.audit.scenes_as_models import audit_of
 
 # Two legs that part under a body, their feet on the ground: they slide, and chatter from 0.65 s on.
 LEGS = """
@@ -26,7 +29,8 @@ LEGS = """
 
 @pytest.mark.long
 def test_a_certificate_of_chatter_holds_and_a_wrong_one_is_outside() -> None:
-    found = audit_of(LEGS, budget=10.0, duration=0.8)
+    own = own_model(mujoco.MjModel.from_xml_string(LEGS), "legs")
+    found = audited(own, script(own, duration=0.8), "rest", 10.0)
     assert found.complete
     assert found.reference.widths
     assert found.resolved

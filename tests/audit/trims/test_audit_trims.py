@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 
+import plumbob
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.trims import Trim, trims
@@ -19,7 +21,7 @@ from plumbob.engines.own_motion import Change
 from plumbob.engines.study import cost as cost_module
 from plumbob.engines.trajectory import Stepping
 from plumbob.reports.cli import main
-from plumbob.tests.audit.scenes_as_models import compiled, own_steps, pendulum, ready, recast
+from plumbob.tests.audit.scenes_as_models import pendulum, ready
 
 # A body that slides on a plane, beside geoms that it never touches, with sensors.
 CLUTTERED = """
@@ -55,6 +57,17 @@ MODELS = {
 }
 
 
+def states(path: Path, steps: int = 200) -> Any:
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    found = []
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
+        found.append(np.concatenate([data.qpos, data.qvel]))
+    return np.array(found)
+
+
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("name", MODELS)
 def test_trimmed_file_moves_as_the_complete_one(name: str, tmp_path: Path) -> None:
@@ -73,7 +86,7 @@ def test_trimmed_file_moves_as_the_complete_one(name: str, tmp_path: Path) -> No
     from plumbob.engines.adapters.mujoco import write_trimmed
 
     write_trimmed(source, changes, target)
-    assert np.array_equal(own_steps(source), own_steps(target))
+    assert np.array_equal(states(source), states(target))
     assert "nsensor" not in target.read_text("utf-8")
 
 
@@ -91,7 +104,8 @@ class Nudged(MujocoModel):
 
 
 def test_smallest_change_is_not_the_same() -> None:
-    nudged = recast(Nudged, ready(pendulum()))
+    whole = ready(pendulum())
+    nudged = Nudged(**{f.name: getattr(whole, f.name) for f in fields(MujocoModel)})
     motion = script(nudged, duration=0.4)
     (trim,) = trims(nudged, motion, 2, 20, 0.0, 5.0).each
     assert not trim.same_bits
@@ -136,14 +150,16 @@ def test_same_bits_are_preferred(
     same: float, nudge: float, left_out: str | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cost_module, "reference_step", lambda _: lambda: 500.0)
-    model = recast(Priced, ready(pendulum()), costs={"same": same, "nudge": nudge})
+    whole = ready(pendulum())
+    costs = {"same": same, "nudge": nudge}
+    model = Priced(**{f.name: getattr(whole, f.name) for f in fields(MujocoModel)}, costs=costs)
     together = trims(model, script(model, duration=0.2), 2, 10, 1.0, 60.0).together
     assert (together and together.name) == left_out
 
 
 def test_trims_that_change_the_motion_are_not_left_out() -> None:
     """What changes more than a tenth of the error is tried, and stays."""
-    model = ready(compiled(MODELS["gradients"]), 0)
+    model = ready(mujoco.MjModel.from_xml_string(MODELS["gradients"]), 0)
     tried = trims(model, script(model, duration=0.4), 10, 20, 1e-12, 20.0)
     moved = {t.name: t for t in tried.each}
     assert moved["condim above 3"].moved > 1e-6
@@ -167,3 +183,15 @@ def test_command_writes_the_trimmed_model(
     # What saves time is measured, and may be nothing on a busy machine.
     assert code == 0 or "nothing can be left out" in printed.err
     assert Path("less.xml").exists() == (code == 0)
+
+
+@pytest.mark.long
+def test_answer_has_the_trims() -> None:
+    found = plumbob.audit(
+        mujoco.MjModel.from_xml_string(MODELS["cluttered"]), keyframe=0, duration=0.2, budget=10.0
+    )
+    assert found.trims is not None
+    assert {t.name for t in found.trims.each} >= {
+        "sensors",
+        "collisions of 8 geoms that never touch",
+    }

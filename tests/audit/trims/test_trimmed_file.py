@@ -6,6 +6,7 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -15,13 +16,15 @@ import plumbob
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco import write_trimmed
 from plumbob.engines.audit.audit import Audit
+from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.costs import Ratio
-from plumbob.engines.audit.trims import Trim, Trims
+from plumbob.engines.audit.trims import Trim, Trims, tried
 from plumbob.engines.own_motion import Change
 from plumbob.reports.commands.arguments.values import plain
 from plumbob.reports.commands.audit import as_data, trimmed_file
 from plumbob.reports.view.audit.page import answered, rows
-from plumbob.tests.audit.scenes_as_models import own_steps
+from plumbob.tests.audit.robots.robot_files import folder
+from plumbob.tests.audit.scenes_as_models import ready
 
 # Digits that MuJoCo's own writer rounds: a range in degrees that is reached, a spring's length.
 DIGITS = """<?xml version="1.0"?>
@@ -45,6 +48,16 @@ DIGITS = """<?xml version="1.0"?>
 WALL = '<geom name="wall" type="box" size=".1 .1 .1" pos="3 0 0" contype="1"/>'
 
 
+def moved(path: Path, steps: int = 300) -> Any:
+    """States at MuJoCo's own steps of a file."""
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data, found = mujoco.MjData(model), []
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
+        found.append(np.concatenate([data.qpos, data.qvel]))
+    return np.array(found)
+
+
 def never_touching(path: Path, *names: str) -> Change:
     """Collisions of these geoms off."""
     model = mujoco.MjModel.from_xml_path(str(path))
@@ -66,7 +79,7 @@ def test_digits_of_the_file_stay(tmp_path: Path) -> None:
     source.write_text(DIGITS.format(wall=WALL), "utf-8")
     changes = (never_touching(source, "wall"), SENSORS)
     assert write_trimmed(source, changes, target) == changes
-    assert np.array_equal(own_steps(source), own_steps(target))
+    assert np.array_equal(moved(source), moved(target))
     text = target.read_text("utf-8")
     assert text.replace(
         'pos="3 0 0" contype="0" conaffinity="0"/>', 'pos="3 0 0" contype="1"/>'
@@ -136,7 +149,7 @@ def test_what_is_said_is_what_the_file_does(same: bool, tmp_path: Path) -> None:
     source.write_text(DIGITS.format(wall=WALL), "utf-8")
     changes = (SENSORS if same else SPRINGS,)
     found = trimmed_file(audited(source, changes), source, target, None)
-    assert np.array_equal(own_steps(source, 150), own_steps(target, 150)) == same
+    assert np.array_equal(moved(source, 150), moved(target, 150)) == same
     said = dict(rows(answered(found)))["trimmed file"]
     assert said.startswith("less.xml, read back, moves ")
     assert ("to the last bit" in said) == same
@@ -145,3 +158,31 @@ def test_what_is_said_is_what_the_file_does(same: bool, tmp_path: Path) -> None:
     data = json.loads(json.dumps(plain(as_data(found))))["trimmed_file"]
     assert data["same_bits"] == same
     assert data["left_out"] == changes[0].name
+
+
+FILES = ("half_cheetah", "walker2d", "hopper", "ant", "humanoid")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("every", [False, True])
+def test_files_of_gymnasium(name: str, every: bool, tmp_path: Path) -> None:
+    """Of a trimmed file's bits it is said what runs of both files show, where all that
+    is offered is left out too."""
+    files = folder("gymnasium")
+    if files is None:
+        pytest.skip("gymnasium is not installed: pip install 'plumbob[robots]'")
+    source, target = tmp_path / "my.xml", tmp_path / "less.xml"
+    source.write_bytes((files / f"{name}.xml").read_bytes())
+    model = ready(source)
+    motion = script(model, duration=0.3)
+    parts = round(motion.period / model.step)
+    changes = model.changes(motion)
+    if not every:
+        changes = tuple(c for c in changes if c.name.startswith(("collisions", "stages", "island")))
+    left_out = write_trimmed(source, changes, target)
+    offered = [(left_out, ready(target))]
+    (said,) = tried(model, motion, parts, len(motion.controls), offered)
+    steps = parts * len(motion.controls)
+    assert np.array_equal(moved(source, steps), moved(target, steps)) == said.same_bits
+    assert said.same_bits or every
