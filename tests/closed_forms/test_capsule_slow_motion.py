@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from hypothesis import strategies as st
 
 from plumbob.analytic.errors.schemes import EULER, Scheme
 from plumbob.analytic.errors.sliding_motion.sliding_errors import repeated_line_errors
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.capsule import Capsule, normal_forces, validity
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
@@ -114,26 +112,6 @@ def test_slow_return_goes_back_over_the_same_path() -> None:
     assert back.segment.start == LINE.segment.end
     np.testing.assert_allclose(back.segment.end, LINE.segment.start, atol=1e-17)
     assert validity(CHECK, (back.segment,)) == ()
-
-
-@pytest.mark.parametrize(
-    ("build", "name"),
-    [
-        (lambda: SlowStroke(CHECK, 0.1, fraction=1.1), "fraction"),
-        (lambda: SlowStroke(CHECK, 0.0), "length"),
-        (lambda: SlowStroke(CHECK, -0.6), "normal_force_1"),
-        (lambda: tilt_angle(CHECK, 0.0), "fraction"),
-        (lambda: TiltedHold(CHECK, 0.9, math.inf), "direction"),
-        (lambda: TiltedHold(CHECK, 0.9, 0.0, (1.0, 0.0)), "normal_force_2"),
-        (lambda: RepeatedLine(LINE, 0), "count"),
-        (lambda: RepeatedLine(LINE, 3, pause=-1.0), "pause"),
-    ],
-)
-def test_bad_input_is_named(build: Callable[[], object], name: str) -> None:
-    with pytest.raises(ParameterError) as caught:
-        build()
-    assert caught.value.name == name
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -78,22 +78,6 @@ def test_consecutive_turns_are_the_whole_motion() -> None:
     assert repeated.error.heading[0] >= 3 * repeated.single.error.heading[0]
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"count": 0}, "^count = 0"),
-        ({"count": 2}, "^count = 2: must be such that slider_angle is whole circles"),
-        ({"pause": -1.0}, "^pause = "),
-        ({"radius": 0.5}, "^radius = 0.5: must be such that normal_force_"),
-        ({"half_time": 0.0}, "^half_time = "),
-        ({"spin": 1.0}, "^spin = "),
-    ],
-)
-def test_impossible_parameters_are_refused_by_name(changes: dict[str, float], message: str) -> None:
-    with pytest.raises(ParameterError, match=message):
-        scene("capsule-turn/0.3", changes)
-
-
 def test_a_repeated_motion_needs_its_pauses() -> None:
     with pytest.raises(ParameterError, match=r"^pause = 0\.0: must be at least"):
         RepeatedTurn(WHOLE, 2, 0.0)

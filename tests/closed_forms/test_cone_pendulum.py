@@ -13,8 +13,7 @@ import pytest
 from gmpy2 import mpfr
 
 from plumbob.analytic.numerics.quad import double
-from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
+from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
 from plumbob.tests.support.high_precision import orbit_of
 from plumbob.tests.support.random_pendulums import pendulums
 
@@ -158,27 +157,3 @@ def test_started_gives_the_excess_as_a_speed() -> None:
     assert double(given.started.motion.energy - given.motion.energy) == pytest.approx(0, abs=1e-12)
     assert given.started.theta_dot < 0
     assert TURNING.started is TURNING
-
-
-BODY = {"mass": 1.0, "com_distance": 0.2, "inertia_x": 0.1, "inertia_y": 0.1, "inertia_z": 0.05}
-BAD = (
-    (cone, {"density": 8000.0, "height": 0.3, "apex_angle": math.pi}, "apex_angle"),
-    (cone, {"density": -1.0, "height": 0.3, "apex_angle": 0.5}, "density"),
-    (cone, {"density": 8000.0, "height": math.nan, "apex_angle": 0.5}, "height"),
-    (Body, {**BODY, "mass": 0.0}, "mass"),
-    (Body, {**BODY, "inertia_x": 0.03}, "inertia_x"),
-    (Body, {**BODY, "inertia_y": 0.03}, "inertia_y"),
-    (Body, {**BODY, "inertia_z": 0.2}, "inertia_x, inertia_y, inertia_z"),
-    (lambda **given: replace(TURNING, **given), {"gravity": -9.8}, "gravity"),
-    (lambda **given: replace(TURNING, **given), {"theta": math.inf}, "theta"),
-    (lambda **given: replace(TURNING, **given), {"excess": -700.0}, "excess"),
-    (lambda **given: replace(TURNING, **given), {"excess": math.nan}, "excess"),
-)
-
-
-@pytest.mark.parametrize(("make", "given", "name"), BAD, ids=[str(case[2]) for case in BAD])
-def test_bad_input_is_named(make: Any, given: dict[str, float], name: str) -> None:
-    with pytest.raises(ParameterError) as caught:
-        make(**given)
-    assert caught.value.name == name
-    assert "\n" not in str(caught.value)

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from gmpy2 import mpfr
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import double
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.tests.support.high_precision import orbit_of
@@ -103,21 +101,6 @@ def test_of_two_equal_tops_the_nearer_counts(theta: float) -> None:
     motion = PendulumMotion(FLAT.potential, 1.0, theta, 0.0, theta_from_top=0.01)
     expected = min(tops, key=lambda x: abs(x - theta)) + 0.01
     assert motion.state(np.zeros(1))[0] == pytest.approx(expected, abs=1e-15)
-
-
-@pytest.mark.parametrize(
-    ("given", "name"),
-    [
-        ({"excess": -20.0}, "excess"),
-        ({"inertia": 0.0}, "inertia"),
-        ({"theta": math.nan}, "theta"),
-        ({"theta_from_top": math.inf}, "theta_from_top"),
-    ],
-)
-def test_bad_input_is_named(given: dict[str, Any], name: str) -> None:
-    with pytest.raises(ParameterError) as caught:
-        replace(PendulumMotion(SIMPLE, 1.0, 0.3, 1.0), **given)
-    assert caught.value.name == name
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 1000])

@@ -7,8 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.schemes import RK4, Scheme
-from plumbob.analytic.errors.smooth_motion.energy_drift import energy_drift_rate
 from plumbob.analytic.systems.pendulums.rod_tension import tension
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import engine_of, methods
@@ -16,11 +14,11 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.registry import case_of, scenes, system_of
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.verdict import Judgement, judge
-from plumbob.tests.support.cases import held_against, run_of
+from plumbob.tests.support.cases import held_against
 
 SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
 
@@ -77,31 +75,19 @@ def test_the_error_of_the_notebook(case: str, method: str) -> None:
         assert error.predicted.largest == pytest.approx(error.largest, rel=1e-2)
 
 
-# Predicted order of each observable on a motion: the error of RK4 is C4 h^4 + C5 h^5, and an energy
-# drift of h^5 dominates for a large undamped swing. The band is the interval of the fit, or the
-# effect of a second term over the steps used.
 ORDERS = [
     ("free-small", "ode/rk4", 4.0, 0.05),
     ("free-large", "ode/rk4", 5.0, 0.4),
-    ("rotating-slow", "ode/rk4", 5.0, 0.1),
     ("rotating-slow", "mujoco/rk4", 5.0, 0.1),
-    ("rotating-fast", "ode/rk4", 5.0, 0.1),
-    ("damped-small", "ode/rk4", 4.0, 0.02),
-    ("free-small", "ode/leapfrog", 2.0, 0.02),
     ("rotating-slow", "ode/leapfrog", 2.0, 0.05),
     ("free-large", "mujoco/euler", 1.0, 0.05),
-    ("damped-small", "mujoco/implicitfast", 1.0, 0.05),
     ("damped-small", "pymunk/default", 1.0, 0.05),
-    ("damped-small", "pymunk/tight", 1.0, 0.05),
-    ("forced-small", "ode/rk4", 4.0, 0.05),
     ("forced-small", "mujoco/rk4", 1.0, 0.05),
-    ("forced-small", "mujoco/rk4+midpoint", 2.0, 0.05),
-    ("forced-large", "mujoco/rk4", 1.0, 0.05),
     ("forced-large", "mujoco/rk4+midpoint", 2.0, 0.02),
 ]
 
 
-@pytest.mark.long(keep=6)
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize(("case", "method", "order", "band"), ORDERS)
 def test_order(case: str, method: str, order: float, band: float) -> None:
     fourth = method == "ode/rk4" or (method == "mujoco/rk4" and "forced" not in case)
@@ -116,29 +102,6 @@ def test_order(case: str, method: str, order: float, band: float) -> None:
     assert found.order.slope == pytest.approx(found.predicted_order.slope, abs=0.02)
 
 
-QUICK = [s.name for s in scenes(f"{SIMPLE}[!ms]*") if "near-top" not in s.name]
-STEPS = {"euler": 1e-3, "leapfrog": 1e-2, "rk4": 1e-2}
-
-
-@pytest.mark.long(keep=8)
-@pytest.mark.parametrize("name", [*QUICK, SIMPLE + "near-top-1e-4", SIMPLE + "near-top-1e-9"])
-@pytest.mark.parametrize("method", ["mujoco/euler", "mujoco/rk4", "ode/leapfrog", "ode/rk4"])
-def test_errors_are_within_their_budget(name: str, method: str) -> None:
-    step = STEPS[method.rpartition("/")[2]]
-    if "forced" in name and method == "mujoco/rk4":
-        step = 1e-3  # of first order there
-    assert judged(name, method, step, duration=6.0).verdict == "pass"
-
-
-@pytest.mark.long(keep=4)
-@pytest.mark.parametrize(
-    "method", ["mujoco/euler", "mujoco/discrete", "mujoco/rk4", "ode/leapfrog"]
-)
-@pytest.mark.parametrize("case", ["free-large", "damped-rotating", "forced-large", "overdamped"])
-def test_linear_errors_are_within_their_budget(case: str, method: str) -> None:
-    assert judged(LINEAR + case, method, 1e-3, duration=6.0).verdict == "pass"
-
-
 def test_the_spring_of_discrete_is_implicit() -> None:
     # Judged as if it were not, it fails: it damps a free swing at the relative rate k h / 2.
     how = find_method("mujoco/discrete")
@@ -146,24 +109,6 @@ def test_the_spring_of_discrete_is_implicit() -> None:
     plain = replace(how, scheme=replace(how.scheme, implicit_spring=False))
     assert judged(LINEAR + "free-large", how, 1e-3, duration=6.0).verdict == "pass"
     assert judged(LINEAR + "free-large", plain, 1e-3, duration=6.0).verdict == "fail"
-
-
-@pytest.mark.long(keep=2)
-@pytest.mark.parametrize("name", ["length", "damping_rate", "gravity", "theta"])
-def test_a_parameter_error_of_a_millionth(name: str) -> None:
-    scene = find_scene(SIMPLE + "damped-large")
-    system, how = system_of(scene), find_method("mujoco/rk4")
-    wrong = find_scene(scene.name, {name: scene.parameters[name] * (1 + 1e-6)})
-    assert judge(run_of(how, scene, 5e-3)[0], system, how).verdict == "pass"
-    assert judge(run_of(how, scene, 5e-3, wrong)[0], system, how).verdict == "fail"
-
-
-@pytest.mark.parametrize("method", ["mujoco/rk4+midpoint", "mujoco/euler+midpoint"])
-def test_a_forcing_shifted_by_half_a_step(method: str) -> None:
-    how = find_method(method)
-    early = replace(how, settings={**how.settings, "control_at": 0.0})
-    assert judged(SIMPLE + "forced-large", how, 1e-3, duration=20.0).verdict == "pass"
-    assert judged(SIMPLE + "forced-large", early, 1e-3, duration=20.0).verdict == "fail"
 
 
 def test_midpoint_methods_are_for_what_is_forced() -> None:
@@ -181,33 +126,6 @@ def test_force_sensor_tells_the_tension(case: str) -> None:
     np.testing.assert_allclose(seen["tension"], own, rtol=0, atol=10 * 2**-52 * 120)
     assert found.errors["tension"].largest > 1e-2  # so it was not taken from the reference
     assert own.min() < 0.0 or case != "free-large"  # a rod that is pushed
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("method", ["mujoco/rk4", "ode/rk4"])
-def test_energy_drifts_as_averaging_predicts(method: str) -> None:
-    # 1e5 steps: the drift per step is D5 h^6, and C4 h^4 only oscillates: 1 % of it here
-    scene, _ = run(SIMPLE + "free-large", method, 5e-3, duration=500.0)
-    problem = system_of(scene).problem(scene.parameters)
-    rates = energy_drift_rate(
-        problem.rotor, problem.theta, problem.theta_dot, problem.elliptic.period, Scheme(RK4)
-    )
-    found, trajectory = measured(scene.name, method, 5e-3, duration=500.0)
-    seen = trajectory.observables
-    energy = problem.rotor.energy(seen["theta"], seen["theta_dot"])
-    predicted = rates[5] * 5e-3**5 * 500.0
-    assert energy[-1] - energy[0] == pytest.approx(predicted, rel=0.02)
-    assert found.invariants["energy"] == pytest.approx(abs(predicted) / 19.6, rel=0.02)
-
-
-@pytest.mark.parametrize("method", ["mujoco/euler", "ode/leapfrog"])
-def test_energy_of_a_symplectic_method_oscillates(method: str) -> None:
-    # No trend over 2e4 steps: both halves have equal maxima, up to what 500 samples may miss.
-    _, trajectory = measured(SIMPLE + "free-large", method, 5e-3, duration=100.0)
-    seen = trajectory.observables
-    energy = seen["theta_dot"] ** 2 / 2 - 9.8 * np.cos(seen["theta"])
-    first, second = np.array_split(energy - energy[0], 2)
-    assert np.abs(second).max() == pytest.approx(np.abs(first).max(), rel=0.02)
 
 
 def test_a_step_too_large_is_a_result() -> None:

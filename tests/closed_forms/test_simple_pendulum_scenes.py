@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.schemes import RK4, Scheme
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
@@ -56,26 +55,6 @@ def test_an_error_that_is_not_small_is_reported() -> None:
     linear = find_scene(LINEAR + "damped-rotating")
     other = system_of(linear).problem(linear.parameters).motion
     assert other.nonlinearity(times, dict(errors)) == 0.0
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("length", 0.0),
-        ("length", -1.0),
-        ("gravity", -9.8),
-        ("damping_rate", -0.1),
-        ("theta", math.nan),
-        ("forcing_frequency", math.inf),
-        ("theta_dot", "fast"),
-        ("gravity", True),
-        ("mass", 0.0),
-        ("inertia", 1.0),
-    ],
-)
-def test_bad_parameters_are_named(name: str, value: object) -> None:
-    with pytest.raises(ParameterError, match=name):
-        find_scene("simple-pendulum", {name: value})
 
 
 @pytest.mark.long(keep=4)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -179,24 +178,6 @@ def test_a_mirrored_turn_is_mirrored() -> None:
         (one.correction.at_rest, other.correction.at_rest),
     ):
         np.testing.assert_allclose(numbers(left), numbers(right) * mirror, rtol=1e-9, atol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("build", "name"),
-    [
-        (lambda: TurnManoeuvre(CHECK, -0.1, 1.0, 1.0), "radius"),
-        (lambda: TurnManoeuvre(CHECK, 0.1, 0.0, 1.0), "angular_acceleration"),
-        (lambda: TurnManoeuvre(CHECK, 0.1, 1.0, 0.0), "half_time"),
-        (lambda: TurnManoeuvre(CHECK, 0.1, 1.0, 1.0, math.nan), "start"),
-        (lambda: TurnManoeuvre(CHECK, 0.6, 500.0, 1.0), "normal_force"),
-        (lambda: turn_of(CHECK, 0.1, 0.0), "epsilon"),
-        (lambda: turn_of(CHECK, 0.1, 0.1, 0.0), "body_angle"),
-        (lambda: turn_of(replace(CHECK, friction=0.0), 0.1, 0.1), "friction"),
-    ],
-)
-def test_bad_input_is_named(build: Callable[[], TurnManoeuvre], name: str) -> None:
-    with pytest.raises(ParameterError, match=name):
-        build()
 
 
 def left_at_stop(turn: TurnManoeuvre) -> Array:

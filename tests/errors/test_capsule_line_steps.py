@@ -147,13 +147,6 @@ def test_sensitivity() -> None:
         assert abs(off) > 100 * float(step_error_envelope(LINE, step))
 
 
-def test_nothing_stops_a_frictionless_body_off_the_grid() -> None:
-    smooth = replace(LINE, capsule=replace(LINE.capsule, friction=0.0))
-    with pytest.raises(ParameterError, match="friction"):
-        step_error(smooth, 1e-3)
-    assert abs(float(step_error(smooth, LINE.t1 / 7.3, "mean"))) > 0.0
-    with pytest.raises(ParameterError, match="step"):
-        step_error(LINE, 0.0)
 
 
 @pytest.mark.parametrize("position_first", [False, True])

@@ -175,21 +175,3 @@ def test_rest_at_the_bottom_stays() -> None:
     assert not seen["theta_dot"].any()
 
 
-@pytest.mark.parametrize(
-    ("bad", "named"),
-    [
-        (lambda: DrivenRotor(sin=math.nan), "sin"),
-        (lambda: DrivenRotor(damping_rate=-0.1), "damping_rate"),
-        (lambda: DrivenMotion(DrivenRotor(sin=1.0), math.inf, 0.0, 1.0), "theta"),
-        (lambda: DrivenMotion(DrivenRotor(sin=1.0), 0.0, 0.0, 0.0), "duration"),
-        (lambda: motion(CASES["cone"]).observe(np.array([0.1, 0.6])), "times"),
-        (lambda: motion(CASES["cone"]).observe(np.array([-0.1])), "times"),
-        (lambda: motion(CASES["cone"]).observe(np.array([math.nan])), "times"),
-        (lambda: motion(CASES["cone"]).horizon(0.0), "tolerance"),
-        (lambda: taylor_series.integrate(DrivenRotor(stiffness=-1e4), 1.0, 0.0, 50.0), "duration"),
-    ],
-)
-def test_bad_input_is_named(bad: object, named: str) -> None:
-    with pytest.raises(ParameterError) as raised:
-        bad()  # type: ignore[operator]
-    assert raised.value.name == named

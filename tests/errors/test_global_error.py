@@ -200,10 +200,6 @@ def test_symplectic_schemes_have_no_drift(name: str, scheme: Scheme) -> None:
     assert not any(rates.values())
 
 
-def test_drift_is_of_conservative_motion_only() -> None:
-    case = CASES["damped-large"]
-    with pytest.raises(ParameterError, match="rotor"):
-        energy_drift_rate(case.rotor, case.theta, case.theta_dot, 1.0, Scheme(RK4))
 
 
 def test_unknown_schemes_have_no_theory_and_wrong_options_are_named() -> None:

@@ -245,24 +245,10 @@ def test_what_contacts_add_to_ten_manoeuvres_is_ten_times_what_they_add_to_one()
     assert ten.model[name] == pytest.approx(10 * one.model[name], rel=1e-3)
 
 
-@pytest.mark.parametrize("method", GOOD)
-@pytest.mark.parametrize("case", ["translation", "rotation"])
-def test_coasting(case: str, method: str) -> None:
-    found, _ = run(f"capsule-coast/{case}", method, 1e-3)
-    assert verdict(found, method) == "pass"
 
 
-HARD = ("w2-threshold", "w1-threshold", "light-slider", "heavy-slider", "near-edge", "near-vertex")
 
 
-@pytest.mark.long(keep=6)
-@pytest.mark.parametrize("case", [*HARD, "off-grid", "off-centroid"])
-@pytest.mark.parametrize("method", ["euler+coulomb", "euler+coulomb+noslip", "rk4+coulomb"])
-def test_hard_cases_are_as_predicted(case: str, method: str) -> None:
-    # A push at the threshold moves the body by 1.3 nm, less than the contact deflection at coarser
-    # steps.
-    step = {"light-slider": 1e-5, "w1-threshold": 1e-4}.get(case, 5e-4)
-    assert verdict(run(f"capsule-line/{case}", method, step)[0], method) == "pass"
 
 
 @pytest.mark.parametrize(

@@ -28,40 +28,8 @@ from plumbob.tests.support.pymunk_capsule import (
 )
 from plumbob.tests.support.random_capsules import LINE
 
-LINES = ("ca1", "ca2", "at-50", "at-222", "off-centroid", "off-grid", "frictionless")
-HARD = ("w1-threshold", "w2-threshold", "near-edge", "near-vertex")
 
 
-@pytest.mark.long(keep=6)
-@pytest.mark.parametrize("model", GOOD)
-@pytest.mark.parametrize(
-    ("name", "step"),
-    [
-        *((f"capsule-line/{case}", 5e-4) for case in (*LINES, *HARD)),
-        ("capsule-line/light-slider", 2e-5),
-        ("capsule-line/heavy-slider", 1e-3),
-        ("capsule-hold/0.999", 1e-3),
-        ("capsule-hold/slow-motion", 5e-4),
-        ("capsule-coast/translation", 5e-4),
-        ("capsule-coast/rotation", 5e-4),
-        ("capsule-train/ten", 2e-3),
-    ],
-)
-def test_every_observable_is_as_predicted(name: str, model: str, step: float) -> None:
-    # The verdict compares each sample with the prediction for this step, up to rounding and the
-    # model-error bounds; the two tests below show that these are small where necessary.
-    if (name, model) == ("capsule-coast/rotation", "side"):
-        return
-    found, _ = run(name, model, step)
-    # The error of feet may exceed the micrometre by which a push at the threshold moves the body.
-    hollow = (name, model) == ("capsule-line/w1-threshold", "feet")
-    assert verdict(found, model) == ("pre-asymptotic" if hollow else "pass"), judge(
-        found, system_of(find_scene(name)), METHODS[model]
-    ).reason
-    predicted = {n for n, error in found.errors.items() if error.predicted is not None}
-    if name.startswith(("capsule-line", "capsule-train")):
-        seen = {o.name for o in system_of(find_scene(name)).observables}
-        assert predicted == seen - ({"heading", "sideways"} if model == "side" else set())
 
 
 @pytest.mark.parametrize("model", GOOD)

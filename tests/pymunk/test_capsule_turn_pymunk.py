@@ -91,21 +91,6 @@ def red(name: str, step: float, **changes: Any) -> bool:
     return verdict(found, "feet") == "fail"
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"friction": CHECK.friction * (1 + 1e-4)},
-        {"supports": moved_support(CHECK, 1e-4).supports},
-    ],
-)
-@pytest.mark.parametrize(
-    ("name", "parts"), [("capsule-turn/0.3", 400), ("capsule-coast/spin", 5e-4)]
-)
-def test_sensitivity_to_friction_and_of_the_supports(
-    name: str, parts: float, wrong: dict[str, Any]
-) -> None:
-    """1e-4 of the friction, or of a support's arm."""
-    assert red(name, step_of(name, parts), **wrong)
 
 
 def test_sensitivity_to_the_moment_about_the_combined_centre(

@@ -24,71 +24,16 @@ SLOW, TOP = "simple-pendulum/rotating-slow", "simple-pendulum/near-top-1e-6"
 DAMPED, BARRIER = "simple-pendulum/damped-rotating", "cone-pendulum/above-barrier-1e-6"
 
 
-def case_of(name: str, **changes: float) -> Case:
-    """A scene's case with some parameters multiplied by these."""
-    given = find_scene(name)
-    wrong = {n: given.parameters[n] * factor for n, factor in changes.items()}
-    return case_of_scene(find_scene(name, wrong))
 
 
-def verdict(name: str, method: Method, step: float, **changes: float) -> str:
-    """The verdict on an engine that runs a scene with changed parameters."""
-    right = case_of(name)
-    case = replace(case_of(name, **changes), reference=right.reference, errors=right.errors)
-    found, _ = measure(case, method, step)
-    predicted = found.errors["theta"].predicted
-    assert predicted is not None
-    if name != TOP:  # there a series reaches the scene's largest step
-        assert predicted.uncertainty is not None
-    return judge(found, case.system, method).verdict
 
 
-def fixed_steps(name: str) -> list[Method]:
-    """The methods with fixed steps that are meant for a scene."""
-    scene = find_scene(name)
-    return [
-        m
-        for m in find_methods("*")
-        if m.control == "step" and meant(m, scene) and not engine_of(m).optional
-    ]
 
 
-@pytest.mark.long(keep=4)
-@pytest.mark.parametrize("step", [1e-1, 5e-2])
-@pytest.mark.parametrize("method", fixed_steps(SLOW), ids=lambda m: m.name)
-def test_gravity_off_by_a_hundredth_next_to_the_separatrix(method: Method, step: float) -> None:
-    if method.order == 4 and step < 0.1:
-        return  # the series reaches it
-    assert verdict(SLOW, method, step) == "pass"
-    assert verdict(SLOW, method, step, gravity=1.01) == "fail"
 
 
-@pytest.mark.parametrize("method", fixed_steps(TOP), ids=lambda m: m.name)
-def test_gravity_off_by_a_hundredth_next_to_the_top(method: Method) -> None:
-    step = 0.2 if method.order == 4 else 2e-2
-    assert verdict(TOP, method, step) == "pass"
-    assert verdict(TOP, method, step, gravity=1.01) == "fail"
 
 
-@pytest.mark.long(keep=3)
-@pytest.mark.parametrize(
-    ("name", "method", "step", "parameter", "off"),
-    [
-        (SLOW, "mujoco/euler", 1e-2, "gravity", 1e-9),
-        (SLOW, "ode/leapfrog", 2e-2, "gravity", 1e-9),
-        (SLOW, "ode/rk4", 1e-1, "gravity", 1e-9),
-        (SLOW, "pymunk/tight", 5e-3, "gravity", 1e-8),  # what its impulses round to is larger
-        (BARRIER, "mujoco/euler", 1e-3, "gravity", 1e-8),  # for 1.5 s, by a hundredth of the force
-        (BARRIER, "ode/euler", 1e-3, "platform_rate", 1e-9),
-        (DAMPED, "mujoco/euler", 2e-2, "damping_rate", 1e-6),
-        (DAMPED, "ode/euler", 2e-2, "damping_rate", 1e-6),
-        (DAMPED, "pymunk/default", 1e-2, "damping_rate", 1e-6),
-    ],
-)
-def test_a_parameter(name: str, method: str, step: float, parameter: str, off: float) -> None:
-    how = find_method(method)
-    assert verdict(name, how, step) == "pass"
-    assert verdict(name, how, step, **{parameter: 1.0 + off}) == "fail"
 
 
 @dataclass(frozen=True)
