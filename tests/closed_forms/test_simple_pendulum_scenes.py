@@ -20,7 +20,7 @@ SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
 
 
 @pytest.mark.long(keep=3)
-@pytest.mark.parametrize("name", [s.name for s in scenes(SIMPLE + "[df]*")])
+@pytest.mark.parametrize("name", [s.name for s in scenes(SIMPLE + "[dfr]*")])
 def test_two_methods_agree_on_the_reference(name: str) -> None:
     # Required: 3e-12 over 50 s; for chaotic motion within the horizon that the scene states.
     scene = find_scene(name)

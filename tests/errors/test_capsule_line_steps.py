@@ -18,10 +18,8 @@ from plumbob.analytic.errors.sliding_motion.sliding_errors import (
     step_error,
     step_error_envelope,
 )
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
-from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.residual_motion import Coasting
 from plumbob.tests.support.random_capsules import CHECK, LINE, lines
 
@@ -147,8 +145,6 @@ def test_sensitivity() -> None:
         assert abs(off) > 100 * float(step_error_envelope(LINE, step))
 
 
-
-
 @pytest.mark.parametrize("position_first", [False, True])
 @given(rate=st.floats(0.01, 10.0), steps=st.floats(0.3, 500.0), sign=st.sampled_from([-1, 1]))
 def test_step_error_of_coasting(position_first: bool, rate: float, steps: float, sign: int) -> None:
@@ -158,16 +154,3 @@ def test_step_error_of_coasting(position_first: bool, rate: float, steps: float,
     predicted = coasting_step_error(coasting, step, -0.5 if position_first else 0.5)
     slack = 4 * run.x.size * 2.0**-53 * (rate * coasting.duration + rate * step)
     assert abs(run.x[-1] - coasting.distance - float(predicted)) <= slack
-
-
-def test_a_repeated_motion_on_the_grid_adds_up_the_error_of_one() -> None:
-    step = LINE.t1 / 60
-    bare = RepeatedLine(LINE, 5, fraction=0.9)
-    repeated = replace(bare, pause=step * np.ceil(bare.period / step) - bare.period)
-    edges = grid(step, round(repeated.duration / step))
-    friction_limit = LINE.capsule.friction * LINE.capsule.gravity
-    run = simulate(
-        repeated.mean_relative_acceleration(edges), step, LINE.capsule.mass_ratio, friction_limit
-    )
-    wanted = 5 * (LINE.displacement + float(step_error(LINE, step, "mean")))
-    assert abs(run.x[-1] - wanted) <= 5 * rounding(LINE, run)

@@ -159,11 +159,14 @@ def test_a_small_change_is_not_predicted(perturb: Callable[[LineManoeuvre], Line
 
 def test_nothing_is_predicted_of_other_schemes() -> None:
     held, stroke = TiltedHold(CHECK, 0.9), SlowStroke(CHECK, 0.08)
-    times, other = np.linspace(0.0, 0.1, 5), Scheme("adams")
-    assert line_errors(LINE, other, 1e-3, times) == {}
-    assert repeated_line_errors(REPEATED, other, 1e-3, times) == {}
-    assert hold_errors(held, other, 1e-3, times) == {}
-    assert stroke_errors(stroke, other, 1e-3, times) == {}
-    for reference in (LineReference(LINE), REPEATED, held, stroke):
+    times, hold = np.linspace(0.0, 0.1, 5), partial(hold_errors, held)
+    theories: tuple[tuple[Theory, Any], ...] = (
+        (partial(line_errors, LINE), LineReference(LINE)),
+        (partial(repeated_line_errors, REPEATED), REPEATED),
+        (partial(stroke_errors, stroke), stroke),
+        (hold, held),
+    )
+    for theory, reference in theories:
+        assert theory(Scheme("adams"), 1e-3, times) == {}
         assert reference.nonlinearity(times, {}) == 0.0
-    assert not any(np.any(error) for error in hold_errors(held, Scheme(RK4), 1e-3, times).values())
+    assert not any(np.any(error) for error in hold(Scheme(RK4), 1e-3, times).values())

@@ -25,7 +25,12 @@ SIMPLE = [scene.name for scene in find_scenes("simple-pendulum/[!ms]*") if "near
 TOP = names("simple-pendulum/near-top-{}", "1e-4", "1e-9")
 LINEAR = names("linear-pendulum/{}", "free-large", "damped-rotating", "forced-large", "overdamped")
 HARD = names(
-    "capsule-line/{}", "w2-threshold", "heavy-slider", "near-edge", "near-vertex", "off-grid",
+    "capsule-line/{}",
+    "w2-threshold",
+    "heavy-slider",
+    "near-edge",
+    "near-vertex",
+    "off-grid",
     "off-centroid",
 )
 LINES = names("capsule-line/{}", "ca1", "ca2", "at-50", "at-222", "frictionless", "w1-threshold")
@@ -67,7 +72,9 @@ ROWS = [
 
 
 @pytest.mark.long(keep=21)
-@pytest.mark.parametrize(("name", "method", "step", "duration"), ROWS[::7] + [row for i, row in enumerate(ROWS) if i % 7])
+@pytest.mark.parametrize(
+    ("name", "method", "step", "duration"), ROWS[::7] + [row for i, row in enumerate(ROWS) if i % 7]
+)
 def test_a_run_is_as_predicted(name: str, method: str, step: float, duration: float) -> None:
     scene, how = find_scene(name), find_method(method)
     scene = replace(scene, duration=duration or scene.duration)

@@ -3,33 +3,24 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from plumbob.analytic.errors.shared import Same, exactly
 from plumbob.engines.registry import engine_of, installed, method
-from plumbob.engines.study.measurement import Measurement, confirming, measure
+from plumbob.engines.study.measurement import confirming, measure
 from plumbob.models.registry import case_of, scene
 from plumbob.reports.judge.verdict import judge
 
-SOLVERS = ("ode/dop853", "ode/radau", "ode/lsoda", "heyoka/taylor")
-SWING, TURN = "simple-pendulum/free-large", "cone-pendulum/rotating-base"
+SWING = "simple-pendulum/free-large"
 
 
-
-
-
-
-
-
-
-
-@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("solver", ["ode/dop853", "ode/radau", "ode/lsoda", "heyoka/taylor"])
 def test_bounds_are_near_the_errors(solver: str) -> None:
-    found = run(SWING, solver, 1e-6)
-    for error in found.errors.values():
+    if not installed(engine_of(method(solver))):
+        pytest.skip(f"{solver} is not installed: make peers")
+    for error in measure(case_of(scene(SWING)), method(solver), 1e-6)[0].errors.values():
         assert error.controlled is not None
         assert error.largest <= error.controlled.largest < 3.0 * error.largest
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import mujoco
@@ -24,7 +23,7 @@ from plumbob.models.registry import case_of, scene, systems
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.verdict import judge
 from plumbob.tests.support.mujoco_capsule import (
-    GOOD,
+    FINE,
     LOADS,
     METHODS,
     REDUCED,
@@ -35,8 +34,6 @@ from plumbob.tests.support.mujoco_capsule import (
 from plumbob.tests.support.random_capsules import changed
 
 LINE = systems()["capsule-line"]
-
-
 
 
 @pytest.mark.parametrize("method", ["rk4+coulomb", "rk4+reduced"])
@@ -64,8 +61,6 @@ def test_friction_of_rk4_is_that_of_its_first_stage(name: str, method: str) -> N
     assert np.abs(stages - mean).max() > 10 * allowed
 
 
-
-
 def test_the_reaction_on_the_body_dropped() -> None:
     # the slider's mass moved to the body: the weight is the same, without a reaction
     case = scene("capsule-line/ca1")
@@ -76,8 +71,6 @@ def test_the_reaction_on_the_body_dropped() -> None:
     mujoco.mj_setConst(model, data)
     simulation.translation.tune(model)
     assert abs(simulation.run().observables["displacement"][-1]) < 1e-6
-
-
 
 
 def tight(found: Measurement, name: str) -> float:
@@ -124,8 +117,6 @@ def test_the_planar_model_splits_the_weight_equally() -> None:
     assert verdict(found, "euler+planar") == "fail"
     full, _ = run("capsule-line/off-centroid", "euler+coulomb", 1e-4)
     assert full.errors["heading"].largest < 2e-8
-
-
 
 
 @pytest.mark.long(keep=2)

@@ -13,11 +13,8 @@ from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge.verdict import judge
-from plumbob.tests.support.cases import held_against
 
 METHODS = [("mujoco/rk4", 5e-4), ("ode/rk4", 5e-4), ("mujoco/rk4", 1e-4), ("ode/dop853", 1e-13)]
-
-
 
 
 @pytest.mark.parametrize(("method", "step"), [*METHODS, ("mujoco/euler", 1e-4)])
@@ -27,10 +24,6 @@ def test_the_printed_hamiltonian(method: str, step: float) -> None:
     printed = system.problem(scene.parameters).printed_motion()
     wrong = replace(case_of(scene), reference=printed, errors=PendulumErrors(printed))
     assert judge(measure(wrong, how, step)[0], system, how).verdict == "fail"
-
-
-
-
 
 
 def test_a_bound_wider_than_the_motion_is_no_bound() -> None:

@@ -71,14 +71,27 @@ WRONG = (
     Wrong(
         "simple-pendulum/free-small simple-pendulum/free-large simple-pendulum/damped-small "
         "simple-pendulum/forced-large linear-pendulum/free-large linear-pendulum/damped-large "
-        "linear-pendulum/forced-large", "ode/rk4", 5e-3, MILLIONTH, 20.0,
+        "linear-pendulum/forced-large",
+        "ode/rk4",
+        5e-3,
+        MILLIONTH,
+        20.0,
     ),
     Wrong(f"{SLOW} {DAMPED}", "ode/rk4", 2e-3, MILLIONTH, 20.0),
     Wrong("simple-pendulum/forced-chaotic", "ode/rk4", 1e-2, MILLIONTH, 20.0),
-    Wrong("simple-pendulum/damped-large", "mujoco/rk4", 5e-3,
-          {**MILLIONTH, "gravity": 1e-6, "theta": 1e-6}),
-    Wrong("linear-pendulum/forced-large", "pymunk/spring", 1e-3,
-          {"length": 1e-2, "damping_rate": 1e-2, "forcing_amplitude": 1e-2}, 20.0),
+    Wrong(
+        "simple-pendulum/damped-large",
+        "mujoco/rk4",
+        5e-3,
+        {**MILLIONTH, "gravity": 1e-6, "theta": 1e-6},
+    ),
+    Wrong(
+        "linear-pendulum/forced-large",
+        "pymunk/spring",
+        1e-3,
+        {"length": 1e-2, "damping_rate": 1e-2, "forcing_amplitude": 1e-2},
+        20.0,
+    ),
     Wrong("simple-pendulum/forced-large", "pymunk/default", 1e-4, FORCED, 5.0),
     Wrong("simple-pendulum/forced-large", "pymunk/tight", 2e-4, FORCED, 5.0),
     Wrong(TURN, "mujoco/rk4 ode/rk4", 5e-4, RATES),
@@ -86,14 +99,26 @@ WRONG = (
     Wrong(TURN, "ode/dop853", 1e-13, RATES),
     # the source prints I_x for I_y: equal for a cone, wrong for a general body
     Wrong("cone-pendulum/unequal-inertia", "mujoco/rk4", 5e-4, {"inertia_y": -0.0325}),
-    Wrong(" ".join(f"cone-pendulum/{name}" for name in (
-              "rotating-base", "resting-base", "unequal-inertia", "product-of-inertia",
-              "deep-well")),
-          "pymunk/torque", 1e-4, {"gravity": 1e-2}),
+    Wrong(
+        " ".join(
+            f"cone-pendulum/{name}"
+            for name in (
+                "rotating-base",
+                "resting-base",
+                "unequal-inertia",
+                "product-of-inertia",
+                "deep-well",
+            )
+        ),
+        "pymunk/torque",
+        1e-4,
+        {"gravity": 1e-2},
+    ),
     Wrong(SWING, of("ode", "dop853", "lsoda") + " heyoka/taylor", 0.0, {"gravity": 1e-9}),
     Wrong(SWING, "ode/radau", 0.0, {"gravity": 1e-6}),
-    Wrong(TURN, of("ode", "dop853", "radau", "lsoda") + " heyoka/taylor", 0.0,
-          {"platform_rate": 1e-6}),
+    Wrong(
+        TURN, of("ode", "dop853", "radau", "lsoda") + " heyoka/taylor", 0.0, {"platform_rate": 1e-6}
+    ),
     Wrong(SLOW, fixed_steps(SLOW, 1, 2, 4), 1e-1, {"gravity": 1e-2}, 0.0, True),
     Wrong(SLOW, fixed_steps(SLOW, 1, 2), 5e-2, {"gravity": 1e-2}, 0.0, True),
     Wrong(TOP, fixed_steps(TOP, 1, 2), 2e-2, {"gravity": 1e-2}),
@@ -113,8 +138,12 @@ WRONG = (
     Wrong(LINE, of("mujoco", *REDUCED), 1e-3, {"friction": -1e-7}),
     Wrong(LINE, of("mujoco", *REDUCED), 1e-4, {"friction": 1e-8}),
     Wrong(LINE, of("mujoco", *REDUCED), 1e-4, {"friction": -1e-8}),
-    Wrong(CIRCLE, "mujoco/rk4+coulomb", 800,
-          {"friction": 1e-4, "supports": MOVED, "slider_mass": 1e-5}),
+    Wrong(
+        CIRCLE,
+        "mujoco/rk4+coulomb",
+        800,
+        {"friction": 1e-4, "supports": MOVED, "slider_mass": 1e-5},
+    ),
     Wrong(CIRCLE, "pymunk/feet", 400, {"friction": 1e-4, "supports": MOVED}),
     Wrong(SPIN, "pymunk/feet", 5e-4, {"friction": 1e-4, "supports": MOVED}),
     Wrong(*EDGE, {"friction": 1e-2, "gravity": 1e-4}),
@@ -176,8 +205,11 @@ def test_a_wrong_parameter(
 @pytest.mark.parametrize(
     ("names", "methods", "step"),
     [
-        ("cone-pendulum/rotating-base cone-pendulum/unequal-inertia cone-pendulum/deep-well",
-         "mujoco/euler mujoco/rk4 ode/leapfrog ode/rk4", (2e-4, 2e-3)),
+        (
+            "cone-pendulum/rotating-base cone-pendulum/unequal-inertia cone-pendulum/deep-well",
+            "mujoco/euler mujoco/rk4 ode/leapfrog ode/rk4",
+            (2e-4, 2e-3),
+        ),
         (LINE, "mujoco/euler+coulomb", (5e-4, 1e-3)),
     ],
 )
