@@ -245,12 +245,6 @@ def test_what_contacts_add_to_ten_manoeuvres_is_ten_times_what_they_add_to_one()
     assert ten.model[name] == pytest.approx(10 * one.model[name], rel=1e-3)
 
 
-
-
-
-
-
-
 @pytest.mark.parametrize(
     ("name", "step"),
     [

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -55,8 +54,6 @@ def test_euler_leaks_what_theory_says(epsilon: float) -> None:
     assert error == pytest.approx(lead * step, rel=6e-3)
 
 
-
-
 @pytest.mark.parametrize("method", [EULER, RK4])
 def test_spin_and_translation_at_once(method: str) -> None:
     # Of first order over a decade, with these coefficients in rad/s, which the prediction has to
@@ -103,8 +100,6 @@ def test_implicitfast_takes_another_step_with_a_lone_body() -> None:
     assert "no error theory" in lone.note
 
 
-
-
 def test_armatures_of_a_turning_body_bring_no_force_of_their_own() -> None:
     # Without friction the centre of mass and the angular momentum are constant; RK4 keeps both up
     # to the effect of holding the control, and Euler up to its leak. An armature of 1e10 that took
@@ -139,10 +134,6 @@ def test_loads_are_exact_where_nothing_deflects() -> None:
     np.testing.assert_array_equal(missing_loads(posed, motion, 0.0, across), 0.0)
     lost = missing_loads(posed, motion, 1e-7, across)
     np.testing.assert_allclose(missing_loads(posed, motion, 2e-7, across), 2.0 * lost, rtol=1e-9)
-
-
-
-
 
 
 @pytest.mark.parametrize(("method", "least", "most"), [(EULER, 0.6, 0.7), (RK4, 0.98, 1.0)])

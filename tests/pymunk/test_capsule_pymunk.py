@@ -15,7 +15,6 @@ from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.engines.adapters.pymunk import capsule
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
-from plumbob.reports.judge.verdict import judge
 from plumbob.tests.support.pymunk_capsule import (
     GOOD,
     METHODS,
@@ -24,12 +23,8 @@ from plumbob.tests.support.pymunk_capsule import (
     moved,
     problem_of,
     run,
-    verdict,
 )
 from plumbob.tests.support.random_capsules import LINE
-
-
-
 
 
 @pytest.mark.parametrize("model", GOOD)

@@ -19,28 +19,19 @@ from plumbob.engines.adapters.pymunk.capsule_above import foot_mass
 from plumbob.engines.method import Unsupported
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
-from plumbob.models.scene import Scene
-from plumbob.tests.support.pymunk_capsule import GOOD, METHODS, moved, problem_of, run, verdict
-from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE
+from plumbob.tests.support.pymunk_capsule import GOOD, METHODS, moved, problem_of
+from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE, triangles
 
 
 @st.composite
 def ordinary_lines(draw: st.DrawFn) -> LineManoeuvre:
     """Line manoeuvres of bodies and triangles that are not extreme."""
-    gaps = [draw(st.floats(0.7, 1.0)) for _ in range(3)]
-    angles = [2 * math.pi * sum(gaps[: i + 1]) / sum(gaps) for i in range(3)]
-    arms = [draw(st.floats(0.1, 0.3)) for _ in range(3)]
-    a, b, c = ((r * math.cos(p), r * math.sin(p)) for r, p in zip(arms, angles, strict=True))
-    mass, spread = draw(st.floats(0.2, 5.0)), sum(r * r for r in arms) / 3
-    body = Capsule(
-        mass,
-        mass * 10.0 ** draw(st.floats(-1.5, 0.7)),
-        mass * spread * draw(st.floats(0.3, 1.5)),
-        (a, b, c),
-        draw(st.floats(0.05, 1.0)),
-        9.81,
-    )
-    holding, way = body.holding_acceleration, 0.3 * min(arms) / body.mass_ratio
+    supports, mass = draw(triangles(0.1, 0.3)), draw(st.floats(0.2, 5.0))
+    squares = [x**2 + y**2 for x, y in supports]
+    slider = mass * 10.0 ** draw(st.floats(-1.5, 0.7))
+    inertia = mass * sum(squares) / 3 * draw(st.floats(0.3, 1.5))
+    body = Capsule(mass, slider, inertia, supports, draw(st.floats(0.05, 1.0)), 9.81)
+    holding, way = body.holding_acceleration, 0.3 * math.sqrt(min(squares)) / body.mass_ratio
     w1, w2 = holding * draw(st.floats(1.2, 5.0)), holding * draw(st.floats(0.2, 0.9))
     t1 = math.sqrt(draw(st.floats(0.1, 1.0)) * 2 * way * w2 / (w1 * (w1 + w2)))
     return LineManoeuvre(body, w1, w2, t1, draw(st.floats(-4.0, 4.0)))
@@ -108,10 +99,6 @@ def test_without_friction_the_common_centre_stays(model: str, slider_mass: float
     seen = moved(line, model, 3e-4)
     assert abs(seen["displacement"] + body.mass_ratio * seen["stroke"]) < 1e-14
     assert abs(seen["displacement"]) > 1e-4
-
-
-
-
 
 
 def test_a_body_without_the_reaction_does_not_move() -> None:

@@ -22,8 +22,6 @@ from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene, system_of
 from plumbob.reports.judge.verdict import judge
 from plumbob.tests.support.pymunk_capsule import run, verdict
-from plumbob.tests.support.random_capsules import CHECK
-from plumbob.tests.support.random_slides import moved_support
 
 CASES = (  # scene, steps in a half time (or a step [s]), part of the error that the model may add
     ("capsule-turn/0.3", 200, 0.02),
@@ -89,8 +87,6 @@ def red(name: str, step: float, **changes: Any) -> bool:
     """Whether a run that is wrong by `changes` fails."""
     found, _ = run(name, "feet", step, other=scene(name), **changes)
     return verdict(found, "feet") == "fail"
-
-
 
 
 def test_sensitivity_to_the_moment_about_the_combined_centre(

@@ -13,12 +13,9 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.cone_pendulum import plane_engine
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING
 from plumbob.reports.judge.verdict import judge
-from plumbob.tests.support.cases import held_against
 from plumbob.tests.support.declared import declared, nothing
 
 TORQUE = find_method("pymunk/torque")
-
-
 
 
 def test_a_torque_before_the_step_fails() -> None:

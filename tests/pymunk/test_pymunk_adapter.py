@@ -17,7 +17,6 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge.verdict import judge
-from plumbob.tests.support.cases import run_of
 
 METHODS = {m.name: m for m in ENGINE.methods if "simple-pendulum" in m.systems}
 DEFAULT, TIGHT = METHODS["pymunk/default"], METHODS["pymunk/tight"]
@@ -77,8 +76,6 @@ def test_the_other_joint_is_not_this_one(name: str) -> None:
     assert predicted is not None
     assert found.errors["theta"].end != pytest.approx(predicted.end, rel=0.5)
     assert verdict(found, wrong) == "fail" or name == "pymunk/tight"  # whose error is smaller
-
-
 
 
 @pytest.mark.long

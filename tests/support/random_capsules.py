@@ -9,7 +9,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.capsule import Capsule, Point
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.models.registry import case_of, scene
 from plumbob.models.scene import Scene
@@ -20,16 +20,22 @@ LINE = LineManoeuvre(CHECK, 3 * LIMIT, 0.8 * LIMIT, 0.03)
 
 
 @st.composite
+def triangles(draw: st.DrawFn, shortest: float, longest: float) -> tuple[Point, Point, Point]:
+    """Three supports round C at these distances."""
+    gaps = [draw(st.floats(0.6, 1.0)) for _ in range(3)]  # each comes to less than half a turn
+    angles = [2 * math.pi * sum(gaps[: i + 1]) / sum(gaps) for i in range(3)]
+    arms = [draw(st.floats(shortest, longest)) for _ in range(3)]
+    a, b, c = ((r * math.cos(p), r * math.sin(p)) for r, p in zip(arms, angles, strict=True))
+    return a, b, c
+
+
+@st.composite
 def capsules(draw: st.DrawFn, friction: float | None = None) -> Capsule:
     """Any capsule with C inside its triangle of arms 0.5 to 2 m; m/M from 1e-3 to 1e3."""
     ratio = 10.0 ** draw(st.floats(-3, 3))
     coefficient = draw(st.floats(0.01, 2.0)) if friction is None else friction
-    gaps = [draw(st.floats(0.6, 1.0)) for _ in range(3)]  # each comes to less than half a turn
-    angles = [2 * math.pi * sum(gaps[: i + 1]) / sum(gaps) for i in range(3)]
-    arms = [draw(st.floats(0.5, 2.0)) for _ in range(3)]
-    a, b, c = ((r * math.cos(p), r * math.sin(p)) for r, p in zip(arms, angles, strict=True))
-    body = draw(st.floats(0.1, 10.0))
-    return Capsule(body, ratio * body, 0.02, (a, b, c), coefficient, 9.81)
+    supports, body = draw(triangles(0.5, 2.0)), draw(st.floats(0.1, 10.0))
+    return Capsule(body, ratio * body, 0.02, supports, coefficient, 9.81)
 
 
 @st.composite
