@@ -53,23 +53,25 @@ INTEGRATORS = {
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_options_are_taken(integrator: str, tmp_path: Path) -> None:
     found, like = user_method(written(tmp_path, integrator)), find_method(INTEGRATORS[integrator])
-    assert found.name == USER_METHOD
-    assert found.engine == "mujoco"
-    assert (found.scheme, found.order) == (like.scheme, like.order)
-    assert found.systems == ()
-    assert found.step_sizes == tuple(0.002 / 2**n for n in range(HALVINGS + 1))
+    steps = tuple(0.002 / 2**n for n in range(HALVINGS + 1))
+    assert (found.name, found.engine, found.systems) == (USER_METHOD, "mujoco", ())
+    assert (found.scheme, found.order, found.step_sizes) == (like.scheme, like.order, steps)
+    assert found.settings["contact"]["tolerance"] == 1e-11  # with the contacts: scaled there
     spec = mujoco.MjSpec.from_string("<mujoco/>")
     before = [*spec.option.gravity, spec.option.density]
     options.apply(spec, found.settings, 0.5)
-    assert spec.option.integrator == getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
-    assert spec.option.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
-    assert spec.option.solver == mujoco.mjtSolver.mjSOL_CG
-    assert spec.option.impratio == 30.0
-    assert found.settings["contact"]["tolerance"] == 1e-11  # with the contacts: scaled there
-    assert (spec.option.iterations, spec.option.noslip_iterations) == (77, 4)
-    # the scene and the step are not taken from the user's file
+    wanted = {
+        "integrator": getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}"),
+        "cone": mujoco.mjtCone.mjCONE_ELLIPTIC,
+        "solver": mujoco.mjtSolver.mjSOL_CG,
+        "impratio": 30.0,
+        "iterations": 77,
+        "noslip_iterations": 4,
+        "timestep": 0.5,
+    }
+    assert {name: getattr(spec.option, name) for name in wanted} == wanted
+    # the scene is not taken from the user's file
     assert [*spec.option.gravity, spec.option.density] == before
-    assert spec.option.timestep == 0.5
     assert not spec.option.disableflags & int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
 
 

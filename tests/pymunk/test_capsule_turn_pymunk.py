@@ -9,7 +9,6 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
-import numpy as np
 import pytest
 
 from plumbob.analytic.errors.sliding_motion import position_first
@@ -51,36 +50,6 @@ def test_the_error_of_feet_is_as_predicted(name: str, parts: float, part: float)
     assert leading.predicted is not None
     assert sum(leading.model.values()) <= part * leading.predicted.largest
     assert leading.largest == pytest.approx(leading.predicted.largest, rel=part)
-
-
-@pytest.mark.long(keep=1)
-@pytest.mark.parametrize("epsilon", [0.3, 0.1, 0.03])
-def test_a_turn_ends_within_1e_4_rad_at_800_steps_in_a_half_time(epsilon: float) -> None:
-    """At 2 tau and at rest."""
-    case = scene(f"capsule-turn/{epsilon}")
-    tau = case.parameters["half_time"]
-    found, seen = run(case.name, "feet", tau / 800)
-    facts = system_of(case).facts(system_of(case).problem(case.parameters))
-    stop = int(np.argmin(np.abs(seen.times - 2.0 * tau)))
-    assert seen.times[stop] == pytest.approx(2.0 * tau, rel=1e-12)
-    assert abs(seen.observables["body_angle"][stop] - facts["body_angle"]) <= 1e-4
-    assert abs(found.errors["body_angle"].end) <= 1e-4
-
-
-def test_a_spin_s_error_is_of_first_order_with_the_coefficient_predicted() -> None:
-    """3.184 rad/s times the step, over a decade of steps; the remainder is of second order, as is
-    the effect of feet: 10 rad/s^2 times its square."""
-    for step in (1e-3, 5e-4, 2e-4, 1e-4):
-        end = run("capsule-coast/spin", "feet", step)[0].errors["heading"].end
-        assert end / step == pytest.approx(3.184, abs=0.001 + 20.0 * step)
-
-
-@pytest.mark.parametrize("name", ["capsule-turn/0.3", "capsule-coast/spin"])
-def test_bare_pivots_do_not_converge_in_the_plane(name: str) -> None:
-    coarse, fine = (
-        run(name, "pivots", scene(name).steps[k])[0].errors["x"].largest for k in (1, 3)
-    )
-    assert fine > 0.5 * coarse > 1e-4
 
 
 def red(name: str, step: float, **changes: Any) -> bool:
@@ -126,14 +95,6 @@ def test_sensitivity_to_where_the_slider_is_held(monkeypatch: pytest.MonkeyPatch
 
     monkeypatch.setattr(slider_drive, "driven", straight)
     assert red("capsule-turn/0.3", step_of("capsule-turn/0.3", 200))
-
-
-def test_a_turn_of_the_whole_scene_turns_the_same_way() -> None:
-    """At heading 2: the engine is isotropic. Only rounding differs, a random walk."""
-    name, step = "capsule-turn/0.3", step_of("capsule-turn/0.3", 100)
-    plain, turned = (run(name, "feet", step, heading=h)[1].observables for h in (0.0, 2.0))
-    for seen in ("x", "y", "body_angle"):
-        np.testing.assert_allclose(turned[seen], plain[seen], rtol=0, atol=1e-12)
 
 
 @pytest.mark.long(keep=1)
