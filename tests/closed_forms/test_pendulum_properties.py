@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from plumbob.analytic.numerics.elliptic.reduction import solve
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import double, quad
 from plumbob.analytic.reference import Array
@@ -95,28 +92,3 @@ def test_table_is_the_closed_form(motion: PendulumMotion) -> None:
     assert (motion.table.angle(times) == tabulated).all()
     assert np.abs(tabulated - theta).max() <= 1e-13 * (1.0 + np.abs(theta).max())
     assert np.abs(rate - theta_dot).max() <= 1e-13 * (pull(motion) + np.abs(theta_dot).max())
-
-
-@pytest.mark.long
-@given(st.lists(motions(), min_size=2, max_size=6))
-def test_many_starts_at_once_are_each_of_them(several: list[PendulumMotion]) -> None:
-    def column(values: list[Any]) -> Any:
-        return np.array(values, dtype=float)[:, None]
-
-    v = [m.potential for m in several]
-    together = solve(
-        TrigonometricPotential(
-            column([p.a for p in v]), column([p.b for p in v]), column([p.c for p in v])
-        ),
-        column([m.inertia for m in several]),
-        column([m.theta for m in several]),
-        column([m.theta_dot for m in several]),
-    )
-    times = np.linspace(-1.0, 1.0, 7)
-    theta, theta_dot = together.state(times[None, :])
-    for i, motion in enumerate(several):
-        assert double(together.period)[i, 0] == motion.period
-        assert bool(together.rotation[i, 0]) == bool(motion.closed_form.rotation)
-        close(
-            motion, times, theta[i] - motion.state(times)[0], theta_dot[i] - motion.state(times)[1]
-        )
