@@ -51,7 +51,7 @@ def test_separatrix(case: str) -> None:
     # It tends to saddles, as exp(-rate t).
     ends, rates = motion.state(np.array([-1e5, 1e5]))
     saddles = np.array([e.theta for e in pendulum.equilibria if e.kind == "saddle"])
-    gaps = np.abs(np.sin((ends[:, None] - saddles) / 2)).min(axis=1)
+    gaps = 2 * np.abs(np.sin((ends[:, None] - saddles) / 2)).min(axis=1)
     assert gaps.max() <= 1e-15
     assert np.abs(rates).max() <= 1e-100
     assert np.sign(ends[1] - ends[0]) == orbit.sense

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.pymunk import capsule
+from plumbob.tests.support.cases import beyond
 from plumbob.tests.support.pymunk_capsule import (
     GOOD,
     METHODS,
@@ -61,19 +62,16 @@ def test_drift_in_ten_seconds() -> None:
 
 def test_normal_forces_from_the_side() -> None:
     # at rest those of the contacts are those of statics to 1e-6 or better: the solver's residual
+    loads = [f"normal_force_{i}" for i in (1, 2, 3)]
     found, _ = run("capsule-hold/0.5", "side", 1e-3)
-    for i in (1, 2, 3):
-        error = found.errors[f"normal_force_{i}"]
-        assert error.largest < 1e-9 * error.scale
+    assert all(found.errors[n].largest < 1e-9 * found.errors[n].scale for n in loads)
     # While the slider moves, those of its actual place, half a step behind its target: the only
     # difference is rounding over dt^2 (at zero heights its acceleration shifts no load).
     for step in (1e-3, 1e-4):
         found, trajectory = run("capsule-line/at-50", "side", step)
         # only contacts and gravity change the momentum, up to its rounding over a step
         assert np.abs(trajectory.channels["momentum_residual"]).max() < 1e-15 / step
-        for i in (1, 2, 3):
-            error = found.errors[f"normal_force_{i}"]
+        for error in (found.errors[name] for name in loads):
+            assert beyond(error) < 1e-8 * error.scale
             assert error.predicted is not None
-            assert error.predicted.for_this_step
-            assert error.predicted.beyond < 1e-8 * error.scale
-            assert error.predicted.largest > 100 * error.predicted.beyond
+            assert error.predicted.largest > 100 * beyond(error)

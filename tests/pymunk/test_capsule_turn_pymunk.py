@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -16,11 +15,10 @@ from plumbob.analytic.errors.sliding_motion.implicit_friction import Slip
 from plumbob.engines.adapters.pymunk import capsule, slider_drive
 from plumbob.engines.adapters.pymunk.assembly import Assembly
 from plumbob.engines.adapters.pymunk.capsule_above import SetLimits, friction_limits
-from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
-from plumbob.models.registry import case_of, scene, system_of
-from plumbob.reports.judge.verdict import judge
-from plumbob.tests.support.pymunk_capsule import run, verdict
+from plumbob.models.registry import case_of, scene
+from plumbob.tests.support.cases import beyond
+from plumbob.tests.support.pymunk_capsule import METHODS, run, verdict
 
 CASES = (  # scene, steps in a half time (or a step [s]), part of the error that the model may add
     ("capsule-turn/0.3", 200, 0.02),
@@ -106,19 +104,16 @@ def test_a_switch_at_the_very_end_of_a_step(
     """A push that begins in the last thousandth of a step sets the body off by the solver's
     residual, which persists while it slides: the bound covers that, and for the longest slide less
     than 2.5 times as much. Rounding decides which of a plan's two pushes is the first."""
-    short = scene("capsule-plan/ahead-curve", {"to": (0.02, 0.0, 0.0)})
-    system, how = system_of(short), find_method("pymunk/feet")
-    problem = system.problem(short.parameters)
+    short, how = scene("capsule-plan/ahead-curve", {"to": (0.02, 0.0, 0.0)}), METHODS["feet"]
+    problem = case_of(short).problem
     events = problem.reference.motion.events
     slides = [(b.time - a.time, a.time) for a, b in pairwise(events) if a.mode == "slide"]
     lasts, starts = which(slides)
     step = starts / (round(starts / 5e-5) + late)
-    duration = step * math.ceil(problem.motion.duration / step + 1)
-    found, _ = measure(case_of(replace(short, duration=duration)), how, step)
-    assert judge(found, system, how).verdict == "pass"
+    case = case_of(short).lasting(step * math.ceil(problem.motion.duration / step + 1))
+    found, _ = measure(case, how, step)
+    assert verdict(found, "feet") == "pass"
     place = found.errors["x"]
-    assert place.predicted is not None
-    assert place.predicted.for_this_step
-    assert least <= place.predicted.beyond <= most
+    assert least <= beyond(place) <= most
     bound = sum(place.model.values()) * lasts / max(slides)[0]
-    assert least == 0.0 or bound < 2.5 * place.predicted.beyond
+    assert least == 0.0 or bound < 2.5 * beyond(place)

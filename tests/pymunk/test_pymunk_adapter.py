@@ -128,17 +128,6 @@ def test_the_rounding_of_an_opening_is_bounded_and_not_loosely(step: float) -> N
     assert 0.1 * bound < error.predicted.beyond < bound
 
 
-def test_runs_are_the_same_again() -> None:
-    scene = replace(find_scene("simple-pendulum/forced-large"), duration=1.0)
-    simulation = prepare(case_of(scene), TIGHT, 1e-3)
-    first, second = simulation.run(), simulation.run()
-    assert first.steps == 1000
-    assert first.times[-1] == pytest.approx(1.0)
-    assert first.seconds > 0.0
-    for name, values in first.observables.items():
-        np.testing.assert_array_equal(values, second.observables[name])
-
-
 @pytest.mark.parametrize("iterations", [1, 10])
 def test_a_bob_that_flies_off_is_a_result(iterations: int, monkeypatch: pytest.MonkeyPatch) -> None:
     # with a moment of 1e-12 m L^2 the joint's equations lose twelve digits
