@@ -18,7 +18,7 @@ from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.verdict import Judgement, judge
-from plumbob.tests.support.cases import held_against
+from plumbob.tests.support.cases import run_of
 
 SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
 
@@ -44,8 +44,7 @@ def measured(
 def judged(name: str, method: str | Method, step: float, **changes: float) -> Judgement:
     """One run, judged."""
     scene, how = run(name, method, step, **changes)
-    system = system_of(scene)
-    return judge(measure(case_of(scene), how, step)[0], system, how)
+    return judge(measured(name, method, step, **changes)[0], system_of(scene), how)
 
 
 # physics.md section 3: RK4, dt 0.05 s, 1000 steps; three digits, as measured with the same method
@@ -134,14 +133,11 @@ def test_force_sensor_tells_the_tension(case: str) -> None:
 
 def test_a_step_too_large_is_a_result() -> None:
     # theta'' = -k theta: unstable where h sqrt(k) > 2, growing by (h^2 k - 2) a step and more
+    name = LINEAR + "step-too-large"
     for method in ("mujoco/euler", "ode/leapfrog", "ode/rk4"):
-        found, _ = measured(LINEAR + "step-too-large", method, 1.0)
-        assert found.status == "diverged", method
-    whole = convergence_study(
-        find_scene(LINEAR + "step-too-large"), find_method("mujoco/euler"), 20_000
-    )
-    assert [m.status for m in whole.measurements][:2] == ["diverged", "diverged"]
-    assert whole.measurements[-1].status == "done"
+        assert measured(name, method, 1.0)[0].status == "diverged", method
+    runs = convergence_study(find_scene(name), find_method("mujoco/euler"), 20_000).measurements
+    assert [runs[i].status for i in (0, 1, -1)] == ["diverged", "diverged", "done"]
 
 
 def test_adaptive_methods_run_at_each_of_their_tolerances() -> None:
@@ -170,11 +166,10 @@ def test_the_closed_form_is_a_method() -> None:
 def test_heyoka_agrees_with_the_reference(name: str) -> None:
     # 600 to 900 steps, each of which may round a few units in the last place
     pytest.importorskip("heyoka")
-    found, _ = measured(name, "heyoka/taylor", 1e-15)
-    assert found.steps > 1000  # one evaluation an order of each step, of some twenty
-    assert found.errors["theta"].largest < 30 * found.errors["theta"].uncertainty
-    scene = find_scene(name)
+    scene, how = find_scene(name), find_method("heyoka/taylor")
     wrong = find_scene(name, {"gravity": scene.parameters["gravity"] * (1 + 1e-11)})
-    how = find_method("heyoka/taylor")
-    off, _ = measure(held_against(case_of(scene), case_of(wrong)), how, 1e-15)
-    assert off.errors["theta"].largest > 30 * off.errors["theta"].uncertainty
+    found, off = (run_of(how, scene, 1e-15, other)[0] for other in (None, wrong))
+    assert found.steps > 1000  # one evaluation an order of each step, of some twenty
+    right, other = found.errors["theta"], off.errors["theta"]
+    assert right.largest < 30 * right.uncertainty
+    assert other.largest > 30 * other.uncertainty

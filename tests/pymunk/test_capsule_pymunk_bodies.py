@@ -20,22 +20,7 @@ from plumbob.engines.method import Unsupported
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.tests.support.pymunk_capsule import GOOD, METHODS, moved, problem_of
-from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE, triangles
-
-
-@st.composite
-def ordinary_lines(draw: st.DrawFn) -> LineManoeuvre:
-    """Line manoeuvres of bodies and triangles that are not extreme."""
-    supports, mass = draw(triangles(0.1, 0.3)), draw(st.floats(0.2, 5.0))
-    squares = [x**2 + y**2 for x, y in supports]
-    slider = mass * 10.0 ** draw(st.floats(-1.5, 0.7))
-    inertia = mass * sum(squares) / 3 * draw(st.floats(0.3, 1.5))
-    body = Capsule(mass, slider, inertia, supports, draw(st.floats(0.05, 1.0)), 9.81)
-    holding, way = body.holding_acceleration, 0.3 * math.sqrt(min(squares)) / body.mass_ratio
-    w1, w2 = holding * draw(st.floats(1.2, 5.0)), holding * draw(st.floats(0.2, 0.9))
-    t1 = math.sqrt(draw(st.floats(0.1, 1.0)) * 2 * way * w2 / (w1 * (w1 + w2)))
-    return LineManoeuvre(body, w1, w2, t1, draw(st.floats(-4.0, 4.0)))
-
+from plumbob.tests.support.random_capsules import CHECK, LIMIT, ordinary_lines
 
 # Two light feet: when the body is held from the other side they are at their limits.
 UNEVEN = Capsule(1.0, 1.0, 0.02, ((0.2, 0.0), (-0.05, 0.1), (-0.1, -0.25)), 1.0, 9.81)
@@ -99,17 +84,6 @@ def test_without_friction_the_common_centre_stays(model: str, slider_mass: float
     seen = moved(line, model, 3e-4)
     assert abs(seen["displacement"] + body.mass_ratio * seen["stroke"]) < 1e-14
     assert abs(seen["displacement"]) > 1e-4
-
-
-def test_a_body_without_the_reaction_does_not_move() -> None:
-    built = capsule.build(problem_of(LINE), METHODS["feet"], 1e-3)
-    assert built.act is not None
-    joint = next(c for c in built.space.constraints if c.b.mass == CHECK.slider_mass)
-    built.space.remove(joint)
-    for n in range(150):
-        built.act(n * 1e-3)
-        built.space.step(1e-3)
-    assert abs(built.read()["displacement"]) < 1e-6 * abs(LINE.displacement)
 
 
 def test_what_cannot_be_built() -> None:

@@ -49,9 +49,9 @@ def test_feet_leave_the_body_a_quarter_of_its_inertia(
     corners: tuple[Point, Point, Point], fraction: float
 ) -> None:
     body = replace(CHECK, supports=corners, inertia=CHECK.inertia * fraction)
-    mass, places = foot_mass(body), [complex(*corner) for corner in corners]
-    rest = body.body_mass - 3 * mass
-    feet = mass * sum(abs(place) ** 2 for place in places) + abs(mass * sum(places)) ** 2 / rest
+    mass, places = foot_mass(body), np.array(corners) @ [1.0, 1j]
+    counter = abs(mass * places.sum()) ** 2 / (body.body_mass - 3 * mass)
+    feet = mass * (np.abs(places) ** 2).sum() + counter
     assert 0.0 < feet <= 0.75 * body.inertia * (1 + 1e-12)
 
 
@@ -63,12 +63,12 @@ def test_feet_and_body_have_the_mass_and_inertia_of_the_capsule(
 ) -> None:
     body = replace(CHECK, supports=corners, inertia=CHECK.inertia * fraction)
     found = on_feet(CapsuleSetup(body), 1e-3, turning=True)
-    mass = sum(part.mass for part in found.parts)
-    assert mass == pytest.approx(body.body_mass + body.slider_mass, rel=1e-14)
     parts = [part for part in found.parts if part is not found.slider]
-    centre = sum((p.mass * complex(*p.position) for p in parts), 0j)
-    assert abs(centre) < 1e-15
-    inertia = sum(p.mass * abs(complex(*p.position)) ** 2 for p in parts) + found.body.moment
+    masses, places = np.array([(p.mass, complex(*p.position)) for p in parts]).T
+    assert masses.sum() == pytest.approx(body.body_mass, rel=1e-14)
+    assert found.slider.mass == body.slider_mass
+    assert abs(masses @ places) < 1e-15
+    inertia = (masses * np.abs(places) ** 2).sum() + found.body.moment
     assert inertia == pytest.approx(body.inertia, rel=1e-13)
     assert found.body.moment > 0.24 * body.inertia
     assert foot_mass(body) == parts[-1].mass

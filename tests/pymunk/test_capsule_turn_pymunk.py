@@ -6,15 +6,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Any
 
 import pytest
 
-from plumbob.analytic.errors.sliding_motion import position_first
-from plumbob.analytic.errors.sliding_motion.implicit_friction import Slip
-from plumbob.engines.adapters.pymunk import capsule, slider_drive
-from plumbob.engines.adapters.pymunk.assembly import Assembly
-from plumbob.engines.adapters.pymunk.capsule_above import SetLimits, friction_limits
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support.cases import beyond
@@ -48,51 +42,6 @@ def test_the_error_of_feet_is_as_predicted(name: str, parts: float, part: float)
     assert leading.predicted is not None
     assert sum(leading.model.values()) <= part * leading.predicted.largest
     assert leading.largest == pytest.approx(leading.predicted.largest, rel=part)
-
-
-def red(name: str, step: float, **changes: Any) -> bool:
-    """Whether a run that is wrong by `changes` fails."""
-    found, _ = run(name, "feet", step, other=scene(name), **changes)
-    return verdict(found, "feet") == "fail"
-
-
-def test_sensitivity_to_the_moment_about_the_combined_centre(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """With CA_i for CA_i - mu r in eq. 25 the prediction fails."""
-    solved: Callable[..., tuple[Slip, complex]] = position_first._solved
-
-    def about_com(
-        body: Any, motion: position_first.Motion, supports: list[complex], *rest: Any
-    ) -> tuple[Slip, complex]:
-        centre = body.mass_ratio * motion[3]
-        return solved(body, motion, [place + centre for place in supports], *rest)
-
-    monkeypatch.setattr(position_first, "_solved", about_com)
-    assert red("capsule-turn/0.3", step_of("capsule-turn/0.3", 200))
-
-
-def still(set_limits: SetLimits) -> SetLimits:
-    """Loads as if the slider stayed at its start."""
-    return lambda x, y: set_limits(0.12, 0.0)
-
-
-def test_sensitivity_to_loads_that_follow_the_slider(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(capsule, "friction_limits", lambda *given: still(friction_limits(*given)))
-    assert red("capsule-turn/0.3", step_of("capsule-turn/0.3", 200))
-
-
-def test_sensitivity_to_where_the_slider_is_held(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A slider held at its target instead of its actual place exerts a torque while the body
-    turns."""
-
-    def straight(
-        assembly: Assembly, targets: Any, step: float, set_limits: SetLimits
-    ) -> slider_drive.Act:
-        return slider_drive.driven_along(assembly, targets, 0.0, set_limits)
-
-    monkeypatch.setattr(slider_drive, "driven", straight)
-    assert red("capsule-turn/0.3", step_of("capsule-turn/0.3", 200))
 
 
 @pytest.mark.long(keep=1)

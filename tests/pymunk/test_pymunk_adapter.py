@@ -93,12 +93,11 @@ def test_iterations_change_nothing(name: str, iterations: int) -> None:
 def test_joint_stays_open_while_the_bob_turns(step: float) -> None:
     # at speed w the opening settles at h w^2 L / 2 |beta + i w|; the speed changes by a tenth in
     # 1/beta, and so does the opening
-    _, trajectory = run("rotating-fast", DEFAULT, step, duration=3.0)
-    late = trajectory.times > 1.5  # 1.5 s are ten times 1/beta
-    speed = trajectory.observables["theta_dot"][late]
+    loose, tight = (run("rotating-fast", how, step, 3.0)[1] for how in (DEFAULT, TIGHT))
+    late = loose.times > 1.5  # 1.5 s are ten times 1/beta
+    speed = loose.observables["theta_dot"][late]
     steady = step * speed**2 / (2 * np.hypot(CLOSING_RATE, speed))
-    assert np.median(trajectory.channels["opening"][late] / steady) == pytest.approx(1.0, abs=0.15)
-    _, tight = run("rotating-fast", TIGHT, step, duration=3.0)
+    assert np.median(loose.channels["opening"][late] / steady) == pytest.approx(1.0, abs=0.15)
     opened = (step * tight.observables["theta_dot"]) ** 2 / 2
     # of the step before, whose speed differed by up to 50 h, relative
     np.testing.assert_allclose(tight.channels["opening"][1:], opened[1:], rtol=50 * step)

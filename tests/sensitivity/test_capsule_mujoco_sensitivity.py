@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from typing import Any
+from dataclasses import asdict
 
 import mujoco
 import numpy as np
@@ -13,7 +12,8 @@ from hypothesis import strategies as st
 
 from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.adapters.mujoco import ENGINE, model_error, prepare
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+from plumbob.engines.adapters.mujoco import model_error, prepare
 from plumbob.engines.adapters.mujoco.contacts import PROFILES, profile
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.method import Unsupported
@@ -31,7 +31,7 @@ from plumbob.tests.support.mujoco_capsule import (
     run,
     verdict,
 )
-from plumbob.tests.support.random_capsules import changed, triangles
+from plumbob.tests.support.random_capsules import changed, ordinary_lines
 
 LINE = systems()["capsule-line"]
 
@@ -51,18 +51,6 @@ def test_friction_of_rk4_is_that_of_its_first_stage(name: str, method: str) -> N
         for scheme in (RK4, EULER)
     )
     assert np.abs(stages - mean).max() > 10 * allowed
-
-
-def test_the_reaction_on_the_body_dropped() -> None:
-    # the slider's mass moved to the body: the weight is the same, without a reaction
-    case = scene("capsule-line/ca1")
-    simulation = compiled(case_of(case), METHODS["euler+coulomb"], 1e-3)
-    model, data = simulation.model, mujoco.MjData(simulation.model)
-    model.body_mass[model.body("body").id] += model.body_mass[model.body("slider").id]
-    model.body_mass[model.body("slider").id] = 1e-12
-    mujoco.mj_setConst(model, data)
-    simulation.translation.tune(model)
-    assert abs(simulation.run().observables["displacement"][-1]) < 1e-6
 
 
 def tight(found: Measurement, name: str) -> float:
@@ -162,46 +150,18 @@ def test_an_unknown_profile_is_refused() -> None:
     }
 
 
-@st.composite
-def bodies(draw: st.DrawFn) -> dict[str, Any]:
-    """Parameters of any body of 0.1 to 0.4 m and of a manoeuvre that fits it."""
-    supports = draw(triangles(0.1, 0.4))
-    arms = [math.hypot(x, y) for x, y in supports]
-    mass, ratio = draw(st.floats(0.1, 10.0)), 10.0 ** draw(st.floats(-2, 2))
-    friction = draw(st.floats(0.1, 1.0))
-    holding = friction * 9.81 * (1 + ratio) / ratio
-    w1 = holding * (1 + 10.0 ** draw(st.floats(-2, 1)))
-    w2 = holding * draw(st.floats(0.1, 1.0))
-    stroke = draw(st.floats(0.01, 0.2)) * min(arms) * (1 + ratio) / ratio
-    return {
-        "body_mass": mass,
-        "slider_mass": mass * ratio,
-        "inertia": mass * draw(st.floats(0.1, 1.0)) * max(arms) ** 2,
-        "supports": supports,
-        "friction": friction,
-        "gravity": 9.81,
-        "w1": w1,
-        "w2": w2,
-        "t1": math.sqrt(2 * stroke * w2 / (w1 * (w1 + w2))),
-        "direction": draw(st.floats(-3, 3)),
-        "heading": draw(st.floats(-3, 3)),
-    }
-
-
 @pytest.mark.long
 @settings(max_examples=40)
-@given(bodies(), st.sampled_from(FINE), st.floats(20, 60))
-def test_any_body_moves_as_predicted(given: dict[str, Any], method: str, fine: float) -> None:
-    end = 1.02 * (given["w1"] + given["w2"]) * given["t1"] / given["w2"]
-    try:
-        LINE.problem(given)
-    except ParameterError:
-        assume(False)
-    assume(end * fine / given["t1"] < 3000)
-    case = Scene("capsule-line/any", "", given, end, (), "")
-    how = next(m for m in ENGINE.methods if m.name == f"mujoco/{method}")
-    found, _ = measure(case_of(case), how, given["t1"] / fine)
-    judgement = judge(found, LINE, how)
+@given(ordinary_lines(-2.0, 2.0), st.sampled_from(FINE), st.floats(20, 60), st.floats(-3, 3))
+def test_any_body_moves_as_predicted(
+    line: LineManoeuvre, method: str, fine: float, heading: float
+) -> None:
+    end = 1.02 * line.t2
+    assume(end * fine / line.t1 < 3000)
+    manoeuvre = {name: getattr(line, name) for name in ("w1", "w2", "t1", "direction")}
+    given = {**asdict(line.capsule), **manoeuvre, "heading": heading}
+    case, how = case_of(Scene("capsule-line/any", "", given, end, (), "")), METHODS[method]
+    judgement = judge(measure(case, how, line.t1 / fine)[0], LINE, how)
     assert judgement.verdict == "pass", judgement.reason
 
 

@@ -53,6 +53,21 @@ def lines(draw: st.DrawFn, friction: float | None = None) -> LineManoeuvre:
     return LineManoeuvre(replace(capsule, supports=(a, b, c)), w1, w2, t1, heading, start)
 
 
+@st.composite
+def ordinary_lines(draw: st.DrawFn, lightest: float = -1.5, heaviest: float = 0.7) -> LineManoeuvre:
+    """Line manoeuvres of bodies and triangles that are not extreme; m/M is ten to the power of
+    `lightest` to `heaviest`."""
+    supports, mass = draw(triangles(0.1, 0.3)), draw(st.floats(0.2, 5.0))
+    squares = [x**2 + y**2 for x, y in supports]
+    slider = mass * 10.0 ** draw(st.floats(lightest, heaviest))
+    inertia = mass * sum(squares) / 3 * draw(st.floats(0.3, 1.5))
+    body = Capsule(mass, slider, inertia, supports, draw(st.floats(0.05, 1.0)), 9.81)
+    holding, way = body.holding_acceleration, 0.3 * math.sqrt(min(squares)) / body.mass_ratio
+    w1, w2 = holding * draw(st.floats(1.2, 5.0)), holding * draw(st.floats(0.2, 0.9))
+    t1 = math.sqrt(draw(st.floats(0.1, 1.0)) * 2 * way * w2 / (w1 * (w1 + w2)))
+    return LineManoeuvre(body, w1, w2, t1, draw(st.floats(-4.0, 4.0)))
+
+
 def changed(name: str, changes: Mapping[str, Any]) -> Scene:
     """A scene of a capsule with changed parameters; repeated manoeuvres begin when they did, for
     nothing is predicted of those that begin between two steps."""
