@@ -26,7 +26,7 @@ def left_over(name: str, closing: float, step: float, wrong: float = 0.0) -> Arr
     other = scene(right.name, {"damping_rate": right.parameters["damping_rate"] * (1 + wrong)})
     scheme = Scheme(EULER, position_first=True, joint_closing_rate=closing)
     steps = round(RUNS[closing][0] / step)
-    times = np.arange(0, steps + 1, steps // 20) * step
+    times: Array = np.arange(0, steps + 1, steps // 20, dtype=np.float64) * step
     stepped = case_of(right).errors.at_step(scheme, step, times).errors
     predicted = case_of(other).errors.series(scheme, times)
     errors = np.stack([stepped[name] for name in NAMES])[:, 1:]

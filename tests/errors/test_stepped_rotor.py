@@ -152,7 +152,7 @@ def test_a_unit_in_the_last_place_moves_it_by_the_uncertainty() -> None:
         stepped = theory.at_step(scheme, 0.05, times).errors["theta"]
         return np.asarray(stepped + theory.exact.observe(times)["theta"])
 
-    moved = sum(
+    moved: Array = sum(  # type: ignore[assignment]
         np.abs(theta(replace(ROTOR, **{name: value * (1 + off)})) - theta(ROTOR)) * 2**-52 / off
         for name, value in asdict(ROTOR).items()
     )
